@@ -1,0 +1,66 @@
+"""Exact time: rates and durations as fractions, stamps as integer nanoseconds."""
+
+from __future__ import annotations
+
+import math
+import struct
+from fractions import Fraction
+
+NANOSECONDS = 1_000_000_000
+
+
+def rate(value: int | float | str | Fraction, *, stored_as_float32: bool = False) -> Fraction:
+    """The rate [Hz] a user meant: the shortest decimal that round-trips the stored type.
+
+    29.97 gives 2997/100, also when it was stored as float32; text such as "60000/1001" is accepted.
+    Raises ValueError for anything that is no finite number.
+    """
+    if isinstance(value, bool):
+        raise ValueError(f"{value!r} is not a number")
+    if isinstance(value, (int, Fraction)):
+        return Fraction(value)
+    if isinstance(value, str):
+        return _parse(value)
+    if not math.isfinite(value):
+        raise ValueError(f"{value!r} is not a finite number")
+    return Fraction(_shortest_float32(value) if stored_as_float32 else repr(float(value)))
+
+
+def duration(value: int | float | str | Fraction) -> Fraction:
+    """A time step or duration [s]; floats are taken as the nearest fraction of denominator <= 10**9 (1/60 stays 1/60).
+
+    Raises ValueError for anything that is no finite number.
+    """
+    if isinstance(value, bool):
+        raise ValueError(f"{value!r} is not a number")
+    if isinstance(value, (int, Fraction)):
+        return Fraction(value)
+    if isinstance(value, str):
+        return _parse(value)
+    if not math.isfinite(value):
+        raise ValueError(f"{value!r} is not a finite number")
+    return Fraction(value).limit_denominator(10**9)
+
+
+def nanoseconds(seconds: Fraction) -> int:
+    """Seconds as a whole number of nanoseconds, ties to even."""
+    return round(seconds * NANOSECONDS)
+
+
+def _parse(text: str) -> Fraction:
+    # A bound on the text also bounds the digits and the exponent that Fraction would expand ("1e999999999").
+    try:
+        if len(text) > 64 or ("e" in text.lower() and abs(int(text.lower().rsplit("e", 1)[1])) > 30):
+            raise ValueError
+        return Fraction(text.replace(" ", ""))
+    except (ValueError, ZeroDivisionError):
+        raise ValueError(f"{text[:64]!r} is not a number or a fraction such as 1/240") from None
+
+
+def _shortest_float32(value: float) -> str:
+    stored = struct.pack("f", value)
+    for digits in range(1, 10):
+        text = f"{value:.{digits}g}"
+        if struct.pack("f", float(text)) == stored:
+            return text
+    return repr(struct.unpack("f", stored)[0])

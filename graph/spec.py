@@ -1,0 +1,99 @@
+"""What a graph file says, as plain data: the result of loading, the input of compiling.
+
+Every part keeps the `Mark` of its place, so that later stages can still name file, line and column.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+from pathlib import Path
+from typing import Any, Literal
+
+from .errors import Mark
+
+Evaluator = Literal["execution", "push", "dirty_push"]
+PipelineStage = Literal["simulation", "pre_render", "post_render", "on_demand"]
+
+
+@dataclass(frozen=True, slots=True)
+class NodeSpec:
+    """A node of a graph: its name, its type id as written, the inputs (and state) that the file sets."""
+
+    name: str
+    type: str
+    inputs: Mapping[str, Any] = field(default_factory=dict)
+    mark: Mark | None = None
+    input_marks: Mapping[str, Mark] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class ConnectionSpec:
+    """One source to one destination, as written: `tick.tick`, `tick.outputs:tick`, `/World/G/n.outputs:x`."""
+
+    source: str
+    target: str
+    mark: Mark | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class VariableSpec:
+    """A graph variable: OGN type name and value (None: the type's zero)."""
+
+    type: str
+    value: Any = None
+    mark: Mark | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class GraphSpec:
+    """One graph: a path on the stage, how and when it is evaluated, its variables, nodes and connections in file order."""
+
+    path: str
+    nodes: tuple[NodeSpec, ...] = ()
+    connections: tuple[ConnectionSpec, ...] = ()
+    evaluator: Evaluator = "execution"
+    pipeline_stage: PipelineStage = "simulation"
+    variables: Mapping[str, VariableSpec] = field(default_factory=dict)
+    mark: Mark | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class SceneSpec:
+    """Where the world comes from: a USD or MJCF file (absolute path) and prims authored inline, in order."""
+
+    usd: Path | None = None
+    mjcf: Path | None = None
+    prims: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    mark: Mark | None = None
+    prim_marks: Mapping[tuple[str, ...], Mark] = field(default_factory=dict)
+    """Marks by (prim path,) and (prim path, key)."""
+
+
+@dataclass(frozen=True, slots=True)
+class ClockSpec:
+    """Rates [Hz] that the file authors (None: the scene's, else 60) and the clock's behaviour."""
+
+    physics_hz: Fraction | None = None
+    loop_hz: Fraction | None = None
+    experience: Literal["base", "full", "zero_delay"] = "base"
+    parity: Literal["documented", "isaacsim-6.0.1"] = "documented"
+    mark: Mark | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class FileSpec:
+    """A whole graph file. `folder` is the root below which every file it names must lie."""
+
+    path: Path | None = None
+    folder: Path | None = None
+    scene: SceneSpec = field(default_factory=SceneSpec)
+    clock: ClockSpec = field(default_factory=ClockSpec)
+    duration: Fraction | None = None
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    fidelity: Mapping[str, Any] = field(default_factory=dict)
+    graphs: tuple[GraphSpec, ...] = ()
+    record_mcap: str = "run.mcap"
+    marks: Mapping[tuple[str, ...], Mark] = field(default_factory=dict)
+    """Marks by key path, e.g. ("settings", "/a/b") or ("fidelity", "lidar.motion")."""
