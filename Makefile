@@ -1,0 +1,46 @@
+# make run    set up what is missing, then run the main example into out/yard
+# make test   set up what is missing, then run every test
+# make lint   ruff and mypy;  make bench   the measurements;  make clean   forget .venv and out
+
+VENV := .venv
+BIN := $(VENV)/bin
+PIP := $(BIN)/python -m pip --disable-pip-version-check
+PINS := .ci/constraints.txt
+SOURCES := graph nodes sensors tests graphs
+
+.PHONY: run test lint bench clean system-libraries
+.DELETE_ON_ERROR:
+
+run: $(VENV)/run.stamp system-libraries
+	$(BIN)/graph run graphs/yard.yaml --out out/yard
+
+test: $(VENV)/dev.stamp system-libraries
+	$(BIN)/python -m pytest
+
+lint: $(VENV)/dev.stamp
+	$(BIN)/ruff check $(SOURCES)
+	$(BIN)/ruff format --check $(SOURCES)
+	$(BIN)/mypy
+
+bench: $(VENV)/dev.stamp system-libraries
+	$(BIN)/python tests/benchmarks/run.py
+
+clean:
+	rm -rf $(VENV) out build dist
+
+system-libraries: $(VENV)/python.stamp
+	@.ci/system-libraries $(BIN)/python
+
+# The build backend is pinned and installed like any other package, so that no step resolves versions on its own.
+$(VENV)/python.stamp: $(PINS)
+	@python=$$(.ci/find-python) && echo "$$python -m venv $(VENV)" && "$$python" -m venv $(VENV)
+	$(PIP) install --quiet -c $(PINS) hatchling editables
+	@touch $@
+
+$(VENV)/run.stamp: $(VENV)/python.stamp pyproject.toml $(PINS)
+	$(PIP) install --quiet -c $(PINS) --no-build-isolation --editable .
+	@touch $@
+
+$(VENV)/dev.stamp: $(VENV)/python.stamp pyproject.toml $(PINS)
+	$(PIP) install --quiet -c $(PINS) --no-build-isolation --editable '.[dev]'
+	@touch $@ $(VENV)/run.stamp

@@ -1,0 +1,70 @@
+"""Native libraries that Python packages link but do not ship, and how each gets onto a machine.
+
+Open3D links `libusb-1.0`, `libGL`, `libEGL` and `libX11`. The first comes inside the PyPI package `libusb-package`
+and only has to be loaded before Open3D; the others come from the system.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import importlib
+import sys
+from types import ModuleType
+
+from graph.errors import UserError
+
+SYSTEM_LIBRARIES = ("libGL.so.1", "libEGL.so.1", "libX11.so.6")
+"""What Open3D needs from the system, as the loader names it (Linux)."""
+
+INSTALL_HINT = "apt-get install -y --no-install-recommends libgl1 libegl1"
+"""Brings all of `SYSTEM_LIBRARIES` on Debian and Ubuntu (libGL depends on libX11)."""
+
+
+def missing_system_libraries() -> tuple[str, ...]:
+    """Those of `SYSTEM_LIBRARIES` that the loader cannot find; always empty off Linux, where Open3D needs none of them."""
+    if not sys.platform.startswith("linux"):
+        return ()
+    return tuple(name for name in SYSTEM_LIBRARIES if not _loads(name))
+
+
+def import_open3d() -> ModuleType:
+    """Open3D, with the libraries it links made available first.
+
+    Raises UserError, naming what to install, if a system library is missing or Open3D is not installed.
+    """
+    already = sys.modules.get("open3d")
+    if already is not None:
+        return already
+    missing = missing_system_libraries()
+    if missing:
+        raise UserError(f"Open3D needs {', '.join(missing)}, which this machine lacks. Run: {INSTALL_HINT}")
+    load_libusb()
+    try:
+        return importlib.import_module("open3d")
+    except ImportError as error:
+        raise UserError(f"Open3D does not import ({error}). Run `graph doctor` to see what is missing.") from error
+
+
+def load_libusb() -> None:
+    """Load `libusb-1.0` for the whole process, so that Open3D's link to that name resolves (Linux; else nothing to do).
+
+    The system's own copy wins where there is one. Raises UserError if neither is there.
+    """
+    if not sys.platform.startswith("linux") or _loads("libusb-1.0.so.0"):
+        return
+    try:
+        path = importlib.import_module("libusb_package").get_library_path()
+        ctypes.CDLL(str(path), mode=ctypes.RTLD_GLOBAL)
+    except (ImportError, OSError, TypeError) as error:
+        raise UserError(
+            f"Open3D needs libusb-1.0 and the package libusb-package does not give it ({error}). "
+            "Run: pip install libusb-package"
+        ) from error
+
+
+def _loads(name: str) -> bool:
+    try:
+        ctypes.CDLL(name)
+    except OSError:
+        return False
+    return True
