@@ -1,0 +1,1 @@
+"""Sensors: ideal measurements of the world, their schedules, buffers and configurations."""

@@ -1,0 +1,114 @@
+"""Every per-element channel a sensor can compute: its dtype, width, unit, and the auxiliary level that carries it."""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+
+class AuxLevel(enum.IntEnum):
+    """How much auxiliary data a sensor hands out; each level includes the ones below it."""
+
+    NONE = 0
+    BASIC = 1
+    EXTRA = 2
+    FULL = 3
+
+
+@dataclass(frozen=True, slots=True)
+class Channel:
+    """One array of a frame: `width` values of `dtype` per element, available from aux level `level` on."""
+
+    name: str
+    dtype: np.dtype[np.generic]
+    width: int
+    level: AuxLevel
+    unit: str
+    doc: str
+
+    def empty(self) -> np.ndarray:
+        """An array of no elements, with the channel's dtype and shape."""
+        return np.empty((0, self.width) if self.width > 1 else 0, self.dtype)
+
+
+def _channel(name: str, dtype: str, level: AuxLevel, unit: str, doc: str, width: int = 1) -> tuple[str, Channel]:
+    return name, Channel(name, np.dtype(dtype), width, level, unit, doc)
+
+
+CHANNELS: dict[str, Channel] = dict(
+    (
+        _channel("xyz", "<f4", AuxLevel.NONE, "m", "hit point, Cartesian, in the frame of reference of the output", 3),
+        _channel("azimuth", "<f4", AuxLevel.NONE, "deg", "azimuth of the point, -180 to 180, left of +x positive"),
+        _channel("elevation", "<f4", AuxLevel.NONE, "deg", "elevation of the point, up from the xy plane"),
+        _channel("distance", "<f4", AuxLevel.NONE, "m", "distance of the point"),
+        _channel("scalar", "<f4", AuxLevel.NONE, "", "normalised intensity: reflectance times cosine of incidence"),
+        _channel("timeOffsetNs", "<i4", AuxLevel.NONE, "ns", "firing time after the frame's timestamp"),
+        _channel("flags", "u1", AuxLevel.NONE, "", "ElementFlags; VALID marks an element with a return"),
+        _channel("emitterId", "<u4", AuxLevel.BASIC, "", "index of the emitter"),
+        _channel("channelId", "<u4", AuxLevel.BASIC, "", "channel of the emitter"),
+        _channel("tickId", "<u4", AuxLevel.BASIC, "", "index of the firing tick within the scan"),
+        _channel("echoId", "u1", AuxLevel.BASIC, "", "0 for the first return of a ray, 1 for the second"),
+        _channel("tickStates", "u1", AuxLevel.BASIC, "", "index of the emitter state fired on the tick"),
+        _channel("matId", "<u4", AuxLevel.EXTRA, "", "encoded non-visual material"),
+        _channel("objId", "u1", AuxLevel.EXTRA, "", "128-bit stable id, little-endian", 16),
+        _channel("hitNormals", "<f4", AuxLevel.FULL, "", "unit surface normal, facing the sensor", 3),
+        _channel("velocities", "<f4", AuxLevel.FULL, "m/s", "velocity of the hit point", 3),
+    )
+)
+
+
+def check_channels(names: Iterable[str]) -> frozenset[str]:
+    """The names as a set. Raises ValueError naming the unknown ones."""
+    wanted = frozenset(names)
+    if unknown := sorted(wanted - CHANNELS.keys()):
+        raise ValueError(f"no channel {', '.join(unknown)}; there are {', '.join(CHANNELS)}")
+    return wanted
+
+
+class Demand:
+    """What the consumers of one sensor ask for: the union over all owners is what the sensor computes."""
+
+    def __init__(self) -> None:
+        self._owners: dict[object, tuple[frozenset[str], bool]] = {}
+        self.version = 0
+
+    def require(self, owner: object, channels: Iterable[str], *, ignore_aux: bool = False) -> None:
+        """Ask for channels on behalf of an owner (any hashable); asking again replaces the earlier request.
+
+        ignore_aux: also channels above the prim's auxiliary level (a message's Ring field needs the channel id).
+        Raises ValueError for unknown channel names.
+        """
+        self._owners[owner] = (check_channels(channels), ignore_aux)
+        self.version += 1
+
+    def release(self, owner: object) -> None:
+        """Withdraw an owner's request; an owner that has none is fine."""
+        if self._owners.pop(owner, None) is not None:
+            self.version += 1
+
+    def channels(self, level: AuxLevel) -> frozenset[str]:
+        """What to compute at this auxiliary level: the union, less what lies above the level."""
+        union: set[str] = set()
+        for wanted, ignore_aux in self._owners.values():
+            union.update(name for name in wanted if ignore_aux or CHANNELS[name].level <= level)
+        return frozenset(union)
+
+    def above(self, level: AuxLevel) -> dict[str, AuxLevel]:
+        """Channels somebody asked for that lie above the level, each with the level it needs."""
+        return {
+            name: CHANNELS[name].level
+            for wanted, ignore_aux in self._owners.values()
+            for name in wanted
+            if not ignore_aux and CHANNELS[name].level > level
+        }
+
+    def consumers(self) -> dict[str, list[str]]:
+        """Channel -> its owners as text, sorted: what `graph explain` lists."""
+        listing: dict[str, list[str]] = {}
+        for owner, (wanted, _) in self._owners.items():
+            for name in wanted:
+                listing.setdefault(name, []).append(str(owner))
+        return {name: sorted(listing[name]) for name in CHANNELS if name in listing}

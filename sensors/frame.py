@@ -1,0 +1,120 @@
+"""One frame of a sensor: when, where, and the channel arrays that somebody asked for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from .channels import CHANNELS, AuxLevel
+
+
+@dataclass(frozen=True, slots=True)
+class FramePose:
+    """The sensor's pose at one moment.
+
+    timestamp_ns: on the sensor's firing clock. world_sensor: (4, 4) float64, column vectors, sensor to world [m].
+    """
+
+    timestamp_ns: int
+    world_sensor: np.ndarray
+
+    @property
+    def position_m(self) -> np.ndarray:
+        """Where the sensor is in the world, (3,) float64 [m]."""
+        return self.world_sensor[:3, 3]
+
+    @property
+    def orientation(self) -> np.ndarray:
+        """Sensor to world rotation, (4,) float64, quaternion w, x, y, z."""
+        return quaternion_of(self.world_sensor[:3, :3])
+
+
+@dataclass(slots=True)
+class Frame:
+    """A finished reading.
+
+    timestamp_ns: start of the frame on the simulation clock; element time = timestamp_ns + timeOffsetNs.
+    frame_id counts the sensor's frames from 0. start, end: poses at both ends. frame_of_reference: SENSOR or WORLD,
+    what xyz, azimuth, elevation, distance, normals and velocities are given in. coords: SPHERICAL or CARTESIAN, what
+    x, y, z of a GenericModelOutput hold. arrays: channel name -> array of `count` rows; only demanded channels.
+    config: the sensor's configuration (a LidarConfig for lidars).
+    """
+
+    timestamp_ns: int
+    frame_id: int
+    start: FramePose
+    end: FramePose
+    count: int
+    arrays: dict[str, np.ndarray]
+    config: Any = None
+    sensor_path: str = ""
+    scan_complete: bool = True
+    aux_level: AuxLevel = AuxLevel.NONE
+    modality: str = "LIDAR"
+    coords: str = "SPHERICAL"
+    frame_of_reference: str = "SENSOR"
+    motion_compensation: str = "NONCOMPENSATED"
+    azimuth_offset_deg: float = 0.0
+    cache: dict[str, Any] = field(default_factory=dict, repr=False)
+
+    def channel(self, name: str) -> np.ndarray:
+        """The channel's array; no elements when nobody demanded it. Raises KeyError for unknown names."""
+        array = self.arrays.get(name)
+        return CHANNELS[name].empty() if array is None else array
+
+    def has(self, name: str) -> bool:
+        """Whether the frame holds this channel."""
+        return name in self.arrays
+
+    @property
+    def xyz(self) -> np.ndarray:
+        """Points, (count, 3) float32 [m], in the frame of reference; made from angles and distance when need be."""
+        if "xyz" not in self.arrays and {"azimuth", "elevation", "distance"} <= self.arrays.keys():
+            points = self.cache.get("xyz")
+            if points is None:
+                points = cartesian(self.arrays["azimuth"], self.arrays["elevation"], self.arrays["distance"])
+                self.cache["xyz"] = points
+            return np.asarray(points)
+        return self.channel("xyz")
+
+
+def cartesian(azimuth_deg: np.ndarray, elevation_deg: np.ndarray, distance: np.ndarray) -> np.ndarray:
+    """Points (N, 3) float32 of spherical coordinates; a distance below 1e-6 gives (0, 0, 0)."""
+    azimuth, elevation = np.deg2rad(azimuth_deg, dtype=np.float32), np.deg2rad(elevation_deg, dtype=np.float32)
+    points = np.empty((len(distance), 3), np.float32)
+    level = distance * np.cos(elevation)
+    np.multiply(level, np.cos(azimuth), out=points[:, 0])
+    np.multiply(level, np.sin(azimuth), out=points[:, 1])
+    np.multiply(distance, np.sin(elevation), out=points[:, 2])
+    points[distance < 1e-6] = 0.0
+    return points
+
+
+def spherical(points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Azimuth [deg], elevation [deg] and distance of points (N, 3); float32 (N,) each."""
+    x, y, z = (points[:, axis].astype(np.float64) for axis in range(3))
+    level = np.hypot(x, y)
+    azimuth = np.rad2deg(np.arctan2(y, x)).astype(np.float32)
+    elevation = np.rad2deg(np.arctan2(z, level)).astype(np.float32)
+    return azimuth, elevation, np.hypot(level, z).astype(np.float32)
+
+
+def quaternion_of(rotation: np.ndarray) -> np.ndarray:
+    """Unit quaternion w, x, y, z (float64, w >= 0) of a rotation matrix, by the largest of its four components."""
+    m = rotation
+    diagonal = np.array([m[0, 0] + m[1, 1] + m[2, 2], m[0, 0], m[1, 1], m[2, 2]])
+    largest = int(np.argmax(diagonal))
+    q = np.empty(4)
+    if largest == 0:
+        q[:] = 1 + diagonal[0], m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]
+    else:
+        i = largest - 1
+        j, k = (i + 1) % 3, (i + 2) % 3
+        q[0] = m[k, j] - m[j, k]
+        q[1 + i] = 1 + m[i, i] - m[j, j] - m[k, k]
+        q[1 + j] = m[j, i] + m[i, j]
+        q[1 + k] = m[k, i] + m[i, k]
+    q /= np.linalg.norm(q)
+    return np.negative(q) if q[0] < 0 else q

@@ -1,0 +1,1 @@
+"""Lidars: configuration, firing pattern, authoring and runtime."""
