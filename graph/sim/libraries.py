@@ -21,7 +21,7 @@ INSTALL_HINT = "apt-get install -y --no-install-recommends libgl1 libegl1"
 
 
 def missing_system_libraries() -> tuple[str, ...]:
-    """Those of `SYSTEM_LIBRARIES` that the loader cannot find; always empty off Linux, where Open3D needs none of them."""
+    """Those of `SYSTEM_LIBRARIES` that the loader cannot find; always empty off Linux, where none is needed."""
     if not sys.platform.startswith("linux"):
         return ()
     return tuple(name for name in SYSTEM_LIBRARIES if not _loads(name))

@@ -1,0 +1,163 @@
+"""`graph doctor`: is this machine ready, and if not, what to install."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import platform
+import shutil
+import subprocess
+import sys
+from dataclasses import asdict, dataclass
+from importlib import metadata
+from pathlib import Path
+
+HELP = "is this machine ready? what to install"
+
+MINIMUM_PYTHON = (3, 11)
+MINIMUM_GLIBC = (2, 35)
+GIB = 2**30
+LITTLE_MEMORY = 2 * GIB
+LITTLE_DISK = GIB
+
+IMPORTS = {
+    "libusb_package": ("libusb-package",),
+    "lz4.frame": ("lz4",),
+    "mcap.writer": ("mcap",),
+    "mujoco": ("mujoco-core", "mujoco"),
+    "networkx": ("networkx",),
+    "numpy": ("numpy",),
+    "open3d": ("open3d-cpu", "open3d"),
+    "pxr.Usd": ("usd-core",),
+    "pydantic": ("pydantic",),
+    "rich": ("rich",),
+    "rosbags.typesys": ("rosbags",),
+    "ruamel.yaml": ("ruamel.yaml",),
+}
+"""Module to import, and the distributions that may bring it."""
+
+PROBE = """
+import sys, time
+start = time.perf_counter()
+if sys.argv[1] == "open3d":
+    from graph.sim.libraries import import_open3d
+    import_open3d()
+else:
+    __import__(sys.argv[1])
+print(time.perf_counter() - start)
+"""
+"""What a fresh interpreter runs for one module: an import that crashes must not take the doctor with it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One thing looked at: `state` is "ok", "warn" (little of it) or "fail" (not ready; `advice` says what to do)."""
+
+    name: str
+    state: str
+    detail: str
+    advice: str = ""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options of `graph doctor`."""
+    parser.add_argument("--json", action="store_true", help="print the findings as JSON")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Look at everything, print it; 0 if the machine is ready, else 1."""
+    findings = examine()
+    ready = all(finding.state != "fail" for finding in findings)
+    if args.json:
+        print(json.dumps({"ready": ready, "findings": [asdict(finding) for finding in findings]}, indent=2))
+    else:
+        width = max(len(finding.name) for finding in findings)
+        for finding in findings:
+            print(f"{finding.state:4}  {finding.name:{width}}  {finding.detail}")
+        advice = dict.fromkeys(finding.advice for finding in findings if finding.advice)
+        print("ready" if ready else "not ready", *(f"  {line}" for line in advice), sep="\n")
+    return 0 if ready else 1
+
+
+def examine() -> list[Finding]:
+    """All findings, in the order they are printed."""
+    return [_python(), _glibc(), _system_libraries(), *map(_dependency, IMPORTS), _cores(), _memory(), _disk()]
+
+
+def _python() -> Finding:
+    detail = f"{platform.python_version()} ({platform.python_implementation()}, {platform.machine()}, {sys.executable})"
+    if sys.version_info[:2] < MINIMUM_PYTHON:
+        return Finding("python", "fail", detail, f"Install Python {'.'.join(map(str, MINIMUM_PYTHON))} or newer.")
+    return Finding("python", "ok", detail)
+
+
+def _glibc() -> Finding:
+    name, version = platform.libc_ver()
+    if name != "glibc":
+        return Finding("C library", "ok", name or platform.system())
+    if tuple(int(part) for part in version.split(".")[:2]) < MINIMUM_GLIBC:
+        return Finding(
+            "C library", "fail", f"glibc {version}", "Open3D needs glibc 2.35: use Debian 12, Ubuntu 22.04 or newer."
+        )
+    return Finding("C library", "ok", f"glibc {version}")
+
+
+def _system_libraries() -> Finding:
+    from graph.sim.libraries import INSTALL_HINT, SYSTEM_LIBRARIES, missing_system_libraries
+
+    missing = missing_system_libraries()
+    if missing:
+        return Finding("system libraries", "fail", f"missing: {', '.join(missing)}", f"Run as root: {INSTALL_HINT}")
+    return Finding(
+        "system libraries", "ok", ", ".join(SYSTEM_LIBRARIES) if sys.platform.startswith("linux") else "none needed"
+    )
+
+
+def _dependency(module: str) -> Finding:
+    distributions = IMPORTS[module]
+    version = next(filter(None, map(_version, distributions)), None)
+    name = distributions[0]
+    if version is None:
+        return Finding(name, "fail", "not installed", f"Run: pip install {name}")
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])}
+    command = [sys.executable, "-P", "-c", PROBE, module]
+    probe = subprocess.run(command, capture_output=True, text=True, check=False, env=environment)
+    if probe.returncode != 0:
+        said = probe.stderr.strip().splitlines() or [f"ended with status {probe.returncode}"]
+        return Finding(
+            name, "fail", f"{version} does not import: {said[-1]}", f"Run: pip install --force-reinstall {name}"
+        )
+    return Finding(name, "ok", f"{version}, imports in {float(probe.stdout.split()[-1]):.2f} s")
+
+
+def _version(distribution: str) -> str | None:
+    try:
+        return metadata.version(distribution)
+    except metadata.PackageNotFoundError:
+        return None
+
+
+def _cores() -> Finding:
+    usable = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    return Finding("cores", "ok", f"{usable} usable of {os.cpu_count()}")
+
+
+def _memory() -> Finding:
+    try:
+        page = os.sysconf("SC_PAGE_SIZE")
+        total, free = page * os.sysconf("SC_PHYS_PAGES"), page * os.sysconf("SC_AVPHYS_PAGES")
+    except (AttributeError, ValueError, OSError):
+        return Finding("memory", "ok", "unknown on this system")
+    detail = f"{total / GIB:.1f} GiB, {free / GIB:.1f} GiB free"
+    if total < LITTLE_MEMORY:
+        return Finding("memory", "warn", detail, "Large scenes want 2 GiB of memory or more.")
+    return Finding("memory", "ok", detail)
+
+
+def _disk() -> Finding:
+    free = shutil.disk_usage(".").free
+    detail = f"{free / GIB:.1f} GiB free here"
+    if free < LITTLE_DISK:
+        return Finding("disk", "warn", detail, "Recordings want space: free some, or give --out another disk.")
+    return Finding("disk", "ok", detail)
