@@ -1,0 +1,169 @@
+"""What a scene file would make USD open, found out before USD opens it.
+
+A scene may come from a stranger. Composing it follows sublayers, references, payloads and value clips to any file
+of the machine, and a text layer nested too deeply ends the process inside USD's parser. So every layer is looked at
+first: where it lies, how deep it nests, and what it asks for next.
+"""
+
+from __future__ import annotations
+
+import glob
+import re
+import zipfile
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from graph.errors import Problem, UserError
+
+MAX_NESTING = 256
+"""Brackets that may be open at once in a text layer."""
+
+_OPAQUE = re.compile(
+    rb'"""(?:[^\\]|\\.)*?"""|\'\'\'(?:[^\\]|\\.)*?\'\'\'|"(?:[^"\\\n]|\\.)*"|\'(?:[^\'\\\n]|\\.)*\''
+    rb"|@@@.*?@@@|@[^@\n]*@|#[^\n]*|/\*.*?\*/|//[^\n]*",
+    re.DOTALL,
+)
+_BINARY = (b"PXR-USDC", b"PK\x03\x04")
+_SCENE_SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
+
+
+def check_scene(file: Path, roots: Sequence[Path], warn: Callable[[str, str, str], None]) -> None:
+    """Walk the scene's layers breadth first, opening none that is not below one of `roots` (links resolved).
+
+    Raises UserError with every problem: no such file, a file outside the roots, a text layer nested deeper than
+    `MAX_NESTING`, a layer that cannot be read. What a layer asks for but does not exist gives `usd-missing-asset`.
+    """
+    from .usd import Ar, Sdf
+
+    if not file.is_file():
+        raise UserError(f"{file}: no such scene file.")
+    if file.suffix.lower() not in _SCENE_SUFFIXES:
+        raise UserError(f"{file}: not a USD file; its name must end in {', '.join(_SCENE_SUFFIXES)}.")
+    allowed = [root.expanduser().resolve() for root in roots]
+    problems: list[Problem] = []
+    seen = {str(file)}
+    queue = deque([(str(file), "")])
+    while queue:
+        path, wanted_by = queue.popleft()
+        on_disk = Path(Ar.SplitPackageRelativePathOuter(path)[0] if Ar.IsPackageRelativePath(path) else path)
+        problem = _refused(on_disk, allowed, wanted_by)
+        if problem:
+            problems.append(Problem(problem))
+            continue
+        with quiet(warn, path):
+            layer, reason = _open_layer(path)
+        if layer is None:
+            if not wanted_by:
+                raise UserError(reason if reason.startswith(path) else f"{file}: USD cannot read this file; {reason}")
+            warn("usd-missing-asset", wanted_by, f"{path} cannot be read as a USD layer ({reason}); it is left out.")
+            continue
+        for asset in _dependencies(layer):
+            anchored = Sdf.ComputeAssetPathRelativeToLayer(layer, asset)
+            found = glob.glob(re.sub("#+", "*", anchored)) if "#" in asset else [Ar.GetResolver().Resolve(anchored)]
+            for resolved in map(str, found):
+                if not resolved:
+                    warn("usd-missing-asset", layer.identifier, f"{asset} does not exist; it is left out.")
+                elif resolved not in seen:
+                    seen.add(resolved)
+                    queue.append((resolved, layer.identifier))
+    if problems:
+        raise UserError(problems)
+
+
+def _open_layer(path: str) -> tuple[Any, str]:
+    """The layer, or None and why not."""
+    from .usd import Sdf, Tf
+
+    try:
+        return Sdf.Layer.FindOrOpen(path), "it is damaged or of another kind"
+    except Tf.ErrorException as error:
+        return None, " ".join(str(error.args[0]).rpartition(" : ")[2].split()).strip("' ")
+
+
+def _refused(path: Path, allowed: Sequence[Path], wanted_by: str) -> str | None:
+    real = path.resolve()
+    by = f" ({wanted_by} asks for it)" if wanted_by else ""
+    if not any(real.is_relative_to(root) for root in allowed):
+        folders = ", ".join(map(str, allowed)) or "no folder"
+        return f"{path} lies outside {folders}{by}. Move it there, or allow its folder with --allow DIR."
+    try:
+        deep = any(nesting(data) > MAX_NESTING for data in _text_layers(real))
+    except (OSError, zipfile.BadZipFile) as error:
+        return f"{path} cannot be read: {error}."
+    return f"{path} nests deeper than {MAX_NESTING} levels{by}; USD cannot read it safely." if deep else None
+
+
+def _text_layers(path: Path) -> Iterator[bytes]:
+    """The bytes of the file if it is text, or of every text layer in a package."""
+    with path.open("rb") as stream:
+        start = stream.read(8)
+        if start.startswith(b"PXR-USDC"):
+            return
+        if not start.startswith(_BINARY):
+            yield start + stream.read()
+            return
+    with zipfile.ZipFile(path) as package:
+        for entry in package.infolist():
+            if entry.filename.lower().endswith(_SCENE_SUFFIXES):
+                data = package.read(entry)
+                if not data.startswith(_BINARY):
+                    yield data
+
+
+def nesting(data: bytes) -> int:
+    """How many brackets of any kind are open at most; strings, comments and asset paths do not count."""
+    import numpy as np
+
+    if sum(map(data.count, (b"{", b"(", b"["))) <= MAX_NESTING:
+        return 0
+    steps = np.zeros(256, np.int8)
+    steps[list(b"{([")] = 1
+    steps[list(b"})]")] = -1
+    letters = np.frombuffer(_OPAQUE.sub(b" ", data), np.uint8)
+    marks = steps[letters]
+    return int(np.cumsum(marks[marks != 0], dtype=np.int64).max(initial=0))
+
+
+def _dependencies(layer: Any) -> Iterable[str]:
+    """Assets that composing the layer opens: sublayers, references, payloads (in variants too) and value clips."""
+    assets = dict.fromkeys(layer.GetCompositionAssetDependencies())
+
+    def visit(path: Any) -> None:
+        if path.IsPrimPath() or path.IsPrimVariantSelectionPath():
+            spec = layer.GetPrimAtPath(path)
+            if spec is not None and spec.HasInfo("clips"):
+                assets.update(dict.fromkeys(_clip_assets(spec.GetInfo("clips"))))
+
+    layer.Traverse("/", visit)
+    return assets
+
+
+def _clip_assets(value: Any) -> Iterator[str]:
+    """Every asset path in a prim's `clips`; a template (`clip.###.usd`) stands for the files that match it."""
+    if isinstance(value, dict):
+        for key, inner in value.items():
+            yield from (inner,) if key == "templateAssetPath" and isinstance(inner, str) else _clip_assets(inner)
+    elif hasattr(value, "path"):
+        yield value.path
+    elif not isinstance(value, (str, bytes, int, float)) and hasattr(value, "__iter__"):
+        for inner in value:
+            yield from _clip_assets(inner)
+
+
+@contextmanager
+def quiet(warn: Callable[[str, str, str], None], where: str) -> Iterator[None]:
+    """Turn what USD would print about a scene into warnings `usd-composition`."""
+    from .usd import UsdUtils
+
+    delegate = UsdUtils.CoalescingDiagnosticDelegate()
+    try:
+        yield
+    finally:
+        for message in delegate.TakeUncoalescedDiagnostics():
+            text = " ".join(message.commentary.split())
+            if "Could not open asset" not in text:
+                warn("usd-composition", where, text)
+        del delegate
