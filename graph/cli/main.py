@@ -1,0 +1,201 @@
+"""The command `graph`: finds the subcommand, hands it its options, turns what goes wrong into lines and exit codes.
+
+Exit codes: 0 done, 1 the run failed, 2 the user's input is wrong, 130 interrupted. A subcommand is one module with
+`add_arguments(parser)` and `run(args) -> int`; only the module that was asked for is imported. `args.settings` holds
+the `--/path=value` options, `args.debug` whether tracebacks are wanted.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import traceback
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any, NoReturn
+
+from graph.errors import RunError, UserError
+
+DONE, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """A subcommand: its line of help, the module of `graph.cli` that does it, whether it takes `--/path=value`."""
+
+    help: str
+    module: str
+    settings: bool = False
+
+
+COMMANDS = {
+    "run": Command("play a graph file and report what happened", "run", settings=True),
+    "check": Command("validate graph files without running them", "check", settings=True),
+    "nodes": Command("list node types", "nodes"),
+    "node": Command("describe one node type", "node"),
+    "show": Command("draw the graphs of a file", "show"),
+    "schema": Command("print the JSON Schema of graph files", "schema"),
+    "doctor": Command("is this machine ready, and what to install if not", "doctor"),
+}
+
+
+class _WrongUsage(Exception):  # noqa: N818  (a signal of this module, caught in it)
+    """The command line itself is wrong."""
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        raise _WrongUsage(f"{self.prog}: {message}; see {self.prog} --help")
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Runs the command line `argv` (default: this process's) and returns its exit code."""
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    debug = "--debug" in _options(arguments)
+    try:
+        code = _dispatch(arguments)
+        sys.stdout.flush()
+        return code
+    except _WrongUsage as wrong:
+        _complain([str(wrong)])
+        return WRONG_INPUT
+    except UserError as error:
+        _trace(debug)
+        _complain(map(str, error.problems))
+        return WRONG_INPUT
+    except RunError as error:
+        _trace(debug)
+        _complain([str(error)])
+        return FAILED
+    except KeyboardInterrupt:
+        _trace(debug)
+        _complain(["interrupted"])
+        return INTERRUPTED
+    except BrokenPipeError:
+        # The reader (`| head`) has gone. Python would complain once more when it flushes at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return FAILED
+    except ImportError as error:
+        _trace(debug)
+        _complain([f"a library cannot be loaded: {error}; graph doctor says what to install"])
+        return FAILED
+    except Exception as error:
+        _trace(debug)
+        advice = "" if debug else "; run it again with --debug for the traceback, and report it"
+        _complain([f"internal error: {type(error).__name__}: {error}{advice}"])
+        return FAILED
+
+
+def split_settings(arguments: Sequence[str]) -> tuple[list[str], dict[str, Any]]:
+    """The command line without its `--/path=value` options, and those as settings, values read as in YAML.
+
+    Raises UserError for one without a value.
+    """
+    from graph.files.scalars import resolve
+
+    rest: list[str] = []
+    settings: dict[str, Any] = {}
+    for index, argument in enumerate(arguments):
+        if argument == "--":
+            rest += arguments[index:]
+            break
+        if not argument.startswith("--/"):
+            rest.append(argument)
+            continue
+        path, equals, text = argument[2:].partition("=")
+        if not equals or len(path) < 2:
+            raise UserError(f"{argument}: write a setting as --/path=value")
+        try:
+            settings[path] = resolve(text)
+        except ValueError as error:
+            raise UserError(f"{argument}: {error}") from None
+    return rest, settings
+
+
+def _dispatch(arguments: list[str]) -> int:
+    rest, settings = split_settings(arguments)
+    # `graph --debug run FILE` means the same as `graph run FILE --debug`.
+    name = next((argument for argument in rest if not argument.startswith("-")), None)
+    if name is None:
+        return _without_command(rest)
+    if name not in COMMANDS:
+        raise _WrongUsage(_unknown_command(name))
+    before = rest[: rest.index(name)]
+    _top_parser().parse_args(before)
+    command = COMMANDS[name]
+    if settings and not command.settings:
+        raise UserError(f"graph {name} builds no App and takes no settings; leave out --{next(iter(settings))}")
+    module = import_module(f"graph.cli.{command.module}")
+    parser = _Parser(prog=f"graph {name}", description=f"{command.help[0].upper()}{command.help[1:]}.")
+    parser.add_argument("--debug", action="store_true", help="show tracebacks")
+    if command.settings:
+        parser.epilog = (
+            "--/path=value sets a value of the settings tree, such as --/app/runLoops/main/rateLimitFrequency=30"
+        )
+    module.add_arguments(parser)
+    args = parser.parse_args(rest[rest.index(name) + 1 :])
+    args.settings = settings
+    args.debug = args.debug or "--debug" in before
+    return int(module.run(args))
+
+
+def _top_parser() -> _Parser:
+    width = max(map(len, COMMANDS))
+    lines = "\n".join(f"  {name:{width}}  {command.help}" for name, command in COMMANDS.items())
+    parser = _Parser(
+        prog="graph",
+        usage="graph COMMAND [options]",
+        description="Node graphs, exact clocks and multi-rate sensors over MuJoCo and Open3D.",
+        epilog=f"commands:\n{lines}\n\n`graph COMMAND --help` tells more.",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--version", action="store_true", help="print the version and exit")
+    parser.add_argument("--debug", action="store_true", help="show tracebacks")
+    return parser
+
+
+def _without_command(arguments: list[str]) -> int:
+    parser = _top_parser()
+    args = parser.parse_args(arguments)
+    if args.version:
+        print(f"tickgraph {version()}")
+        return DONE
+    if arguments:
+        raise _WrongUsage("graph: no command given; see graph --help")
+    parser.print_help()
+    return DONE
+
+
+def version() -> str:
+    """The installed version; in a clone that was never installed, "(not installed)"."""
+    from importlib import metadata
+
+    try:
+        return metadata.version("tickgraph")
+    except metadata.PackageNotFoundError:
+        return "(not installed)"
+
+
+def _unknown_command(name: str) -> str:
+    from difflib import get_close_matches
+
+    match = get_close_matches(name, COMMANDS, n=1)
+    advice = f'did you mean "{match[0]}"?' if match else f"commands are {', '.join(COMMANDS)}"
+    return f'graph: there is no command "{name}"; {advice}'
+
+
+def _options(arguments: Sequence[str]) -> Sequence[str]:
+    return arguments[: arguments.index("--")] if "--" in arguments else arguments
+
+
+def _trace(debug: bool) -> None:
+    if debug:
+        traceback.print_exc()
+
+
+def _complain(lines: Iterable[str]) -> None:
+    for line in lines:
+        # One line for each problem, whatever a library put into its message.
+        print(" ".join(line.split("\n")), file=sys.stderr)

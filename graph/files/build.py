@@ -1,0 +1,203 @@
+"""Validated models and their tree to a `FileSpec`; what the models alone cannot know is checked here."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from graph.errors import Mark, Problem
+from graph.spec import ClockSpec, ConnectionSpec, FileSpec, GraphSpec, NodeSpec, SceneSpec, VariableSpec
+
+from . import connections, model, paths
+from .source import Source
+from .text import quoted
+from .tree import Map, Seq, offset
+
+_SCENE_SUFFIXES = {"usd": (".usd", ".usda", ".usdc", ".usdz"), "mjcf": (".xml",)}
+_MARKED_SECTIONS = ("scene", "clock", "settings", "fidelity", "record")
+
+
+class Builder:
+    """Builds the specification of one file and collects the problems found on the way."""
+
+    def __init__(
+        self, source: Source, root: Map, problems: list[Problem], path: Path | None, folder: Path, allow: Sequence[Path]
+    ) -> None:
+        self.source = source
+        self.root = root
+        self.problems = problems
+        self.path = path
+        self.folder = folder
+        self.allow = allow
+
+    def build(self, file: model.GraphFile) -> FileSpec:
+        """The specification of a validated file; its parts that are wrong are left out."""
+        return FileSpec(
+            path=self.path,
+            folder=self.folder,
+            scene=self._scene(file.scene),
+            clock=self._clock(file.clock),
+            duration=file.duration,
+            settings=file.settings,
+            fidelity=file.fidelity,
+            graphs=tuple(self._graph(path, graph) for path, graph in file.graphs.items()),
+            record_mcap=self._record(file.record),
+            marks=self._marks(),
+        )
+
+    def _scene(self, scene: model.Scene) -> SceneSpec:
+        if scene.usd is not None and scene.mjcf is not None:
+            self._wrong(("scene", "mjcf"), "scene: give usd or mjcf, not both.", key=True)
+        prims = self.root.get("scene")
+        prims = prims.get("prims") if isinstance(prims, Map) else None
+        return SceneSpec(
+            usd=self._scene_file("usd", scene.usd),
+            mjcf=self._scene_file("mjcf", scene.mjcf),
+            prims={path: self._prim(path, keys) for path, keys in scene.prims.items()},
+            mark=self._key_mark("scene") if "scene" in self.root else None,
+            prim_marks=dict(self._prim_marks(prims)) if isinstance(prims, Map) else {},
+        )
+
+    def _scene_file(self, key: str, text: str | None) -> Path | None:
+        if text is None:
+            return None
+        suffixes = _SCENE_SUFFIXES[key]
+        if not text.lower().endswith(suffixes):
+            self._wrong(("scene", key), f"scene.{key}: {quoted(text)} does not end in {' or '.join(suffixes)}.")
+            return None
+        return self._file(("scene", key), f"scene.{key}", text)
+
+    def _prim(self, path: str, keys: Mapping[str, Any]) -> Mapping[str, Any]:
+        """The prim with its file names made absolute; a config without `.json` is a name, not a file."""
+        resolved = dict(keys)
+        for key in ("config", "reference"):
+            text = keys.get(key)
+            if isinstance(text, str) and (key == "reference" or text.lower().endswith(".json")):
+                file = self._file(("scene", "prims", path, key), f"prim {path}: {key}", text)
+                if file is None:
+                    del resolved[key]
+                else:
+                    resolved[key] = str(file)
+        return resolved
+
+    def _prim_marks(self, prims: Map) -> Iterator[tuple[tuple[str, ...], Mark]]:
+        for path, keys in prims.items():
+            yield (path,), self.source.mark(prims.places[path][0])
+            if isinstance(keys, Map):
+                for key in keys:
+                    yield (path, key), self.source.mark(keys.places[key][0])
+
+    def _file(self, location: Sequence[str], name: str, text: str) -> Path | None:
+        try:
+            return paths.confined(text, self.folder, self.allow)
+        except ValueError as error:
+            self._wrong(location, f"{name}: {error}")
+            return None
+
+    def _clock(self, clock: model.Clock) -> ClockSpec:
+        both = clock.physics_hz, clock.loop_hz
+        if clock.experience == "zero_delay" and None not in both and both[0] != both[1]:
+            self._wrong(
+                ("clock", "physics_hz"),
+                f"clock: zero_delay needs physics_hz = loop_hz, found {both[0]} and {both[1]}; give one of them.",
+                key=True,
+            )
+        mark = self._key_mark("clock") if "clock" in self.root else None
+        return ClockSpec(clock.physics_hz, clock.loop_hz, clock.experience, clock.parity, mark)
+
+    def _record(self, record: model.Record) -> str:
+        try:
+            return paths.output_name(record.mcap)
+        except ValueError as error:
+            self._wrong(("record", "mcap"), f"record.mcap: {error}")
+            return model.Record().mcap
+
+    def _graph(self, path: str, graph: model.Graph) -> GraphSpec:
+        tree = self.root["graphs"][path]
+        tree = tree if isinstance(tree, Map) else Map()
+        return GraphSpec(
+            path=path,
+            nodes=tuple(self._nodes(graph, tree.get("nodes"))),
+            connections=tuple(self._connections(graph, tree.get("connections"))),
+            evaluator=graph.evaluator,
+            pipeline_stage=graph.pipeline_stage,
+            variables={
+                name: VariableSpec(variable.type, variable.value, self.source.mark(tree["variables"].places[name][0]))
+                for name, variable in graph.variables.items()
+            },
+            mark=self._key_mark("graphs", path),
+        )
+
+    def _nodes(self, graph: model.Graph, tree: Map | None) -> Iterator[NodeSpec]:
+        if tree is None:
+            return
+        mark = self.source.mark
+        for name, node in graph.nodes.items():
+            inputs: dict[str, Any] = {}
+            marks: dict[str, Mark] = {}
+            written = tree[name]
+            if isinstance(written, Map):
+                self._values(name, written.get("inputs"), "inputs:", inputs, marks)
+                self._values(name, written.get("state"), "state:", inputs, marks)
+            yield NodeSpec(name, node.type, inputs, mark(tree.places[name][0]), marks)
+
+    def _values(
+        self, node: str, written: Map | None, prefix: str, values: dict[str, Any], marks: dict[str, Mark]
+    ) -> None:
+        """Adds set values by attribute name: inputs without a prefix, state attributes with `state:`."""
+        for key, value in (written or {}).items():
+            at = written.places[key][0] if written else 0
+            name = key.removeprefix(prefix)
+            if not name or name.startswith("outputs:") or (prefix == "state:" and name.startswith("inputs:")):
+                message = f"node {quoted(node)}: {quoted(key)} cannot be set; only inputs and state can."
+                self.problems.append(self.source.problem(at, message))
+                continue
+            if prefix == "state:" or name.startswith("state:"):
+                name = f"state:{name.removeprefix('state:')}"
+            if name in values:
+                message = f"node {quoted(node)}: {quoted(key)} is set twice; remove one."
+                self.problems.append(self.source.problem(at, message))
+                continue
+            values[name] = value
+            marks[name] = self.source.mark(at)
+
+    def _connections(self, graph: model.Graph, tree: Seq | None) -> Iterator[ConnectionSpec]:
+        if tree is None:
+            return
+        source = self.source
+        for text, at in zip(graph.connections, tree.item_at, strict=True):
+            try:
+                links = connections.parse(text)
+            except ValueError as error:
+                self.problems.append(source.problem(at, str(error)))
+                continue
+            if len(links) == 1:
+                yield ConnectionSpec(links[0].source, links[0].target, source.mark(at))
+                continue
+            start = self._text_start(text, at)
+            for link in links:
+                place = at if start is None else start + link.target_at
+                yield ConnectionSpec(link.source, link.target, source.mark(place))
+
+    def _text_start(self, text: str, at: int) -> int | None:
+        """Where a scalar's characters start, if the file holds them as they are (no escapes, no folding)."""
+        for start in (at, at + 1):
+            if self.source.text.startswith(text, start):
+                return start
+        return None
+
+    def _marks(self) -> dict[tuple[str, ...], Mark]:
+        marks: dict[tuple[str, ...], Mark] = {}
+        for key, value in self.root.items():
+            marks[(key,)] = self._key_mark(key)
+            if key in _MARKED_SECTIONS and isinstance(value, Map):
+                for inner in value:
+                    marks[(key, inner)] = self.source.mark(value.places[inner][0])
+        return marks
+
+    def _key_mark(self, *location: str) -> Mark:
+        return self.source.mark(offset(self.root, location, key=True))
+
+    def _wrong(self, location: Sequence[str], message: str, *, key: bool = False) -> None:
+        self.problems.append(self.source.problem(offset(self.root, location, key=key), message))

@@ -1,0 +1,151 @@
+"""JSON text to a tree with places.
+
+The grammar is the standard library's (RFC 8259 plus NaN and Infinity, which a node's input may hold); unlike it,
+repeated keys are problems, every value keeps its offset, and nesting needs no recursion.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Callable
+from json import decoder
+from typing import Any
+
+from graph.errors import Problem, UserError
+
+from . import scalars
+from .source import DEPTH_LIMIT, Source
+from .text import quoted
+from .tree import Map, Seq
+
+# The standard library's own scanner of strings, which typeshed leaves out.
+_scan_string: Callable[[str, int, bool], tuple[str, int]] = decoder.scanstring  # type: ignore[attr-defined]
+_SPACE = re.compile(r"[ \t\n\r]*")
+_NUMBER = re.compile(r"-?(?:0|[1-9][0-9]*)(\.[0-9]+)?([eE][-+]?[0-9]+)?")
+_WORDS: dict[str, Any] = {
+    "null": None,
+    "true": True,
+    "false": False,
+    "NaN": math.nan,
+    "Infinity": math.inf,
+    "-Infinity": -math.inf,
+}
+_WORD = re.compile("|".join(_WORDS))
+
+
+def parse(source: Source, problems: list[Problem]) -> tuple[Any, int]:
+    """The tree of a JSON text and its offset; repeated keys are added to `problems`, broken syntax raises UserError."""
+    return _Reader(source, problems).document()
+
+
+class _Reader:
+    def __init__(self, source: Source, problems: list[Problem]) -> None:
+        self.source = source
+        self.text = source.text
+        self.problems = problems
+
+    def document(self) -> tuple[Any, int]:
+        start = self._skip(0)
+        root, at = self._value(start)
+        at = self._skip(at)
+        if isinstance(root, (Map, Seq)):
+            at = self._fill(root, at)
+        if at < len(self.text):
+            raise self._broken(at, "more text after the end of the document")
+        return root, start
+
+    def _fill(self, root: Map | Seq, at: int) -> int:
+        """Reads the members of a container that has just been opened, and of all inside it."""
+        text = self.text
+        stack: list[Map | Seq] = []
+        node: Map | Seq = root
+        fresh = True
+        while True:
+            closing = "}" if isinstance(node, Map) else "]"
+            char = text[at : at + 1]
+            if char == closing and (fresh or char != ","):
+                at = self._skip(at + 1)
+                if not stack:
+                    return at
+                node = stack.pop()
+                fresh = False
+                continue
+            if not fresh:
+                if char != ",":
+                    raise self._broken(at, f'expected "," or "{closing}"')
+                at = self._skip(at + 1)
+                if text[at : at + 1] == closing:
+                    raise self._broken(at, f'remove the comma before "{closing}"')
+            fresh = False
+            key_at = at
+            key: str | None = None
+            if isinstance(node, Map):
+                key, at = self._key(at)
+            value_at = at
+            value, at = self._value(at)
+            at = self._skip(at)
+            if isinstance(node, Seq):
+                node.add(value, value_at)
+            elif key in node:
+                self._repeated(node, str(key), key_at)
+            else:
+                node.add(str(key), key_at, value, value_at)
+            if isinstance(value, (Map, Seq)):
+                stack.append(node)
+                if len(stack) >= DEPTH_LIMIT:
+                    raise self._broken(value_at, f"nested deeper than {DEPTH_LIMIT}")
+                node = value
+                fresh = True
+
+    def _key(self, at: int) -> tuple[str, int]:
+        if self.text[at : at + 1] != '"':
+            raise self._broken(at, "expected a key in double quotes")
+        key, at = self._string(at)
+        at = self._skip(at)
+        if self.text[at : at + 1] != ":":
+            raise self._broken(at, f'expected ":" after key {quoted(key)}')
+        return key, self._skip(at + 1)
+
+    def _value(self, at: int) -> tuple[Any, int]:
+        """A scalar, or an empty container that the caller must fill."""
+        char = self.text[at : at + 1]
+        if char == '"':
+            return self._string(at)
+        if char == "{":
+            return Map(at), at + 1
+        if char == "[":
+            return Seq(at), at + 1
+        if found := _WORD.match(self.text, at):
+            return _WORDS[found[0]], found.end()
+        if found := _NUMBER.match(self.text, at):
+            return self._number(at, found), found.end()
+        raise self._broken(at, "expected a value" if char else "the text ends too early")
+
+    def _number(self, at: int, found: re.Match[str]) -> int | float:
+        try:
+            return scalars.number(found[0], "int" if found[1] is None and found[2] is None else "float")
+        except ValueError as error:
+            self.problems.append(self.source.problem(at, f"{error}."))
+            return 0
+
+    def _string(self, at: int) -> tuple[str, int]:
+        try:
+            value, end = _scan_string(self.text, at + 1, True)
+        except json.JSONDecodeError as error:
+            reason = error.msg.removesuffix(" at").removesuffix(" starting").lower()
+            raise self._broken(error.pos, reason) from error
+        return value, end
+
+    def _repeated(self, node: Map, key: str, key_at: int) -> None:
+        first = self.source.mark(node.places[key][0])
+        message = f"key {quoted(key)} is repeated; it is already in line {first.line}."
+        self.problems.append(self.source.problem(key_at, message))
+
+    def _skip(self, at: int) -> int:
+        found = _SPACE.match(self.text, at)
+        return found.end() if found else at
+
+    def _broken(self, at: int, what: str) -> UserError:
+        return UserError(self.source.problem(at, f"this is not JSON: {what}."))

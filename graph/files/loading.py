@@ -1,0 +1,169 @@
+"""Loading: from a path or a text to a `FileSpec`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from graph.errors import Problem, UserError
+from graph.spec import FileSpec, GraphSpec
+
+from . import json_text, messages, model, tree
+from .build import Builder
+from .source import Source, decode, file_format, read
+from .text import described
+
+
+@dataclass(frozen=True, slots=True)
+class Examined:
+    """What could be read of a file, and everything that is wrong with it.
+
+    `spec` leaves out what is wrong (and the connections of left-out nodes), so that later stages can report what they
+    find in the rest; it is None if the text itself could not be parsed.
+    """
+
+    spec: FileSpec | None
+    problems: tuple[Problem, ...]
+
+
+def load(path: str | Path, *, allow: Iterable[str | Path] = ()) -> FileSpec:
+    """Reads a graph file (.yaml, .yml, .json).
+
+    Files that it names must lie below its own folder or below one of `allow`. Raises UserError with every problem.
+    """
+    return _complete(examine(path, allow=allow))
+
+
+def loads(
+    text: str | bytes, *, name: str = "<text>", folder: str | Path | None = None, allow: Iterable[str | Path] = ()
+) -> FileSpec:
+    """Reads a graph file from its text; `name` stands in messages, and ends in `.json` if the text is JSON.
+
+    File names in it are relative to `folder` (default: the current one). Raises UserError with every problem.
+    """
+    kind = file_format(name) or "yaml"
+    folder = Path.cwd() if folder is None else Path(folder)
+    try:
+        source = decode(text, name, kind)
+    except UserError as error:
+        raise UserError(error.problems) from error
+    return _complete(_examine(source, kind, None, folder.absolute(), [Path(root) for root in allow]))
+
+
+def examine(path: str | Path, *, allow: Iterable[str | Path] = ()) -> Examined:
+    """Like `load`, but returns what is right beside what is wrong, for a command that reports several stages."""
+    name, path = str(path), Path(path)
+    try:
+        source = read(path, name)
+    except UserError as error:
+        return Examined(None, error.problems)
+    # The folder of the file as named, not of what a link points to: its neighbours are what the user sees.
+    path = path.absolute()
+    return _examine(source, file_format(name) or "yaml", path, path.parent, [Path(root) for root in allow])
+
+
+def parse_value(text: str) -> Any:
+    """The value of a piece of YAML such as `1e3`, `[1, 2]` or `on`, as plain data. Raises UserError."""
+    problems: list[Problem] = []
+    source = Source("<value>", text)
+    if not text.strip():
+        return text
+    value, _ = _parser("yaml")(source, problems)
+    if problems:
+        raise UserError(problems)
+    return value
+
+
+def _complete(examined: Examined) -> FileSpec:
+    if examined.problems or examined.spec is None:
+        raise UserError(examined.problems)
+    return examined.spec
+
+
+def _parser(kind: str) -> Any:
+    if kind == "json":
+        return json_text.parse
+    from . import yaml_text
+
+    return yaml_text.parse
+
+
+def _examine(source: Source, kind: str, path: Path | None, folder: Path, allow: Sequence[Path]) -> Examined:
+    problems: list[Problem] = []
+    try:
+        root, at = _parser(kind)(source, problems)
+    except UserError as error:
+        return Examined(None, (*problems, *error.problems))
+    if not isinstance(root, tree.Map):
+        found = described(root)
+        problems.append(
+            source.problem(at, f'a graph file is a mapping that starts with "tickgraph: 1", found {found}.')
+        )
+        return Examined(None, tuple(problems))
+    if other := _another_format(root):
+        problems.append(source.problem(tree.offset(root, ("tickgraph",)), other))
+        return Examined(None, tuple(problems))
+    file, valid, dropped = _validated(source, root, problems)
+    if file is None:
+        return Examined(None, _in_order(problems))
+    spec = Builder(source, valid, problems, path, folder, allow).build(file)
+    return Examined(_without_followers(spec, dropped), _in_order(problems))
+
+
+def _another_format(root: tree.Map) -> str | None:
+    """Why none of the keys can be judged: no graph file at all, or one of a newer format."""
+    version = root.get("tickgraph")
+    if "tickgraph" not in root and not any(key in model.GraphFile.model_fields for key in root):
+        return 'this is no graph file: there is no "tickgraph" key; a graph file starts with "tickgraph: 1".'
+    if isinstance(version, int) and not isinstance(version, bool) and version > model.VERSION:
+        return f"format {version if version < 10**9 else 'number'} is newer than this tickgraph reads (1); update it."
+    return None
+
+
+def _validated(
+    source: Source, root: tree.Map, problems: list[Problem]
+) -> tuple[model.GraphFile | None, tree.Map, list[tree.Location]]:
+    """The validated file; where parts are wrong, they are reported and the rest is validated without them."""
+    dropped: list[tree.Location] = []
+    for _ in range(4):  # leaving a part out can leave its parent incomplete, but not for ever
+        try:
+            return model.GraphFile.model_validate(root), root, dropped
+        except ValidationError as error:
+            errors = error.errors(include_url=False)
+        if not dropped:
+            problems += messages.problems_of(errors, source, root)
+        locations = messages.locations_of(errors)
+        dropped += locations
+        root = tree.without(root, locations)
+        if "tickgraph" not in root:
+            root.add("tickgraph", root.at, model.VERSION, root.at)
+    return None, root, dropped
+
+
+def _without_followers(spec: FileSpec, dropped: Iterable[tree.Location]) -> FileSpec:
+    """The spec without connections to nodes that were left out: a second message about them would only mislead."""
+    from dataclasses import replace
+
+    lost = {(location[1], location[3]) for location in dropped if len(location) == 4 and location[2] == "nodes"}
+    if not lost:
+        return spec
+
+    def stands(end: str, graph: GraphSpec) -> bool:
+        node = end.rpartition(".")[0]
+        path, _, name = node.rpartition("/") if node.startswith("/") else (graph.path, "", node)
+        return (path, name) not in lost
+
+    graphs = [
+        replace(g, connections=tuple(c for c in g.connections if stands(c.source, g) and stands(c.target, g)))
+        for g in spec.graphs
+    ]
+    return replace(spec, graphs=tuple(graphs))
+
+
+def _in_order(problems: Iterable[Problem]) -> tuple[Problem, ...]:
+    marked = [problem for problem in problems if problem.mark is not None]
+    return tuple(sorted(marked, key=lambda problem: (problem.mark, problem.message)))

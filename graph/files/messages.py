@@ -1,0 +1,156 @@
+"""Errors of the models as problems: where in the file, what is wrong, what to do."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, get_args
+
+from pydantic import BaseModel
+from pydantic_core import ErrorDetails
+
+from graph.errors import Problem
+
+from . import model
+from .source import Source
+from .text import closest, described, quoted, suggestion
+from .tree import Location, Map, offset, value_at
+
+_WANTED = {
+    "dict_type": "a mapping",
+    "model_type": "a mapping",
+    "list_type": "a list",
+    "string_type": "text",
+    "int_type": "a whole number",
+    "float_type": "a number",
+    "bool_type": "true or false",
+}
+_NO_VERSION = 'there is no "tickgraph" key; a graph file starts with "tickgraph: 1".'
+
+
+def problems_of(errors: Iterable[ErrorDetails], source: Source, root: Map) -> list[Problem]:
+    """One problem for each error of the models, in the order of the file."""
+    errors = [*errors]
+    misspelt = {
+        (error["loc"][:-1], closest(str(error["loc"][-1]), _fields(error["loc"][:-1])))
+        for error in errors
+        if error["type"] == "extra_forbidden"
+    }
+    # A required key that is only misspelt is one mistake, not two.
+    placed = [
+        _problem(error, root)
+        for error in errors
+        if error["type"] != "missing" or (error["loc"][:-1], error["loc"][-1]) not in misspelt
+    ]
+    return [source.problem(at, message) for at, message in sorted(placed)]
+
+
+def locations_of(errors: Iterable[ErrorDetails]) -> list[Location]:
+    """What must go so that the rest of the tree is valid: the value of each error, or the parent of a missing one."""
+    return [error["loc"][:-1] if error["type"] == "missing" else _tree_location(error["loc"])[0] for error in errors]
+
+
+def _problem(error: ErrorDetails, root: Map) -> tuple[int, str]:
+    location, about_key = _tree_location(error["loc"])
+    kind = error["type"]
+    if location == ("tickgraph",):
+        return offset(root, location), _version(kind, value_at(root, location))
+    if kind == "extra_forbidden":
+        return offset(root, location, key=True), _unknown_key(location)
+    if kind == "missing":
+        parent, name = location[:-1], location[-1]
+        return offset(root, parent, key=True), f'{label(parent)}: "{name}" is missing; add it.'
+    value = value_at(root, location)
+    name = label(location)
+    at = offset(root, location, key=about_key)
+    if kind == "tickgraph":
+        text = error["msg"]
+        return at, f"{label(location[:-1])}: {text}" if about_key else _joined(name, text)
+    if kind == "literal_error":
+        return at, f"{name}: {_choice(value, error.get('ctx', {}).get('expected', ''), location)}"
+    if kind == "string_too_short":
+        return at, f"{name} is empty; give it a value."
+    wanted = _WANTED.get(kind)
+    if wanted is None:  # a kind of error that the models cannot give today
+        return at, f"{name}: {error['msg']}."
+    return at, f"{name} must be {wanted}, found {described(value)}."
+
+
+def _joined(name: str, text: str) -> str:
+    return f"{name} {text}" if text.startswith(("must ", "is ")) else f"{name}: {text}"
+
+
+def _tree_location(location: Sequence[str | int]) -> tuple[Location, bool]:
+    """The part of a pydantic location that exists in the tree, and whether the error is about the key itself."""
+    if location and location[-1] == "[key]":
+        return tuple(location[:-1]), True
+    return tuple(location), False
+
+
+def _version(kind: str, value: Any) -> str:
+    if kind == "missing":
+        return _NO_VERSION
+    if isinstance(value, int) and not isinstance(value, bool) and value > model.VERSION:
+        return f"format {described(value).removeprefix('number ')} is newer than this tickgraph reads (1); update it."
+    return f"tickgraph must be {model.VERSION}, the version of the file format, found {described(value)}."
+
+
+def _unknown_key(location: Location) -> str:
+    *parents, key = location
+    place = f" in {label(parents)}" if parents else ""
+    return f"unknown key {quoted(str(key))}{place}{suggestion(str(key), _fields(parents))}"
+
+
+def _choice(value: Any, expected: str, location: Location) -> str:
+    field = _fields(location[:-1]).get(str(location[-1]))
+    choices = [str(choice) for choice in get_args(field.annotation)] if field is not None else [expected]
+    if isinstance(value, str):
+        return f"{quoted(value)} is not a choice{suggestion(value, choices, listed='choose one of')}"
+    return f"found {described(value)}; choose one of {', '.join(choices)}."
+
+
+def _fields(location: Sequence[str | int]) -> Mapping[str, Any]:
+    """The fields of the model that describes the mapping at a location."""
+    kind: type[BaseModel] = model.GraphFile
+    match [*location]:
+        case ["scene"]:
+            kind = model.Scene
+        case ["clock"]:
+            kind = model.Clock
+        case ["record"]:
+            kind = model.Record
+        case ["graphs", _]:
+            kind = model.Graph
+        case ["graphs", _, "nodes", _]:
+            kind = model.Node
+        case ["graphs", _, "variables", _]:
+            kind = model.Variable
+    return kind.model_fields
+
+
+def label(location: Sequence[str | int]) -> str:
+    """A location in the words of the format: `clock.loop_hz`, `node "wait": inputs`, `graph /World/G: evaluator`."""
+    match [*location]:
+        case []:
+            return "the file"
+        case ["graphs", path]:
+            return f"graph {path}"
+        case ["graphs", _, "nodes", name]:
+            return f"node {quoted(str(name))}"
+        case ["graphs", _, "nodes", name, *rest]:
+            return f"node {quoted(str(name))}: {'.'.join(map(str, rest))}"
+        case ["graphs", _, "variables", name]:
+            return f"variable {quoted(str(name))}"
+        case ["graphs", _, "variables", name, *rest]:
+            return f"variable {quoted(str(name))}: {'.'.join(map(str, rest))}"
+        case ["graphs", _, "connections", int()]:
+            return "a connection"
+        case ["graphs", path, *rest]:
+            return f"graph {path}: {'.'.join(map(str, rest))}"
+        case ["scene", "prims", path]:
+            return f"prim {path}"
+        case ["scene", "prims", path, *rest]:
+            return f"prim {path}: {'.'.join(map(str, rest))}"
+        case ["settings" | "fidelity" as section, key]:
+            return f"{section}: {key}"
+        case parts:
+            return ".".join(map(str, parts))

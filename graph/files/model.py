@@ -1,0 +1,255 @@
+"""The format of graph files as pydantic models: what `graph schema` prints and what files are validated against.
+
+Only the file's own form is known here. Node types and their attributes are checked when the graph is compiled, inline
+prims and fidelity values when the scene is built; both name the same places.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainValidator, WithJsonSchema
+from pydantic_core import PydanticCustomError
+
+from graph import exact
+
+from .connections import PATTERN
+from .text import described, quoted
+
+VERSION = 1
+HIGHEST_RATE = 10**9
+"""Hertz; the stamps are whole nanoseconds."""
+LONGEST_DURATION = 10**9
+"""Seconds, about 32 years."""
+
+
+def problem(message: str) -> PydanticCustomError:
+    """An error of a validator whose text is shown as it is."""
+    return PydanticCustomError("tickgraph", "{text}", {"text": message})
+
+
+def _exact(value: Any, meaning: str, limit: int) -> Fraction:
+    if isinstance(value, bool) or not isinstance(value, (int, float, str)):
+        raise problem(f"must be {meaning}, found {described(value)}.")
+    try:
+        number = exact.duration(value) if "seconds" in meaning else exact.rate(value)
+    except ValueError:
+        raise problem(f"must be {meaning}, found {described(value)}.") from None
+    if number <= 0:
+        raise problem(f"must be above 0, found {described(value)}; give {meaning}.")
+    if number > limit:
+        raise problem(f"is above the limit of {limit:,}; give {meaning}.")
+    return number
+
+
+def _rate(value: Any) -> Fraction:
+    return _exact(value, "a rate in Hz such as 60, 29.97 or 30000/1001", HIGHEST_RATE)
+
+
+def _duration(value: Any) -> Fraction:
+    return _exact(value, "a time in seconds such as 5, 0.5 or 1/240", LONGEST_DURATION)
+
+
+def _identifier(name: str) -> str:
+    if not name.isidentifier():
+        raise problem(f"{quoted(name)} cannot be a name; use letters, digits and _, not starting with a digit.")
+    return name
+
+
+def _prim_path(path: str) -> str:
+    if not path.startswith("/"):
+        raise problem(f'{quoted(path)} is no prim path; it starts with "/", such as /World/{_safe(path)}.')
+    for part in path[1:].split("/"):
+        if not part.isidentifier():
+            raise problem(
+                f"{quoted(path)} is no prim path; {quoted(part)} cannot be a prim name: "
+                "use letters, digits and _, not starting with a digit."
+            )
+    return path
+
+
+def _safe(text: str) -> str:
+    kept = "".join(c for c in text[:40] if c.isalnum() or c in "_/").strip("/")
+    return kept or "Name"
+
+
+def _setting_path(path: str) -> str:
+    if not path.startswith("/") or path.endswith("/") or "//" in path or any(c.isspace() for c in path):
+        raise problem(f'{quoted(path)} is no setting; settings are paths such as "/app/name".')
+    return path
+
+
+def _setting(value: Any) -> Any:
+    if isinstance(value, (bool, int, float, str)):
+        return value
+    if isinstance(value, list) and all(isinstance(item, (bool, int, float, str)) for item in value):
+        return value
+    raise problem(f"must be a number, text, true, false or a list of these, found {described(value)}.")
+
+
+def _knob(value: Any) -> Any:
+    if isinstance(value, (bool, int, float, str)):
+        return value
+    raise problem(f"must be a number, text, true or false, found {described(value)}.")
+
+
+def _empty_if_null(value: Any) -> Any:
+    """A key without a value (`graphs:` and nothing below) means none of them."""
+    return {} if value is None else value
+
+
+def _type_or_mapping(value: Any) -> Any:
+    if isinstance(value, str):
+        return {"type": value}
+    if isinstance(value, dict):
+        return value
+    raise problem(f"must be a type id or a mapping with a type, found {described(value)}.")
+
+
+_SCALAR_SCHEMA = {"type": ["number", "string", "boolean"]}
+Rate = Annotated[
+    Fraction,
+    PlainValidator(_rate),
+    WithJsonSchema(
+        {"anyOf": [{"type": "number", "exclusiveMinimum": 0}, {"type": "string", "pattern": r"^\s*[0-9./eE+ ]+\s*$"}]}
+    ),
+]
+Duration = Annotated[
+    Fraction,
+    PlainValidator(_duration),
+    WithJsonSchema(
+        {"anyOf": [{"type": "number", "exclusiveMinimum": 0}, {"type": "string", "pattern": r"^\s*[0-9./eE+ ]+\s*$"}]}
+    ),
+]
+Identifier = Annotated[str, PlainValidator(_identifier), WithJsonSchema({"type": "string"})]
+PrimPath = Annotated[str, PlainValidator(_prim_path), WithJsonSchema({"type": "string", "pattern": "^/"})]
+SettingPath = Annotated[str, PlainValidator(_setting_path), WithJsonSchema({"type": "string", "pattern": "^/"})]
+Setting = Annotated[
+    Any,
+    PlainValidator(_setting),
+    WithJsonSchema({"type": ["number", "string", "boolean", "array"], "items": _SCALAR_SCHEMA}),
+]
+Knob = Annotated[Any, PlainValidator(_knob), WithJsonSchema(_SCALAR_SCHEMA)]
+Connection = Annotated[str, Field(json_schema_extra={"pattern": PATTERN})]
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+
+
+class Node(_Part):
+    """A node: its type, and the inputs that the file sets."""
+
+    type: str = Field(
+        min_length=1,
+        description="Type id, such as omni.graph.action.Countdown, or its last part where that is unambiguous.",
+    )
+    inputs: Annotated[dict[str, Any], BeforeValidator(_empty_if_null)] = Field(
+        default={}, description="Values of inputs by name. What is not set has the node type's default."
+    )
+    state: Annotated[dict[str, Any], BeforeValidator(_empty_if_null)] = Field(
+        default={}, description="Values of state attributes by name."
+    )
+
+
+class Variable(_Part):
+    """A variable of a graph, read and written by its nodes."""
+
+    type: str = Field(min_length=1, description="Attribute type, such as double, int, token or float[3].")
+    value: Any = Field(default=None, description="Value at the start; the type's zero if left out.")
+
+
+NodeEntry = Annotated[
+    Node,
+    BeforeValidator(_type_or_mapping, json_schema_input_type=str | Node),
+]
+
+
+class Graph(_Part):
+    """A graph of nodes."""
+
+    evaluator: Literal["execution", "push", "dirty_push"] = Field(
+        default="execution",
+        description="execution: starts at event nodes and follows execution connections. push: every node, every "
+        "update. dirty_push: like push, but only what changed.",
+    )
+    pipeline_stage: Literal["simulation", "pre_render", "post_render", "on_demand"] = Field(
+        default="simulation",
+        description="When the graph is evaluated: after the physics of an update, before rendering, after a new frame "
+        "of a render product, or when something asks for it.",
+    )
+    variables: Annotated[dict[Identifier, Variable], BeforeValidator(_empty_if_null)] = Field(
+        default={}, description="Variables of the graph by name."
+    )
+    nodes: Annotated[dict[Identifier, NodeEntry], BeforeValidator(_empty_if_null)] = Field(
+        default={}, description="Nodes by name, in order."
+    )
+    connections: Annotated[list[Connection], BeforeValidator(lambda value: [] if value is None else value)] = Field(
+        default=[],
+        description="Connections in order, such as tick.tick -> wait.execIn, or a.x -> [b.y, c.z].",
+    )
+
+
+GraphEntry = Annotated[Graph, BeforeValidator(_empty_if_null)]
+
+
+class Scene(_Part):
+    """The world: a file, prims added to it, or both."""
+
+    usd: str | None = Field(
+        default=None,
+        description="USD file (.usd, .usda, .usdc, .usdz), relative to the graph file and below its folder.",
+    )
+    mjcf: str | None = Field(default=None, description="MJCF model (.xml), relative to the graph file.")
+    prims: Annotated[
+        dict[PrimPath, Annotated[dict[str, Any], BeforeValidator(_empty_if_null)]], BeforeValidator(_empty_if_null)
+    ] = Field(
+        default={},
+        description="Prims to author, by path, in order: a type, a transform (translate, orient or rotate, scale), "
+        "sizes, physics, and for sensors a config.",
+    )
+
+
+class Clock(_Part):
+    """Rates and behaviour of the clocks."""
+
+    physics_hz: Rate | None = Field(
+        default=None, description="Physics steps per simulated second [Hz]; a fraction such as 1000/3 is exact."
+    )
+    loop_hz: Rate | None = Field(default=None, description="App updates per simulated second [Hz]. Left out: 60.")
+    experience: Literal["base", "full", "zero_delay"] = Field(
+        default="base",
+        description="base: variable stepping. full: fixed time stepping. zero_delay: physics_hz equals loop_hz.",
+    )
+    parity: Literal["documented", "isaacsim-6.0.1"] = Field(
+        default="documented",
+        description="Whose behaviour the clocks follow where Isaac Sim and its documentation part ways.",
+    )
+
+
+class Record(_Part):
+    """What a run writes."""
+
+    mcap: str = Field(default="run.mcap", description="Name of the recording, relative to the output folder.")
+
+
+class GraphFile(_Part):
+    """A TickGraph graph file: a scene, clocks, sensors and node graphs as data."""
+
+    tickgraph: Literal[1] = Field(description="Version of the file format.")
+    scene: Annotated[Scene, BeforeValidator(_empty_if_null)] = Scene()
+    clock: Annotated[Clock, BeforeValidator(_empty_if_null)] = Clock()
+    duration: Duration | None = Field(
+        default=None, description="Simulated seconds that `graph run` lasts unless told otherwise."
+    )
+    settings: Annotated[dict[SettingPath, Setting], BeforeValidator(_empty_if_null)] = Field(
+        default={}, description="Values in the settings tree by path, such as /rtx/hydra/supportMultiTickRate."
+    )
+    fidelity: Annotated[dict[str, Knob], BeforeValidator(_empty_if_null)] = Field(
+        default={}, description="What is approximated and how far, by knob, such as lidar.motion: frozen."
+    )
+    graphs: Annotated[
+        dict[PrimPath, Annotated[Graph, BeforeValidator(_empty_if_null)]], BeforeValidator(_empty_if_null)
+    ] = Field(default={}, description="Graphs by path on the stage, in order.")
+    record: Annotated[Record, BeforeValidator(_empty_if_null)] = Record()

@@ -1,0 +1,61 @@
+"""Files that a graph file names: they lie below its folder, or below a folder that the user allowed."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from difflib import get_close_matches
+from pathlib import Path
+
+from .text import quoted
+
+_URL = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+:")
+
+
+def confined(text: str, folder: Path, allow: Sequence[Path] = ()) -> Path:
+    """The absolute path, symbolic links resolved, of an existing file that a graph file in `folder` names.
+
+    Raises ValueError, with a sentence for the user, for a missing file and for one outside `folder` and `allow`.
+    """
+    if _URL.match(text):
+        raise ValueError(f"{quoted(text)} is a URL; only files below the graph file's folder are read.")
+    path = _resolved(text, folder)
+    roots = [root.resolve() for root in (folder, *allow)]
+    if not any(path.is_relative_to(root) for root in roots):
+        raise ValueError(
+            f"{quoted(text)} is outside the graph file's folder; move it there, or allow its folder with --allow."
+        )
+    if path.is_dir():
+        raise ValueError(f"{quoted(text)} is a folder, not a file.")
+    if not path.is_file():
+        raise ValueError(f"there is no file {quoted(text)} (relative to the graph file){_near(text, folder)}")
+    return path
+
+
+def output_name(text: str) -> str:
+    """The name of a file to write below the output folder. Raises ValueError for one that could leave it."""
+    path = Path(text)
+    if not text or "\0" in text or text.endswith("/"):
+        raise ValueError(f"{quoted(text)} is no file name.")
+    if path.is_absolute() or ".." in path.parts or "\\" in text or _URL.match(text):
+        raise ValueError(f"{quoted(text)} could leave the output folder; give a plain name such as run.mcap.")
+    return text
+
+
+def _resolved(text: str, folder: Path) -> Path:
+    if not text or "\0" in text:
+        raise ValueError(f"{quoted(text)} is no file name.")
+    try:
+        return (folder / text).resolve()
+    except (OSError, RuntimeError, ValueError) as error:  # too long a name, a loop of links
+        raise ValueError(f"{quoted(text)} is no usable file name.") from error
+
+
+def _near(text: str, folder: Path) -> str:
+    wanted = folder / text
+    try:
+        names = [entry.name for entry in wanted.parent.iterdir()]
+    except OSError:
+        return "."
+    match = get_close_matches(wanted.name, names, n=1)
+    return f'; did you mean "{Path(text).parent / match[0]}"?' if match else "."

@@ -1,0 +1,126 @@
+"""The text of a graph file and the way back from an offset in it to line and column."""
+
+from __future__ import annotations
+
+import re
+from bisect import bisect_right
+from functools import cached_property
+from pathlib import Path
+
+from graph.errors import Mark, Problem, UserError
+
+YAML_LIMIT = 8 * 2**20
+"""Bytes of the largest YAML file that is read; JSON is read a hundred times faster and may be larger."""
+JSON_LIMIT = 64 * 2**20
+"""Bytes of the largest JSON file that is read."""
+DEPTH_LIMIT = 100
+"""Mappings and lists that may lie inside one another."""
+
+_SUFFIXES = {".yaml": "yaml", ".yml": "yaml", ".json": "json"}
+_LINE_BREAK = re.compile("\r\n|\n|\r")
+_NOT_TEXT = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f]")
+_OTHER_ENCODINGS = (
+    (b"\xff\xfe\x00\x00", "UTF-32"),
+    (b"\x00\x00\xfe\xff", "UTF-32"),
+    (b"\xff\xfe", "UTF-16"),
+    (b"\xfe\xff", "UTF-16"),
+)
+
+
+class Source:
+    """A named text. Offsets count characters from 0; marks count lines and columns from 1."""
+
+    def __init__(self, name: str, text: str) -> None:
+        self.name = name
+        self.text = text
+
+    @cached_property
+    def _line_starts(self) -> list[int]:
+        return [0, *(found.end() for found in _LINE_BREAK.finditer(self.text))]
+
+    def mark(self, offset: int) -> Mark:
+        """The place of a character."""
+        starts = self._line_starts
+        line = bisect_right(starts, offset)
+        return Mark(self.name, line, offset - starts[line - 1] + 1)
+
+    def problem(self, offset: int, message: str) -> Problem:
+        """A problem at a character."""
+        return Problem(message, self.mark(offset))
+
+
+def file_format(name: str) -> str | None:
+    """The format that a file's name announces: "yaml" or "json"; None for any other name."""
+    return _SUFFIXES.get(Path(name).suffix.lower())
+
+
+def read(path: Path, name: str) -> Source:
+    """Reads a graph file from disk; raises UserError for what is no readable text of a sensible size."""
+    kind = file_format(path.name)
+    try:
+        if path.is_dir():
+            raise UserError(f"{name} is a folder; name a graph file (.yaml or .json) in it.")
+        if not path.exists():
+            raise UserError(f"{name}: no such file{_near(path)}.")
+        if kind is None:
+            raise UserError(f"{name}: {_no_graph_file(path)}")
+        if not path.is_file():
+            raise UserError(f"{name} is no regular file; a graph file is text on disk.")
+        with path.open("rb") as stream:
+            data = stream.read((JSON_LIMIT if kind == "json" else YAML_LIMIT) + 1)
+    except OSError as error:
+        raise UserError(f"{name} cannot be read: {error.strerror or error}.") from error
+    except ValueError as error:  # a NUL in the name
+        raise UserError(f"{name!r} is no file name: {error}.") from error
+    return decode(data, name, kind)
+
+
+def decode(data: bytes | str, name: str, kind: str) -> Source:
+    """Bytes (UTF-8, with or without byte order mark) or text as a Source; raises UserError with the reason."""
+    limit = JSON_LIMIT if kind == "json" else YAML_LIMIT
+    if len(data) > limit:
+        advice = "" if kind == "json" else " Write it as JSON (up to 64 MB)."
+        raise UserError(f"{name} is larger than {limit >> 20} MB, the most that is read of {kind.upper()}.{advice}")
+    text = data if isinstance(data, str) else _decode_bytes(data, name)
+    source = Source(name, text.removeprefix("\ufeff"))
+    if not source.text.strip():
+        raise UserError(source.problem(0, 'the file is empty; a graph file starts with "tickgraph: 1".'))
+    if found := _NOT_TEXT.search(source.text):
+        message = f"character U+{ord(found[0]):04X} is not allowed here; is this a text file?"
+        raise UserError(source.problem(found.start(), message))
+    return source
+
+
+def _decode_bytes(data: bytes, name: str) -> str:
+    for mark, encoding in _OTHER_ENCODINGS:
+        if data.startswith(mark):
+            raise UserError(f"{name} is {encoding} text; save it as UTF-8.")
+    if b"\0" in data[:4096]:
+        raise UserError(f"{name} is a binary file; a graph file is YAML or JSON text.")
+    try:
+        return data.decode("utf-8")
+    except UnicodeDecodeError as error:
+        before = Source(name, data[: error.start].decode("utf-8"))
+        message = f"byte 0x{data[error.start]:02X} is not UTF-8; save the file as UTF-8."
+        raise UserError(before.problem(len(before.text), message)) from error
+
+
+def _no_graph_file(path: Path) -> str:
+    suffix = path.suffix.lower()
+    if suffix in {".usd", ".usda", ".usdc", ".usdz"}:
+        return "graphs inside USD files are not read yet; name the scene in a graph file: scene: {usd: ...}."
+    if suffix == ".xml":
+        return "this is no graph file; name an MJCF model in a graph file: scene: {mjcf: ...}."
+    return "a graph file ends in .yaml, .yml or .json."
+
+
+def _near(path: Path) -> str:
+    """The closest existing name in the same folder, as the end of a sentence."""
+    from difflib import get_close_matches
+
+    try:
+        names = [entry.name for entry in path.parent.iterdir()]
+    except OSError:
+        return ""
+    match = get_close_matches(path.name, names, n=1)
+    return f'; did you mean "{path.parent / match[0]}"' if match else ""

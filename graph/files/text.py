@@ -1,0 +1,44 @@
+"""Words for messages: how user text, values and suggestions are shown."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+from typing import Any
+
+_SHOWN = 60
+
+
+def quoted(text: str) -> str:
+    """Text from a file in double quotes, on one line, shortened, with nothing a terminal would obey."""
+    short = text if len(text) <= _SHOWN else f"{text[: _SHOWN - 3]}..."
+    return '"' + "".join(c if c.isprintable() else f"\\u{ord(c):04x}" for c in short) + '"'
+
+
+def described(value: Any) -> str:
+    """What a value is, in words: `a list`, `number 5`, `text "abc"`, `nothing`."""
+    if value is None:
+        return "nothing"
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, (int, float)):
+        shown = repr(value) if isinstance(value, float) or abs(value) < 10**20 else "with too many digits"
+        return f"number {shown}"
+    if isinstance(value, str):
+        return f"text {quoted(value)}"
+    return "a list" if isinstance(value, list) else "a mapping"
+
+
+def closest(wrong: str, known: Iterable[str]) -> str | None:
+    """The known name that is most like a wrong one, upper and lower case aside; None if none is near."""
+    lower = {name.lower(): name for name in known}
+    match = get_close_matches(wrong.lower()[:200], lower, n=1)
+    return lower[match[0]] if match else None
+
+
+def suggestion(wrong: str, known: Iterable[str], *, listed: str = "known are") -> str:
+    """The end of a sentence: the closest known name, or all of them."""
+    names = [*known]
+    if match := closest(wrong, names):
+        return f'; did you mean "{match}"?'
+    return f"; {listed} {', '.join(names)}." if names else "."
