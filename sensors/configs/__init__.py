@@ -1,0 +1,45 @@
+"""Sensor configurations: what ships, by name, and vendor profiles, by path."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from pxr import Usd
+
+    from .catalog import Variant
+
+
+def author_config(
+    prim: Usd.Prim,
+    config: str,
+    variant: Variant = None,
+    *,
+    roots: Sequence[Path] = (),
+    base: Path | None = None,
+) -> None:
+    """Writes every attribute of a named configuration, or of a vendor profile's file, on an OmniLidar prim.
+
+    tickRate becomes the scan rate. Raises UserError for a configuration that cannot be found or read, and for prims
+    of a type that has no configurations.
+    """
+    from graph.errors import UserError
+    from sensors.lidar.prim import write_config
+
+    from .catalog import load
+
+    if prim.GetTypeName() != "OmniLidar":
+        raise UserError(
+            f"{prim.GetPath()}: a {prim.GetTypeName() or 'typeless prim'} takes no config; only OmniLidar does"
+        )
+    write_config(prim, load(config, variant, base=base, roots=roots))
+
+
+def __getattr__(name: str) -> Any:
+    if name == "SUPPORTED_LIDAR_CONFIGS":
+        from .catalog import supported
+
+        return supported()
+    raise AttributeError(f"module {__name__} has no attribute {name}")

@@ -1,0 +1,24 @@
+"""Names of lidar attributes: camelCase on prims and in files, snake_case in Python."""
+
+from __future__ import annotations
+
+import re
+
+PREFIX = "omni:sensor:Core:"
+STATE_PREFIX = "omni:sensor:Core:emitterState:"
+TICK_RATE = "omni:sensor:tickRate"
+AUX_CHANNELS = "_replicator:rendervar:GenericModelOutput:channels"
+EXCLUDE = "tickgraph:exclude"
+EXACT_SCAN_RATE = "tickgraph:scanRateBaseHz"
+EXACT_FIRING_RATE = "tickgraph:patternFiringRateHz"
+
+
+def snake_case(name: str) -> str:
+    """nearRangeM -> near_range_m."""
+    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name).lower()
+
+
+def camel_case(name: str) -> str:
+    """near_range_m -> nearRangeM."""
+    first, *rest = name.split("_")
+    return first + "".join(part.capitalize() for part in rest)

@@ -1,0 +1,179 @@
+"""Which ray a lidar fires when: the firing table of one turn, exact in time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+
+from graph.exact import NANOSECONDS
+
+from .config import LidarConfig
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pattern:
+    """The firings of one turn (rotary) or scan (solid state), sorted by time, then emitter.
+
+    N rows. directions: (N, 3) float32 unit vectors, sensor frame. origins: (N, 3) float32 [m], or None where every
+    ray starts at the sensor's origin. azimuth_deg in [-180, 180] and elevation_deg: float32 of the beam.
+    offset_ns: int32, 0 <= offset < period. keys: the exact times, integers in units of 1/`key_scale` ns, sorted.
+    near_m, far_m: float32 range gates, scalars where all emitters share them. period: one turn [s].
+    """
+
+    directions: np.ndarray
+    origins: np.ndarray | None
+    azimuth_deg: np.ndarray
+    elevation_deg: np.ndarray
+    offset_ns: np.ndarray
+    emitter_id: np.ndarray
+    channel_id: np.ndarray
+    tick_id: np.ndarray
+    tick_state: np.ndarray
+    near_m: np.ndarray
+    far_m: np.ndarray
+    keys: np.ndarray
+    key_scale: int
+    period: Fraction
+
+    def __len__(self) -> int:
+        return len(self.offset_ns)
+
+    def index_at(self, offset: Fraction) -> int:
+        """How many firings lie before this time [s] after the start of the turn: where a slice starts or ends."""
+        scaled = offset * NANOSECONDS * self.key_scale
+        return int(np.searchsorted(self.keys, -(-scaled.numerator // scaled.denominator), side="left"))
+
+    def slices(self, start: Fraction, end: Fraction) -> list[tuple[int, slice]]:
+        """(turn, rows) of the firings at times in [start, end) [s since play], oldest first.
+
+        Turn t covers [t, t + 1) periods. An interval longer than a turn keeps its last turn.
+        """
+        start = max(start, end - self.period)
+        if end <= start:
+            return []
+        first, last = start // self.period, end // self.period
+        found = []
+        for turn in range(first, last + 1):
+            low = self.index_at(start - turn * self.period) if turn == first else 0
+            high = self.index_at(end - turn * self.period) if turn == last else len(self)
+            if high > low:
+                found.append((turn, slice(low, high)))
+        return found
+
+
+def firing_pattern(config: LidarConfig) -> Pattern:
+    """The firing table of a configuration.
+
+    Tick i of a turn fires at i / firing rate after its start, each emitter its fire time later; its azimuth is the
+    start azimuth -+ i * 360 * scan rate / firing rate (minus for clockwise) plus the emitter's own azimuth, which is
+    never mirrored. A fire time that reaches past the end of the turn fires in the next one: its offset wraps. Firings
+    outside the valid azimuth window of a rotary lidar do not exist. Emitter states take turns, each for
+    `state_resolution_step` ticks.
+    """
+    period = 1 / config.scan_rate_base_hz
+    ticks, emitters = config.ticks_per_scan, config.number_of_emitters
+    tick = np.repeat(np.arange(ticks), emitters)
+    emitter = np.tile(np.arange(emitters), ticks)
+    state = (tick // max(1, config.state_resolution_step)) % config.emitter_state_count
+    keys, key_scale = _firing_keys(config, tick, _per_state(config, "fire_time_ns", state, emitter, 0))
+    step = float(360 * config.scan_rate_base_hz / config.ticks_per_second) if config.is_rotary else 0.0
+    turn = -1.0 if config.rotation_direction == "CW" else 1.0
+    rotor = (config.start_azimuth_offset_deg if config.is_rotary else 0.0) + turn * step * tick
+    azimuth = rotor + _per_state(config, "azimuth_deg", state, emitter, 0.0).astype(np.float64)
+    elevation = _per_state(config, "elevation_deg", state, emitter, 0.0).astype(np.float64)
+
+    offset_ns = np.minimum(
+        _round_half_even(keys, key_scale), -(-period.numerator * NANOSECONDS // period.denominator) - 1
+    )
+    kept = np.flatnonzero(_in_window(config, azimuth))
+    order = kept[np.lexsort((emitter[kept], keys[kept]))]
+    tick, emitter, state = tick[order], emitter[order], state[order]
+    azimuth, elevation = azimuth[order], elevation[order]
+    channel = _per_state(config, "channel_id", state, emitter, -1)
+    near, far = _gates(config, state, emitter)
+    return Pattern(
+        directions=_directions(azimuth, elevation),
+        origins=_origins(config, state, emitter, rotor[order]),
+        azimuth_deg=(-((180.0 - azimuth) % 360.0 - 180.0)).astype(np.float32),
+        elevation_deg=elevation.astype(np.float32),
+        offset_ns=offset_ns[order].astype(np.int32),
+        emitter_id=emitter.astype(np.uint32),
+        channel_id=np.where(channel < 0, emitter, channel).astype(np.uint32),
+        tick_id=tick.astype(np.uint32),
+        tick_state=state.astype(np.uint8),
+        near_m=near,
+        far_m=far,
+        keys=keys[order],
+        key_scale=key_scale,
+        period=period,
+    )
+
+
+def _per_state(config: LidarConfig, name: str, state: np.ndarray, emitter: np.ndarray, default: float) -> np.ndarray:
+    """One emitter parameter for each firing; a state that does not list it has the default."""
+    arrays = [getattr(entry, name) for entry in config.emitter_states]
+    table = np.array([array if len(array) else np.full(config.number_of_emitters, default) for array in arrays])
+    if np.issubdtype(arrays[0].dtype, np.integer):
+        table = table.astype(np.int64)
+    return np.asarray(table[state, emitter])
+
+
+def _firing_keys(config: LidarConfig, tick: np.ndarray, fire_ns: np.ndarray) -> tuple[np.ndarray, int]:
+    """Exact firing times after the turn's start, modulo the turn, as integers in units of 1/scale ns."""
+    rate, period = config.ticks_per_second, 1 / config.scan_rate_base_hz
+    scale = rate.numerator * period.denominator
+    tick_step = rate.denominator * period.denominator * NANOSECONDS
+    turn = period.numerator * rate.numerator * NANOSECONDS
+    dtype = np.int64 if turn + int(fire_ns.max(initial=0)) * scale < 2**62 else object
+    keys = (tick.astype(dtype) * tick_step + fire_ns.astype(dtype) * scale) % turn
+    return keys, scale
+
+
+def _round_half_even(keys: np.ndarray, scale: int) -> np.ndarray:
+    whole, rest = keys // scale, keys % scale
+    up = (2 * rest > scale) | ((2 * rest == scale) & (whole % 2 == 1))
+    return np.asarray(whole + up, np.int64)
+
+
+def _in_window(config: LidarConfig, azimuth: np.ndarray) -> np.ndarray:
+    """Firings inside the valid azimuth window; the window wraps through 0 when its start lies beyond its end."""
+    start, end = config.valid_start_azimuth_deg, config.valid_end_azimuth_deg
+    if not config.is_rotary or abs(end - start) >= 360.0:
+        return np.ones(len(azimuth), bool)
+    width = (end - start) % 360.0
+    return np.asarray((azimuth - start) % 360.0 <= width)
+
+
+def _directions(azimuth_deg: np.ndarray, elevation_deg: np.ndarray) -> np.ndarray:
+    azimuth, elevation = np.deg2rad(azimuth_deg), np.deg2rad(elevation_deg)
+    level = np.cos(elevation)
+    directions = np.empty((len(azimuth), 3), np.float32)
+    directions[:, 0] = level * np.cos(azimuth)
+    directions[:, 1] = level * np.sin(azimuth)
+    directions[:, 2] = np.sin(elevation)
+    return directions
+
+
+def _origins(config: LidarConfig, state: np.ndarray, emitter: np.ndarray, rotor_deg: np.ndarray) -> np.ndarray | None:
+    """Where each ray starts: offsets to the left turn with the rotor. None where no emitter has an offset."""
+    up = _per_state(config, "vert_offset_m", state, emitter, 0.0)
+    left = _per_state(config, "hor_offset_m", state, emitter, 0.0)
+    if not up.any() and not left.any():
+        return None
+    rotor = np.deg2rad(rotor_deg)
+    return np.stack([-np.sin(rotor) * left, np.cos(rotor) * left, up], axis=1).astype(np.float32)
+
+
+def _gates(config: LidarConfig, state: np.ndarray, emitter: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Nearest and farthest range that counts: the sensor's, narrowed by the emitter's range id where it has one."""
+    near, far = np.float32(config.near_range_m), np.float32(config.far_range_m)
+    if not config.ranges_min_m:
+        return np.array(near), np.array(far)
+    range_id = _per_state(config, "range_id", state, emitter, 0)
+    gates_near = np.maximum(np.array(config.ranges_min_m, np.float32), near)[range_id]
+    gates_far = np.minimum(np.array(config.ranges_max_m, np.float32), far)[range_id]
+    if np.all(gates_near == gates_near[:1]) and np.all(gates_far == gates_far[:1]) and len(range_id):
+        return gates_near[0:1].reshape(()), gates_far[0:1].reshape(())
+    return gates_near, gates_far

@@ -1,0 +1,170 @@
+"""Lidar configurations on USD prims: what is authored is the truth, so a saved stage opens as the same lidar."""
+
+from __future__ import annotations
+
+import functools
+import math
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from graph import exact
+from graph.errors import UserError
+from sensors.channels import AuxLevel
+
+from .attributes import attribute_types, attributes_of, config_from_attributes
+from .config import EMITTER_FLOATS, EMITTER_INTEGERS, EmitterState, LidarConfig
+from .names import (
+    AUX_CHANNELS,
+    EXACT_FIRING_RATE,
+    EXACT_SCAN_RATE,
+    EXCLUDE,
+    PREFIX,
+    STATE_PREFIX,
+    TICK_RATE,
+    camel_case,
+)
+
+if TYPE_CHECKING:
+    from pxr import Usd
+
+CORE_API = "OmniSensorGenericLidarCoreAPI"
+STATE_API = "OmniSensorGenericLidarCoreEmitterStateAPI"
+_EXACT = {"scanRateBaseHz": EXACT_SCAN_RATE, "patternFiringRateHz": EXACT_FIRING_RATE}
+
+
+def write_config(prim: Usd.Prim, config: LidarConfig, *, tick_rate: float | Fraction | None = None) -> None:
+    """Authors a whole configuration: applied schemas, core attributes, emitter states, and the tick rate.
+
+    tick_rate: the scan rate unless given. A rate that is no whole number of Hz does not fit the schema's uint: its
+    exact value stands beside it, in `tickgraph:scanRateBaseHz`.
+    """
+    from pxr import Sdf
+
+    instances = [f"s{number:03}" for number in range(1, config.emitter_state_count + 1)]
+    apply_schemas(prim, ["OmniSensorAPI", CORE_API, *(f"{STATE_API}:{instance}" for instance in instances)])
+    types = attribute_types()
+    with Sdf.ChangeBlock():
+        for name, value in attributes_of(config).items():
+            write(prim, PREFIX + name, types[name], value)
+        for instance, state in zip(instances, config.emitter_states, strict=True):
+            for name in (*EMITTER_FLOATS, *EMITTER_INTEGERS):
+                array = getattr(state, name)
+                if len(array):
+                    kind = "float[]" if name in EMITTER_FLOATS else "uint[]"
+                    write(prim, f"{STATE_PREFIX}{instance}:{camel_case(name)}", kind, array)
+        for name, exact_name in _EXACT.items():
+            rate = config.scan_rate_base_hz if name == "scanRateBaseHz" else config.pattern_firing_rate_hz
+            if rate.denominator != 1:
+                write(prim, exact_name, "string", str(rate))
+        write(prim, TICK_RATE, "float", float(config.scan_rate_base_hz if tick_rate is None else tick_rate))
+
+
+def read_config(prim: Usd.Prim) -> LidarConfig:
+    """The configuration a prim describes; attributes without a value count as the default rotary profile's.
+
+    Raises UserError naming the prim for values no lidar can have.
+    """
+    values: dict[str, Any] = {}
+    for name in attribute_types():
+        value = _get(prim, PREFIX + name)
+        if value is not None:
+            values[name] = value
+    for name, exact_name in _EXACT.items():
+        text = _get(prim, exact_name)
+        if isinstance(text, str) and math.floor(exact.rate(text)) == values.get(name, 0):
+            values[name] = exact.rate(text)
+    states = _read_states(prim)
+    if not states:
+        values.pop("numberOfEmitters", None)
+        values.pop("emitterStateCount", None)
+        states = _default_states()
+    try:
+        return config_from_attributes(values, states, name=str(prim.GetPath()), stored_as_float32=True)
+    except (ValueError, TypeError) as error:
+        raise UserError(f"{prim.GetPath()}: {error}") from error
+
+
+def read_tick_rate(prim: Usd.Prim) -> Fraction:
+    """How often the sensor ticks [Hz]; 0 (also when nothing says) means every update. Raises UserError if negative."""
+    value = _get(prim, TICK_RATE)
+    if value is None:
+        return Fraction(0)
+    if not math.isfinite(value) or value < 0:
+        raise UserError(f"{prim.GetPath()}.{TICK_RATE} is {value}; give a rate in Hz, or 0 to render in every update")
+    return exact.rate(float(value), stored_as_float32=True)
+
+
+def read_aux_level(prim: Usd.Prim) -> AuxLevel:
+    """The auxiliary level that the prim's GenericModelOutput channels ask for; NONE when nothing says."""
+    levels = _get(prim, AUX_CHANNELS) or ()
+    named = [AuxLevel[level] for level in map(str, levels) if level in AuxLevel.__members__]
+    return max(named, default=AuxLevel.NONE)
+
+
+def write_aux_level(prim: Usd.Prim, level: str) -> None:
+    """Authors the auxiliary level, always, also for NONE."""
+    write(prim, AUX_CHANNELS, "string[]", [level])
+
+
+def read_exclude(prim: Usd.Prim) -> frozenset[str]:
+    """Paths of the prims that the sensor never hits (each with everything below it)."""
+    relationship = prim.GetRelationship(EXCLUDE)
+    return frozenset(str(path) for path in relationship.GetTargets()) if relationship else frozenset()
+
+
+def write_exclude(prim: Usd.Prim, paths: tuple[str, ...]) -> None:
+    """Authors what the sensor never hits."""
+    prim.CreateRelationship(EXCLUDE, custom=True).SetTargets(list(paths))
+
+
+def apply_schemas(prim: Usd.Prim, names: list[str]) -> None:
+    """Applies API schemas by name ("Name" or "Name:instance") that the prim does not have yet."""
+    present = set(prim.GetAppliedSchemas())
+    for name in names:
+        if name not in present:
+            prim.AddAppliedSchema(name)
+
+
+def write(prim: Usd.Prim, name: str, kind: str, value: Any) -> None:
+    """Sets an attribute, creating it with the USD type `kind` where neither the schema nor the prim has it."""
+    from pxr import Sdf, Vt
+
+    attribute = prim.GetAttribute(name)
+    if not attribute:
+        attribute = prim.CreateAttribute(name, Sdf.ValueTypeNames.Find(kind), custom=not name.startswith("omni:"))
+    if kind == "float[]":
+        value = Vt.FloatArray.FromNumpy(np.ascontiguousarray(value, np.float32)) if len(value) else Vt.FloatArray()
+    elif kind == "uint[]":
+        value = Vt.UIntArray.FromNumpy(np.ascontiguousarray(value, np.uint32)) if len(value) else Vt.UIntArray()
+    attribute.Set(value)
+
+
+def _get(prim: Usd.Prim, name: str) -> Any:
+    attribute = prim.GetAttribute(name)
+    return attribute.Get() if attribute else None
+
+
+def _read_states(prim: Usd.Prim) -> tuple[EmitterState, ...]:
+    """The emitter states that hold arrays, in lexicographic order of their instance names."""
+    names = [str(name) for name in prim.GetPropertyNames() if str(name).startswith(STATE_PREFIX)]
+    states = []
+    for instance in sorted({name.removeprefix(STATE_PREFIX).split(":")[0] for name in names}):
+        arrays = {}
+        for name in (*EMITTER_FLOATS, *EMITTER_INTEGERS):
+            value = _get(prim, f"{STATE_PREFIX}{instance}:{camel_case(name)}")
+            if value is not None and len(value):
+                arrays[name] = np.array(value)
+        if "azimuth_deg" in arrays or "elevation_deg" in arrays:
+            for name, other in (("azimuth_deg", "elevation_deg"), ("elevation_deg", "azimuth_deg")):
+                arrays.setdefault(name, np.zeros(len(arrays.get(other, ()))))
+            states.append(EmitterState(**arrays))
+    return tuple(states)
+
+
+@functools.cache
+def _default_states() -> tuple[EmitterState, ...]:
+    from sensors.configs.catalog import find
+
+    return find("Example_Rotary").emitter_states
