@@ -1,0 +1,153 @@
+"""One walk over a stage: which prims are bodies, joints and colliders, and what can move."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from . import transforms
+from .stage import meters_per_unit
+from .transforms import Floats
+from .usd import EARLIEST, Usd, UsdGeom, UsdPhysics
+
+
+@dataclass(frozen=True)
+class BodyPrim:
+    """A prim with an enabled rigid body; a kinematic one is moved by the user, not by forces."""
+
+    path: str
+    prim: Any
+    kinematic: bool
+
+
+@dataclass(frozen=True)
+class ColliderPrim:
+    """A prim that bodies hit, and the body it belongs to (None: the world)."""
+
+    path: str
+    prim: Any
+    body: str | None
+
+
+@dataclass(frozen=True)
+class JointPrim:
+    """An enabled joint: the prims it names (None: the world) and the bodies they belong to (None: cannot move)."""
+
+    path: str
+    prim: Any
+    targets: tuple[str | None, str | None]
+    bodies: tuple[str | None, str | None]
+
+
+@dataclass
+class Scan:
+    """What a stage holds for physics and rays, in stage order."""
+
+    stage: Any
+    meters_per_unit: float
+    bodies: dict[str, BodyPrim] = field(default_factory=dict)
+    colliders: list[ColliderPrim] = field(default_factory=list)
+    joints: list[JointPrim] = field(default_factory=list)
+    scenes: list[Any] = field(default_factory=list)
+    articulation_roots: list[str] = field(default_factory=list)
+    moving: frozenset[str] = frozenset()
+    """Bodies whose pose can change: not those that fixed joints hold to the world."""
+
+    def __post_init__(self) -> None:
+        self._xforms = UsdGeom.XformCache(EARLIEST)
+
+    def world_matrix(self, prim: Any) -> Floats:
+        """(4, 4) prim to world, stage units, scale included."""
+        return transforms.from_usd(self._xforms.GetLocalToWorldTransform(prim))
+
+    def body_pose(self, path: str) -> Floats:
+        """(4, 4) rigid pose of a body in the world, metres."""
+        pose = transforms.rigid_part(self.world_matrix(self.bodies[path].prim))
+        pose[:3, 3] *= self.meters_per_unit
+        return pose
+
+    def body_of(self, path: str) -> str | None:
+        """The nearest body at or above a prim path."""
+        while path and path != "/":
+            if path in self.bodies:
+                return path
+            path = path.rpartition("/")[0]
+        return None
+
+    def moving_body_of(self, path: str) -> str | None:
+        """The nearest body at or above a prim path, if it can move."""
+        body = self.body_of(path)
+        return body if body in self.moving else None
+
+    @property
+    def dynamic(self) -> list[str]:
+        """Bodies that forces can move."""
+        return [path for path in self.bodies if path in self.moving and not self.bodies[path].kinematic]
+
+
+def scan_stage(stage: Any) -> Scan:
+    """Walk the stage once, into instances too. Inactive, abstract and unloaded prims are passed over."""
+    scan = Scan(stage, meters_per_unit(stage))
+    colliders: list[Any] = []
+    joints: list[Any] = []
+    for prim in stage.Traverse(Usd.TraverseInstanceProxies()):
+        if prim.IsA(UsdPhysics.Joint):
+            joints.append(prim)
+            if prim.HasAPI(UsdPhysics.ArticulationRootAPI):
+                scan.articulation_roots.append(str(prim.GetPath()))
+            continue
+        if prim.IsA(UsdPhysics.Scene):
+            scan.scenes.append(prim)
+            continue
+        if not prim.GetAppliedSchemas():
+            continue
+        if prim.HasAPI(UsdPhysics.RigidBodyAPI):
+            body = UsdPhysics.RigidBodyAPI(prim)
+            if body.GetRigidBodyEnabledAttr().Get(EARLIEST):
+                path = str(prim.GetPath())
+                scan.bodies[path] = BodyPrim(path, prim, bool(body.GetKinematicEnabledAttr().Get(EARLIEST)))
+        if prim.HasAPI(UsdPhysics.CollisionAPI):
+            if UsdPhysics.CollisionAPI(prim).GetCollisionEnabledAttr().Get(EARLIEST):
+                colliders.append(prim)
+        if prim.HasAPI(UsdPhysics.ArticulationRootAPI):
+            scan.articulation_roots.append(str(prim.GetPath()))
+    for prim in colliders:
+        path = str(prim.GetPath())
+        scan.colliders.append(ColliderPrim(path, prim, scan.body_of(path)))
+    scan.joints = [joint for prim in joints if (joint := _joint(scan, prim))]
+    scan.moving = _moving(scan)
+    return scan
+
+
+def _joint(scan: Scan, prim: Any) -> JointPrim | None:
+    joint = UsdPhysics.Joint(prim)
+    if not joint.GetJointEnabledAttr().Get(EARLIEST):
+        return None
+    ends = []
+    for relationship in (joint.GetBody0Rel(), joint.GetBody1Rel()):
+        targets = relationship.GetForwardedTargets()
+        ends.append(str(targets[0].GetPrimPath()) if targets else None)
+    return JointPrim(
+        str(prim.GetPath()),
+        prim,
+        (ends[0], ends[1]),
+        (scan.body_of(ends[0] or ""), scan.body_of(ends[1] or "")),
+    )
+
+
+def _moving(scan: Scan) -> frozenset[str]:
+    """All bodies but those that a chain of fixed joints ties to something that is no body."""
+    tied: dict[str | None, set[str | None]] = {}
+    for joint in scan.joints:
+        if joint.prim.IsA(UsdPhysics.FixedJoint):
+            first, second = joint.bodies
+            tied.setdefault(first, set()).add(second)
+            tied.setdefault(second, set()).add(first)
+    held: set[str | None] = {None}
+    todo: list[str | None] = [None]
+    while todo:
+        for other in tied.get(todo.pop(), ()):
+            if other not in held and not scan.bodies[str(other)].kinematic:
+                held.add(other)
+                todo.append(other)
+    return frozenset(path for path in scan.bodies if path not in held)

@@ -1,0 +1,101 @@
+"""Poses as arrays: quaternions w, x, y, z; matrices (4, 4) float64 for column vectors (p_world = M @ [p, 1])."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+
+def from_usd(matrix: Any) -> Floats:
+    """A `Gf.Matrix4d` (row vectors) as a column-vector matrix."""
+    return np.array(matrix, dtype=np.float64).T
+
+
+def rotation_matrices(quaternions: Floats) -> Floats:
+    """(..., 4) unit quaternions to (..., 3, 3) rotations."""
+    w, x, y, z = np.moveaxis(quaternions, -1, 0)
+    out = np.empty((*quaternions.shape[:-1], 3, 3))
+    out[..., 0, 0] = 1 - 2 * (y * y + z * z)
+    out[..., 0, 1] = 2 * (x * y - w * z)
+    out[..., 0, 2] = 2 * (x * z + w * y)
+    out[..., 1, 0] = 2 * (x * y + w * z)
+    out[..., 1, 1] = 1 - 2 * (x * x + z * z)
+    out[..., 1, 2] = 2 * (y * z - w * x)
+    out[..., 2, 0] = 2 * (x * z - w * y)
+    out[..., 2, 1] = 2 * (y * z + w * x)
+    out[..., 2, 2] = 1 - 2 * (x * x + y * y)
+    return out
+
+
+def pose_matrices(positions: Floats, quaternions: Floats) -> Floats:
+    """(..., 3) positions and (..., 4) quaternions to (..., 4, 4) matrices."""
+    out = np.zeros((*positions.shape[:-1], 4, 4))
+    out[..., :3, :3] = rotation_matrices(quaternions)
+    out[..., :3, 3] = positions
+    out[..., 3, 3] = 1
+    return out
+
+
+def quaternion(rotation: Floats) -> Floats:
+    """(3, 3) rotation to (4,) quaternion with w >= 0 (Shepperd: divides by the largest component)."""
+    trace = float(np.trace(rotation))
+    diagonal = np.diag(rotation)
+    squares = np.array([trace, *diagonal]) * 2 + 1 - trace
+    largest = int(np.argmax(squares))
+    q = np.empty(4)
+    q[largest] = squares[largest]
+    skew = [rotation[2, 1] - rotation[1, 2], rotation[0, 2] - rotation[2, 0], rotation[1, 0] - rotation[0, 1]]
+    if largest == 0:
+        q[1:] = skew
+    else:
+        i = largest - 1
+        q[0] = skew[i]
+        for j in {0, 1, 2} - {i}:
+            q[j + 1] = rotation[i, j] + rotation[j, i]
+    q /= np.linalg.norm(q)
+    return -q if q[0] < 0 else q
+
+
+def rigid_part(matrix: Floats) -> Floats:
+    """The rotation and translation of an affine (4, 4) matrix, without its scale and shear.
+
+    The rotation is the nearest one (polar decomposition); for translate-rotate-scale it is exactly the rotate part.
+    A reflection is left to the rest, `np.linalg.inv(rigid) @ matrix`.
+    """
+    out = np.eye(4)
+    out[:3, 3] = matrix[:3, 3]
+    linear = matrix[:3, :3]
+    lengths = np.sqrt((linear * linear).sum(axis=0))
+    if lengths.min() > 0:
+        axes = linear / lengths
+        if np.abs(axes.T @ axes - np.eye(3)).max() < 1e-9 and np.linalg.det(axes) > 0:
+            out[:3, :3] = axes
+            return out
+    u, _, vt = np.linalg.svd(linear)
+    u[:, 2] *= np.sign(np.linalg.det(u @ vt)) or 1.0
+    out[:3, :3] = u @ vt
+    return out
+
+
+def inverse_rigid(matrix: Floats) -> Floats:
+    """The inverse of (..., 4, 4) rigid matrices."""
+    out = np.zeros_like(matrix)
+    turned = np.swapaxes(matrix[..., :3, :3], -1, -2)
+    out[..., :3, :3] = turned
+    out[..., :3, 3] = -(turned @ matrix[..., :3, 3:])[..., 0]
+    out[..., 3, 3] = 1
+    return out
+
+
+def transformed(matrix: Floats, points: Floats) -> Floats:
+    """(n, 3) points through a (4, 4) matrix."""
+    return points @ matrix[:3, :3].T + matrix[:3, 3]
+
+
+def usable(matrix: Floats) -> bool:
+    """Whether a matrix has neither NaN nor infinity and is not flat."""
+    return bool(np.isfinite(matrix).all() and abs(np.linalg.det(matrix[:3, :3])) > 1e-300)
