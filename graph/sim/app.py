@@ -1,0 +1,340 @@
+"""The App: one world, its clocks, and the update that moves them through the phases."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from fractions import Fraction
+from importlib import import_module
+from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from graph.errors import RunError, UserError
+
+from . import settings as keys
+from .bus import MessageBus
+from .clocks import checked_rate
+from .fidelity import Fidelity
+from .options import clock_rates, experience_settings, refuse_unavailable
+from .phases import EVENTS, PHASES, Callback, Subscribers, Unsubscribe
+from .rendering import Rendering
+from .run_loop import RunLoop
+from .settings import Settings
+from .simulation import EXTERNAL_TIME, Simulation
+from .timeline import Change, Timeline
+from .wall_clock import VirtualClock, WallClock
+from .warnings import WarningList
+
+if TYPE_CHECKING:
+    from types import TracebackType
+
+
+class App:
+    """One world and its clocks. Several may live in one process; the most recently entered one is the default.
+
+    `stage` is a path, a `Usd.Stage` or None for an empty stage. `physics_hz` beats the stage's physics scene, which
+    beats 60; `loop_hz` defaults to 60. `fidelity` maps knobs (`lidar.motion`) to values. Raises UserError for options
+    that cannot be run.
+    """
+
+    _entered: ClassVar[list[App]] = []
+
+    def __init__(
+        self,
+        stage: Any = None,
+        *,
+        physics_hz: float | str | Fraction | None = None,
+        loop_hz: float | str | Fraction | None = None,
+        experience: str = "base",
+        parity: str = "documented",
+        settings: Mapping[str, Any] | None = None,
+        fidelity: Mapping[str, Any] | Fidelity | None = None,
+        seed: int = 0,
+        wall_clock: WallClock | None = None,
+    ) -> None:
+        from .fabric import Fabric
+        from .stage import meters_per_unit, open_stage, physics_scene_rate, register_schemas
+
+        self.fidelity = fidelity if isinstance(fidelity, Fidelity) else Fidelity.from_mapping(fidelity or {})
+        refuse_unavailable(experience, parity, self.fidelity)
+        self.experience, self.parity, self.seed = experience, parity, seed
+        self.settings = Settings(settings)
+        self.warnings = WarningList()
+        if stage is None or isinstance(stage, (str, Path)):
+            stage = open_stage(stage, warn=self.warn)
+        else:
+            register_schemas()
+        self.stage = stage
+        self.meters_per_unit: float = meters_per_unit(stage)
+        authored = physics_scene_rate(stage)
+        physics_rate, loop_rate = clock_rates(physics_hz, loop_hz, experience, authored, self.fidelity.physics_hz)
+        experience_settings(self.settings, experience, loop_rate if loop_hz is not None else None, stage)
+
+        self.wall_clock: WallClock = wall_clock if wall_clock is not None else VirtualClock()
+        self.run_loop = RunLoop(self.settings, self.wall_clock, 1 / loop_rate)
+        self.bus = MessageBus()
+        self.fabric: Any = Fabric(stage)
+        self.fabric.set(*EXTERNAL_TIME, 0.0)
+        self.timeline = Timeline(self.settings, self._on_change)
+        self.simulation = Simulation(self, physics_rate)
+        self.rendering = Rendering(self)
+        self.rendering.capture_at_ticks = self.fidelity.tlas == "sensor" and self.settings.get(keys.SENSOR_TICK_TLAS)
+        self.rendering.multi_tick = self.settings.get(keys.MULTI_TICK)
+        self.graphs: dict[str, Any] = {}
+        """The graphs bound to this App, by path; filled by whoever binds them."""
+        self.update_index = 0
+        """Index of the running update, else the number of updates done."""
+        self._subscribers = {name: Subscribers() for name in (*PHASES, *EVENTS)}
+        self._subscribers["physics_pre_step"] = self.simulation.pre_step
+        self._subscribers["physics_post_step"] = self.simulation.post_step
+        phases = self._subscribers
+        self._timeline_state, self._timeline_phase = phases["timeline_state"], phases["timeline"]
+        self._physics_phase, self._graphs_phase = phases["physics"], phases["simulation_graphs"]
+        self._render_phase, self._frames_phase = phases["render"], phases["post_render_graphs"]
+        self._end_phase = phases["end"]
+        self._physics_s = self._render_s = self._graph_s = 0.0
+        self._updating = False
+        self._closed = False
+        self._stage_state: Any = None
+        self._geometry: Any = None
+
+    @classmethod
+    def from_file(cls, path: str | Path, **options: Any) -> App:
+        """The App of a graph file, its graphs bound to it. Options as in `graph.assembly.open_session`."""
+        app: App = import_module("graph.assembly").open_app(cls, path, **options)
+        return app
+
+    @classmethod
+    def current(cls) -> App:
+        """The most recently entered App. Raises UserError if none is."""
+        if not cls._entered:
+            raise UserError("there is no current App; use `with App(...) as app:` or pass app=")
+        return cls._entered[-1]
+
+    # -- reading -----------------------------------------------------------------------------------------------------
+
+    @property
+    def physics(self) -> Any:
+        """The physics engine; None while stopped or when nothing is dynamic."""
+        return self.simulation.physics
+
+    @property
+    def external_time(self) -> Fraction:
+        """The renderer's clock [s], exact: the time that sensors are stamped with."""
+        return self.rendering.time
+
+    @property
+    def loop_rate(self) -> Fraction:
+        """App updates per second of loop time [Hz]."""
+        return 1 / self.run_loop.manual_step
+
+    @property
+    def loop_time(self) -> Fraction:
+        """The run loop's time since the App was made [s], playing or not."""
+        return self.run_loop.time
+
+    @property
+    def timing(self) -> dict[str, float]:
+        """Real time spent so far [s] in physics, render, graph and io."""
+        return {
+            "physics": self._physics_s,
+            "render": self._render_s,
+            "graph": self._graph_s,
+            "io": self.bus.io_seconds,
+        }
+
+    def geometry(self) -> Any:
+        """What rays can hit (`graph.sim.geometry.collect_geometry`), collected once per play."""
+        if self._geometry is None:
+            from .geometry import collect_geometry
+
+            self._geometry = collect_geometry(self.stage, self.fidelity.mesh_tolerance)
+        return self._geometry
+
+    # -- subscribing -------------------------------------------------------------------------------------------------
+
+    def on(self, phase: str, callback: Callback, order: int = 0) -> Unsubscribe:
+        """Calls `callback()` in a phase of every update or at an event; returns what ends that.
+
+        Lower order first, ties in the order of registration; the phase's own work stands at order 0, ahead of the
+        subscribers of order 0. `post_render_graphs` runs only in updates that delivered a frame.
+        """
+        if phase not in self._subscribers:
+            raise UserError(f"there is no phase or event {phase!r}; there are {', '.join(self._subscribers)}")
+        return self._subscribers[phase].add(callback, order)
+
+    def warn(self, code: str, where: str, message: str) -> None:
+        """Notes a warning: said once per code and place, counted."""
+        self.warnings.add(code, where, message)
+
+    # -- driving -----------------------------------------------------------------------------------------------------
+
+    def play(self) -> None:
+        """Starts or resumes now, with all callbacks (a committed play)."""
+        self.timeline.play()
+        self.timeline.commit()
+
+    def pause(self) -> None:
+        """Pauses now: every clock holds."""
+        self.timeline.pause()
+        self.timeline.commit()
+
+    def stop(self) -> None:
+        """Stops now: clocks at 0, physics freed, the stage as it was before play."""
+        self.timeline.stop()
+        self.timeline.commit()
+
+    def update(self, steps: int = 1) -> None:
+        """Runs `steps` app updates, each through all phases."""
+        if self._updating:
+            raise RunError("update() was called from inside an update; a subscriber must not drive the App")
+        if self._closed:
+            raise RunError("the App is closed; make a new one")
+        self._updating = True
+        try:
+            for _ in range(steps):
+                self._update()
+                self.update_index += 1
+        finally:
+            self.rendering.end_update()
+            self._updating = False
+
+    def _update(self) -> None:
+        rendering, bus = self.rendering, self.bus
+        dt = self.run_loop.begin()
+
+        for callback in self._timeline_state.before:
+            callback()
+        self.timeline.commit()
+        for callback in self._timeline_state.after:
+            callback()
+        rendering.begin_update()
+
+        for callback in self._timeline_phase.before:
+            callback()
+        elapsed = self.timeline.advance(dt)
+        for callback in self._timeline_phase.after:
+            callback()
+
+        started = perf_counter()
+        for callback in self._physics_phase.before:
+            callback()
+        try:
+            self.simulation.run_update(elapsed)
+        finally:
+            done = perf_counter()
+            self._physics_s += done - started
+        for callback in self._physics_phase.after:
+            callback()
+
+        io = bus.io_seconds
+        self._graphs_phase()
+        started = perf_counter()
+        self._graph_s += started - done - (bus.io_seconds - io)
+
+        for callback in self._render_phase.before:
+            callback()
+        rendering.render()
+        for callback in self._render_phase.after:
+            callback()
+        done = perf_counter()
+        self._render_s += done - started
+
+        if rendering.new_frames:
+            io = bus.io_seconds
+            for callback in self._frames_phase.before:
+                callback()
+            rendering.hand_over()
+            for callback in self._frames_phase.after:
+                callback()
+            self._graph_s += perf_counter() - done - (bus.io_seconds - io)
+
+        self._end_phase()
+        self.run_loop.end()
+
+    def set_loop_step(self, step: Fraction) -> None:
+        """Makes an update last `step` [s] on every clock that follows the loop."""
+        frequency = checked_rate(1 / step, "loop")
+        plain = frequency.numerator if frequency.denominator == 1 else frequency
+        self.run_loop.manual_step = step
+        self.settings.set(keys.MANUAL_MODE, True)
+        self.settings.set(keys.RATE_LIMIT_FREQUENCY, plain)
+        self.timeline.set_target_framerate(frequency)
+        self.stage.SetTimeCodesPerSecond(float(frequency))
+        self.timeline.set_time_codes_per_second(frequency)
+        period = step.limit_denominator(10**9)
+        self.settings.set("/app/settings/fabricDefaultSimPeriodNumerator", period.numerator)
+        self.settings.set("/app/settings/fabricDefaultSimPeriodDenominator", period.denominator)
+
+    # -- play and stop -----------------------------------------------------------------------------------------------
+
+    def _on_change(self, change: Change) -> None:
+        if change == "play":
+            self._begin_play()
+        elif change == "stop":
+            self._end_play()
+        self._subscribers[change]()
+
+    def _begin_play(self) -> None:
+        from .physics import build_physics
+        from .stage import StageState
+
+        self._geometry = None
+        self._stage_state = StageState(self.stage)
+        physics = None
+        try:
+            physics = build_physics(self.stage, 1 / self.simulation.steps_per_second, self.fidelity)
+            if physics is not None:
+                self.fabric.bind(physics)
+        except BaseException:
+            if physics is not None:
+                physics.close()
+            self._stage_state.restore()
+            raise
+        self.rendering.multi_tick = self.settings.get(keys.MULTI_TICK)
+        self.rendering.capture_state = self.fabric.capture if physics is not None else None
+        self.rendering.begin_play()
+        self.simulation.begin(physics)
+
+    def _end_play(self) -> None:
+        self.fabric.unbind()
+        self.simulation.end()
+        self.rendering.capture_state = None
+        self.rendering.end_play()
+        self._geometry = None
+        self._stage_state.restore()
+
+    # -- life --------------------------------------------------------------------------------------------------------
+
+    def close(self) -> None:
+        """Stops, tells the "close" subscribers and closes the bus's sinks; each also when one before it fails."""
+        if self._closed:
+            return
+        self._closed = True
+        failure: BaseException | None = None
+        for action in (self.stop, *self._close_actions(), self.bus.close):
+            try:
+                action()
+            except BaseException as error:
+                failure = failure or error
+        for subscribers in self._subscribers.values():
+            subscribers.clear()
+        if failure is not None:
+            raise failure
+
+    def _close_actions(self) -> tuple[Callable[[], object], ...]:
+        closing = self._subscribers["close"]
+        return (*closing.before, *closing.after)
+
+    def __enter__(self) -> App:
+        App._entered.append(self)
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        if self in App._entered:
+            App._entered.reverse()
+            App._entered.remove(self)
+            App._entered.reverse()
+        self.close()

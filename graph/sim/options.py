@@ -1,0 +1,80 @@
+"""What an App's options mean: rates, experience, and which of them cannot be run yet."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+from graph import exact
+from graph.errors import UserError
+
+from . import settings as keys
+from .clocks import checked_rate
+from .fidelity import Fidelity
+from .settings import Settings
+
+EXPERIENCES = ("base", "full", "zero_delay")
+PARITIES = ("documented", "isaacsim-6.0.1")
+DEFAULT_RATE = Fraction(60)
+
+
+def refuse_unavailable(experience: str, parity: str, fidelity: Fidelity) -> None:
+    """Raises UserError for an option that is unknown or not available."""
+    if experience not in EXPERIENCES:
+        raise UserError(f"experience {experience!r} is not one of {', '.join(EXPERIENCES)}")
+    if parity not in PARITIES:
+        raise UserError(f"parity {parity!r} is not one of {', '.join(PARITIES)}")
+    if parity != "documented":
+        raise UserError(f'parity {parity!r} is not available yet; use "documented"')
+    if fidelity.lidar_motion == "continuous":
+        raise UserError('fidelity lidar.motion "continuous" is not available yet; use "frozen" or "update"')
+
+
+def clock_rates(
+    physics_hz: float | str | Fraction | None,
+    loop_hz: float | str | Fraction | None,
+    experience: str,
+    authored: Fraction | None,
+    knob: Fraction | None,
+) -> tuple[Fraction, Fraction]:
+    """Physics and loop rate [Hz]: the knob beats the argument, that beats what the stage authors, that beats 60.
+
+    `zero_delay` runs both at one rate. Raises UserError for rates that cannot be run or that contradict each other.
+    """
+    asked = knob if knob is not None else _rate(physics_hz, "physics_hz")
+    loop = _rate(loop_hz, "loop_hz")
+    if experience != "zero_delay":
+        physics = asked or authored or DEFAULT_RATE
+        return checked_rate(physics, "physics_hz"), loop or DEFAULT_RATE
+    if asked and loop and asked != loop:
+        raise UserError(
+            f"physics_hz {float(asked):g} and loop_hz {float(loop):g} differ; experience zero_delay runs both at one "
+            "rate: give one of them"
+        )
+    both = asked or loop or authored or DEFAULT_RATE
+    return checked_rate(both, "physics_hz"), both
+
+
+def experience_settings(settings: Settings, experience: str, loop_rate: Fraction | None, stage: Any) -> None:
+    """Defaults that the experience, an explicit loop rate and the stage bring; what the user has set stays."""
+    if experience == "full":
+        settings.set_default(keys.FIXED_STEPPING, True)
+        settings.set_default(keys.RATE_LIMIT_ENABLED, True)
+    if experience == "zero_delay":
+        settings.set_default("/app/hydraEngine/waitIdle", True)
+        settings.set_default("/app/updateOrder/checkForHydraRenderComplete", 1000)
+    if loop_rate is not None:
+        settings.set_default(keys.RATE_LIMIT_FREQUENCY, loop_rate)
+        settings.set_default(keys.TARGET_FRAMERATE, loop_rate)
+    if stage.HasAuthoredTimeCodesPerSecond():
+        settings.set_default(keys.TIME_CODES_PER_SECOND, stage.GetTimeCodesPerSecond())
+
+
+def _rate(value: float | str | Fraction | None, what: str) -> Fraction | None:
+    if value is None:
+        return None
+    try:
+        rate = exact.rate(value)
+    except (ValueError, TypeError):
+        raise UserError(f"{what}: {value!r} is no rate; give a number of Hz or a fraction such as 60000/1001") from None
+    return checked_rate(rate, what)

@@ -1,0 +1,63 @@
+"""Subscriber lists of the phases of an update and of the App's events."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import count
+
+Callback = Callable[[], object]
+Unsubscribe = Callable[[], None]
+
+PHASES = ("timeline_state", "timeline", "physics", "simulation_graphs", "render", "post_render_graphs", "end")
+"""The phases of one update, in the order they run."""
+
+EVENTS = ("physics_pre_step", "physics_post_step", "play", "pause", "resume", "stop", "close")
+
+
+class Subscribers:
+    """Callbacks in the order they run: by `order`, then by registration.
+
+    The phase's own work sits at order 0: `before` runs ahead of it, `after` behind it. Both are tuples, so that a
+    callback may subscribe or unsubscribe while they run; that takes effect the next time.
+    """
+
+    __slots__ = ("_entries", "_serial", "after", "before")
+
+    def __init__(self) -> None:
+        self._entries: list[tuple[int, int, Callback]] = []
+        self._serial = count()
+        self.before: tuple[Callback, ...] = ()
+        self.after: tuple[Callback, ...] = ()
+
+    def add(self, callback: Callback, order: int = 0) -> Unsubscribe:
+        """Subscribes `callback`; returns what ends it (calling that twice is harmless)."""
+        entry = (order, next(self._serial), callback)
+        self._entries.append(entry)
+        self._freeze()
+
+        def unsubscribe() -> None:
+            if entry in self._entries:
+                self._entries.remove(entry)
+                self._freeze()
+
+        return unsubscribe
+
+    def __call__(self) -> None:
+        """Runs every callback."""
+        for callback in self.before:
+            callback()
+        for callback in self.after:
+            callback()
+
+    def __bool__(self) -> bool:
+        return bool(self._entries)
+
+    def clear(self) -> None:
+        """Ends all subscriptions."""
+        self._entries.clear()
+        self._freeze()
+
+    def _freeze(self) -> None:
+        entries = sorted(self._entries, key=lambda entry: entry[:2])
+        self.before = tuple(callback for order, _, callback in entries if order < 0)
+        self.after = tuple(callback for order, _, callback in entries if order >= 0)

@@ -1,0 +1,154 @@
+"""Recording to MCAP: ROS 2 CDR messages in chunks that are readable as soon as they are written.
+
+The bytes depend on the messages alone: log time = publish time = simulation time, no wall clock, no host, no version.
+"""
+
+from __future__ import annotations
+
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import FrameType
+from typing import Any, BinaryIO
+
+from mcap.writer import CompressionType, Writer  # noqa: TID253
+
+from graph.errors import RunError, UserError
+
+from .bus import Message
+from .ros_types import definition, serialize
+
+CHUNK_BYTES = 1_000_000
+_RECORD_OVERHEAD = 31  # opcode, length and the fixed fields of an MCAP Message record
+
+
+class McapSink:
+    """Writes every message it receives to the MCAP file `path`, which it opens at the first one.
+
+    Chunks hold at most 1 MB before compression (a larger message gets a chunk of its own) and reach the file as they
+    fill; `close` finishes the file. A Ctrl-C never splits a chunk: it is honoured once the chunk is written.
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        self.path = Path(path)
+        self._file: BinaryIO | None = None
+        self._writer: Writer | None = None
+        self._channels: dict[str, int] = {}
+        self._schemas: dict[str, int] = {}
+        self._pending: list[tuple[Message, bytes]] = []
+        self._pending_bytes = 0
+        self._closed = False
+
+    def advertise(self, topic: str, type_name: str) -> None:
+        """Nothing to do: a channel is written with its first message."""
+
+    def write(self, message: Message) -> None:
+        """Records one message. Raises RunError if the file cannot be written."""
+        if self._closed:
+            raise RunError(f"{self.path}: the recording is closed; a message on {message.topic} came too late")
+        data = serialize(message.message, message.type_name)
+        size = len(data) + _RECORD_OVERHEAD + self._declaration_bytes(message)
+        if self._pending and self._pending_bytes + size > CHUNK_BYTES:
+            self.flush()
+        self._pending.append((message, data))
+        self._pending_bytes += size
+        if self._pending_bytes >= CHUNK_BYTES:
+            self.flush()
+
+    def flush(self) -> None:
+        """Writes what is pending as a chunk and hands it to the operating system."""
+        if not self._pending:
+            return
+        with _uninterrupted(), self._file_errors():
+            writer = self._open()
+            pending, self._pending, self._pending_bytes = self._pending, [], 0
+            for message, data in pending:
+                stamp = message.stamp_ns
+                writer.add_message(self._channel(writer, message), stamp, data, stamp, message.sequence & 0xFFFFFFFF)
+            writer.flush()
+
+    def close(self) -> None:
+        """Finishes the file: index and summary. Calling it twice is harmless."""
+        if self._closed:
+            return
+        with _uninterrupted(), self._file_errors():
+            self._closed = True
+            try:
+                self.flush()
+                if self._writer is not None:
+                    self._writer.finish()
+            finally:
+                if self._file is not None:
+                    self._file.close()
+
+    def __enter__(self) -> McapSink:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.close()
+
+    def _open(self) -> Writer:
+        if self._writer is None:
+            try:
+                self._file = self.path.open("wb")
+            except OSError as error:
+                raise UserError(f"{self.path}: {error.strerror}; name a file that can be written") from None
+            # The sink cuts the chunks itself, before they grow past the limit: the writer's own limit is out of reach.
+            self._writer = Writer(self._file, chunk_size=2**62, compression=CompressionType.LZ4)
+            self._writer.start(profile="ros2", library="tickgraph")
+        return self._writer
+
+    def _channel(self, writer: Writer, message: Message) -> int:
+        known = self._channels.get(message.topic)
+        if known is not None:
+            return known
+        schema = self._schemas.get(message.type_name)
+        if schema is None:
+            text = definition(message.type_name).encode()
+            schema = self._schemas[message.type_name] = writer.register_schema(message.type_name, "ros2msg", text)
+        channel = self._channels[message.topic] = writer.register_channel(message.topic, "cdr", schema, {})
+        return channel
+
+    def _declaration_bytes(self, message: Message) -> int:
+        """What the topic's channel and its type's schema add to the chunk if this message brings them."""
+        if message.topic in self._channels:
+            return 0
+        schema = 0 if message.type_name in self._schemas else 64 + len(definition(message.type_name))
+        return 64 + len(message.topic) + len(message.type_name) + schema
+
+    @contextmanager
+    def _file_errors(self) -> Iterator[None]:
+        try:
+            yield
+        except OSError as error:
+            raise RunError(f"{self.path}: {error.strerror or error}; what was written before is kept") from error
+
+
+@contextmanager
+def _uninterrupted() -> Iterator[None]:
+    """Holds Ctrl-C back until the block ends; outside the main thread signals do not arrive anyway."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    received: list[tuple[int, FrameType | None]] = []
+    handler = signal.getsignal(signal.SIGINT)
+    if not callable(handler):  # ignored, left to the system, or not set from Python: nothing raises in the block
+        yield
+        return
+
+    def hold(signum: int, frame: FrameType | None) -> None:
+        received.append((signum, frame))
+
+    signal.signal(signal.SIGINT, hold)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, handler)
+    if received:
+        _deliver(handler, *received[0])
+
+
+def _deliver(handler: Any, signum: int, frame: FrameType | None) -> None:
+    handler(signum, frame)

@@ -1,0 +1,261 @@
+"""The sensor scheduler: in the render phase of each update it renders the products that are due, and only those."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+from typing import Any
+
+from graph.errors import UserError
+
+from .clocks import PhysicsClock
+from .products import RenderProduct
+from .schedule import NEVER, EveryUpdate, Tick, TickSchedule
+
+
+class SensorScheduler:
+    """Render products in the order of their creation, ticked on the physics clock.
+
+    With multi-tick rendering off there is no sensor clock of its own: `loop_time` (the run loop's time since the App
+    was made) takes the place of the external time, and every sensor renders in every update, except an accumulating
+    one, which emits its scan in the update that completes it.
+    """
+
+    def __init__(
+        self, clock: PhysicsClock, capture: Callable[[], Any] | None, loop_time: Callable[[], Fraction]
+    ) -> None:
+        self.products: dict[str, RenderProduct] = {}
+        self.history: list[RenderProduct] = []
+        """Every product made so far, those removed or gone with a stop included."""
+        self.new_frames: list[RenderProduct] = []
+        """The products that delivered a frame in this update, in the order of their creation."""
+        self.capture_state = capture
+        """Takes an immutable snapshot of all poses; None while nothing moves."""
+        self.multi_tick = True
+        self.capture_at_ticks = True
+        self.next_capture = NEVER
+        """The step count after which `capture` is to be called."""
+        self._clock = clock
+        self._loop_time = loop_time
+        self._began_at: Fraction | None = None
+        self._scheduled: list[RenderProduct] = []
+        self._eager: list[RenderProduct] = []
+        self._next_due = NEVER
+        self._rate: Fraction | None = None
+        self._rendered_step = 0
+        self._rendered_version = clock.version
+        self._captures: list[tuple[int, int, RenderProduct]] = []
+        self._at_play: list[tuple[RenderProduct, list[Callable[[Any], object]]]] | None = None
+
+    # -- products ----------------------------------------------------------------------------------------------------
+
+    @property
+    def time(self) -> Fraction:
+        """The external time [s] that schedules follow."""
+        return self._clock.time if self.multi_tick else self._loop_time()
+
+    @property
+    def moment(self) -> Fraction:
+        """The external time [s] at which a product made now begins to exist: that of the start of a running update."""
+        return self.time if self._began_at is None else self._began_at
+
+    def add(self, product: RenderProduct) -> RenderProduct:
+        """Takes a product from now on. Raises UserError if its path is taken."""
+        if product.path in self.products:
+            raise UserError(f"render product {product.path} exists already; use it or give the new one another path")
+        moment = self.moment
+        product.restart(moment if product.created_at is None else max(moment, product.created_at))
+        product.on_enabled = self._enabled_changed
+        self.products[product.path] = product
+        self.history.append(product)
+        self._sort_products()
+        return product
+
+    def remove(self, path: str) -> None:
+        """Takes a product away; its counts stay in `history`. An unknown path is ignored."""
+        product = self.products.pop(path, None)
+        if product is not None:
+            product.writers.clear()
+            self._sort_products()
+
+    # -- the update --------------------------------------------------------------------------------------------------
+
+    def begin_update(self) -> None:
+        """Remembers the external time at the start of an update and ends the last update's frames."""
+        self._began_at = self.time
+        if self.new_frames:
+            for product in self.new_frames:
+                product.new_frame = False
+            self.new_frames = []
+
+    def end_update(self) -> None:
+        """Products made from here on exist from the external time as it is now."""
+        self._began_at = None
+
+    def plan(self, target: int, *, renders_there: bool) -> None:
+        """Before steps are run up to count `target`: decides after which of them a frozen sensor needs the poses.
+
+        `renders_there`: rendering follows at `target` at once, so that its state need not be kept.
+        """
+        if self._clock.rate is not self._rate:
+            self._bind()
+        self.next_capture = NEVER
+        if target < self._next_due or not (self.capture_at_ticks and self.multi_tick and self.capture_state):
+            return
+        captures = []
+        for number, product in enumerate(self._scheduled):
+            schedule = product.sensor.schedule
+            if isinstance(schedule, TickSchedule) and product.is_frozen and schedule.due_step <= target:
+                index = schedule.newest(target)
+                step = schedule.state_step(index)
+                if self._clock.count < step and (step < target or not renders_there):
+                    product.capture_index = index
+                    product.capture = None
+                    captures.append((step, number, product))
+        self._captures = sorted(captures, key=lambda entry: entry[:2], reverse=True)
+        if captures:
+            self.next_capture = self._captures[-1][0]
+
+    def capture(self) -> None:
+        """Keeps the poses of now, at step count `next_capture`, for the sensors that asked for them."""
+        assert self.capture_state is not None
+        poses = self.capture_state()
+        captures, step = self._captures, self.next_capture
+        while captures and captures[-1][0] == step:
+            captures.pop()[2].capture = poses
+        self.next_capture = captures[-1][0] if captures else NEVER
+
+    def render(self) -> None:
+        """Renders what is due at the external time as it is now, in the order of the products' creation."""
+        if not self.multi_tick:
+            self._render_every_update()
+            return
+        clock = self._clock
+        steps = clock.count
+        if steps == self._rendered_step and clock.version == self._rendered_version:
+            return
+        self._rendered_step, self._rendered_version = steps, clock.version
+        if clock.rate is not self._rate:
+            self._bind()
+        if self._eager:
+            time = clock.time
+            for product in tuple(self.products.values()):
+                if product.enabled:
+                    self._render_one(product, steps, time)
+        elif steps >= self._next_due:
+            for product in tuple(self._scheduled):
+                self._render_due(product, steps)
+        else:
+            return
+        self._find_next_due()
+
+    # -- play and stop -----------------------------------------------------------------------------------------------
+
+    def begin_play(self) -> None:
+        """Remembers the products and writers there are; only they outlive the next stop."""
+        self._at_play = [(product, list(product.writers)) for product in self.products.values()]
+
+    def end_play(self) -> None:
+        """Stop: products and writers made since play are gone, the others begin anew at external time 0."""
+        kept = self._at_play or []
+        self._at_play = None
+        self.new_frames = []
+        self._rendered_step, self._rendered_version = 0, self._clock.version
+        if self._began_at is not None:
+            self._began_at = self.time
+        for product in self.products.values():
+            product.new_frame = False
+        removed = [path for path, product in self.products.items() if all(product is not kept_ for kept_, _ in kept)]
+        for path in removed:
+            self.remove(path)
+        for product, writers in kept:
+            if self.products.get(product.path) is product:
+                product.writers[:] = writers
+                product.clear()
+                product.restart(self.time)
+                product.sensor.reset()
+        self._sort_products()
+
+    # -- inside ------------------------------------------------------------------------------------------------------
+
+    def _enabled_changed(self, product: RenderProduct) -> None:
+        if product.enabled:
+            product.restart(self.moment)
+            product.sensor.reset()
+        self._sort_products()
+
+    def _sort_products(self) -> None:
+        enabled = [product for product in self.products.values() if product.enabled]
+        self._scheduled = [product for product in enabled if isinstance(product.sensor.schedule, TickSchedule)]
+        self._eager = [
+            product
+            for product in enabled
+            if isinstance(product.sensor.schedule, EveryUpdate) or product.sensor.wants_updates
+        ]
+        self._bind()
+
+    def _bind(self) -> None:
+        self._rate = self._clock.rate
+        for product in self._scheduled:
+            schedule = product.sensor.schedule
+            if isinstance(schedule, TickSchedule):
+                schedule.bind(self._rate)
+        self._find_next_due()
+
+    def _find_next_due(self) -> None:
+        due = NEVER
+        for product in self._scheduled:
+            schedule = product.sensor.schedule
+            if isinstance(schedule, TickSchedule) and schedule.due_step < due:
+                due = schedule.due_step
+        self._next_due = due
+
+    def _render_one(self, product: RenderProduct, steps: int, time: Fraction) -> None:
+        if product.sensor.wants_updates:
+            self._advance(product, time)
+        schedule = product.sensor.schedule
+        if isinstance(schedule, TickSchedule):
+            self._render_due(product, steps)
+        else:
+            tick = schedule.advance(time)
+            if tick is not None:
+                self._deliver(product, tick)
+
+    def _render_due(self, product: RenderProduct, steps: int) -> None:
+        schedule = product.sensor.schedule
+        if isinstance(schedule, TickSchedule) and steps >= schedule.due_step:
+            tick = schedule.advance_steps(steps)
+            if tick is not None:
+                if product.capture_index == tick.index:
+                    tick.poses = product.capture
+                product.capture = None
+                self._deliver(product, tick)
+
+    def _render_every_update(self) -> None:
+        time = self._loop_time()
+        for product in tuple(self.products.values()):
+            if not product.enabled:
+                continue
+            if product.sensor.wants_updates:
+                self._advance(product, time)
+            schedule = product.sensor.schedule
+            tick: Tick | None
+            if isinstance(schedule, EveryUpdate) or schedule.accumulates:
+                tick = schedule.advance(time)
+            else:
+                tick = Tick(0, schedule.rate, time, product.advanced_to, time)
+                product.advanced_to = time
+            if tick is not None:
+                self._deliver(product, tick)
+
+    def _advance(self, product: RenderProduct, time: Fraction) -> None:
+        start = product.advanced_to
+        if time > start:
+            product.advanced_to = time
+            product.sensor.advance(start, time, None)  # type: ignore[attr-defined]
+
+    def _deliver(self, product: RenderProduct, tick: Tick) -> None:
+        frame = product.sensor.render(tick)
+        if frame is not None:
+            product.deliver(frame)
+            self.new_frames.append(product)

@@ -1,0 +1,233 @@
+"""The settings tree: `/path/to/setting` to value, with the defaults of the `base` experience."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Callable, Iterator, Mapping
+from fractions import Fraction
+from typing import Any
+
+from graph import exact
+from graph.errors import Mark, Problem, UserError
+
+RATE_LIMIT_ENABLED = "/app/runLoops/main/rateLimitEnabled"
+RATE_LIMIT_FREQUENCY = "/app/runLoops/main/rateLimitFrequency"
+MANUAL_MODE = "/app/runLoops/main/manualModeEnabled"
+FIXED_STEPPING = "/app/player/useFixedTimeStepping"
+FAST_MODE = "/app/player/useFastMode"
+TARGET_FRAMERATE = "/app/player/targetRunLoopFrequency"
+TICKS_PER_FRAME = "/app/player/timelineSubsampleRate"
+PLAY_SIMULATIONS = "/app/player/playSimulations"
+TIME_CODES_PER_SECOND = "/app/stage/timeCodesPerSecond"
+MIN_FRAME_RATE = "/persistent/simulation/minFrameRate"
+MULTI_TICK = "/rtx/hydra/supportMultiTickRate"
+SENSOR_TICK_TLAS = "/rtx/rendering/perSensorTickTlas"
+RAY_THREADS = "/tickgraph/rayThreads"
+WARM_UP_STEPS = "/tickgraph/warmUpSteps"
+REWRITE_RATE_LIMIT = "/tickgraph/playRewritesRateLimit"
+
+DEFAULTS: dict[str, Any] = {
+    RATE_LIMIT_ENABLED: False,
+    RATE_LIMIT_FREQUENCY: 60,
+    MANUAL_MODE: True,
+    FIXED_STEPPING: False,
+    FAST_MODE: False,
+    TARGET_FRAMERATE: 60,
+    TICKS_PER_FRAME: 1,
+    "/app/player/CompensatePlayDelayInSecs": 0.0,
+    PLAY_SIMULATIONS: True,
+    TIME_CODES_PER_SECOND: 60,
+    MIN_FRAME_RATE: 0,
+    MULTI_TICK: True,
+    SENSOR_TICK_TLAS: True,
+    "/app/hydraEngine/waitIdle": False,
+    "/app/updateOrder/checkForHydraRenderComplete": -100,
+    "/app/settings/fabricDefaultSimPeriodNumerator": 1,
+    "/app/settings/fabricDefaultSimPeriodDenominator": 30,
+    "/app/settings/fabricDefaultStageFrameHistoryCount": 3,
+    "/persistent/physics/resetOnStop": True,
+    "/exts/isaacsim.core.simulation_manager/default_engine": "mujoco",
+    "/ext/omni.graph.action/disableInterrupts": True,
+    RAY_THREADS: 0,
+    WARM_UP_STEPS: 0,
+    REWRITE_RATE_LIMIT: False,
+}
+"""Values of the `documented` profile; `minFrameRate` 0 means no catch-up cap, `rayThreads` 0 means all cores."""
+
+_RATES = {RATE_LIMIT_FREQUENCY, TARGET_FRAMERATE, TIME_CODES_PER_SECOND}
+_COUNTS = {MIN_FRAME_RATE, RAY_THREADS, WARM_UP_STEPS}
+_TRUTH = {"true": True, "false": False, "1": True, "0": False, "on": True, "off": False, "yes": True, "no": False}
+
+
+class Settings:
+    """A tree of settings. Any path may be set; the known ones of `DEFAULTS` keep their type and range."""
+
+    def __init__(self, values: Mapping[str, Any] | None = None, defaults: Mapping[str, Any] = DEFAULTS) -> None:
+        self._values: dict[str, Any] = dict(defaults)
+        self._authored: set[str] = set()
+        self._subscribers: dict[str, list[Callable[[Any], None]]] = {}
+        problems = []
+        for path, value in (values or {}).items():
+            try:
+                self.set(path, value)
+            except UserError as error:
+                problems.extend(error.problems)
+        if problems:
+            raise UserError(problems)
+
+    def get(self, path: str, default: Any = None) -> Any:
+        """The value at `path`; a dict of everything below it where it is a branch; else `default`."""
+        path = normalised(path)
+        if path in self._values:
+            return self._values[path]
+        return self._branch(path) or default
+
+    def set(self, path: str, value: Any) -> None:
+        """Sets a value (a dict sets the leaves below `path`) and tells the subscribers if it changed.
+
+        Raises UserError if the path is no path or a known setting cannot take the value.
+        """
+        path = normalised(path)
+        if isinstance(value, Mapping):
+            for key, below in value.items():
+                self.set(f"{path}/{key}", below)
+            return
+        self._refuse_mixing(path)
+        value = _checked(path, value)
+        changed = path not in self._values or self._values[path] != value
+        self._values[path] = value
+        self._authored.add(path)
+        if changed:
+            for callback in tuple(self._subscribers.get(path, ())):
+                callback(value)
+
+    def set_default(self, path: str, value: Any) -> None:
+        """Sets a value unless the user has set one."""
+        path = normalised(path)
+        if path not in self._authored:
+            self.set(path, value)
+            self._authored.discard(path)
+
+    def is_authored(self, path: str) -> bool:
+        """Whether the user, rather than a default, gave the value."""
+        return normalised(path) in self._authored
+
+    def rate(self, path: str) -> Fraction:
+        """The value as an exact number [Hz]."""
+        return exact.rate(self._values[normalised(path)])
+
+    def subscribe(self, path: str, callback: Callable[[Any], None]) -> Callable[[], None]:
+        """Calls `callback(value)` when the value at `path` changes; returns what ends that."""
+        callbacks = self._subscribers.setdefault(normalised(path), [])
+        callbacks.append(callback)
+
+        def unsubscribe() -> None:
+            if callback in callbacks:
+                callbacks.remove(callback)
+
+        return unsubscribe
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(sorted(self._values))
+
+    def _branch(self, path: str) -> dict[str, Any]:
+        tree: dict[str, Any] = {}
+        prefix = path.rstrip("/") + "/"
+        for leaf in self:
+            if leaf.startswith(prefix):
+                *folders, name = leaf[len(prefix) :].split("/")
+                inner = tree
+                for folder in folders:
+                    inner = inner.setdefault(folder, {})
+                inner[name] = self._values[leaf]
+        return tree
+
+    def _refuse_mixing(self, path: str) -> None:
+        parents = [path[:i] for i, letter in enumerate(path) if letter == "/" and i]
+        leaf = next((parent for parent in parents if parent in self._values), None)
+        if leaf is not None:
+            raise UserError(f"setting {path}: {leaf} already holds a value; it cannot also have settings below it")
+        if path not in self._values and self._branch(path):
+            raise UserError(f"setting {path}: it has settings below it; set one of those")
+
+
+def parse_option(text: str) -> tuple[str, Any]:
+    """`--/path=value` (the dashes may be missing) as path and typed value.
+
+    true/false, integers, decimals and fractions are typed; quotes force text. Raises UserError.
+    """
+    path, equals, value = text.removeprefix("--").partition("=")
+    if not equals:
+        raise UserError(f"setting {text}: no value given; write it as --/path/to/setting=value")
+    return normalised(path), parse_value(value)
+
+
+def parse_value(text: str) -> Any:
+    """The typed value that a command-line text stands for."""
+    text = text.strip()
+    if len(text) >= 2 and text[0] == text[-1] and text[0] in "\"'":
+        return text[1:-1]
+    if text.lower() in ("true", "false"):
+        return text.lower() == "true"
+    for kind in (int, float):
+        try:
+            return kind(text)
+        except ValueError:
+            continue
+    return text
+
+
+def normalised(path: str) -> str:
+    """The path with one leading slash and none at the end. Raises UserError if it is none."""
+    parts = path.strip().strip("/").split("/")
+    if not all(parts) or any(part != part.strip() for part in parts):
+        raise UserError(f"setting {path!r} is no path; write it as /path/to/setting")
+    return "/" + "/".join(parts)
+
+
+def suggestions(path: str) -> list[str]:
+    """Known settings that `path` may be a misspelling of, nearest first (unknown settings are allowed)."""
+    return [] if path in DEFAULTS else difflib.get_close_matches(path, DEFAULTS, n=3, cutoff=0.85)
+
+
+def from_mapping(values: Mapping[str, Any], where: Callable[[str], Mark | None] = lambda path: None) -> Settings:
+    """Settings from a file's `settings:` block. Raises UserError with all problems, each with its mark."""
+    settings, problems = Settings(), []
+    for path, value in values.items():
+        try:
+            settings.set(path, value)
+        except UserError as error:
+            problems.extend(Problem(problem.message, where(path)) for problem in error.problems)
+    if problems:
+        raise UserError(problems)
+    return settings
+
+
+def _checked(path: str, value: Any) -> Any:
+    if path not in DEFAULTS:
+        return value
+    default = DEFAULTS[path]
+    if path in _RATES or path in _COUNTS:
+        return _checked_number(path, value)
+    if isinstance(default, bool):
+        truth = value if isinstance(value, bool) else _TRUTH.get(str(value).lower())
+        if truth is None:
+            raise UserError(f"setting {path}: {value!r} is neither true nor false")
+        return truth
+    if isinstance(default, (int, float)):
+        if isinstance(value, bool) or not isinstance(value, (int, float)):
+            raise UserError(f"setting {path}: {value!r} is not a number")
+        return value
+    return str(value)
+
+
+def _checked_number(path: str, value: Any) -> Any:
+    try:
+        number = exact.rate(value)
+    except (ValueError, TypeError):
+        raise UserError(f"setting {path}: {value!r} is not a number or a fraction such as 60000/1001") from None
+    if path in _RATES and number <= 0:
+        raise UserError(f"setting {path}: {value!r} must be greater than 0")
+    if path in _COUNTS and (number < 0 or number.denominator != 1):
+        raise UserError(f"setting {path}: {value!r} must be a whole number, 0 or more")
+    return number if isinstance(value, str) else value

@@ -1,0 +1,217 @@
+"""The physics side of an App: its clock, the steps of an update, direct steps."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+from graph import exact
+from graph.errors import RunError
+
+from . import settings as keys
+from .clocks import Accumulator, PhysicsClock, checked_rate
+from .phases import Subscribers
+
+if TYPE_CHECKING:
+    from .app import App
+
+EXTERNAL_TIME = ("/ExternalSimulationTime", "omni:time")
+
+
+class Simulation:
+    """Steps the world on the physics clock.
+
+    Each substep: pre-step subscribers, the engine's step, post-step subscribers below order 0, bookkeeping (count,
+    time, external time, system time), a capture of poses if a sensor needs this state, the other post-step subscribers.
+    Subscribers below order 0 therefore see the old time, the others the new one.
+    """
+
+    def __init__(self, app: App, steps_per_second: Fraction) -> None:
+        self.clock = PhysicsClock(steps_per_second)
+        self.physics: Any = None
+        self.pre_step = Subscribers()
+        self.post_step = Subscribers()
+        self._app = app
+        self._accumulator = Accumulator(steps_per_second)
+        self._system_time = app.wall_clock.now()
+        self._session = 0
+        self._enabled = True
+        app.settings.subscribe(keys.PLAY_SIMULATIONS, self._set_enabled)
+        app.settings.subscribe(keys.MIN_FRAME_RATE, lambda value: self._configure())
+        self._set_enabled(app.settings.get(keys.PLAY_SIMULATIONS))
+        self._configure()
+
+    # -- reading -----------------------------------------------------------------------------------------------------
+
+    @property
+    def time(self) -> Fraction:
+        """The exact simulation time [s]: steps since play / steps per second."""
+        return self.clock.time
+
+    @property
+    def monotonic_time(self) -> Fraction:
+        """The exact time stepped since the App was made [s]; survives stop and changes of rate."""
+        return self.clock.monotonic
+
+    @property
+    def system_time(self) -> float:
+        """Wall-clock time [UNIX s] at the last physics step, before the first one at the App's construction."""
+        return float(self._system_time)
+
+    @property
+    def steps_per_second(self) -> Fraction:
+        """The rate of the next step [Hz]."""
+        return self.clock.rate
+
+    @property
+    def carry(self) -> Fraction:
+        """Time waiting for its physics step [s]."""
+        return self._accumulator.carry
+
+    def get_simulation_time(self) -> float:
+        """Simulation time [s]."""
+        return self.clock.seconds
+
+    def get_simulation_time_monotonic(self) -> float:
+        """Monotonic time [s]."""
+        return float(self.clock.monotonic)
+
+    def get_num_physics_steps(self) -> int:
+        """Physics steps since play."""
+        return self.clock.count
+
+    def get_physics_dt(self) -> float:
+        """The length of a physics step [s]."""
+        return float(1 / self.clock.rate)
+
+    def is_simulating(self) -> bool:
+        """Whether the world is built: True also while paused."""
+        return not self._app.timeline.is_stopped()
+
+    def is_paused(self) -> bool:
+        """Whether the timeline is paused."""
+        return self._app.timeline.is_paused()
+
+    # -- driving -----------------------------------------------------------------------------------------------------
+
+    def setup_simulation(self, dt: float | Fraction | None = None, device: str | None = None) -> None:
+        """Sets the length of a physics step [s], also while playing (the history is then read at the new rate).
+
+        Raises ValueError unless 0 < dt <= 1, or for a device other than "cpu".
+        """
+        if device not in (None, "cpu"):
+            raise ValueError(f'device {device!r}: the physics runs on "cpu"')
+        if dt is None:
+            return
+        step = exact.duration(dt)
+        if not 0 < step <= 1:
+            raise ValueError(f"dt {dt}: a physics step lasts more than 0 and at most 1 s")
+        self.clock.set_rate(checked_rate(1 / step, "physics"))
+        self._configure()
+        if self.physics is not None:
+            self.physics.set_dt(step)
+
+    def step(
+        self,
+        *,
+        steps: int = 1,
+        callback: Callable[[int, int], object] | None = None,
+        update_fabric: bool = False,
+    ) -> None:
+        """Runs `steps` physics steps at once: no timeline, no rendering; the carry is dropped.
+
+        `callback(i, steps)` is called after step i = 1, 2, ...; False ends it. Fabric always follows, so
+        `update_fabric` changes nothing. Raises RunError while stopped.
+        """
+        if self._app.timeline.is_stopped():
+            raise RunError("physics cannot step while the timeline is stopped; call app.play() first")
+        self._accumulator.clear()
+        if callback is None:
+            self.run_steps(steps)
+            return
+        for done in range(1, steps + 1):
+            self.run_steps(1)
+            if callback(done, steps) is False:
+                return
+
+    def run_update(self, elapsed: Fraction) -> None:
+        """The physics of one update in which the timeline moved by `elapsed` [s]."""
+        if elapsed and self._enabled:
+            steps = self._accumulator.take(elapsed)
+            if steps:
+                self.run_steps(steps, renders_next=True)
+
+    def run_steps(self, steps: int, *, renders_next: bool = False) -> None:
+        """Runs `steps` substeps. What was done is on the clocks also when the engine raises."""
+        clock, rendering = self.clock, self._app.rendering
+        rendering.plan(clock.count + steps, renders_there=renders_next)
+        try:
+            if self.pre_step or self.post_step:
+                self._run_observed(steps)
+            elif self.physics is None:
+                clock.advance(steps)
+            else:
+                physics_step, stepped, advance = self.physics.step, self._app.fabric.stepped, clock.advance
+                for _ in range(steps):
+                    physics_step()
+                    stepped()
+                    advance()
+                    if clock.count == rendering.next_capture:
+                        rendering.capture()
+        finally:
+            self._publish_time()
+
+    def _run_observed(self, steps: int) -> None:
+        clock, rendering, session = self.clock, self._app.rendering, self._session
+        for _ in range(steps):
+            self.pre_step()
+            if self._session != session:  # a subscriber stopped the simulation
+                return
+            if self.physics is not None:
+                self.physics.step()
+                self._app.fabric.stepped()
+            for callback in self.post_step.before:
+                callback()
+            if self._session != session:
+                return
+            clock.advance()
+            self._publish_time()
+            if clock.count == rendering.next_capture:
+                rendering.capture()
+            for callback in self.post_step.after:
+                callback()
+            if self._session != session:
+                return
+
+    # -- play and stop -----------------------------------------------------------------------------------------------
+
+    def begin(self, physics: Any) -> None:
+        """Play: takes the engine (None when nothing moves) and runs the warm-up steps, if any are set."""
+        self.physics = physics
+        warm_up = int(self._app.settings.get(keys.WARM_UP_STEPS))
+        if warm_up:
+            self.run_steps(warm_up)
+            self._accumulator.clear()
+
+    def end(self) -> None:
+        """Stop: frees the engine; time, count and carry are 0 again."""
+        physics, self.physics = self.physics, None
+        self._session += 1
+        self.clock.reset()
+        self._accumulator.clear()
+        self._app.fabric.set(*EXTERNAL_TIME, 0.0)
+        if physics is not None:
+            physics.close()
+
+    # -- inside ------------------------------------------------------------------------------------------------------
+
+    def _publish_time(self) -> None:
+        self._app.fabric.set(*EXTERNAL_TIME, self.clock.seconds)
+        self._system_time = self._app.wall_clock.now()
+
+    def _set_enabled(self, value: bool) -> None:
+        self._enabled = value
+
+    def _configure(self) -> None:
+        self._accumulator.configure(self.clock.rate, self._app.settings.get(keys.MIN_FRAME_RATE))

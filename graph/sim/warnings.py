@@ -1,0 +1,50 @@
+"""Warnings of a run: a stable code, where, and what it means; said once and counted."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+_log = logging.getLogger("tickgraph")
+
+
+@dataclass(slots=True)
+class Warning:
+    """One warning; `count` is how often it was raised."""
+
+    code: str
+    where: str
+    message: str
+    count: int = 1
+
+    def as_dict(self) -> dict[str, Any]:
+        """The warning as `report.json` holds it."""
+        return {"code": self.code, "where": self.where, "message": self.message, "count": self.count}
+
+
+class WarningList:
+    """The distinct warnings of a run in the order of their first appearance; equal code and place are one."""
+
+    def __init__(self) -> None:
+        self._seen: dict[tuple[str, str], Warning] = {}
+
+    def add(self, code: str, where: str, message: str) -> None:
+        """Notes a warning; its first appearance goes to the log "tickgraph" too."""
+        known = self._seen.get((code, where))
+        if known is not None:
+            known.count += 1
+            return
+        self._seen[code, where] = Warning(code, where, message)
+        _log.warning("%s: %s: %s", code, where, message)
+
+    def __iter__(self) -> Iterator[Warning]:
+        return iter(self._seen.values())
+
+    def __len__(self) -> int:
+        return len(self._seen)
+
+    def codes(self) -> list[str]:
+        """The codes in order of first appearance, one per warning."""
+        return [warning.code for warning in self]
