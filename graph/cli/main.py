@@ -18,6 +18,8 @@ from typing import Any, NoReturn
 
 from graph.errors import RunError, UserError
 
+from .printing import problem_line, safe_line
+
 DONE, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
 
 
@@ -63,15 +65,15 @@ def main(argv: Sequence[str] | None = None) -> int:
         return WRONG_INPUT
     except UserError as error:
         _trace(debug)
-        _complain(map(str, error.problems))
+        _complain(map(problem_line, error.problems))
         return WRONG_INPUT
     except RunError as error:
         _trace(debug)
-        _complain([str(error)])
+        _complain([f"graph: {error}"])
         return FAILED
     except KeyboardInterrupt:
         _trace(debug)
-        _complain(["interrupted"])
+        _complain(["graph: interrupted"])
         return INTERRUPTED
     except BrokenPipeError:
         # The reader (`| head`) has gone. Python would complain once more when it flushes at exit.
@@ -79,12 +81,12 @@ def main(argv: Sequence[str] | None = None) -> int:
         return FAILED
     except ImportError as error:
         _trace(debug)
-        _complain([f"a library cannot be loaded: {error}; graph doctor says what to install"])
+        _complain([f"graph: a library cannot be loaded: {error}; graph doctor says what to install"])
         return FAILED
     except Exception as error:
         _trace(debug)
         advice = "" if debug else "; run it again with --debug for the traceback, and report it"
-        _complain([f"internal error: {type(error).__name__}: {error}{advice}"])
+        _complain([f"graph: internal error: {type(error).__name__}: {error}{advice}"])
         return FAILED
 
 
@@ -198,4 +200,4 @@ def _trace(debug: bool) -> None:
 def _complain(lines: Iterable[str]) -> None:
     for line in lines:
         # One line for each problem, whatever a library put into its message.
-        print(" ".join(line.split("\n")), file=sys.stderr)
+        print(safe_line(line), file=sys.stderr)

@@ -9,10 +9,11 @@ from pydantic import BaseModel
 from pydantic_core import ErrorDetails
 
 from graph.errors import Problem
+from graph.suggest import did_you_mean
 
 from . import model
 from .source import Source
-from .text import closest, described, quoted, suggestion
+from .text import described, quoted, suggestion
 from .tree import Location, Map, offset, value_at
 
 _WANTED = {
@@ -30,18 +31,17 @@ _NO_VERSION = 'there is no "tickgraph" key; a graph file starts with "tickgraph:
 def problems_of(errors: Iterable[ErrorDetails], source: Source, root: Map) -> list[Problem]:
     """One problem for each error of the models, in the order of the file."""
     errors = [*errors]
-    misspelt = {
-        (error["loc"][:-1], closest(str(error["loc"][-1]), _fields(error["loc"][:-1])))
-        for error in errors
-        if error["type"] == "extra_forbidden"
-    }
-    # A required key that is only misspelt is one mistake, not two.
-    placed = [
-        _problem(error, root)
-        for error in errors
-        if error["type"] != "missing" or (error["loc"][:-1], error["loc"][-1]) not in misspelt
-    ]
+    unknown = [error["loc"] for error in errors if error["type"] == "extra_forbidden"]
+    placed = [_problem(error, root) for error in errors if not _only_misspelt(error, unknown)]
     return [source.problem(at, message) for at, message in sorted(placed)]
+
+
+def _only_misspelt(error: ErrorDetails, unknown: Iterable[Location]) -> bool:
+    """Whether a missing key stands there with a typing error: that is one mistake, not two."""
+    if error["type"] != "missing":
+        return False
+    *parent, name = error["loc"]
+    return any([*other[:-1]] == parent and did_you_mean(str(other[-1]), [str(name)]) for other in unknown)
 
 
 def locations_of(errors: Iterable[ErrorDetails]) -> list[Location]:

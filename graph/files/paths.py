@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from difflib import get_close_matches
 from pathlib import Path
+
+from graph.suggest import did_you_mean
 
 from .text import quoted
 
@@ -54,8 +55,6 @@ def _resolved(text: str, folder: Path) -> Path:
 def _near(text: str, folder: Path) -> str:
     wanted = folder / text
     try:
-        names = [entry.name for entry in wanted.parent.iterdir()]
+        return did_you_mean(wanted.name, sorted(entry.name for entry in wanted.parent.iterdir())) or "."
     except OSError:
         return "."
-    match = get_close_matches(wanted.name, names, n=1)
-    return f'; did you mean "{Path(text).parent / match[0]}"?' if match else "."

@@ -8,6 +8,7 @@ from functools import cached_property
 from pathlib import Path
 
 from graph.errors import Mark, Problem, UserError
+from graph.suggest import did_you_mean
 
 YAML_LIMIT = 8 * 2**20
 """Bytes of the largest YAML file that is read; JSON is read a hundred times faster and may be larger."""
@@ -61,7 +62,7 @@ def read(path: Path, name: str) -> Source:
         if path.is_dir():
             raise UserError(f"{name} is a folder; name a graph file (.yaml or .json) in it.")
         if not path.exists():
-            raise UserError(f"{name}: no such file{_near(path)}.")
+            raise UserError(f"{name}: no such file{_near(path) or '.'}")
         if kind is None:
             raise UserError(f"{name}: {_no_graph_file(path)}")
         if not path.is_file():
@@ -115,12 +116,8 @@ def _no_graph_file(path: Path) -> str:
 
 
 def _near(path: Path) -> str:
-    """The closest existing name in the same folder, as the end of a sentence."""
-    from difflib import get_close_matches
-
+    """A question about the closest existing name in the same folder, or nothing."""
     try:
-        names = [entry.name for entry in path.parent.iterdir()]
+        return did_you_mean(path.name, sorted(entry.name for entry in path.parent.iterdir()))
     except OSError:
         return ""
-    match = get_close_matches(path.name, names, n=1)
-    return f'; did you mean "{path.parent / match[0]}"' if match else ""

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from difflib import get_close_matches
 from typing import Any
+
+from graph.suggest import did_you_mean
 
 _SHOWN = 60
 
@@ -29,16 +30,9 @@ def described(value: Any) -> str:
     return "a list" if isinstance(value, list) else "a mapping"
 
 
-def closest(wrong: str, known: Iterable[str]) -> str | None:
-    """The known name that is most like a wrong one, upper and lower case aside; None if none is near."""
-    lower = {name.lower(): name for name in known}
-    match = get_close_matches(wrong.lower()[:200], lower, n=1)
-    return lower[match[0]] if match else None
-
-
 def suggestion(wrong: str, known: Iterable[str], *, listed: str = "known are") -> str:
     """The end of a sentence: the closest known name, or all of them."""
     names = [*known]
-    if match := closest(wrong, names):
-        return f'; did you mean "{match}"?'
+    if near := did_you_mean(wrong, names):
+        return near
     return f"; {listed} {', '.join(names)}." if names else "."

@@ -1,0 +1,51 @@
+"""`graph nodes`: lists the node types."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from fnmatch import fnmatchcase
+from typing import TYPE_CHECKING
+
+from graph.errors import UserError
+
+from .describe import first_line, node_type_as_dict
+from .printing import print_table
+
+if TYPE_CHECKING:
+    from graph.node_type import NodeType
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the command's options."""
+    parser.add_argument(
+        "pattern",
+        nargs="?",
+        metavar="PATTERN",
+        help="part of the id, or a pattern with * and ?, in upper or lower case",
+    )
+    parser.add_argument("--json", action="store_true", help="print everything known of each type as JSON")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Runs the command; a pattern that fits nothing is the user's mistake."""
+    from graph import registry
+
+    types = [one for one in registry.all() if args.pattern is None or fits(one, args.pattern)]
+    if not types and args.pattern is not None:
+        raise UserError(f'no node type fits "{args.pattern}"; graph nodes lists them all')
+    if args.json:
+        print(json.dumps({one.id: node_type_as_dict(one) for one in types}, indent=2))
+    else:
+        rows = ((one.id, str(one.version), first_line(one.doc)) for one in types)
+        print_table(rows, ("TYPE", "VERSION", "WHAT IT DOES"))
+    return 0
+
+
+def fits(node_type: NodeType, pattern: str) -> bool:
+    """Whether a type's id or short name matches a pattern, or contains it if it has no wildcards."""
+    pattern = pattern.lower()
+    names = (node_type.id.lower(), node_type.short_name.lower())
+    if any(wildcard in pattern for wildcard in "*?["):
+        return any(fnmatchcase(name, pattern) for name in names)
+    return pattern in names[0]

@@ -1,0 +1,36 @@
+"""How the commands print: plain, stable lines; nothing in a file can send commands to the terminal."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable, Sequence
+
+from graph.errors import Problem
+
+
+def problem_line(problem: Problem) -> str:
+    """A problem as one line of printable text, without a mark led by the program's name."""
+    return safe_line(str(problem) if problem.mark else f"graph: {problem}")
+
+
+def safe_line(text: str) -> str:
+    """Text on one line: line breaks become spaces, other control characters are shown as escapes."""
+    return "".join(c if c.isprintable() else " " if c in "\n\t" else f"\\u{ord(c):04x}" for c in text.strip())
+
+
+def print_table(rows: Iterable[Sequence[str]], headings: Sequence[str]) -> None:
+    """Prints rows: as a table on a terminal; elsewhere one line each, cells parted by tabs, without headings."""
+    if not sys.stdout.isatty():
+        for row in rows:
+            print("\t".join(map(safe_line, row)))
+        return
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    for heading in headings:
+        table.add_column(heading, overflow="fold")
+    for row in rows:
+        table.add_row(*(Text(safe_line(cell)) for cell in row))
+    Console().print(table)

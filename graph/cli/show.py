@@ -1,0 +1,42 @@
+"""`graph show`: draws the graphs of a file as text, Mermaid or DOT."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from graph.errors import UserError
+
+from .printing import problem_line
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the command's options."""
+    parser.add_argument("file", metavar="FILE", help="graph file (.yaml, .yml or .json)")
+    parser.add_argument(
+        "--format",
+        choices=("text", "mermaid", "dot"),
+        default="text",
+        help="text tree, Mermaid flowchart or Graphviz DOT (default: text)",
+    )
+    parser.add_argument(
+        "--allow", action="append", default=[], type=Path, metavar="DIR", help="also allow files below DIR"
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Runs the command. What is wrong with the file is told, and the rest drawn: a drawing helps to find mistakes."""
+    from graph.files import examine
+
+    from . import drawing
+
+    examined = examine(args.file, allow=args.allow)
+    if examined.spec is None:
+        raise UserError(examined.problems)
+    draw = {"text": drawing.as_text, "mermaid": drawing.as_mermaid, "dot": drawing.as_dot}[args.format]
+    for line in draw(drawing.read(examined.spec)):
+        print(line)
+    for problem in examined.problems:
+        print(problem_line(problem), file=sys.stderr)
+    return 2 if examined.problems else 0
