@@ -234,7 +234,7 @@ class App:
 
         for callback in self._render_phase.before:
             callback()
-        rendering.render()
+        rendering.render_due()
         for callback in self._render_phase.after:
             callback()
         done = perf_counter()

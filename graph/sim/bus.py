@@ -64,7 +64,7 @@ class MessageBus:
         elif known.type_name != type_name:
             raise RunError(
                 f"topic {name}: {owner or 'a publisher'} sends {type_name}, but "
-                f"{' and '.join(known.owners) or 'another'} sends {known.type_name}; give one of them another topic name"
+                f"{' and '.join(known.owners) or 'another'} sends {known.type_name}; rename one of the two topics"
             )
         if owner and owner not in known.owners:
             known.owners.append(owner)

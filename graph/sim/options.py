@@ -66,7 +66,7 @@ def experience_settings(settings: Settings, experience: str, loop_rate: Fraction
     if loop_rate is not None:
         settings.set_default(keys.RATE_LIMIT_FREQUENCY, loop_rate)
         settings.set_default(keys.TARGET_FRAMERATE, loop_rate)
-    if stage.HasAuthoredTimeCodesPerSecond():
+    if stage.GetRootLayer().HasTimeCodesPerSecond():
         settings.set_default(keys.TIME_CODES_PER_SECOND, stage.GetTimeCodesPerSecond())
 
 

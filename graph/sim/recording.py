@@ -67,7 +67,7 @@ class McapSink:
             for message, data in pending:
                 stamp = message.stamp_ns
                 writer.add_message(self._channel(writer, message), stamp, data, stamp, message.sequence & 0xFFFFFFFF)
-            writer.flush()
+            writer.flush()  # type: ignore[no-untyped-call]
 
     def close(self) -> None:
         """Finishes the file: index and summary. Calling it twice is harmless."""
@@ -78,7 +78,7 @@ class McapSink:
             try:
                 self.flush()
                 if self._writer is not None:
-                    self._writer.finish()
+                    self._writer.finish()  # type: ignore[no-untyped-call]
             finally:
                 if self._file is not None:
                     self._file.close()

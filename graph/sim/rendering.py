@@ -56,7 +56,7 @@ class Rendering(SensorScheduler):
         self._app.set_loop_step(step)
 
     def get_dt(self) -> float:
-        """The dt of an update [s]: the rate limit's if that is on, else the manual step if that is, else the limit's."""
+        """The dt of an update [s]: the rate limit's if that is on, else the manual step if manual, else the limit's."""
         settings, loop = self._app.settings, self._app.run_loop
         if loop.manual_mode and not settings.get(keys.RATE_LIMIT_ENABLED):
             return float(loop.manual_step)

@@ -125,7 +125,7 @@ class SensorScheduler:
             captures.pop()[2].capture = poses
         self.next_capture = captures[-1][0] if captures else NEVER
 
-    def render(self) -> None:
+    def render_due(self) -> None:
         """Renders what is due at the external time as it is now, in the order of the products' creation."""
         if not self.multi_tick:
             self._render_every_update()
@@ -144,7 +144,7 @@ class SensorScheduler:
                     self._render_one(product, steps, time)
         elif steps >= self._next_due:
             for product in tuple(self._scheduled):
-                self._render_due(product, steps)
+                self._render_if_due(product, steps)
         else:
             return
         self._find_next_due()
@@ -215,13 +215,13 @@ class SensorScheduler:
             self._advance(product, time)
         schedule = product.sensor.schedule
         if isinstance(schedule, TickSchedule):
-            self._render_due(product, steps)
+            self._render_if_due(product, steps)
         else:
             tick = schedule.advance(time)
             if tick is not None:
                 self._deliver(product, tick)
 
-    def _render_due(self, product: RenderProduct, steps: int) -> None:
+    def _render_if_due(self, product: RenderProduct, steps: int) -> None:
         schedule = product.sensor.schedule
         if isinstance(schedule, TickSchedule) and steps >= schedule.due_step:
             tick = schedule.advance_steps(steps)

@@ -66,7 +66,7 @@ class Settings:
         self._values: dict[str, Any] = dict(defaults)
         self._authored: set[str] = set()
         self._subscribers: dict[str, list[Callable[[Any], None]]] = {}
-        problems = []
+        problems: list[Problem] = []
         for path, value in (values or {}).items():
             try:
                 self.set(path, value)
@@ -192,7 +192,8 @@ def suggestions(path: str) -> list[str]:
 
 def from_mapping(values: Mapping[str, Any], where: Callable[[str], Mark | None] = lambda path: None) -> Settings:
     """Settings from a file's `settings:` block. Raises UserError with all problems, each with its mark."""
-    settings, problems = Settings(), []
+    settings = Settings()
+    problems: list[Problem] = []
     for path, value in values.items():
         try:
             settings.set(path, value)
