@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from graph.errors import Problem, UserError
+from graph.errors import Problem
 
 from .printing import problem_line
 
@@ -65,7 +65,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Runs the command; returns 2 if any file is wrong."""
-    checked = [check(file, allow=args.allow, settings=args.settings) for file in args.files]
+    checked = [check(file, allow=args.allow) for file in args.files]
     if args.json:
         print(json.dumps({"files": [one.as_dict() for one in checked]}, indent=2))
     for one in checked:
@@ -76,38 +76,13 @@ def run(args: argparse.Namespace) -> int:
     return 2 if any(one.problems for one in checked) else 0
 
 
-def check(file: str, *, allow: Sequence[Path] = (), settings: dict[str, Any] | None = None) -> Checked:
-    """Loads, compiles and looks at the scene of one file; a stage works on what the one before found right."""
-    from graph.files import examine
+def check(file: str, *, allow: Sequence[Path] = ()) -> Checked:
+    """Loads, compiles and stages one file, without playing it."""
+    # Only here are the engine, the world and the nodes imported: `graph check --help` needs none of them.
+    from graph.assembly import build_parts
 
-    examined = examine(file, allow=allow)
-    problems = list(examined.problems)
-    if examined.spec is not None:
-        problems += _compile_problems(examined.spec)
-        problems += _scene_problems(examined.spec, allow, settings or {})
-    return Checked(file, examined.spec, tuple(sorted(dict.fromkeys(problems), key=_place)))
-
-
-def _compile_problems(spec: FileSpec) -> Sequence[Problem]:
-    from graph.plan import compile_graphs
-
-    try:
-        compile_graphs(spec.graphs)
-    except UserError as error:
-        return error.problems
-    return ()
-
-
-def _scene_problems(spec: FileSpec, allow: Sequence[Path], settings: dict[str, Any]) -> Sequence[Problem]:
-    # Only here is the world imported (USD, a tenth of a second): a file whose text is wrong is told at once.
-    from graph.assembly import check_scene
-
-    return check_scene(spec, allow=allow)
-
-
-def _place(problem: Problem) -> tuple[bool, tuple[str, int, int]]:
-    mark = problem.mark
-    return (mark is not None, (mark.file, mark.line, mark.column) if mark else ("", 0, 0))
+    parts = build_parts(file, allow=allow)
+    return Checked(file, parts.spec, tuple(parts.problems))
 
 
 def _counted(number: int, plural: str) -> str:

@@ -146,10 +146,10 @@ class Node(_Part):
         description="Type id, such as omni.graph.action.Countdown, or its last part where that is unambiguous.",
     )
     inputs: Annotated[dict[str, Any], BeforeValidator(_empty_if_null)] = Field(
-        default={}, description="Values of inputs by name. What is not set has the node type's default."
+        default_factory=dict, description="Values of inputs by name. What is not set has the node type's default."
     )
     state: Annotated[dict[str, Any], BeforeValidator(_empty_if_null)] = Field(
-        default={}, description="Values of state attributes by name."
+        default_factory=dict, description="Values of state attributes by name."
     )
 
 
@@ -180,13 +180,13 @@ class Graph(_Part):
         "of a render product, or when something asks for it.",
     )
     variables: Annotated[dict[Identifier, Variable], BeforeValidator(_empty_if_null)] = Field(
-        default={}, description="Variables of the graph by name."
+        default_factory=dict, description="Variables of the graph by name."
     )
     nodes: Annotated[dict[Identifier, NodeEntry], BeforeValidator(_empty_if_null)] = Field(
-        default={}, description="Nodes by name, in order."
+        default_factory=dict, description="Nodes by name, in order."
     )
     connections: Annotated[list[Connection], BeforeValidator(lambda value: [] if value is None else value)] = Field(
-        default=[],
+        default_factory=list,
         description="Connections in order, such as tick.tick -> wait.execIn, or a.x -> [b.y, c.z].",
     )
 
@@ -205,7 +205,7 @@ class Scene(_Part):
     prims: Annotated[
         dict[PrimPath, Annotated[dict[str, Any], BeforeValidator(_empty_if_null)]], BeforeValidator(_empty_if_null)
     ] = Field(
-        default={},
+        default_factory=dict,
         description="Prims to author, by path, in order: a type, a transform (translate, orient or rotate, scale), "
         "sizes, physics, and for sensors a config.",
     )
@@ -244,12 +244,13 @@ class GraphFile(_Part):
         default=None, description="Simulated seconds that `graph run` lasts unless told otherwise."
     )
     settings: Annotated[dict[SettingPath, Setting], BeforeValidator(_empty_if_null)] = Field(
-        default={}, description="Values in the settings tree by path, such as /rtx/hydra/supportMultiTickRate."
+        default_factory=dict,
+        description="Values in the settings tree by path, such as /rtx/hydra/supportMultiTickRate.",
     )
     fidelity: Annotated[dict[str, Knob], BeforeValidator(_empty_if_null)] = Field(
-        default={}, description="What is approximated and how far, by knob, such as lidar.motion: frozen."
+        default_factory=dict, description="What is approximated and how far, by knob, such as lidar.motion: frozen."
     )
     graphs: Annotated[
         dict[PrimPath, Annotated[Graph, BeforeValidator(_empty_if_null)]], BeforeValidator(_empty_if_null)
-    ] = Field(default={}, description="Graphs by path on the stage, in order.")
+    ] = Field(default_factory=dict, description="Graphs by path on the stage, in order.")
     record: Annotated[Record, BeforeValidator(_empty_if_null)] = Record()
