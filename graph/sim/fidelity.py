@@ -4,33 +4,62 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any, Literal
 
 from graph import exact
 from graph.errors import Mark, Problem, UserError
 
-Integrator = Literal["euler", "rk4", "implicit", "implicitfast", "discrete"]
+Kind = Literal["rate", "count", "length", "switch", "choice"]
+
+
+@dataclass(frozen=True, slots=True)
+class Knob:
+    """What a knob takes: a rate [Hz], a count from 1, a length [m], on/off, or one of `choices`."""
+
+    kind: Kind
+    doc: str
+    choices: tuple[str, ...] = ()
+
+
+KNOBS: dict[str, Knob] = {
+    "physics.hz": Knob("rate", "physics steps per second; beats the clock's physics_hz"),
+    "physics.integrator": Knob(
+        "choice", "how states are integrated", ("euler", "rk4", "implicit", "implicitfast", "discrete")
+    ),
+    "physics.iterations": Knob("count", "most solver iterations per step"),
+    "lidar.motion": Knob(
+        "choice",
+        "frozen: the whole scan at its tick; update: each update casts what fired since; continuous: each firing alone",
+        ("frozen", "update", "continuous"),
+    ),
+    "lidar.noise": Knob("switch", "seeded range, angle and origin errors"),
+    "lidar.subrays": Knob("count", "rays per beam"),
+    "radar.rays": Knob("count", "rays per radar frame"),
+    "radar.bounces": Knob("count", "reflections that a radar ray follows"),
+    "camera.samples": Knob("count", "rays per pixel"),
+    "mesh.tolerance": Knob("length", "largest distance between a curved primitive and the triangles that stand for it"),
+    "fabric": Knob("switch", "world transforms flattened (on) or written to USD every substep (off)"),
+    "tlas": Knob("choice", "sensors see the state of their own tick, or the update's last state", ("sensor", "frame")),
+}
+"""Every knob by the name that graph files and the command line use."""
 
 
 @dataclass(frozen=True, slots=True)
 class Fidelity:
-    """The knobs; a key such as `lidar.motion` is the field `lidar_motion`. None leaves the choice to the scene."""
+    """The knobs' values; `lidar.motion` is the field `lidar_motion`. None leaves the choice to the scene or model."""
 
     physics_hz: Fraction | None = None
-    """Steps per second [Hz]; beats the clock's `physics_hz`."""
-    physics_integrator: Integrator | None = None
+    physics_integrator: Literal["euler", "rk4", "implicit", "implicitfast", "discrete"] | None = None
     physics_iterations: int | None = None
     lidar_motion: Literal["frozen", "update", "continuous"] = "frozen"
     lidar_noise: bool = False
     lidar_subrays: int = 1
-    """Rays per beam."""
     radar_rays: int | None = None
     radar_bounces: int | None = None
     camera_samples: int = 1
     mesh_tolerance: float = 0.001
-    """Largest distance [m] between a curved primitive and the triangles that stand for it."""
     fabric: bool = True
     tlas: Literal["sensor", "frame"] = "sensor"
 
@@ -38,102 +67,59 @@ class Fidelity:
     def from_mapping(
         cls, values: Mapping[str, Any], where: Callable[[str], Mark | None] = lambda key: None
     ) -> Fidelity:
-        """Knobs from keys such as `lidar.motion` to values (typed, or text as on the command line).
+        """Knobs from names to values (typed, or text as on the command line).
 
-        Raises UserError with every problem, each with the mark that `where(key)` gives.
+        Raises UserError with every problem, each with the mark that `where(name)` gives.
         """
         chosen, problems = {}, []
-        for key, value in values.items():
+        for name, value in values.items():
             try:
-                chosen[key.replace(".", "_")] = _checked(key, value)
+                chosen[name.replace(".", "_")] = _checked(name, value)
             except ValueError as error:
-                problems.append(Problem(f"fidelity {key}: {error}", where(key)))
+                problems.append(Problem(f"fidelity {name}: {error}", where(name)))
         if problems:
             raise UserError(problems)
         return replace(cls(), **chosen)
 
-    def __getitem__(self, key: str) -> Any:
-        """The value of a key such as "lidar.motion"."""
-        if key not in KEYS:
-            raise KeyError(key)
-        return getattr(self, key.replace(".", "_"))
+    def __getitem__(self, name: str) -> Any:
+        """The value of a knob such as "lidar.motion"."""
+        if name not in KNOBS:
+            raise KeyError(name)
+        return getattr(self, name.replace(".", "_"))
 
     def as_dict(self) -> dict[str, Any]:
-        """Every key with its value."""
-        return {key: self[key] for key in KEYS}
+        """Every knob's value by name."""
+        return {name: self[name] for name in KNOBS}
 
 
-KEYS = tuple(
-    field.name if field.name in ("fabric", "tlas") else field.name.replace("_", ".", 1) for field in fields(Fidelity)
-)
-"""The knobs' names as graph files and the command line write them."""
-
-
-def _checked(key: str, value: Any) -> Any:
-    if key not in KEYS:
-        near = difflib.get_close_matches(key, KEYS, n=1)
-        hint = f'did you mean "{near[0]}"?' if near else f"the knobs are {', '.join(KEYS)}"
+def _checked(name: str, value: Any) -> Any:
+    knob = KNOBS.get(name)
+    if knob is None:
+        near = difflib.get_close_matches(name, KNOBS, n=1)
+        hint = f'did you mean "{near[0]}"?' if near else f"the knobs are {', '.join(KNOBS)}"
         raise ValueError(f"there is no such knob; {hint}")
-    return _CHECKS[key](value)
+    if knob.kind == "choice":
+        return _choice(value, knob.choices)
+    if knob.kind == "switch":
+        return value if isinstance(value, bool) else _choice(value, ("on", "off")) == "on"
+    return _positive(value, knob.kind)
 
 
-def _choice(*allowed: str) -> Callable[[Any], str]:
-    def check(value: Any) -> str:
-        if value not in allowed:
-            raise ValueError(f"{value!r} is not one of {', '.join(allowed)}")
-        return str(value)
-
-    return check
+def _choice(value: Any, choices: tuple[str, ...]) -> str:
+    if value not in choices:
+        raise ValueError(f"{value!r} is not one of {', '.join(choices)}")
+    return str(value)
 
 
-def _switch(value: Any) -> bool:
-    truth = {True: True, False: False, "on": True, "off": False, "true": True, "false": False}.get(
-        value if isinstance(value, (bool, str)) else None
-    )
-    if truth is None:
-        raise ValueError(f"{value!r} is not one of on, off")
-    return truth
-
-
-def _count(value: Any) -> int:
-    number = _number(value)
-    if number.denominator != 1 or number < 1:
-        raise ValueError(f"{value!r} is not a whole number above 0")
-    return int(number)
-
-
-def _rate(value: Any) -> Fraction:
-    number = _number(value)
-    if number <= 0:
-        raise ValueError(f"{value!r} is not a rate above 0 Hz")
-    return number
-
-
-def _length(value: Any) -> float:
-    number = _number(value)
-    if number <= 0:
-        raise ValueError(f"{value!r} is not a length above 0 m")
-    return float(number)
-
-
-def _number(value: Any) -> Fraction:
+def _positive(value: Any, kind: Kind) -> Fraction | int | float:
     try:
-        return exact.rate(value)
+        number = exact.rate(value)
     except (ValueError, TypeError):
         raise ValueError(f"{value!r} is not a number") from None
-
-
-_CHECKS: dict[str, Callable[[Any], Any]] = {
-    "physics.hz": _rate,
-    "physics.integrator": _choice("euler", "rk4", "implicit", "implicitfast", "discrete"),
-    "physics.iterations": _count,
-    "lidar.motion": _choice("frozen", "update", "continuous"),
-    "lidar.noise": _switch,
-    "lidar.subrays": _count,
-    "radar.rays": _count,
-    "radar.bounces": _count,
-    "camera.samples": _count,
-    "mesh.tolerance": _length,
-    "fabric": _switch,
-    "tlas": _choice("sensor", "frame"),
-}
+    if number <= 0:
+        raise ValueError(f"{value!r} is not above 0")
+    if kind == "count":
+        if number.denominator != 1:
+            raise ValueError(f"{value!r} is not a whole number")
+        return int(number)
+    return number if kind == "rate" else float(number)

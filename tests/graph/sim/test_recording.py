@@ -1,0 +1,231 @@
+"""MCAP recording: readable by others, the same bytes every time, nothing lost however the run ends."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import textwrap
+from io import BytesIO
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mcap.exceptions import EndOfFile
+from mcap.reader import NonSeekingReader, make_reader
+
+from graph.errors import RunError, UserError
+from graph.sim.bus import MessageBus
+from graph.sim.recording import CHUNK_BYTES, McapSink
+from graph.sim.ros_types import definition, deserialize, message_type, serialize
+
+ROOT = Path(__file__).parents[3]
+CLOCK = "rosgraph_msgs/msg/Clock"
+CLOUD = "sensor_msgs/msg/PointCloud2"
+
+
+def stamp(ns):
+    return message_type("builtin_interfaces/msg/Time")(ns // 10**9, ns % 10**9)
+
+
+def clock(ns):
+    return message_type(CLOCK)(stamp(ns))
+
+
+def cloud(ns, points):
+    header = message_type("std_msgs/msg/Header")(stamp(ns), "lidar")
+    field = message_type("sensor_msgs/msg/PointField")("x", 0, 7, 1)
+    data = np.arange(points * 16, dtype=np.uint8)
+    return message_type(CLOUD)(header, 1, points, [field], False, 16, 16 * points, data, True)
+
+
+def record(path, publish):
+    bus = MessageBus()
+    bus.subscribe(McapSink(path))
+    publish(bus)
+    bus.close()
+    return path
+
+
+def ten_clocks_and_clouds(bus):
+    for n in range(1, 11):
+        bus.publish("clock", CLOCK, clock(n * 10**8), n * 10**8)
+        bus.publish("/points", CLOUD, cloud(n * 10**8, 1000), n * 10**8)
+
+
+def test_the_mcap_reader_finds_topics_schemas_stamps_and_sequence_numbers(tmp_path):
+    path = record(tmp_path / "run.mcap", ten_clocks_and_clouds)
+    with path.open("rb") as file:
+        reader = make_reader(file)
+        assert reader.get_header().profile == "ros2"
+        summary = reader.get_summary()
+        assert {channel.topic for channel in summary.channels.values()} == {"/clock", "/points"}
+        assert {schema.name: schema.encoding for schema in summary.schemas.values()} == {
+            CLOCK: "ros2msg",
+            CLOUD: "ros2msg",
+        }
+        assert summary.statistics.message_count == 20
+        assert not list(reader.iter_metadata())
+        messages = [(channel.topic, message) for _, channel, message in reader.iter_messages()]
+    clocks = [message for topic, message in messages if topic == "/clock"]
+    assert [message.log_time for message in clocks] == [n * 10**8 for n in range(1, 11)]
+    assert [message.publish_time for message in clocks] == [message.log_time for message in clocks]
+    assert [message.sequence for message in clocks] == list(range(1, 11))
+    assert deserialize(clocks[4].data, CLOCK).clock.nanosec == 500_000_000
+
+
+def test_rosbags_opens_the_bare_file_and_decodes_the_clouds(tmp_path):
+    from rosbags.highlevel import AnyReader
+    from rosbags.typesys import Stores, get_typestore
+
+    path = record(tmp_path / "run.mcap", ten_clocks_and_clouds)
+    with AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
+        assert {connection.topic: connection.msgtype for connection in reader.connections} == {
+            "/clock": CLOCK,
+            "/points": CLOUD,
+        }
+        clouds = [
+            (ns, reader.deserialize(data, connection.msgtype))
+            for connection, ns, data in reader.messages()
+            if connection.topic == "/points"
+        ]
+    assert [ns for ns, _ in clouds] == [n * 10**8 for n in range(1, 11)]
+    assert clouds[0][1].width == 1000
+    assert np.array_equal(clouds[0][1].data, np.arange(16_000, dtype=np.uint8))
+
+
+def test_definitions_carry_their_dependencies():
+    text = definition(CLOUD)
+    assert "std_msgs/Header header" in text
+    for dependency in ("std_msgs/Header", "builtin_interfaces/Time", "sensor_msgs/PointField"):
+        assert f"MSG: {dependency}\n" in text
+
+
+def test_cdr_round_trips():
+    message = cloud(1_500_000_000, 3)
+    back = deserialize(serialize(message, CLOUD), CLOUD)
+    assert (back.header.stamp.sec, back.header.stamp.nanosec) == (1, 500_000_000)
+    assert back.fields == message.fields
+
+
+def test_two_recordings_of_the_same_messages_have_the_same_bytes(tmp_path):
+    first = record(tmp_path / "a.mcap", ten_clocks_and_clouds)
+    second = record(tmp_path / "b.mcap", ten_clocks_and_clouds)
+    assert first.read_bytes() == second.read_bytes()
+
+
+def chunk_sizes(path):
+    with path.open("rb") as file:
+        return [index.uncompressed_size for index in make_reader(file).get_summary().chunk_indexes]
+
+
+def test_chunks_hold_at_most_a_megabyte(tmp_path):
+    def publish(bus):
+        for n in range(40):
+            bus.publish("/points", CLOUD, cloud(n, 10_000), n)  # 160 kB each
+
+    sizes = chunk_sizes(record(tmp_path / "run.mcap", publish))
+    assert len(sizes) == 7  # six fit in 1 MB
+    assert max(sizes) <= CHUNK_BYTES
+
+
+def test_a_message_above_the_limit_gets_a_chunk_of_its_own(tmp_path):
+    def publish(bus):
+        bus.publish("/clock", CLOCK, clock(1), 1)
+        bus.publish("/points", CLOUD, cloud(2, 100_000), 2)
+        bus.publish("/clock", CLOCK, clock(3), 3)
+
+    sizes = chunk_sizes(record(tmp_path / "run.mcap", publish))
+    assert [size > CHUNK_BYTES for size in sizes] == [False, True, False]
+
+
+def test_chunks_are_in_the_file_before_it_is_closed(tmp_path):
+    path = tmp_path / "run.mcap"
+    sink, bus = McapSink(path), MessageBus()
+    bus.subscribe(sink)
+    for n in range(20):
+        bus.publish("/points", CLOUD, cloud(n, 10_000), n)
+    unfinished = path.read_bytes()
+    sink.close()
+    read = []
+    with pytest.raises(EndOfFile):  # noqa: PT012
+        for _, _, message in NonSeekingReader(BytesIO(unfinished)).iter_messages(log_time_order=False):
+            read.append(message.sequence)
+    assert read == list(range(1, 19))  # three chunks of six
+
+
+def test_the_file_appears_with_the_first_message(tmp_path):
+    path = tmp_path / "run.mcap"
+    record(path, lambda bus: bus.advertise("/points", CLOUD))
+    assert not path.exists()
+
+
+def test_a_closed_recording_takes_no_more(tmp_path):
+    sink = McapSink(tmp_path / "run.mcap")
+    bus = MessageBus()
+    bus.subscribe(sink)
+    sink.close()
+    sink.close()
+    with pytest.raises(RunError, match="closed"):
+        bus.publish("/clock", CLOCK, clock(1), 1)
+
+
+def test_a_file_that_cannot_be_made_is_the_users_error(tmp_path):
+    with pytest.raises(UserError, match=r"nowhere/run\.mcap: No such file"):
+        record(tmp_path / "nowhere" / "run.mcap", ten_clocks_and_clouds)
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
+def test_a_full_disk_is_a_run_error():
+    with pytest.raises(RunError, match="No space left"):
+        record(Path("/dev/full"), ten_clocks_and_clouds)
+
+
+def test_an_interrupt_between_or_inside_writes_leaves_a_finished_file(tmp_path):
+    path = tmp_path / "run.mcap"
+    program = textwrap.dedent(f"""
+        import sys
+        sys.path.insert(0, {str(ROOT)!r}); sys.path.insert(0, {str(Path(__file__).parent)!r})
+        from test_recording import CLOUD, cloud, MessageBus, McapSink
+        bus = MessageBus(); bus.subscribe(McapSink({str(path)!r}))
+        print("go", flush=True)
+        n = 0
+        try:
+            while True:
+                n += 1
+                bus.publish("/points", CLOUD, cloud(n, 10_000), n)
+        except KeyboardInterrupt:
+            bus.close()
+            sys.exit(130)
+    """)
+    process = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE)
+    assert process.stdout is not None
+    process.stdout.readline()
+    while not path.exists():
+        assert process.poll() is None
+    process.send_signal(signal.SIGINT)
+    assert process.wait(timeout=20) == 130
+    with path.open("rb") as file:
+        sequence = [message.sequence for _, _, message in make_reader(file).iter_messages()]
+    assert sequence == list(range(1, len(sequence) + 1))
+    assert sequence
+
+
+def test_an_interrupt_during_a_flush_is_honoured_after_it(tmp_path, monkeypatch):
+    sink = McapSink(tmp_path / "run.mcap")
+    bus = MessageBus()
+    bus.subscribe(sink)
+    bus.publish("/clock", CLOCK, clock(1), 1)
+    channel = sink._channel
+
+    def interrupted(writer, message):
+        signal.raise_signal(signal.SIGINT)
+        return channel(writer, message)
+
+    monkeypatch.setattr(sink, "_channel", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        sink.flush()
+    monkeypatch.undo()
+    sink.close()
+    with (tmp_path / "run.mcap").open("rb") as file:
+        assert [message.log_time for _, _, message in make_reader(file).iter_messages()] == [1]
