@@ -45,12 +45,14 @@ class Pattern:
         scaled = offset * NANOSECONDS * self.key_scale
         return int(np.searchsorted(self.keys, -(-scaled.numerator // scaled.denominator), side="left"))
 
-    def slices(self, start: Fraction, end: Fraction) -> list[tuple[int, slice]]:
+    def slices(self, start: Fraction, end: Fraction, *, whole_turns: int = 0) -> list[tuple[int, slice]]:
         """(turn, rows) of the firings at times in [start, end) [s since play], oldest first.
 
-        Turn t covers [t, t + 1) periods. An interval longer than a turn keeps its last turn.
+        Turn t covers [t, t + 1) periods. An interval longer than a turn keeps its last turn; with `whole_turns` = n it
+        keeps the last n turns that end in it, and what follows them.
         """
-        start = max(start, end - self.period)
+        kept_from = (end // self.period - whole_turns) * self.period if whole_turns else end - self.period
+        start = max(start, kept_from)
         if end <= start:
             return []
         first, last = start // self.period, end // self.period

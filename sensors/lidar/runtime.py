@@ -1,0 +1,236 @@
+"""A lidar at work: which firings each update and each tick looks at, and the frames they become."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from graph.errors import UserError
+from graph.exact import nanoseconds
+from graph.sim.schedule import EveryUpdate, Tick, TickSchedule
+from graph.sim.transforms import rigid_part
+from sensors.channels import CHANNELS, Demand
+from sensors.frame import Frame, FramePose
+from sensors.raycast.shared import cast_world
+
+from .motion import surface_velocities
+from .pattern import firing_pattern
+from .prim import read_aux_level, read_config, read_exclude, read_tick_rate
+from .scan import Scanner, Shot
+
+if TYPE_CHECKING:
+    from graph.sim import App
+
+PUBLISH_NORMALS = "/app/sensors/nv/lidar/publishNormals"
+STABLE_IDS = "/rtx-transient/stableIds/enabled"
+
+
+@dataclass(slots=True)
+class _Turn:
+    """A full scan in the making: slices of one turn, oldest first."""
+
+    parts: list[dict[str, np.ndarray]] = field(default_factory=list)
+    firings: int = 0
+    start: np.ndarray | None = None
+    end: np.ndarray | None = None
+
+
+class LidarRuntime:
+    """Implements `graph.sim.rendering.SensorRuntime` for an OmniLidar prim.
+
+    A lidar whose tick rate equals its scan rate, with accumulateOutputs, gives whole scans: `frozen` casts the scan
+    from the state of its tick, `update` casts each update's firings from that update's state and puts them together.
+    Any other gives, in every update, the firings since its last output, from the state of that update; rates that
+    differ warn `lidar-partial-scan`. Raises UserError for a prim that is no lidar or cannot be one.
+    """
+
+    def __init__(self, app: App, prim_path: str) -> None:
+        prim = app.stage.GetPrimAtPath(prim_path)
+        if not prim or prim.GetTypeName() != "OmniLidar":
+            raise UserError(f"{prim_path} is no OmniLidar prim; give the path of one")
+        self.path = prim_path
+        self.config = read_config(prim)
+        self.rate = read_tick_rate(prim)
+        self.demand = Demand()
+        self._app = app
+        config = self.config
+        if config.output_frame_of_reference == "CUSTOM":
+            raise UserError(f"{prim_path}: outputFrameOfReference CUSTOM is not available; use SENSOR or WORLD")
+        if config.output_motion_compensation_state == "COMPENSATED":
+            app.warn(
+                "motion-compensation-off", prim_path, "outputs are NONCOMPENSATED: there is no motion compensation"
+            )
+        self.pattern = firing_pattern(config)
+        if not len(self.pattern):
+            raise UserError(f"{prim_path}: no firing lies in its valid azimuth window; widen validStart/EndAzimuthDeg")
+        whole = self.rate == config.scan_rate_base_hz and config.accumulate_outputs
+        self.schedule: TickSchedule | EveryUpdate
+        if whole:
+            self.schedule = TickSchedule(self.rate, app.rendering.moment, accumulates=True)
+        else:
+            self.schedule = EveryUpdate(app.rendering.moment, self.rate)
+            self._warn_partial()
+        self.wants_updates = whole and app.fidelity.lidar_motion == "update"
+        self._scanner = Scanner(
+            self.pattern,
+            lambda: cast_world(app),
+            frame=config.output_frame_of_reference,
+            exclude=read_exclude(prim),
+            keep_invalid=config.skip_dropping_invalid_points,
+            velocities=surface_velocities(app, prim_path, config.output_frame_of_reference == "WORLD"),
+        )
+        self._aux_attribute = prim
+        self._aux = read_aux_level(prim)
+        self._channels: frozenset[str] = frozenset()
+        self._known_demand = -1
+        self.reset()
+
+    # -- demand ------------------------------------------------------------------------------------------------------
+
+    @property
+    def aux_level(self) -> Any:
+        """The auxiliary level of the prim when the sensor was made."""
+        return self._aux
+
+    def require(self, owner: object, channels: Iterable[str], *, ignore_aux: bool = False) -> None:
+        """Asks for channels on behalf of an owner; those above the prim's auxiliary level stay empty, with a warning."""
+        self.demand.require(owner, channels, ignore_aux=ignore_aux)
+        for name, level in self.demand.above(self._aux).items():
+            self._app.warn(
+                "aux-level-too-low",
+                f"{self.path}.{name}",
+                f"{name} needs aux_output_level {level.name}, the prim has {self._aux.name}; the channel stays empty",
+            )
+
+    def release(self, owner: object) -> None:
+        """Withdraws what an owner asked for."""
+        self.demand.release(owner)
+
+    def channels(self) -> frozenset[str]:
+        """What is computed: the union of all demands, less what the aux level or a setting withholds."""
+        if self._known_demand != self.demand.version:
+            self._known_demand = self.demand.version
+            wanted = self.demand.channels(self._aux)
+            self._channels = wanted - self._withheld(wanted)
+        return self._channels
+
+    def _withheld(self, wanted: frozenset[str]) -> frozenset[str]:
+        withheld = set()
+        for name, setting, code in (
+            ("hitNormals", PUBLISH_NORMALS, "normals-off"),
+            ("objId", STABLE_IDS, "stable-ids-off"),
+        ):
+            if name in wanted and not self._app.settings.get(setting, False):
+                self._app.warn(code, self.path, f"{name} stays empty; switch it on with --{setting}=true")
+                withheld.add(name)
+        return frozenset(withheld)
+
+    # -- SensorRuntime -----------------------------------------------------------------------------------------------
+
+    def reset(self) -> None:
+        """Forgets frames and unfinished scans."""
+        self._frames = 0
+        self._turns: dict[int, _Turn] = {}
+        self._known_demand = -1
+
+    def advance(self, start: Fraction, end: Fraction, poses: Any) -> None:
+        """Casts the firings of [start, end) from the state `poses`, for the scans they belong to."""
+        oldest = end // self.pattern.period - 1
+        pose = self.pose(poses)
+        for turn, rows in self.pattern.slices(start, end, whole_turns=1):
+            if turn >= oldest:
+                self._add(turn, rows, pose, poses)
+        for turn in [turn for turn in self._turns if turn < oldest]:
+            del self._turns[turn]
+
+    def render(self, tick: Tick) -> Frame | None:
+        """The frame of a tick."""
+        if isinstance(self.schedule, EveryUpdate):
+            return self._partial_scan(tick)
+        turn = tick.index - 1
+        if self.wants_updates:
+            scan = self._turns.pop(turn, _Turn())
+        else:
+            scan = self._frozen_scan(tick)
+        if scan.start is None or scan.end is None:
+            scan.start = scan.end = self.pose(tick.poses)
+        stamp = nanoseconds(tick.start)
+        poses = FramePose(stamp, scan.start), FramePose(nanoseconds(tick.end), scan.end)
+        return self._frame(stamp, poses, scan.parts, complete=scan.firings == len(self.pattern))
+
+    def pose(self, poses: Any = None) -> np.ndarray:
+        """Sensor to world, (4, 4) float64, rigid, metres, in a state (None: now)."""
+        pose = rigid_part(self._app.fabric.world_matrix(self.path, poses))
+        pose[:3, 3] *= self._app.meters_per_unit
+        return pose
+
+    # -- inside ------------------------------------------------------------------------------------------------------
+
+    def _frozen_scan(self, tick: Tick) -> _Turn:
+        pose = self.pose(tick.poses)
+        part = self._scanner.scan(Shot(slice(0, len(self.pattern)), pose, tick.poses), self.channels())
+        return _Turn([part], len(self.pattern), pose, pose)
+
+    def _add(self, turn: int, rows: slice, pose: np.ndarray, poses: Any) -> None:
+        scan = self._turns.setdefault(turn, _Turn())
+        scan.parts.append(self._scanner.scan(Shot(rows, pose, poses), self.channels()))
+        scan.firings += rows.stop - rows.start
+        scan.start = pose if scan.start is None else scan.start
+        scan.end = pose
+
+    def _partial_scan(self, tick: Tick) -> Frame:
+        period = self.pattern.period
+        start = max(tick.start, tick.end - period)
+        stamp = nanoseconds(start)
+        pose = self.pose(tick.poses)
+        parts, firings = [], 0
+        for turn, rows in self.pattern.slices(start, tick.end):
+            shot = Shot(rows, pose, tick.poses, nanoseconds(turn * period) - stamp)
+            parts.append(self._scanner.scan(shot, self.channels()))
+            firings += rows.stop - rows.start
+        return self._frame(
+            stamp, (FramePose(stamp, pose), FramePose(nanoseconds(tick.end), pose)), parts, complete=False
+        )
+
+    def _frame(
+        self, stamp: int, poses: tuple[FramePose, FramePose], parts: list[dict[str, np.ndarray]], *, complete: bool
+    ) -> Frame:
+        count = sum(int(part.pop("count")) for part in parts)
+        if not parts:
+            arrays = {name: CHANNELS[name].empty() for name in self.channels() if name in CHANNELS}
+        elif len(parts) == 1:
+            arrays = parts[0]
+        else:
+            names = set.intersection(*(set(part) for part in parts))
+            arrays = {name: np.concatenate([part[name] for part in parts]) for name in names}
+        frame = Frame(
+            timestamp_ns=stamp,
+            frame_id=self._frames,
+            start=poses[0],
+            end=poses[1],
+            count=count,
+            arrays=arrays,
+            config=self.config,
+            sensor_path=self.path,
+            scan_complete=complete,
+            aux_level=self._aux,
+            coords=self.config.elements_coords_type,
+            frame_of_reference=self.config.output_frame_of_reference,
+            azimuth_offset_deg=self.config.start_azimuth_offset_deg,
+        )
+        self._frames += 1
+        return frame
+
+    def _warn_partial(self) -> None:
+        config = self.config
+        if self.rate != config.scan_rate_base_hz:
+            self._app.warn(
+                "lidar-partial-scan",
+                self.path,
+                f"tickRate is {float(self.rate):g} Hz, scanRateBaseHz is {float(config.scan_rate_base_hz):g} Hz: each update "
+                "gives only the firings since the last; set tickRate = scanRateBaseHz for whole scans",
+            )

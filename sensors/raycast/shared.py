@@ -1,0 +1,34 @@
+"""One cast world for each App: all its sensors share the scenes."""
+
+from __future__ import annotations
+
+import weakref
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from graph.sim.settings import RAY_THREADS
+
+from .world import CastWorld
+
+if TYPE_CHECKING:
+    from graph.sim import App
+
+_worlds: weakref.WeakKeyDictionary[App, tuple[Any, CastWorld]] = weakref.WeakKeyDictionary()
+
+
+def cast_world(app: App) -> CastWorld:
+    """The cast world of an App's geometry; a new one after the geometry was collected anew (at play)."""
+    geometry = app.geometry()
+    known = _worlds.get(app)
+    if known is not None and known[0] is geometry:
+        return known[1]
+    fabric, settings = app.fabric, app.settings
+    world: CastWorld
+
+    def poses(snapshot: Any) -> np.ndarray:
+        return np.asarray(fabric.rigid_matrices(world.bodies, snapshot))
+
+    world = CastWorld(geometry, poses, lambda: int(settings.get(RAY_THREADS)))
+    _worlds[app] = (geometry, world)
+    return world

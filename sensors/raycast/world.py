@@ -1,0 +1,227 @@
+"""The stage as something rays can hit: static geometry built once, moving geometry only where it moved."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .bodies import HEAVY_TRIANGLES, HeavyMesh, LightBodies, turned
+from .planes import cast_plane
+from .rays import NO_SURFACE, Hits, RayBundle
+from .triangles import TriangleHits, TriangleScene
+
+if TYPE_CHECKING:
+    from graph.sim.geometry import Mesh, Plane
+
+GRID_M = 1000.0
+"""Scenes are built around the points of this grid, each sensor using the one nearest to it: rays and vertices are
+shifted in float64 before they are rounded to float32, so precision is the same everywhere in the world."""
+
+KEPT_SCENES = 32
+"""Static scenes kept for (anchor, exclude) pairs; the one not used for longest goes first."""
+
+
+class CastWorld:
+    """Casts against one collection of geometry.
+
+    geometry: meshes and infinite planes; those with a body move with it. poses: gives the bodies' poses, (b, 4, 4)
+    float64 world [m] in the order of `bodies`, for a snapshot (None: now). threads: rays are cast on so many (0: all).
+    `surfaces` lists the geometry in the order of the indices in `Hits.surface`.
+    """
+
+    def __init__(
+        self,
+        geometry: Sequence[Mesh | Plane],
+        poses: Callable[[Any], np.ndarray] | None = None,
+        threads: Callable[[], int] = lambda: 0,
+    ) -> None:
+        self.surfaces = tuple(geometry)
+        self.bodies = tuple(dict.fromkeys(str(surface.body) for surface in geometry if surface.body is not None))
+        number = {body: index for index, body in enumerate(self.bodies)}
+        self.body_of = np.array([number.get(str(s.body), -1) if s.body else -1 for s in geometry] or [-1], np.int32)
+        self._poses = poses
+        self._threads = threads
+        self._sets: OrderedDict[tuple[bytes, frozenset[str]], _Scenes] = OrderedDict()
+        self._heavy = self._heavy_meshes()
+        self._planes = [(index, s) for index, s in enumerate(self.surfaces) if not hasattr(s, "triangles")]
+
+    def cast(self, rays: RayBundle, poses: Any = None, *, normals: bool = False, surfaces: bool = False) -> Hits:
+        """Nearest hits; see `RayCaster`. Normals follow the winding, in world axes."""
+        anchor = np.round(rays.origin / GRID_M) * GRID_M
+        scenes = self._scenes(anchor, rays.exclude)
+        threads = self._threads()
+        table = rays.table
+        if scenes.static or scenes.light:
+            start = (rays.origin - anchor).astype(np.float32)
+            table[:, 0:3] = start if rays.offsets is None else rays.offsets + start
+        merged = _Merge(len(table), normals, surfaces)
+        if scenes.static:
+            merged.add(scenes.static.cast(table, threads), scenes.static_surface)
+        body_poses = self._poses(poses) if self.bodies and self._poses else None
+        if scenes.light and body_poses is not None:
+            merged.add(scenes.light.cast(table, anchor, body_poses, threads), scenes.light.surface_of)
+        if body_poses is not None:
+            for mesh in self._heavy:
+                found = mesh.cast(rays, body_poses, threads, scenes.skip)
+                if found:
+                    merged.add_windows(*found)
+        for index, plane in self._planes:
+            if index not in scenes.skip:
+                self._add_plane(merged, index, plane, rays, body_poses)
+        return merged.hits()
+
+    def _add_plane(
+        self, merged: _Merge, index: int, plane: Plane, rays: RayBundle, body_poses: np.ndarray | None
+    ) -> None:
+        origin, normal = np.asarray(plane.origin, np.float64), np.asarray(plane.normal, np.float64)
+        body = self.body_of[index]
+        if body >= 0 and body_poses is not None:
+            pose = body_poses[body]
+            origin, normal = pose[:3, :3] @ origin + pose[:3, 3], pose[:3, :3] @ normal
+        height = float((rays.origin - origin) @ normal)
+        merged.add_surface(cast_plane(height, rays.offsets, rays.directions, normal), normal, index)
+
+    def _scenes(self, anchor: np.ndarray, exclude: frozenset[str]) -> _Scenes:
+        key = (anchor.tobytes(), exclude)
+        scenes = self._sets.get(key)
+        if scenes is None:
+            while len(self._sets) >= KEPT_SCENES:
+                self._sets.popitem(last=False)
+            scenes = self._sets[key] = _Scenes(self, anchor, exclude)
+        else:
+            self._sets.move_to_end(key)
+        return scenes
+
+    def _heavy_meshes(self) -> list[HeavyMesh]:
+        groups: dict[Any, list[int]] = {}
+        for index, surface in enumerate(self.surfaces):
+            if is_heavy(surface):
+                groups.setdefault(surface.unique_key, []).append(index)  # type: ignore[union-attr]
+        return [
+            HeavyMesh([self.surfaces[i] for i in group], group, [int(self.body_of[i]) for i in group])  # type: ignore[misc]
+            for group in groups.values()
+        ]
+
+
+def is_heavy(surface: Mesh | Plane) -> bool:
+    """Whether a surface moves and has enough triangles to be cast in its own frame: decided by data, never by load."""
+    return surface.body is not None and len(getattr(surface, "triangles", ())) >= HEAVY_TRIANGLES
+
+
+def excluded(path: str, exclude: frozenset[str]) -> bool:
+    """Whether a prim is one of the excluded ones or lies below one."""
+    return any(path == other or path.startswith(f"{other}/") for other in exclude)
+
+
+class _Scenes:
+    """The static scene and the light bodies for one anchor and exclude set."""
+
+    def __init__(self, world: CastWorld, anchor: np.ndarray, exclude: frozenset[str]) -> None:
+        self.skip = frozenset(i for i, s in enumerate(world.surfaces) if exclude and excluded(str(s.path), exclude))
+        meshes: list[tuple[int, Any]] = [
+            (i, s)
+            for i, s in enumerate(world.surfaces)
+            if i not in self.skip and len(getattr(s, "triangles", ())) and not is_heavy(s)
+        ]
+        static = [(i, s) for i, s in meshes if s.body is None]
+        moving = [(i, s) for i, s in meshes if s.body is not None]
+        self.static: TriangleScene | None = None
+        self._surface = np.zeros(0, np.int32)
+        if static:
+            vertices = [(np.asarray(s.vertices, np.float64) - anchor).astype(np.float32) for _, s in static]
+            starts = np.cumsum([0, *(len(v) for v in vertices)]).astype(np.uint32)
+            triangles = [np.asarray(s.triangles, np.uint32) + at for (_, s), at in zip(static, starts, strict=False)]
+            self.static = TriangleScene(np.concatenate(vertices), np.concatenate(triangles))
+            self._surface = np.repeat(np.array([i for i, _ in static], np.int32), [len(t) for t in triangles])
+        self.light: LightBodies | None = None
+        if moving:
+            self.light = LightBodies(
+                [s for _, s in moving],
+                [i for i, _ in moving],
+                [int(world.body_of[i]) for i, _ in moving],
+            )
+
+    def static_surface(self, triangle: np.ndarray) -> np.ndarray:
+        """The surface of each triangle index of the static scene."""
+        return np.asarray(self._surface[triangle])
+
+
+class _Merge:
+    """Keeps the nearest of several casts; earlier ones win ties, so the order is part of the result."""
+
+    def __init__(self, count: int, normals: bool, surfaces: bool) -> None:
+        self._count = count
+        self._distance: np.ndarray | None = None
+        self._normals: np.ndarray | None = None
+        self._surface: np.ndarray | None = None
+        self._want_normals, self._want_surfaces = normals, surfaces
+
+    def add(self, hits: TriangleHits, surface_of: Callable[[np.ndarray], np.ndarray]) -> None:
+        """A cast of all rays."""
+        if self._distance is None:
+            self._distance, self._normals = hits.distance, hits.normals
+            if self._want_surfaces:
+                self._surface = np.full(self._count, NO_SURFACE, np.int32)
+                self._set_surface(np.flatnonzero(np.isfinite(hits.distance)), hits.triangle, surface_of)
+            return
+        if not (self._want_normals or self._want_surfaces):
+            np.minimum(self._distance, hits.distance, out=self._distance)
+            return
+        nearer = np.flatnonzero(hits.distance < self._distance)
+        self._distance[nearer] = hits.distance[nearer]
+        if self._want_normals and self._normals is not None:
+            self._normals[nearer] = hits.normals[nearer]
+        if self._want_surfaces:
+            self._set_surface(nearer, hits.triangle, surface_of)
+
+    def add_windows(self, windows: list[tuple[int, np.ndarray, slice, np.ndarray]], hits: TriangleHits) -> None:
+        """A cast of some rays in body frames."""
+        self._start()
+        assert self._distance is not None
+        for surface, index, rows, rotation in windows:
+            near = np.flatnonzero(hits.distance[rows] < self._distance[index])
+            target, source = index[near], near + rows.start
+            self._distance[target] = hits.distance[source]
+            if self._want_normals and self._normals is not None:
+                self._normals[target] = turned(hits.normals[source], rotation.astype(np.float32))
+            if self._want_surfaces and self._surface is not None:
+                self._surface[target] = surface
+
+    def add_surface(self, distance: np.ndarray, normal: np.ndarray, surface: int) -> None:
+        """Distances of all rays to one flat surface."""
+        self._start()
+        assert self._distance is not None
+        if not (self._want_normals or self._want_surfaces):
+            np.minimum(self._distance, distance, out=self._distance)
+            return
+        nearer = np.flatnonzero(distance < self._distance)
+        self._distance[nearer] = distance[nearer]
+        if self._want_normals and self._normals is not None:
+            self._normals[nearer] = normal.astype(np.float32)
+        if self._want_surfaces and self._surface is not None:
+            self._surface[nearer] = surface
+
+    def hits(self) -> Hits:
+        """What is nearest."""
+        self._start()
+        assert self._distance is not None
+        return Hits(
+            self._distance,
+            self._normals if self._want_normals else None,
+            self._surface if self._want_surfaces else None,
+        )
+
+    def _start(self) -> None:
+        if self._distance is None:
+            self._distance = np.full(self._count, np.inf, np.float32)
+            self._normals = np.zeros((self._count, 3), np.float32) if self._want_normals else None
+            self._surface = np.full(self._count, NO_SURFACE, np.int32) if self._want_surfaces else None
+
+    def _set_surface(
+        self, rows: np.ndarray, triangle: np.ndarray, surface_of: Callable[[np.ndarray], np.ndarray]
+    ) -> None:
+        if self._surface is not None:
+            self._surface[rows] = surface_of(triangle[rows])
