@@ -1,0 +1,136 @@
+"""The examples cannot rot: each file in graphs/ loads, checks and runs, and the yard is what its script writes."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+FILES = sorted((ROOT / "graphs").glob("*.yaml"))
+YARD = ROOT / "graphs" / "yard.yaml"
+TOP = "/World/Robot/Chassis/top_lidar"
+FRONT = "/World/Robot/Chassis/front_lidar"
+
+
+def graph(*arguments):
+    command = [sys.executable, "-m", "graph", *map(str, arguments)]
+    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+
+
+def test_there_are_examples():
+    assert {path.name for path in FILES} >= {"quickstart.yaml", "yard.yaml"}
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_an_example_checks_without_a_word_of_complaint(path):
+    done = graph("check", path)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_an_example_runs_and_everything_it_wires_speaks(path, tmp_path):
+    done = graph("run", path, "--updates", 30, "--strict", "--json", "--out", tmp_path)
+    assert done.returncode == 0, done.stderr
+    report = json.loads(done.stdout)
+    assert report["updates"] == 30
+    assert report["physics_steps"] == 120
+    assert report["simulation_time"] == report["external_time"] == 0.5
+    assert all(sensor["frames"] and sensor["elements"] for sensor in report["sensors"].values())
+    assert all(node["computes"] for name, node in report["nodes"].items() if name.endswith("tick"))
+    assert (tmp_path / "run.mcap").stat().st_size > 10_000
+    assert json.loads((tmp_path / "report.json").read_text()) == report
+
+
+@pytest.fixture(scope="module")
+def yard_run(tmp_path_factory):
+    """The main example as `make run` runs it, once for all tests below."""
+    out = tmp_path_factory.mktemp("yard")
+    done = graph("run", YARD, "--out", out, "--json", "--strict")
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout), out
+
+
+def test_the_yards_sensors_deliver_what_their_schedules_say(yard_run):
+    report, _ = yard_run
+    assert report["updates"] == 300
+    assert report["physics_steps"] == 1200
+    assert report["warnings"] == []
+    top, front = report["sensors"][TOP], report["sensors"][FRONT]
+    assert (top["tick_rate"], top["frames"], top["first_frame_ns"], top["last_frame_ns"]) == (10, 50, 0, 4_900_000_000)
+    # Countdown 5 finishes in update 5, so the product exists from 5/60 s; the first whole scan starts at 0.1 s.
+    assert (front["tick_rate"], front["frames"]) == (20, 98)
+    assert (front["first_frame_ns"], front["last_frame_ns"]) == (100_000_000, 4_950_000_000)
+
+
+def test_the_yards_recording_opens_and_its_clouds_decode(yard_run):
+    import numpy as np
+    from rosbags.highlevel import AnyReader
+    from rosbags.typesys import Stores, get_typestore
+
+    _, out = yard_run
+    recording = out / "run.mcap"
+    assert recording.stat().st_size < 100_000_000
+    counts, rings, latest = {}, set(), 0.0
+    with AnyReader([recording], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
+        for connection, _, raw in reader.messages():
+            counts[connection.topic] = counts.get(connection.topic, 0) + 1
+            if connection.topic == "/top/points":
+                cloud = reader.deserialize(raw, connection.msgtype)
+                names = [field.name for field in cloud.fields]
+                kinds = {"x": "<f4", "y": "<f4", "z": "<f4", "intensity": "<f4", "ring": "<u2", "time": "<f4"}
+                layout = np.dtype(
+                    {
+                        "names": names,
+                        "formats": [kinds[name] for name in names],
+                        "offsets": [field.offset for field in cloud.fields],
+                        "itemsize": cloud.point_step,
+                    }
+                )
+                points = np.frombuffer(cloud.data, layout)
+                assert len(points) == cloud.width > 20_000
+                rings.update(np.unique(points["ring"]).tolist())
+                latest = max(latest, float(points["time"].max()))
+    assert len(rings) == 32
+    assert 0.09 < latest < 0.1
+    assert counts["/top/points"] == 50
+    assert counts["/front/points"] == counts["/front/scan"] == counts["/front/buffered"] == 98
+    assert counts["/clock"] == 300
+
+
+def test_the_yards_robot_drives_its_curve_upright_and_the_world_stays_calm():
+    import numpy as np
+
+    from graph.sim import App
+
+    with App.from_file(YARD) as app:
+        app.play()
+        start = app.fabric.world_matrix("/World/Robot/Chassis")
+        path = []
+        for _ in range(30):
+            app.update(steps=10)
+            path.append(app.fabric.world_matrix("/World/Robot/Chassis"))
+        heights = app.physics.positions[:, 2].copy()
+        positions = app.physics.positions.copy()
+    moved = path[-1][:2, 3] - start[:2, 3]
+    assert 5.0 < np.linalg.norm(moved) < 6.1  # 1.2 m/s for 5 s, along a curve
+    assert min(pose[2, 2] for pose in path) > 0.995  # upright within 6 degrees
+    assert all(abs(pose[2, 3] - 0.15) < 0.02 for pose in path)
+    turned = [float(np.arctan2(pose[1, 0], pose[0, 0])) for pose in path]
+    assert min(turned) < np.radians(-5) < np.radians(5) < max(turned)  # it swings to both sides
+    assert heights.min() > -0.05  # nothing fell through the ground
+    assert np.abs(positions).max() < 40.0  # nothing was flung out
+
+
+def test_the_yard_is_what_its_script_writes(tmp_path):
+    from pxr import Sdf
+
+    scenes = ROOT / "graphs" / "scenes"
+    done = subprocess.run(
+        [sys.executable, scenes / "make_yard.py", tmp_path], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    for name in ("yard.usda", "yard_static.usdc"):
+        fresh, kept = (Sdf.Layer.OpenAsAnonymous(str(folder / name)) for folder in (tmp_path, scenes))
+        assert fresh.ExportToString() == kept.ExportToString(), f"run graphs/scenes/make_yard.py and commit {name}"

@@ -1,0 +1,197 @@
+"""Who may know whom: the arrows between the packages, and what an import may load."""
+
+import ast
+import itertools
+import subprocess
+import sys
+from pathlib import Path
+
+import networkx
+import pytest
+
+ROOT = Path(__file__).parents[1]
+HEAVY = ("mujoco", "open3d", "pxr", "matplotlib")
+OWN = ("graph", "nodes", "sensors")
+
+LEAVES = {"graph.errors", "graph.exact"}
+"""Core modules that know nothing themselves; the world shares them."""
+
+JOINTS = {"graph.assembly", "graph.runner", "graph.cli", "graph.__main__"}
+"""Where engine, world, sensors and nodes come together."""
+
+
+def module_name(path):
+    parts = path.relative_to(ROOT).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+MODULES = {module_name(path): path for package in OWN for path in sorted((ROOT / package).rglob("*.py"))}
+
+
+def imports_of(name, path, top_level_only=False):
+    """(module, line) of each import of one of our modules; relative imports resolved, TYPE_CHECKING blocks left out."""
+    found = []
+
+    def visit(node):
+        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.dump(node.test):
+            for child in node.orelse:
+                visit(child)
+            return
+        if top_level_only and isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+            return
+        if isinstance(node, ast.Import):
+            found.extend((alias.name, node.lineno) for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            package = name if path.name == "__init__.py" else name.rpartition(".")[0]
+            base = node.module or ""
+            if node.level:
+                anchor = package.split(".")[: len(package.split(".")) - node.level + 1]
+                base = ".".join([*anchor, *filter(None, [base])])
+            for alias in node.names:
+                whole = f"{base}.{alias.name}"
+                found.append((whole if whole in MODULES else base, node.lineno))
+        for child in ast.iter_child_nodes(node):
+            visit(child)
+
+    visit(ast.parse(path.read_text(encoding="utf8")))
+    return found
+
+
+def layer(name):
+    """The part of the design a module belongs to."""
+    if name in LEAVES:
+        return "leaf"
+    if any(name == joint or name.startswith(f"{joint}.") for joint in JOINTS):
+        return "joint"
+    if name == "graph.sim" or name.startswith("graph.sim."):
+        return "sim"
+    top = name.partition(".")[0]
+    return {"graph": "core", "sensors": "sensors", "nodes": "nodes"}.get(top, "foreign")
+
+
+MAY_IMPORT = {
+    "leaf": {"leaf"},
+    "core": {"leaf", "core"},
+    "sim": {"leaf", "sim"},
+    "sensors": {"leaf", "sim", "sensors"},
+    "nodes": {"leaf", "core", "sim", "sensors", "nodes"},
+    "joint": {"leaf", "core", "sim", "sensors", "nodes", "joint"},
+}
+
+# Calls that go up by name on purpose: each is inside a function and loads what the user asked for.
+ON_PURPOSE = {
+    ("graph.registry", "nodes"),  # the first look-up of a type fills the registry
+    ("graph.loading", "graph.assembly"),
+    ("graph.sim.app", "graph.assembly"),  # App.from_file
+}
+
+
+def test_every_package_imports_only_downwards():
+    wrong = [
+        f"{path.relative_to(ROOT)}:{line}: {layer(name)} module imports {target} ({layer(target)})"
+        for name, path in MODULES.items()
+        for target, line in imports_of(name, path)
+        if layer(target) != "foreign"
+        and layer(target) not in MAY_IMPORT[layer(name)]
+        and (name, target) not in ON_PURPOSE
+    ]
+    assert wrong == []
+
+
+def test_no_two_packages_import_each_other():
+    packages = networkx.DiGraph()
+    for name, path in MODULES.items():
+        for target, _ in imports_of(name, path, top_level_only=True):
+            ours, theirs = _package(name), _package(target)
+            if layer(target) != "foreign" and ours != theirs:
+                packages.add_edge(ours, theirs)
+    cycles = list(networkx.simple_cycles(packages))
+    assert cycles == []
+
+
+def test_no_module_imports_itself_in_a_circle():
+    modules = networkx.DiGraph()
+    for name, path in MODULES.items():
+        for target, _ in imports_of(name, path, top_level_only=True):
+            if target in MODULES and target != name:
+                modules.add_edge(name, target)
+    circles = [sorted(part) for part in networkx.strongly_connected_components(modules) if len(part) > 1]
+    assert circles == []
+
+
+def _package(name):
+    """The package a module lies in; the core, its files, the world, the command are packages of their own."""
+    if layer(name) in ("leaf", "core"):
+        return name if name in LEAVES else "graph"
+    return ".".join(name.split(".")[:2]) if name.startswith("graph.") else name.partition(".")[0]
+
+
+def loaded_after(code):
+    """Which of the heavy libraries a fresh interpreter has loaded after `code`."""
+    report = f"\nimport sys; print(*(name for name in {HEAVY!r} if name in sys.modules), file=sys.stderr)"
+    done = subprocess.run([sys.executable, "-c", code + report], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return done.stderr.split()
+
+
+def test_import_graph_loads_no_heavy_library_and_no_numpy():
+    code = "import graph, sys; assert 'numpy' not in sys.modules, 'numpy'"
+    assert loaded_after(code) == []
+
+
+def test_help_of_the_command_loads_no_heavy_library():
+    code = (
+        "import sys; from graph.cli.main import main\n"
+        "sys.argv = ['graph', '--help']\n"
+        "try: main()\n"
+        "except SystemExit as end: assert not end.code"
+    )
+    assert loaded_after(code) == []
+
+
+def test_listing_node_types_loads_no_heavy_library():
+    code = (
+        "import sys; from graph.cli.main import main\n"
+        "sys.argv = ['graph', 'nodes', 'Countdown']\n"
+        "try: assert not main()\n"
+        "except SystemExit as end: assert not end.code"
+    )
+    assert loaded_after(code) == []
+
+
+def test_every_module_imports_without_the_heavy_libraries():
+    """Only files that own a library may need it at import; they are reached when their subject is."""
+    owners = {name for name, path in MODULES.items() if "TID253" in path.read_text(encoding="utf8")}
+    plain = sorted(set(MODULES) - owners - {"graph.__main__"})
+    blocker = (
+        "import importlib, sys\n"
+        f"for name in {HEAVY!r}: sys.modules[name] = None\n"
+        "failed = []\n"
+        f"for name in {plain!r}:\n"
+        "    try: importlib.import_module(name)\n"
+        "    except ImportError as error: failed.append(f'{name}: {error}')\n"
+        "print(*failed, sep='\\n', end='')"
+    )
+    done = subprocess.run([sys.executable, "-c", blocker], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    # A module built on an owner needs the same library; everything else must not.
+    missing = {line.partition(":")[0] for line in done.stdout.splitlines()}
+    assert missing <= built_on(owners)
+
+
+def built_on(owners):
+    """Modules that import an owner at their top level, directly or through others."""
+    users = networkx.DiGraph()
+    for name, path in MODULES.items():
+        users.add_edges_from((target, name) for target, _ in imports_of(name, path, top_level_only=True))
+    return set(itertools.chain.from_iterable(networkx.descendants(users, owner) for owner in owners if owner in users))
+
+
+@pytest.mark.parametrize("library", HEAVY)
+def test_each_heavy_library_is_imported_at_module_level_by_one_file_at_most(library):
+    owners = [
+        name
+        for name, path in MODULES.items()
+        if any(target.partition(".")[0] == library for target, _ in imports_of(name, path, top_level_only=True))
+    ]
+    assert len(owners) <= 1, owners

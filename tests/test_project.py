@@ -1,0 +1,141 @@
+"""What ships: version, licence, pins, package data, and that `make` can find what it needs."""
+
+import os
+import re
+import subprocess
+import sys
+import tomllib
+import zipfile
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf8"))["project"]
+PINS = dict(
+    line.split("==")
+    for line in (ROOT / ".ci" / "constraints.txt").read_text(encoding="utf8").splitlines()
+    if "==" in line
+)
+
+
+def normalised(name):
+    return re.sub(r"[-_.]+", "-", name).lower()
+
+
+def requirement_names():
+    groups = [PROJECT["dependencies"], *PROJECT["optional-dependencies"].values()]
+    return {normalised(re.match(r"[A-Za-z0-9._-]+", line)[0]) for group in groups for line in group}
+
+
+def test_every_dependency_is_pinned_for_a_fresh_install():
+    pinned = {normalised(name) for name in PINS}
+    # open3d stands in for open3d-cpu on other platforms than the one the pins were made on.
+    assert requirement_names() - pinned <= {"open3d"}
+
+
+def test_the_pins_lie_within_the_projects_ranges():
+    from packaging.requirements import Requirement
+
+    pins = {normalised(name): version for name, version in PINS.items()}
+    groups = [PROJECT["dependencies"], *PROJECT["optional-dependencies"].values()]
+    outside = [
+        line
+        for line in (Requirement(text) for group in groups for text in group)
+        if normalised(line.name) in pins and not line.specifier.contains(pins[normalised(line.name)])
+    ]
+    assert outside == []
+
+
+def test_the_licence_is_apache_2():
+    text = (ROOT / "LICENSE").read_text(encoding="utf8")
+    assert PROJECT["license"] == "Apache-2.0"
+    assert "Apache License" in text
+    assert "END OF TERMS AND CONDITIONS" in text
+
+
+def test_the_change_log_knows_the_version():
+    assert re.fullmatch(r"\d+\.\d+\.\d+", PROJECT["version"])
+    assert f"\n## {PROJECT['version']}" in (ROOT / "CHANGELOG.md").read_text(encoding="utf8")
+
+
+def test_the_doctor_looks_at_every_dependency():
+    from graph.cli.doctor import IMPORTS
+
+    known = {normalised(name) for names in IMPORTS.values() for name in names}
+    wanted = {normalised(re.match(r"[A-Za-z0-9._-]+", line)[0]) for line in PROJECT["dependencies"]}
+    assert wanted <= known
+
+
+def test_the_doctor_and_make_name_the_same_system_libraries():
+    from graph.sim.libraries import INSTALL_HINT, SYSTEM_LIBRARIES
+
+    script = (ROOT / ".ci" / "system-libraries").read_text(encoding="utf8")
+    assert INSTALL_HINT in script
+    assert all(f'"{library}"' in script for library in SYSTEM_LIBRARIES)
+
+
+def test_the_wheel_ships_every_file_that_the_packages_read(tmp_path):
+    pytest.importorskip("hatchling", reason="comes with the dev extra")
+    command = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(tmp_path)]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    [wheel] = tmp_path.glob("*.whl")
+    with zipfile.ZipFile(wheel) as archive:
+        shipped = set(archive.namelist())
+    kept = {
+        str(path.relative_to(ROOT))
+        for package in ("graph", "nodes", "sensors")
+        for path in (ROOT / package).rglob("*")
+        if path.is_file() and "__pycache__" not in path.parts
+    }
+    assert kept <= shipped
+    assert any(name.endswith("licenses/LICENSE") for name in shipped)
+    assert not any(name.startswith("tests") for name in shipped)
+
+
+def test_make_says_clearly_when_there_is_no_python(tmp_path):
+    for name in ("sh", "env"):
+        (tmp_path / name).symlink_to(f"/bin/{name}")
+    done = subprocess.run(
+        [ROOT / ".ci" / "find-python"], env={"PATH": str(tmp_path)}, capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stdout) == (1, "")
+    assert "Python 3.11 or newer" in done.stderr
+
+
+def test_make_takes_the_python_it_is_given():
+    environment = {**os.environ, "PYTHON": sys.executable}
+    done = subprocess.run([ROOT / ".ci" / "find-python"], env=environment, capture_output=True, text=True, check=False)
+    assert done.stdout.strip() == sys.executable
+
+
+def our_files():
+    """Every text file of the project: its own folders, and the files beside pyproject.toml."""
+    folders = [".ci", "graph", "nodes", "sensors", "graphs", "tests"]
+    found = [path for folder in folders for path in (ROOT / folder).rglob("*")] + list(ROOT.glob("*"))
+    binary = {".usdc", ".pyc", ".mcap", ".gz"}
+    return sorted(path for path in found if path.is_file() and path.suffix not in binary and path != Path(__file__))
+
+
+def test_no_file_speaks_of_a_place_outside_the_repository():
+    """Sentences about one machine's folders are of no use to a reader of this one."""
+    outside = re.compile(r"/(?:home|root|tmp/[a-z]|Users)/\w|\.\./(?:shared|plan)|https?://(?:localhost|\d+\.\d+)")
+    found = []
+    for path in our_files():
+        for number, line in enumerate(path.read_text(encoding="utf8").splitlines(), 1):
+            if outside.search(line):
+                found.append(f"{path.relative_to(ROOT)}:{number}: {line.strip()[:80]}")
+    assert found == []
+
+
+def test_no_file_is_left_unfinished():
+    mark = re.compile(r"\b(?:TODO|FIXME|XXX)\b|not implemented yet")
+    found = [
+        f"{path.relative_to(ROOT)}:{number}"
+        for path in our_files()
+        if path.suffix == ".py"
+        for number, line in enumerate(path.read_text(encoding="utf8").splitlines(), 1)
+        if mark.search(line)
+    ]
+    assert found == []
