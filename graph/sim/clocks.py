@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
+from typing import NamedTuple
 
 from graph.errors import RunError, UserError
 
@@ -47,6 +48,30 @@ class Counter:
         self.base, self.count = time, 0
 
 
+class Reading(NamedTuple):
+    """What a physics clock read at one moment, as integers; times are formed when asked for."""
+
+    steps: int
+    numerator: int
+    denominator: int
+    base: Fraction
+    start: int
+
+    @property
+    def time(self) -> Fraction:
+        """Simulation time [s]."""
+        return Fraction(self.steps * self.denominator, self.numerator)
+
+    @property
+    def monotonic(self) -> Fraction:
+        """Monotonic time [s]."""
+        return self.base + Fraction((self.steps - self.start) * self.denominator, self.numerator)
+
+    def same_time(self, other: Reading) -> bool:
+        """Whether both read the same simulation time."""
+        return self.steps * self.denominator * other.numerator == other.steps * other.denominator * self.numerator
+
+
 class PhysicsClock:
     """The physics clock: `count / steps_per_second`, recomputed, never a running sum.
 
@@ -85,6 +110,10 @@ class PhysicsClock:
     def monotonic(self) -> Fraction:
         """Time stepped since construction [s]: survives stop and changes of rate."""
         return self._base + Fraction((self.count - self._start) * self._denominator, self._numerator)
+
+    def reading(self) -> Reading:
+        """What the clock reads now."""
+        return Reading(self.count, self._numerator, self._denominator, self._base, self._start)
 
     def set_rate(self, steps_per_second: Fraction) -> None:
         """Takes a new rate, used from the next step on."""

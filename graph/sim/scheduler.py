@@ -55,6 +55,11 @@ class SensorScheduler:
         return self._clock.time if self.multi_tick else self._loop_time()
 
     @property
+    def sample_key(self) -> Fraction | None:
+        """The key of a time sample taken now; None stands for the physics clock's own time."""
+        return None if self.multi_tick else self._loop_time()
+
+    @property
     def moment(self) -> Fraction:
         """The external time [s] at which a product made now begins to exist: that of the start of a running update."""
         return self.time if self._began_at is None else self._began_at
