@@ -1,0 +1,117 @@
+"""What the nodes of one evaluation may know about time and world, and where their warnings go."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import Any
+
+from . import exact
+
+
+@dataclass(slots=True)
+class Warned:
+    """One warning, however often it came: a stable code, the node or prim it is about, the first message."""
+
+    code: str
+    where: str
+    message: str
+    count: int = 1
+
+
+class WarningLog:
+    """Collects warnings, one entry for each code and place."""
+
+    def __init__(self) -> None:
+        self._entries: dict[tuple[str, str], Warned] = {}
+
+    def __call__(self, code: str, where: str, message: str) -> None:
+        """Notes a warning, or counts it again."""
+        known = self._entries.get((code, where))
+        if known is None:
+            self._entries[code, where] = Warned(code, where, message)
+        else:
+            known.count += 1
+
+    def __iter__(self) -> Iterator[Warned]:
+        return iter(self._entries.values())
+
+    def __len__(self) -> int:
+        return len(self._entries)
+
+
+Warn = Callable[[str, str, str], None]
+"""Takes code, where and message."""
+
+
+@dataclass(slots=True)
+class Context:
+    """Time and world as one evaluation sees them. Seconds are floats for nodes; the exact values stand beside them.
+
+    delta: what the timeline moved in this update; loop_delta: how long the update was meant to last;
+    time: timeline time; frame: time * timeCodesPerSecond; since_start: loop time since the app started;
+    absolute_sim_time: simulation time that never restarts; update: index of the app update.
+    """
+
+    app: Any = None
+    warn: Warn = field(default_factory=WarningLog)
+    is_playing: bool = False
+    delta: Fraction = Fraction(0)
+    loop_delta: Fraction = Fraction(1, 60)
+    exact_time: Fraction = Fraction(0)
+    since_start: Fraction = Fraction(0)
+    absolute: Fraction = Fraction(0)
+    frames_per_second: Fraction = Fraction(60)
+    update: int = 0
+
+    @classmethod
+    def standalone(cls, loop_hz: float | str | Fraction = 60) -> Context:
+        """A context without a world that is playing; `advance` is its clock, one update of 1/loop_hz at a time."""
+        step = 1 / exact.rate(loop_hz)
+        return cls(is_playing=True, delta=step, loop_delta=step, update=-1)
+
+    def advance(self) -> None:
+        """Goes to the next update of a standalone context; the first one ends at 1/loop_hz."""
+        self.update += 1
+        self.since_start += self.loop_delta
+        if self.is_playing:
+            self.exact_time += self.delta
+            self.absolute += self.delta
+
+    def follow(self, app: Any) -> None:
+        """Takes the values of an App's present update."""
+        timeline, simulation = app.timeline, app.simulation
+        self.is_playing = timeline.is_playing()
+        self.delta = timeline.delta
+        self.exact_time = timeline.current_time
+        self.frames_per_second = Fraction(timeline.get_time_codes_per_second())
+        self.loop_delta = 1 / app.loop_rate
+        self.absolute = simulation.monotonic_time
+        self.update = app.update_index
+        self.since_start = self.loop_delta * (self.update + 1)
+
+    @property
+    def delta_seconds(self) -> float:
+        """Length of this update [s]."""
+        return float(self.loop_delta)
+
+    @property
+    def time(self) -> float:
+        """Timeline time [s]."""
+        return float(self.exact_time)
+
+    @property
+    def frame(self) -> float:
+        """Timeline time in frames, counted in timeCodesPerSecond."""
+        return float(self.exact_time * self.frames_per_second)
+
+    @property
+    def time_since_start(self) -> float:
+        """Loop time since the app started [s], playing or not."""
+        return float(self.since_start)
+
+    @property
+    def absolute_sim_time(self) -> float:
+        """Simulation time that a stop does not reset [s]."""
+        return float(self.absolute)

@@ -1,0 +1,195 @@
+"""What a `compute` function sees of its node: attributes, memory, control flow, world."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NoReturn
+
+from .context import Context
+from .declaration import names_in_order
+from .suggest import did_you_mean
+
+if TYPE_CHECKING:
+    from .evaluate.node import Node
+    from .evaluate.wire import Wire
+    from .variables import Variables
+
+# What made a node compute, when it was no execution input.
+STARTED: Any = None
+"""The evaluation itself: an event node, a sleeping node, a data node."""
+RETURNED: Any = False
+"""The walk came back after `fire_and_return`."""
+
+
+class NodeError(Exception):
+    """A node says that it cannot do its work; the message says why and what to do."""
+
+
+class Database:
+    """The view a node's `compute` has of the node, passed to it as `db`.
+
+    `inputs`, `outputs` and `state` hold plain values as attributes (`db.inputs.duration`); never change an array
+    or list that you read, write a new one. `memory` is the node's own, made by the type's `memory` factory after
+    creation and after every timeline stop. `path` is the node's path. `asleep` tells whether the node sleeps.
+    """
+
+    __slots__ = (
+        "_active",
+        "_blocked",
+        "_compute",
+        "_enabled",
+        "_frames",
+        "_node",
+        "_pulls",
+        "_push",
+        "_return_at",
+        "_wires",
+        "asleep",
+        "computes",
+        "inputs",
+        "memory",
+        "outputs",
+        "path",
+        "state",
+    )
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._compute = node.type.compute
+        self._active: Any = STARTED
+        self._blocked = False
+        self._enabled: list[Wire] = []
+        self._wires: dict[str, Wire] = {}
+        self._return_at = 0
+        self._frames: list[int] = []
+        self._pulls: tuple[Database, ...] | None = None
+        self._push: Any = None
+        self.inputs: Any = None
+        self.outputs: Any = None
+        self.state: Any = None
+        self.memory: Any = None
+        self.path = node.path
+        self.asleep = False
+        self.computes = 0
+
+    # -- control -----------------------------------------------------------------------------------------------------
+
+    def fire(self, output: str) -> None:
+        """Follow this execution output after the compute; several are followed in the order of the calls."""
+        try:
+            self._enabled.append(self._wires[output])
+        except KeyError:
+            self._no_wire(output)
+
+    def fire_and_return(self, output: str) -> None:
+        """Follow this execution output to its very end, then compute this node again (`returned` is then True)."""
+        self.fire(output)
+        self._return_at = len(self._enabled)
+
+    def triggered(self, name: str) -> bool:
+        """Whether this execution input made the node compute; False when it woke up, returned or started itself."""
+        return name == self._active
+
+    @property
+    def active(self) -> str | None:
+        """The execution input that made the node compute; None when it woke up, returned or started itself."""
+        return self._active or None
+
+    @property
+    def returned(self) -> bool:
+        """Whether the node computes because what it followed with `fire_and_return` has ended."""
+        return self._active is RETURNED
+
+    def sleep(self) -> None:
+        """Compute this node again in every later evaluation, ahead of the events, until `wake`; ignore triggers."""
+        if not self.asleep:
+            self.asleep = True
+            self._node.graph.sleeps(self)
+
+    def wake(self) -> None:
+        """End the sleep. Triggers that still come in this evaluation are ignored."""
+        if self.asleep:
+            self.asleep = False
+            self._node.graph.wakes(self)
+
+    # -- attributes --------------------------------------------------------------------------------------------------
+
+    def connected(self, name: str) -> bool:
+        """Whether something feeds this input, or leads away from this output."""
+        return self._node.connected(name)
+
+    def consumed(self, name: str) -> bool:
+        """Whether anything reads this output."""
+        return self._node.consumed(name)
+
+    def dynamic_inputs(self, prefix: str = "") -> list[Any]:
+        """Values of the inputs `prefix0`, `prefix1`, ... in numeric order, a declared one among them included.
+
+        Without prefix: of all inputs that the file added, in its order (numeric where all share one stem).
+        """
+        return [getattr(self.inputs, python_name(name)) for name in self.dynamic_input_names(prefix)]
+
+    def dynamic_input_names(self, prefix: str = "") -> list[str]:
+        """Names of what `dynamic_inputs` gives."""
+        return self._dynamic("inputs", prefix)
+
+    def dynamic_outputs(self, prefix: str = "") -> list[str]:
+        """Names of the outputs `prefix0`, `prefix1`, ...: declared or connected by the file, in numeric order."""
+        return self._dynamic("outputs", prefix)
+
+    def input_type(self, name: str) -> str | None:
+        """The OGN type name of an input; None for an open one that nothing settled."""
+        type_ = self._node.types.get(f"inputs:{name}")
+        return None if type_ is None else type_.name
+
+    def output_type(self, name: str) -> str | None:
+        """The OGN type name of an output; None for an open one that nothing settled."""
+        type_ = self._node.types.get(f"outputs:{name}")
+        return None if type_ is None else type_.name
+
+    # -- world -------------------------------------------------------------------------------------------------------
+
+    @property
+    def context(self) -> Context:
+        """Time and world of this evaluation."""
+        return self._node.graph.context
+
+    @property
+    def app(self) -> Any:
+        """The App. Raises NodeError where the graph runs without a world."""
+        app = self._node.graph.context.app
+        if app is None:
+            raise NodeError("this node needs a world; run its graph in an App")
+        return app
+
+    @property
+    def variables(self) -> Variables:
+        """The graph's variables by name."""
+        return self._node.graph.variables
+
+    @property
+    def node(self) -> Node:
+        """The node itself, for what is not needed in a usual compute."""
+        return self._node
+
+    def warn(self, code: str, message: str) -> None:
+        """Report something the user should know: a stable code and one line. Repeats are counted, not shown."""
+        self._node.graph.context.warn(code, self.path, message)
+
+    def fail(self, message: str) -> NoReturn:
+        """Give up: the run stops with this message, the node's path and its place in the file."""
+        raise NodeError(message)
+
+    def _dynamic(self, prefix: str, stem: str) -> list[str]:
+        names = self._node.names[prefix]
+        if stem:
+            return names_in_order([n for n in names if n.startswith(stem) and n[len(stem) :].isdecimal()])
+        declared = getattr(self._node.type, prefix)
+        return names_in_order([name for name in names if name not in declared])
+
+    def _no_wire(self, output: str) -> NoReturn:
+        raise NodeError(f'the node type has no execution output "{output}"{did_you_mean(output, self._wires)}') from None
+
+
+def python_name(name: str) -> str:
+    """The Python name of an attribute: name spaces (`a:b`) become underscores."""
+    return name.replace(":", "_")

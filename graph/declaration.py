@@ -1,0 +1,278 @@
+"""What a node type is, as data above one `compute` function.
+
+    @node_type(
+        "omni.graph.action.Branch",
+        version=2,
+        inputs={"execIn": Attribute("execution", "activates"), "condition": Attribute("bool", "which way", default=False)},
+        outputs={"execTrue": Attribute("execution", "if so"), "execFalse": Attribute("execution", "if not")},
+    )
+    def branch(db):
+        \"\"\"Goes one way or the other.\"\"\"
+        db.fire("execTrue" if db.inputs.condition else "execFalse")
+
+`compute(db)` reads `db.inputs.x`, writes `db.outputs.x`; see `graph.db.Database` for the rest. It returns None or True
+when it did its work and False for "nothing to do": outputs keep their values and no execution output is followed.
+A type without compute (constants) is declared with `declare(...)`.
+"""
+
+from __future__ import annotations
+
+import inspect
+import re
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from .types import AnyType, Extended, parse_type
+from .values import coerce, shown, zero
+
+if TYPE_CHECKING:
+    from .registry import Registry
+
+
+class _Unset:
+    def __repr__(self) -> str:
+        return "UNSET"
+
+
+UNSET: Any = _Unset()
+"""No default was declared: the type's zero is used, and an open type must be connected or given a value."""
+
+Compute = Callable[[Any], "bool | None"]
+Resolve = Callable[[Any], Mapping[str, Any]]
+ComputeFunction = TypeVar("ComputeFunction", bound=Callable[..., Any])
+
+
+@dataclass(frozen=True)
+class Attribute:
+    """Declares one attribute of a node type.
+
+    type: an OGN type name, or a tuple of names and groups (a union); unit: shown to people, never used to compute;
+    optional: an open type may stay unset; literal_only: cannot be connected; output_only: an input that is only a
+    source (constants); allowed_tokens: the choices a file may write; minimum, maximum: bounds of what a file may
+    write; deprecated: what to use instead, "" if it is not.
+    """
+
+    type: str | tuple[str, ...]
+    doc: str
+    default: Any = field(default=UNSET, kw_only=True)
+    unit: str = field(default="", kw_only=True)
+    optional: bool = field(default=False, kw_only=True)
+    literal_only: bool = field(default=False, kw_only=True)
+    output_only: bool = field(default=False, kw_only=True)
+    allowed_tokens: tuple[str, ...] = field(default=(), kw_only=True)
+    minimum: float | None = field(default=None, kw_only=True)
+    maximum: float | None = field(default=None, kw_only=True)
+    deprecated: str = field(default="", kw_only=True)
+
+    @cached_property
+    def parsed(self) -> AnyType:
+        """The declared type. Raises ValueError for an unknown name."""
+        return parse_type(self.type)
+
+    @property
+    def is_execution(self) -> bool:
+        """Whether it carries control instead of data."""
+        return self.type == "execution"
+
+    @cached_property
+    def initial(self) -> Any:
+        """The value while nobody has set one: the default, else the type's zero (None for open types)."""
+        if self.default is UNSET or isinstance(self.parsed, Extended):
+            return zero(self.parsed)
+        return coerce(self.parsed, self.default)
+
+    def check(self, value: Any) -> str:
+        """What is wrong with a coerced value that a user wrote, by choices and bounds; "" if nothing is."""
+        if self.allowed_tokens and value not in self.allowed_tokens and (self.default is UNSET or value != self.default):
+            from .suggest import did_you_mean
+
+            choices = ", ".join(f'"{token}"' for token in self.allowed_tokens)
+            return f"{shown(value)} is none of {choices}{did_you_mean(str(value), self.allowed_tokens)}"
+        if isinstance(value, int | float):
+            if self.minimum is not None and not value >= self.minimum:
+                return f"{shown(value)} is below the minimum {self.minimum}"
+            if self.maximum is not None and not value <= self.maximum:
+                return f"{shown(value)} is above the maximum {self.maximum}"
+        return ""
+
+
+@dataclass(frozen=True, eq=False)
+class NodeType:
+    """A registered node type. Two attributes of one name and prefix cannot exist; an input may share an output's name.
+
+    event: computed at the start of every evaluation of an execution graph, lower numbers first; None for other types.
+    memory: makes the private memory of a node, afresh after every timeline stop. release: called with db before that
+    memory is dropped. prepare: called with db before the world's next frames, to ask for what compute will need; cheap
+    and repeatable. resolve: settles open types from the known ones (see `graph.plan.types.Known`).
+    volatile: reads more than its inputs (time, the world, variables), so a dirty_push graph always computes it.
+    dynamic_inputs, dynamic_outputs: attributes that a file may add, by name template: `{n}` stands for digits,
+    `{x}` for any word, as in `input{n}`. origin: module:line of the declaration.
+    """
+
+    id: str
+    version: int = 1
+    inputs: Mapping[str, Attribute] = field(default_factory=dict)
+    outputs: Mapping[str, Attribute] = field(default_factory=dict)
+    state: Mapping[str, Attribute] = field(default_factory=dict)
+    compute: Compute | None = None
+    memory: Callable[[], Any] | None = None
+    event: int | None = None
+    release: Callable[[Any], None] | None = None
+    prepare: Callable[[Any], None] | None = None
+    resolve: Resolve | None = None
+    volatile: bool = False
+    dynamic_inputs: Mapping[str, Attribute] = field(default_factory=dict)
+    dynamic_outputs: Mapping[str, Attribute] = field(default_factory=dict)
+    doc: str = ""
+    origin: str = ""
+
+    def __post_init__(self) -> None:
+        for kind in ("inputs", "outputs", "state", "dynamic_inputs", "dynamic_outputs"):
+            for name, attribute in getattr(self, kind).items():
+                try:
+                    _ = attribute.parsed, attribute.default is UNSET or attribute.initial
+                except ValueError as error:
+                    raise ValueError(f"{self.id} ({self.origin}): {kind} {name}: {error}") from None
+
+    def __repr__(self) -> str:
+        return f"<node type {self.id}>"
+
+    @property
+    def short_name(self) -> str:
+        """The last part of the id."""
+        return self.id.rpartition(".")[2]
+
+    @cached_property
+    def has_execution(self) -> bool:
+        """Whether control reaches it: it has execution attributes, so it is never computed on demand."""
+        declared = (self.inputs, self.outputs, self.dynamic_inputs, self.dynamic_outputs)
+        return any(attribute.is_execution for attributes in declared for attribute in attributes.values())
+
+    @cached_property
+    def always_dirty(self) -> bool:
+        """Whether a dirty_push graph computes it in every evaluation."""
+        return self.volatile or self.has_execution or self.memory is not None or bool(self.state)
+
+    def find(self, prefix: str, name: str) -> Attribute | None:
+        """The declared or dynamic attribute `prefix:name` (prefix inputs, outputs or state); None if there is none."""
+        declared: Mapping[str, Attribute] = getattr(self, prefix)
+        if name in declared:
+            return declared[name]
+        for pattern, attribute in self._patterns.get(prefix, ()):
+            if pattern.fullmatch(name):
+                return attribute
+        return None
+
+    @cached_property
+    def _patterns(self) -> dict[str, list[tuple[re.Pattern[str], Attribute]]]:
+        templates = {"inputs": self.dynamic_inputs, "outputs": self.dynamic_outputs}
+        return {
+            prefix: [(_template_pattern(template), attribute) for template, attribute in attributes.items()]
+            for prefix, attributes in templates.items()
+        }
+
+
+def _template_pattern(template: str) -> re.Pattern[str]:
+    parts = re.split(r"(\{n\}|\{x\})", template)
+    meaning = {"{n}": r"(?:0|[1-9]\d*)", "{x}": r"\w+"}
+    return re.compile("".join(meaning.get(part) or re.escape(part) for part in parts), re.ASCII)
+
+
+def node_type(
+    type_id: str,
+    *,
+    version: int = 1,
+    inputs: Mapping[str, Attribute] | None = None,
+    outputs: Mapping[str, Attribute] | None = None,
+    state: Mapping[str, Attribute] | None = None,
+    memory: Callable[[], Any] | None = None,
+    event: bool | int = False,
+    release: Callable[[Any], None] | None = None,
+    prepare: Callable[[Any], None] | None = None,
+    resolve: Resolve | None = None,
+    volatile: bool = False,
+    dynamic_inputs: Mapping[str, Attribute] | None = None,
+    dynamic_outputs: Mapping[str, Attribute] | None = None,
+    registry: Registry | None = None,
+) -> Callable[[ComputeFunction], ComputeFunction]:
+    """Registers the decorated function as the `compute` of a new node type and returns it unchanged.
+
+    The function's docstring is the type's description; the other arguments are the fields of `NodeType`.
+    Raises UserError if the id is taken, ValueError for an unknown attribute type or a default that is not of it.
+    """
+
+    def register(compute: ComputeFunction) -> ComputeFunction:
+        line = inspect.unwrap(compute).__code__.co_firstlineno
+        _registry_or_default(registry).add(
+            NodeType(
+                type_id,
+                version,
+                inputs or {},
+                outputs or {},
+                state or {},
+                compute,
+                memory,
+                _event_order(event),
+                release,
+                prepare,
+                resolve,
+                volatile,
+                dynamic_inputs or {},
+                dynamic_outputs or {},
+                inspect.cleandoc(compute.__doc__ or ""),
+                f"{compute.__module__}:{line}",
+            )
+        )
+        return compute
+
+    return register
+
+
+def declare(
+    type_id: str,
+    doc: str,
+    *,
+    version: int = 1,
+    inputs: Mapping[str, Attribute] | None = None,
+    outputs: Mapping[str, Attribute] | None = None,
+    resolve: Resolve | None = None,
+    registry: Registry | None = None,
+) -> NodeType:
+    """Registers a node type that never computes, such as a constant, and returns it."""
+    caller = sys._getframe(1)
+    origin = f"{caller.f_globals.get('__name__', '?')}:{caller.f_lineno}"
+    declared = NodeType(
+        type_id, version, inputs or {}, outputs or {}, resolve=resolve, doc=inspect.cleandoc(doc), origin=origin
+    )
+    _registry_or_default(registry).add(declared)
+    return declared
+
+
+def _event_order(event: bool | int) -> int | None:
+    return None if event is False else 0 if event is True else event
+
+
+def _registry_or_default(registry: Registry | None) -> Registry:
+    if registry is not None:
+        return registry
+    from .registry import DEFAULT
+
+    return DEFAULT
+
+
+def names_in_order(names: Sequence[str]) -> list[str]:
+    """Names sorted so that input2 comes before input10, other names staying where they are."""
+
+    def key(entry: tuple[int, str]) -> tuple[str, int, int]:
+        position, name = entry
+        match = re.fullmatch(r"(.*?)(\d+)", name)
+        return (match[1], int(match[2]), 0) if match else ("", 0, position)
+
+    prefixes = {re.sub(r"\d+$", "", name) for name in names}
+    if len(prefixes) == 1:
+        return [name for _, name in sorted(enumerate(names), key=key)]
+    return list(names)
+

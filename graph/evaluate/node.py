@@ -1,0 +1,242 @@
+"""A node of a compiled graph: what tools and tests see of it, and how it starts afresh."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+from graph.db import Database, python_name
+from graph.errors import Mark
+from graph.declaration import Attribute, NodeType
+from graph.suggest import did_you_mean
+from graph.types import Type
+from graph.values import coerce
+
+from .wire import Copy, Wire, storage
+
+if TYPE_CHECKING:
+    from .graph import Graph
+
+PREFIXES = ("inputs", "outputs", "state")
+
+
+class Node:
+    """One node. `types` has its attributes' settled types by full name (`inputs:x`), None for open ones."""
+
+    __slots__ = (
+        "_consumed",
+        "_fed",
+        "_initial",
+        "_passes",
+        "_used",
+        "db",
+        "graph",
+        "index",
+        "mark",
+        "name",
+        "names",
+        "path",
+        "rank",
+        "readers",
+        "sources",
+        "type",
+        "types",
+    )
+
+    def __init__(self, graph: Graph, name: str, node_type: NodeType, index: int, mark: Mark | None) -> None:
+        self.graph = graph
+        self.name = name
+        self.path = f"{graph.path}/{name}"
+        self.type = node_type
+        self.index = index
+        self.mark = mark
+        self.rank = 0
+        """Position in dependency order over all graphs compiled together."""
+        self.sources: tuple[Node, ...] = ()
+        """The nodes whose outputs or state its inputs get, in any graph."""
+        self.readers: tuple[Node, ...] = ()
+        """The nodes that get its outputs, state or set inputs, in any graph."""
+        self.types: Mapping[str, Type | None] = {}
+        self.names: Mapping[str, tuple[str, ...]] = {}
+        """Attribute names by prefix, dynamic ones last, in file order."""
+        self._initial: Mapping[str, Any] = {}
+        self._fed: frozenset[str] = frozenset()
+        self._consumed: frozenset[str] = frozenset()
+        self._passes: Mapping[str, Copy] = {}
+        self._used = 0
+        self.db = Database(self)
+
+    def __repr__(self) -> str:
+        return f"<node {self.path} ({self.type.short_name})>"
+
+    @property
+    def computes(self) -> int:
+        """How often it has computed."""
+        return self.db.computes
+
+    @property
+    def fired(self) -> dict[str, int]:
+        """How often each execution output was followed."""
+        return {name: wire.count for name, wire in self.db._wires.items()}
+
+    def attribute(self, name: str) -> Attribute:
+        """The declaration of an attribute (`x` or `inputs:x`). Raises KeyError with the nearest name."""
+        attribute = self.type.find(*self.full_name(name).split(":", 1))
+        assert attribute is not None
+        return attribute
+
+    def full_name(self, name: str) -> str:
+        """`inputs:x` for `x`: inputs first, then outputs, then state. Raises KeyError with the nearest name."""
+        prefix, _, short = name.partition(":")
+        if prefix in PREFIXES and short in self.names[prefix]:
+            return name
+        for prefix in PREFIXES:
+            if name in self.names[prefix]:
+                return f"{prefix}:{name}"
+        known = [f"{prefix}:{short}" for prefix in PREFIXES for short in self.names[prefix]]
+        near = did_you_mean(name, known if ":" in name else [one.partition(":")[2] for one in known])
+        raise KeyError(f'node {self.path} ({self.type.short_name}) has no attribute "{name}"{near}')
+
+    def get(self, name: str) -> Any:
+        """The present value of an attribute, `x` or `outputs:x`. Raises KeyError for an unknown one."""
+        prefix, short = self.full_name(name).split(":", 1)
+        return getattr(getattr(self.db, prefix), python_name(short), None)
+
+    def set(self, name: str, value: Any) -> None:
+        """Sets an input or state attribute, now and for every start after a stop.
+
+        Raises KeyError for an unknown name and ValueError for a value that is not of its type or that a connection
+        would overwrite.
+        """
+        full = self.full_name(name)
+        prefix, short = full.split(":", 1)
+        type_ = self.types[full]
+        if prefix == "outputs" or full in self._fed:
+            raise ValueError(f"{self.path}.{full} is {'an output' if prefix == 'outputs' else 'connected'}; set its source")
+        if type_ is None:
+            raise ValueError(f"{self.path}.{full} has an open type; connect it or give it a value in the file")
+        try:
+            value = coerce(type_, value)
+        except ValueError as error:
+            raise ValueError(f"{self.path}.{full}: {error}") from None
+        wrong = self.attribute(full).check(value)
+        if wrong:
+            raise ValueError(f"{self.path}.{full}: {wrong}")
+        self._initial = {**self._initial, full: value}
+        setattr(getattr(self.db, prefix), python_name(short), value)
+        if full in self._passes:
+            self._passes[full]()
+        self.graph.touched(self)
+
+    def connected(self, name: str) -> bool:
+        """Whether something feeds this input (or state), or leads away from this output."""
+        full = self.full_name(name)
+        return full in self._consumed if full.startswith("outputs:") else full in self._fed
+
+    def consumed(self, name: str) -> bool:
+        """Whether anything reads this output."""
+        return (name if name.startswith("outputs:") else f"outputs:{name}") in self._consumed
+
+    def attributes(self) -> Iterator[tuple[str, Attribute]]:
+        """Full names and declarations of all attributes, inputs first."""
+        for prefix in PREFIXES:
+            for name in self.names[prefix]:
+                yield f"{prefix}:{name}", self.attribute(f"{prefix}:{name}")
+
+    def prepare(self) -> None:
+        """Computes the data nodes it reads and calls the type's `prepare`; fires and computes nothing itself."""
+        if self.type.prepare is None:
+            return
+        # What is prepared is held by the memory, so it is released like the work of a compute.
+        self._used = -1
+        db = self.db
+        try:
+            for db in upstream_data(self):
+                db.computes += 1
+                if db._compute(db) is not False and db._push is not None:  # type: ignore[misc]
+                    db._push()
+            db = self.db
+            self.type.prepare(db)
+        except Exception as error:
+            self.graph.failed(db, error)
+
+    # -- for the compiler and the evaluators -------------------------------------------------------------------------
+
+    def build(
+        self, names: Mapping[str, tuple[str, ...]], types: Mapping[str, Type | None], initial: Mapping[str, Any]
+    ) -> None:
+        """Makes the storage: names by prefix, types and starting values by full name."""
+        self.names, self.types, self._initial = names, types, initial
+        for prefix in PREFIXES:
+            data = [n for n in names[prefix] if f"{prefix}:{n}" in initial]
+            setattr(self.db, prefix, storage(f"{prefix} of {self.type.short_name}", data))
+        for name in names["outputs"]:
+            if f"outputs:{name}" not in initial:
+                self.db._wires[name] = Wire(name)
+        self._fill()
+
+    def connect(
+        self,
+        fed: frozenset[str],
+        consumed: frozenset[str],
+        sources: tuple[Node, ...],
+        readers: tuple[Node, ...],
+        push: Copy | None,
+        passes: Mapping[str, Copy],
+    ) -> None:
+        """Gives the node its connections: what feeds it, what it feeds, how its outputs and set inputs get there."""
+        self._fed, self._consumed, self._passes = fed, consumed, passes
+        self.sources, self.readers = sources, readers
+        self.db._push = push
+        # Found at the first compute: most nodes of a large graph may never be asked.
+        self.db._pulls = None if sources else ()
+
+    def release(self) -> None:
+        """Lets the type release what the node's memory holds, if the node has computed since it started."""
+        if self.type.release is not None and self.db.computes != self._used:
+            self._used = self.db.computes
+            self.type.release(self.db)
+
+    def reset(self) -> None:
+        """Back to the start: values as authored, fresh memory, awake. Counts go on."""
+        self.release()
+        self._used = self.db.computes
+        self._fill()
+
+    def source_values(self) -> tuple[Any, ...]:
+        """The present values of its outputs and state, to see whether a compute changed any."""
+        db = self.db
+        return tuple(
+            getattr(part, python_name(name), None)
+            for prefix, part in (("outputs", db.outputs), ("state", db.state))
+            for name in self.names[prefix]
+        )
+
+    def _fill(self) -> None:
+        db = self.db
+        parts = {prefix: getattr(db, prefix) for prefix in PREFIXES}
+        for full, value in self._initial.items():
+            prefix, _, short = full.partition(":")
+            setattr(parts[prefix], python_name(short), value)
+        db._enabled.clear()
+        db._frames.clear()
+        db._return_at = 0
+        db._blocked = db.asleep = False
+        db.memory = None if self.type.memory is None else self.type.memory()
+
+
+def upstream_data(node: Node) -> tuple[Database, ...]:
+    """The data nodes that a node reads and that nothing else computes, upstream first.
+
+    Through other data nodes too, never through nodes with execution attributes. Data nodes of push graphs are left out:
+    they compute by themselves.
+    """
+    found: dict[Node, None] = {}
+    pending = list(node.sources)
+    while pending:
+        source = pending.pop()
+        if source not in found and not source.type.has_execution:
+            found[source] = None
+            pending += source.sources
+    computed = (one for one in found if one.type.compute is not None and one.graph.evaluator == "execution")
+    return tuple(one.db for one in sorted(computed, key=lambda one: one.rank))

@@ -1,0 +1,126 @@
+"""Compiles graph specs into graphs that run: every mistake of a file is found here, in one go."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from typing import Any
+
+from graph.errors import Mark, Problem, UserError
+from graph.evaluate.graph import Graph
+from graph.declaration import NodeType
+from graph.registry import DEFAULT, Registry, UnknownNodeType
+from graph.spec import GraphSpec
+from graph.types import Type, concrete_type
+from graph.values import coerce, zero
+from graph.variables import Variables
+
+from .connections import Nodes, link_all
+from .draft import Draft, Shape, all_names, draft_node, initial_values
+from .types import settle_types
+from .wiring import flows, rank, wire
+
+_NODE_NAME = re.compile(r"[^\s./:\[\]>]+")
+
+
+class _Problems:
+    def __init__(self) -> None:
+        self.found: list[Problem] = []
+
+    def __call__(self, message: str, mark: Mark | None) -> None:
+        self.found.append(Problem(message, mark))
+
+    def raise_if_any(self) -> None:
+        if self.found:
+            # In the order of the file; what has no place comes last, in the order it was found.
+            placed = sorted((p for p in self.found if p.mark), key=lambda p: p.mark or Mark("", 0, 0))
+            raise UserError([*placed, *(p for p in self.found if not p.mark)])
+
+
+def compile_graphs(specs: Sequence[GraphSpec], registry: Registry = DEFAULT) -> list[Graph]:
+    """The graphs of a file, in its order, ready to evaluate.
+
+    Resolves short names, checks names, types and values, settles open types, finds cycles and orders the nodes.
+    Raises UserError with every problem of all graphs, each with its place and, where a name is close, a suggestion.
+    """
+    report = _Problems()
+    graphs: list[Graph] = []
+    nodes = Nodes()
+    shapes: dict[NodeType, Shape] = {}
+    for spec in specs:
+        if any(graph.path == spec.path for graph in graphs):
+            report(f"graph {spec.path} is written twice; rename or merge one", spec.mark)
+            continue
+        graph = Graph(spec.path, spec.evaluator, spec.pipeline_stage, _variables(spec, report), spec.mark)
+        graphs.append(graph)
+        _draft_nodes(spec, graph, nodes, shapes, registry, report)
+    drafts = list(nodes.drafts.values())
+    links = link_all(specs, nodes, report)
+    settle_types(drafts, links, report)
+    found = flows(links, report)
+    rank(drafts, found, report)
+    starts: list[tuple[Draft, Any]] = [(draft, initial_values(draft, shapes[draft.type], report)) for draft in drafts]
+    report.raise_if_any()
+    for draft, initial in starts:
+        shape = shapes[draft.type]
+        types = shape.types if draft.types == shape.types else draft.types
+        draft.node.build(all_names(draft, shape), types, initial)
+        draft.node.graph.nodes[draft.node.name] = draft.node
+    wire(drafts, links, found)
+    for graph in graphs:
+        graph.notes = tuple(_deprecations(draft for draft in drafts if draft.node.graph is graph))
+    for graph in graphs:
+        graph.start()
+    return graphs
+
+
+def _draft_nodes(
+    spec: GraphSpec,
+    graph: Graph,
+    nodes: Nodes,
+    shapes: dict[NodeType, Shape],
+    registry: Registry,
+    report: _Problems,
+) -> None:
+    names = nodes.of_graph.setdefault(spec.path, [])
+    for node in spec.nodes:
+        path = f"{spec.path}/{node.name}"
+        if path in nodes.drafts or path in nodes.broken:
+            report(f'node "{node.name}" is written twice in graph {spec.path}; rename one', node.mark)
+            continue
+        if not _NODE_NAME.fullmatch(node.name):
+            report(f'"{node.name}" is no node name; use letters, digits and underscores', node.mark)
+        names.append(node.name)
+        try:
+            node_type = registry.get(node.type)
+        except UnknownNodeType as error:
+            nodes.broken.add(path)
+            report(f'node "{node.name}": {error.problems[0].message}', node.mark)
+            continue
+        if node_type not in shapes:
+            shapes[node_type] = Shape.of(node_type)
+        index = len(nodes.drafts)
+        nodes.drafts[path] = draft_node(graph, node, node_type, shapes[node_type], index, report)
+
+
+def _variables(spec: GraphSpec, report: _Problems) -> Variables:
+    types: dict[str, Type] = {}
+    initial: dict[str, Any] = {}
+    for name, variable in spec.variables.items():
+        try:
+            types[name] = concrete_type(variable.type)
+            initial[name] = zero(types[name])
+            if variable.value is not None:
+                initial[name] = coerce(types[name], variable.value)
+        except ValueError as error:
+            report(f'variable "{name}": {error}', variable.mark)
+    return Variables(types, initial)
+
+
+def _deprecations(drafts: Any) -> list[tuple[str, str, str]]:
+    notes = []
+    for draft in drafts:
+        for full in (*draft.authored, *draft.fed):
+            if instead := draft.attribute(full).deprecated:
+                notes.append(("deprecated-attribute", draft.node.path, f"{full} is deprecated: {instead}"))
+    return notes

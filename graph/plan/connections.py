@@ -1,0 +1,181 @@
+"""What the ends of a connection mean, and whether they may meet at all."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from graph.errors import Mark
+from graph.spec import ConnectionSpec, GraphSpec
+from graph.suggest import did_you_mean
+
+from .draft import Draft, Report, no_attribute
+
+
+@dataclass(eq=False, slots=True)
+class Link:
+    """One connection between two attributes that exist."""
+
+    source: Draft
+    source_name: str
+    target: Draft
+    target_name: str
+    mark: Mark | None
+    execution: bool
+
+    def __str__(self) -> str:
+        ends = self.ends()
+        return f"{ends[0]} -> {ends[1]}"
+
+    def ends(self) -> tuple[str, str]:
+        """Both ends as messages name them: with the graph's path where they are in two graphs."""
+        local = self.source.node.graph is self.target.node.graph
+        source, target = (d.node.name if local else d.node.path for d in (self.source, self.target))
+        return f"{source}.{self.source_name}", f"{target}.{self.target_name}"
+
+    def ends_with_types(self) -> tuple[str, str]:
+        """Both ends with their types: the settled ones, else the declared ones."""
+        named = []
+        for end, draft, name in zip(self.ends(), (self.source, self.target), (self.source_name, self.target_name), strict=True):
+            named.append(f"{end} ({draft.types[name] or draft.attribute(name).parsed})")
+        return named[0], named[1]
+
+
+class Nodes:
+    """The nodes of all graphs by path; `broken` are those whose type is unknown, so that one mistake is told once."""
+
+    def __init__(self) -> None:
+        self.drafts: dict[str, Draft] = {}
+        self.broken: set[str] = set()
+        self.of_graph: dict[str, list[str]] = {}
+
+    def find(self, graph: str, name: str) -> Draft | str | None:
+        """The node that `name` means in a graph; its path if it is broken; None if there is none.
+
+        An absolute name is `/Graph/node` or `/Graph.node`.
+        """
+        paths = [f"{graph}/{name}"]
+        if name.startswith("/"):
+            owner, _, node = name.rpartition(".")
+            paths = [name, f"{owner}/{node}"]
+        for path in paths:
+            if path in self.drafts:
+                return self.drafts[path]
+            if path in self.broken:
+                return path
+        return None
+
+    def near(self, graph: str, name: str) -> str:
+        """The tail of a message about an unknown node."""
+        if name.startswith("/"):
+            return did_you_mean(name, (*self.drafts, *(path[::-1].replace("/", ".", 1)[::-1] for path in self.drafts)))
+        return did_you_mean(name, self.of_graph.get(graph, ()))
+
+
+def link_all(specs: Sequence[GraphSpec], nodes: Nodes, report: Report) -> list[Link]:
+    """Every connection that can be made, in file order; the others are reported."""
+    links: list[Link] = []
+    fan_in: dict[tuple[Draft, str], list[Link]] = {}
+    for spec in specs:
+        for connection in spec.connections:
+            link = _link(spec.path, connection, nodes, report)
+            if link is None or not _may_meet(link, report) or _repeats(link, fan_in, report):
+                continue
+            links.append(link)
+            link.source.consumed.add(link.source_name)
+            link.target.fed[link.target_name] = link
+    return links
+
+
+def _link(graph: str, connection: ConnectionSpec, nodes: Nodes, report: Report) -> Link | None:
+    source = _end(graph, connection.source, "source", nodes, connection.mark, report)
+    target = _end(graph, connection.target, "target", nodes, connection.mark, report)
+    if source is None or target is None:
+        return None
+    execution = target[0].attribute(target[1]).is_execution
+    return Link(source[0], source[1], target[0], target[1], connection.mark, execution)
+
+
+def _end(
+    graph: str, text: str, side: Literal["source", "target"], nodes: Nodes, mark: Mark | None, report: Report
+) -> tuple[Draft, str] | None:
+    name, dot, attribute = text.rpartition(".")
+    if not dot or not name or not attribute:
+        report(f'"{text}" is no end of a connection; write node.attribute', mark)
+        return None
+    draft = nodes.find(graph, name)
+    if isinstance(draft, str):
+        return None
+    if draft is None:
+        where = "" if name.startswith("/") else f" in graph {graph}"
+        report(f'no node "{name}"{where}{nodes.near(graph, name)}', mark)
+        return None
+    full = _attribute(draft, attribute, side)
+    if full is None:
+        kind = "output" if side == "source" else "input"
+        report(f"{draft.label} {no_attribute(draft, kind, attribute.partition(':')[2] or attribute)}", mark)
+        return None
+    return draft, full
+
+
+def _attribute(draft: Draft, written: str, side: Literal["source", "target"]) -> str | None:
+    """The attribute that the short or the full form means on this side of a connection."""
+    prefix, _, name = written.partition(":")
+    if prefix in ("inputs", "outputs", "state") and name:
+        return draft.find(prefix, name)
+    if side == "target":
+        declared = draft.find("inputs", written, add=False) or draft.find("state", written, add=False)
+        return declared or draft.find("inputs", written)
+    outputs = draft.find("outputs", written)
+    # A dynamic input is a source only if something else has made it: any misspelt output would be one.
+    return outputs or draft.find("inputs", written, add=False) or draft.find("state", written, add=False)
+
+
+def _may_meet(link: Link, report: Report) -> bool:
+    """Reports connections that no types could make right."""
+    source, target = link.source.attribute(link.source_name), link.target.attribute(link.target_name)
+    source_end, target_end = link.ends()
+    message = ""
+    if link.target_name.startswith("outputs:"):
+        message = f"{target_end} is an output; a connection ends at an input"
+    elif source.is_execution != target.is_execution:
+        ends = link.ends_with_types()
+        message = f"{ends[0]} cannot feed {ends[1]}: execution and data do not mix"
+    elif source.is_execution and not link.source_name.startswith("outputs:"):
+        message = f"{source_end} is an execution input; execution starts at an output"
+    elif source.is_execution and link.source.node.graph is not link.target.node.graph:
+        message = f"{source_end} cannot start {target_end}: execution does not cross graphs; send a custom event"
+    elif target.literal_only:
+        message = f"{target_end} cannot be connected; write its value under inputs"
+    elif target.output_only:
+        message = f"{target_end} is only a source; connect from it, not to it"
+    if message:
+        report(message, link.mark)
+    return not message
+
+
+def _repeats(link: Link, fan_in: dict[tuple[Draft, str], list[Link]], report: Report) -> bool:
+    """Reports a connection that is written twice, and a second source of a data input."""
+    others = fan_in.setdefault((link.target, link.target_name), [])
+    for other in others:
+        if (other.source, other.source_name) == (link.source, link.source_name):
+            report(f"{link} is written twice; remove one", link.mark)
+            return True
+    if others and not link.execution:
+        first = others[0]
+        at = f" (at {first.mark})" if first.mark else ""
+        source, target = link.ends()
+        report(f"{target} has two sources, {first.ends()[0]}{at} and {source}; a data input takes one", link.mark)
+        return True
+    others.append(link)
+    return False
+
+
+def by_attribute(links: Sequence[Link]) -> Mapping[tuple[Draft, str], list[Link]]:
+    """The links at each attribute, at either end."""
+    found: dict[tuple[Draft, str], list[Link]] = {}
+    for link in links:
+        found.setdefault((link.source, link.source_name), []).append(link)
+        found.setdefault((link.target, link.target_name), []).append(link)
+    return found

@@ -1,0 +1,176 @@
+"""Nodes while they are being compiled: what the file says, held against what the node type declares."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from graph.errors import Mark
+from graph.evaluate.graph import Graph
+from graph.evaluate.node import PREFIXES, Node
+from graph.declaration import Attribute, NodeType
+from graph.spec import NodeSpec
+from graph.suggest import did_you_mean
+from graph.types import Extended, Type
+from graph.values import coerce, shown, typed_value
+
+Report = Callable[[str, "Mark | None"], None]
+"""Takes a message and a mark."""
+
+
+@dataclass(eq=False, slots=True)
+class Draft:
+    """A node in the making. Attributes are named in full, `inputs:x`."""
+
+    node: Node
+    spec: NodeSpec
+    types: dict[str, Type | None]
+    """Settled types of open attributes, and of all others."""
+    open: tuple[str, ...]
+    """Attributes whose declared type is open."""
+    dynamic: dict[str, Attribute] = field(default_factory=dict)
+    authored: dict[str, Any] = field(default_factory=dict)
+    """Values as written."""
+    fed: dict[str, Any] = field(default_factory=dict)
+    """The link that ends at each connected data attribute."""
+    consumed: set[str] = field(default_factory=set)
+
+    @property
+    def type(self) -> NodeType:
+        """The node's type."""
+        return self.node.type
+
+    @property
+    def label(self) -> str:
+        """How messages name the node."""
+        return f'node "{self.node.name}"'
+
+    def attribute(self, full: str) -> Attribute:
+        """The declaration of an attribute that exists."""
+        if full in self.dynamic:
+            return self.dynamic[full]
+        prefix, _, name = full.partition(":")
+        declared: Attribute = getattr(self.type, prefix)[name]
+        return declared
+
+    def find(self, prefix: str, name: str, *, add: bool = True) -> str | None:
+        """The full name of an attribute, made now if it is dynamic and `add`; None if the type has none such."""
+        full = f"{prefix}:{name}"
+        if name in getattr(self.type, prefix) or full in self.dynamic:
+            return full
+        attribute = self.type.find(prefix, name) if add else None
+        if attribute is None:
+            return None
+        self.dynamic[full] = attribute
+        parsed = attribute.parsed
+        self.types[full] = parsed if isinstance(parsed, Type) else None
+        if isinstance(parsed, Extended):
+            self.open += (full,)
+        return full
+
+    def mark_of(self, key: str) -> Mark | None:
+        """The place of an authored value, else of the node."""
+        return self.spec.input_marks.get(key, self.spec.mark)
+
+
+@dataclass(slots=True)
+class Shape:
+    """What all nodes of one type share: attribute names, types and starting values."""
+
+    names: Mapping[str, tuple[str, ...]]
+    types: Mapping[str, Type | None]
+    open: tuple[str, ...]
+    initial: Mapping[str, Any]
+
+    @classmethod
+    def of(cls, node_type: NodeType) -> Shape:
+        """The shape that the declarations give."""
+        attributes = {
+            f"{prefix}:{name}": attribute
+            for prefix in PREFIXES
+            for name, attribute in getattr(node_type, prefix).items()
+        }
+        types = {full: one.parsed if isinstance(one.parsed, Type) else None for full, one in attributes.items()}
+        return cls(
+            {prefix: tuple(getattr(node_type, prefix)) for prefix in PREFIXES},
+            types,
+            tuple(full for full, one in attributes.items() if isinstance(one.parsed, Extended)),
+            {full: one.initial for full, one in attributes.items() if not one.is_execution},
+        )
+
+
+def draft_node(graph: Graph, spec: NodeSpec, node_type: NodeType, shape: Shape, index: int, report: Report) -> Draft:
+    """Starts a node and notes the values that the file gives it; reports names the type does not have."""
+    draft = Draft(Node(graph, spec.name, node_type, index, spec.mark), spec, dict(shape.types), shape.open)
+    for key, value in spec.inputs.items():
+        prefix, _, name = key.partition(":")
+        if prefix == "outputs":
+            report(f"{draft.label}: {key} is an output; only inputs and state can be set", draft.mark_of(key))
+            continue
+        prefixes = (prefix,) if prefix in ("inputs", "state") else ("inputs", "state")
+        name = name if prefix in ("inputs", "state") else key
+        # A declared state attribute goes before a dynamic input of any name.
+        full = next((f for p in prefixes if (f := draft.find(p, name, add=False))), None)
+        full = full or next((f for p in prefixes if (f := draft.find(p, name))), None)
+        if full is None:
+            report(f"{draft.label} {no_attribute(draft, 'input', name)}", draft.mark_of(key))
+        elif full in draft.authored:
+            report(f"{draft.label}: {full} is set twice; keep one", draft.mark_of(key))
+        else:
+            draft.authored[full] = value
+    return draft
+
+
+def no_attribute(draft: Draft, kind: str, name: str) -> str:
+    """The rest of a message about an attribute that the type does not have; kind: input or output."""
+    prefixes = ("outputs", "inputs", "state") if kind == "output" else ("inputs", "state")
+    known = [one for prefix in prefixes for one in getattr(draft.type, prefix)]
+    other = "inputs" if kind == "output" else "outputs"
+    hint = did_you_mean(name, known)
+    if name in getattr(draft.type, other):
+        hint = f"; it is an {other[:-1]}"
+    return f'({draft.type.short_name}) has no {kind} "{name}"{hint}'
+
+
+def initial_values(draft: Draft, shape: Shape, report: Report) -> Mapping[str, Any]:
+    """The starting value of each data attribute; reports written values that are not of the settled type."""
+    if not draft.authored and not draft.dynamic:
+        return shape.initial
+    initial = dict(shape.initial)
+    for full, attribute in draft.dynamic.items():
+        if not attribute.is_execution:
+            initial[full] = attribute.initial
+    for full, raw in draft.authored.items():
+        attribute, type_ = draft.attribute(full), draft.types[full]
+        key = full if full in draft.spec.inputs else full.partition(":")[2]
+        mark = draft.mark_of(key)
+        name = full.removeprefix("inputs:")
+        if full in draft.fed and not attribute.is_execution:
+            continue
+        try:
+            explicit = typed_value(raw)
+            if type_ is None:
+                report(f"{draft.label}: {name}: cannot tell the type of {shown(raw)}; write {{type: ..., value: ...}}", mark)
+                continue
+            value = coerce(type_, raw if explicit is None else explicit[1])
+        except ValueError as error:
+            report(f"{draft.label}: {name}: {error}", mark)
+            continue
+        wrong = attribute.check(value)
+        if wrong:
+            report(f"{draft.label}: {name}: {wrong}", mark)
+        initial[full] = value
+    return initial
+
+
+def all_names(draft: Draft, shape: Shape) -> Mapping[str, tuple[str, ...]]:
+    """Attribute names by prefix, dynamic ones last in the order they came up."""
+    if not draft.dynamic:
+        return shape.names
+    names = {prefix: list(shape.names[prefix]) for prefix in PREFIXES}
+    for full in draft.dynamic:
+        prefix, _, name = full.partition(":")
+        names[prefix].append(name)
+    return {prefix: tuple(listed) for prefix, listed in names.items()}
+

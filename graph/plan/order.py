@@ -1,0 +1,54 @@
+"""The dependency order of nodes, and the cycles that prevent one."""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Sequence
+
+
+def dependency_order(count: int, readers: Sequence[Sequence[int]]) -> list[int]:
+    """The nodes 0 .. count-1 with every node before its readers, the lowest number first where there is a choice.
+
+    Nodes on a cycle, and those behind one, are left out.
+    """
+    waiting = [0] * count
+    for targets in readers:
+        for target in targets:
+            waiting[target] += 1
+    ready = [node for node in range(count) if not waiting[node]]
+    order = []
+    while ready:
+        node = heapq.heappop(ready)
+        order.append(node)
+        for target in readers[node]:
+            waiting[target] -= 1
+            if not waiting[target]:
+                heapq.heappush(ready, target)
+    return order
+
+
+def cycles(count: int, readers: Sequence[Sequence[int]], *, most: int) -> list[list[int]]:
+    """Cycles that have no node in common, each as nodes in the direction of the data; at most `most` of them."""
+    found: list[list[int]] = []
+    removed: set[int] = set()
+    while True:
+        kept = [[target for target in targets if target not in removed] for targets in readers]
+        for node in removed:
+            kept[node] = []
+        left = set(range(count)) - set(dependency_order(count, kept)) - removed
+        if not left or len(found) == most:
+            return found
+        # Every node that is left waits for another one that is left: going upstream must come round.
+        upstream: dict[int, int] = {}
+        for node in sorted(left):
+            for target in kept[node]:
+                if target in left:
+                    upstream.setdefault(target, node)
+        node, seen = min(left), dict[int, int]()
+        while node not in seen:
+            seen[node] = len(seen)
+            node = upstream[node]
+        round_ = list(seen)[seen[node] :][::-1]
+        start = round_.index(min(round_))
+        found.append(round_[start:] + round_[:start])
+        removed.update(round_)

@@ -1,0 +1,188 @@
+"""Settles open types (any, unions) along connections, and checks that every two connected types can meet."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from graph.conversion import convertible, settle
+from graph.types import AnyType, Extended, Type, concrete_type
+from graph.values import coerce, natural_type, typed_value
+
+from .connections import Link, by_attribute
+from .draft import Draft, Report
+
+
+class Known(Mapping[str, "Type | None"]):
+    """What a node type's `resolve` gets: settled types by attribute name, None for those still open.
+
+    Names are short (`a`; an input goes before an output of that name) or full (`outputs:a`). `resolve` returns the types
+    (or OGN names) of other open attributes, outputs before inputs where a short name means both; it is called again
+    whenever more is known, and the first answer stays. It raises ValueError where types do not go together.
+    """
+
+    def __init__(self, draft: Draft) -> None:
+        self._draft = draft
+
+    def __getitem__(self, name: str) -> Type | None:
+        types = self._draft.types
+        for full in (name, f"inputs:{name}", f"outputs:{name}", f"state:{name}"):
+            if full in types:
+                return types[full]
+        raise KeyError(name)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._draft.types)
+
+    def __len__(self) -> int:
+        return len(self._draft.types)
+
+    def value(self, name: str) -> Any:
+        """The value that an unconnected input will start with: as written, else its default."""
+        full = f"inputs:{name}"
+        if full in self._draft.authored:
+            return self._draft.authored[full]
+        return self._draft.attribute(full).initial
+
+    def variable(self, name: str) -> Type | None:
+        """The type of a graph variable; None if there is none."""
+        return self._draft.node.graph.variables.types.get(name)
+
+
+class _Settling:
+    def __init__(self, drafts: Sequence[Draft], links: Sequence[Link], report: Report) -> None:
+        self._links = links
+        self._at = by_attribute(links)
+        self._report = report
+        self._refused: set[Draft] = set()
+        self._open = [draft for draft in drafts if draft.open]
+        self._pending: deque[tuple[Draft, str]] = deque()
+
+    def run(self) -> None:
+        """Forwards along connections, then from written values, then backwards from typed readers."""
+        for draft in self._open:
+            self._take_explicit(draft)
+            self._ask(draft)
+        for link in self._links:
+            self._forward(link)
+        self._spread()
+        for draft in self._open:
+            for full in draft.open:
+                if draft.types[full] is None and full in draft.authored and full not in draft.fed:
+                    self._take_natural(draft, full)
+                    self._spread()
+        for link in self._links:
+            self._backward(link)
+            self._spread()
+
+    def _take_explicit(self, draft: Draft) -> None:
+        for full in draft.open:
+            if full in draft.authored and full not in draft.fed:
+                try:
+                    explicit = typed_value(draft.authored[full])
+                except ValueError:
+                    continue  # told with the value's own mark when the values are read
+                declared = draft.attribute(full).parsed
+                if explicit is not None and isinstance(declared, Extended):
+                    chosen = explicit[0] if declared.accepts(explicit[0]) else settle(explicit[0], declared)
+                    if chosen is not None:
+                        self._set(draft, full, chosen)
+
+    def _take_natural(self, draft: Draft, full: str) -> None:
+        value, declared = draft.authored[full], draft.attribute(full).parsed
+        assert isinstance(declared, Extended)
+        siblings = [type_ for name in draft.open if (type_ := draft.types[name]) and name.startswith("inputs:")]
+        for candidate in (*siblings, *natural_type(value), *declared.members):
+            if declared.accepts(candidate) and _fits(candidate, value):
+                self._set(draft, full, candidate)
+                return
+
+    def _set(self, draft: Draft, full: str, type_: Type) -> None:
+        draft.types[full] = type_
+        self._pending.append((draft, full))
+
+    def _spread(self) -> None:
+        while self._pending:
+            draft, full = self._pending.popleft()
+            for link in self._at.get((draft, full), ()):
+                self._forward(link)
+            self._ask(draft)
+
+    def _ask(self, draft: Draft) -> None:
+        if draft.type.resolve is None or draft in self._refused:
+            return
+        try:
+            answer = draft.type.resolve(Known(draft))
+        except ValueError as error:
+            self._refused.add(draft)
+            self._report(f"{draft.label} ({draft.type.short_name}): {error}", draft.spec.mark)
+            return
+        for name, type_ in (answer or {}).items():
+            if type_ is None:
+                continue
+            full = next((f for f in (name, f"outputs:{name}", f"inputs:{name}") if f in draft.open), None)
+            if full is not None and draft.types[full] is None:
+                self._set(draft, full, concrete_type(type_) if isinstance(type_, str) else type_)
+
+    def _forward(self, link: Link) -> None:
+        known = link.source.types[link.source_name]
+        declared = _open_type(link.target, link.target_name)
+        if known is not None and declared is not None:
+            chosen = settle(known, declared)
+            if chosen is not None:
+                self._set(link.target, link.target_name, chosen)
+
+    def _backward(self, link: Link) -> None:
+        known = link.target.types[link.target_name]
+        declared = _open_type(link.source, link.source_name)
+        if known is not None and declared is not None:
+            chosen = settle(known, declared)
+            if chosen is not None and convertible(chosen, known):
+                self._set(link.source, link.source_name, chosen)
+
+
+def settle_types(drafts: Sequence[Draft], links: Sequence[Link], report: Report) -> None:
+    """Settles every open type that anything settles; reports connections whose types cannot meet.
+
+    An open output that nothing settles stays open: its values pass as they are. A required open input that is neither
+    connected nor set is reported.
+    """
+    _Settling(drafts, links, report).run()
+    for link in links:
+        source, target = link.source.types[link.source_name], link.target.types[link.target_name]
+        if source is not None and target is not None:
+            meet = convertible(source, target)
+        else:
+            meet = source is None and (target is None or not _closed_to(link, target))
+        if not meet and not link.execution:
+            ends = link.ends_with_types()
+            report(f"{ends[0]} cannot feed {ends[1]}", link.mark)
+    for draft in drafts:
+        for full in draft.open:
+            attribute = draft.attribute(full)
+            unset = draft.types[full] is None and full not in draft.fed and full not in draft.authored
+            if unset and full.startswith("inputs:") and not attribute.optional:
+                name = full.removeprefix("inputs:")
+                unit = f" [{attribute.unit}]" if attribute.unit else ""
+                report(f"{draft.label}: input {name}{unit} is not set. Give it a value or connect it.", draft.spec.mark)
+
+
+def _closed_to(link: Link, target: Type) -> bool:
+    """Whether an open source could never have been of a type that feeds the target."""
+    declared = link.source.attribute(link.source_name).parsed
+    return isinstance(declared, Extended) and settle(target, declared) is None
+
+
+def _open_type(draft: Draft, full: str) -> Extended | None:
+    """The declared type of an attribute that is open and not settled yet."""
+    declared: AnyType | None = draft.attribute(full).parsed if draft.types[full] is None else None
+    return declared if isinstance(declared, Extended) else None
+
+
+def _fits(candidate: Type, value: Any) -> bool:
+    try:
+        coerce(candidate, value)
+    except ValueError:
+        return False
+    return True

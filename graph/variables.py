@@ -1,0 +1,54 @@
+"""The variables of one graph: typed values that its nodes read and write."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+from .suggest import did_you_mean
+from .types import Type
+from .values import coerce
+
+
+class Variables(Mapping[str, Any]):
+    """Values by name; writing converts to the variable's type. `reset` brings the file's values back."""
+
+    def __init__(self, types: Mapping[str, Type], initial: Mapping[str, Any]) -> None:
+        self.types = dict(types)
+        self.changes = 0
+        """Counts the writes that changed something."""
+        self._initial = dict(initial)
+        self._values = dict(initial)
+        self._watchers: list[Callable[[str], None]] = []
+
+    def __getitem__(self, name: str) -> Any:
+        """The value. Raises KeyError with the nearest name where the graph has no such variable."""
+        self._check(name)
+        return self._values[name]
+
+    def __setitem__(self, name: str, value: Any) -> None:
+        """Sets a value. Raises KeyError for an unknown name and ValueError for a value that is not of its type."""
+        self._check(name)
+        self._values[name] = coerce(self.types[name], value)
+        self.changes += 1
+        for told in self._watchers:
+            told(name)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._values)
+
+    def __len__(self) -> int:
+        return len(self._values)
+
+    def watch(self, told: Callable[[str], None]) -> Callable[[], None]:
+        """Calls `told(name)` after every write; returns the function that ends it."""
+        self._watchers.append(told)
+        return lambda: self._watchers.remove(told)
+
+    def reset(self) -> None:
+        """Brings back the values that the file gave."""
+        self._values = dict(self._initial)
+
+    def _check(self, name: str) -> None:
+        if name not in self._values:
+            raise KeyError(f'the graph has no variable "{name}"{did_you_mean(name, self._values)}')
