@@ -1,0 +1,1 @@
+"""Action-graph nodes (`omni.graph.action`): events, flow control, waiting, loops, log output."""

@@ -1,0 +1,157 @@
+"""Flow control: which execution outputs follow an activation, and in which order."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from graph import Attribute, node_type
+
+EXEC_IN = Attribute("execution", "activates the node")
+OUTPUT = Attribute("execution", "one of the outputs output0, output1, ...")
+
+
+@node_type(
+    "omni.graph.action.Branch",
+    version=2,
+    inputs={"execIn": EXEC_IN, "condition": Attribute("bool", "which way to go", default=False)},
+    outputs={
+        "execTrue": Attribute("execution", "follows when the condition is true"),
+        "execFalse": Attribute("execution", "follows when the condition is false"),
+    },
+)
+def branch(db: Any) -> None:
+    """Go one way or the other."""
+    db.fire("execTrue" if db.inputs.condition else "execFalse")
+
+
+@dataclass(slots=True)
+class _Door:
+    open: bool | None = None
+
+
+@node_type(
+    "omni.graph.action.Gate",
+    version=2,
+    inputs={
+        "enter": Attribute("execution", "passes to `exit` while the gate is open"),
+        "toggle": Attribute("execution", "opens a closed gate, closes an open one; never fires `exit`"),
+        "startClosed": Attribute("bool", "whether the gate is closed at the start", default=False),
+    },
+    outputs={"exit": Attribute("execution", "follows `enter` through an open gate")},
+    memory=_Door,
+)
+def gate(db: Any) -> None:
+    """Let activations through while open; startClosed counts at the first activation after play."""
+    memory = db.memory
+    if memory.open is None:
+        memory.open = not db.inputs.startClosed
+    if db.triggered("toggle"):
+        memory.open = not memory.open
+    if memory.open and db.triggered("enter"):
+        db.fire("exit")
+
+
+@dataclass(slots=True)
+class _Passed:
+    yes: bool = False
+
+
+@node_type(
+    "omni.graph.action.Once",
+    version=2,
+    inputs={"execIn": EXEC_IN, "reset": Attribute("execution", "the next activation is a first one again")},
+    outputs={
+        "once": Attribute("execution", "follows the first activation"),
+        "after": Attribute("execution", "follows every later activation"),
+    },
+    memory=_Passed,
+)
+def once(db: Any) -> None:
+    """Tell the first activation from the later ones."""
+    memory = db.memory
+    if db.triggered("reset"):
+        memory.yes = False
+    if db.triggered("execIn"):
+        db.fire("after" if memory.yes else "once")
+        memory.yes = True
+
+
+@node_type(
+    "omni.graph.action.Counter",
+    version=2,
+    inputs={"execIn": EXEC_IN, "reset": Attribute("execution", "sets the count to 0; fires nothing")},
+    outputs={
+        "execOut": Attribute("execution", "follows every counted activation"),
+        "count": Attribute("int", "activations since the start or the last reset"),
+    },
+    state={"count": Attribute("int", "the count so far")},
+)
+def counter(db: Any) -> None:
+    """Count activations."""
+    count = 0 if db.triggered("reset") else db.state.count
+    if db.triggered("execIn"):
+        count += 1
+        db.fire("execOut")
+    db.state.count = db.outputs.count = count
+
+
+@dataclass(slots=True)
+class _Side:
+    next_is_a: bool = True
+
+
+@node_type(
+    "omni.graph.action.FlipFlop",
+    version=2,
+    inputs={"execIn": EXEC_IN},
+    outputs={
+        "a": Attribute("execution", "follows the first, third, fifth ... activation"),
+        "b": Attribute("execution", "follows the second, fourth, sixth ... activation"),
+        "isA": Attribute("bool", "whether this activation went to `a`"),
+    },
+    memory=_Side,
+)
+def flip_flop(db: Any) -> None:
+    """Alternate between two outputs."""
+    memory = db.memory
+    db.outputs.isA = memory.next_is_a
+    db.fire("a" if memory.next_is_a else "b")
+    memory.next_is_a = not memory.next_is_a
+
+
+@node_type(
+    "omni.graph.action.Multisequence",
+    version=2,
+    inputs={"execIn": EXEC_IN},
+    outputs={"output0": OUTPUT},
+    dynamic_outputs={"output{n}": OUTPUT},
+)
+def multisequence(db: Any) -> None:
+    """Follow output0 to its end, then output1, and so on; a latent node behind one does not hold up the next."""
+    for output in db.dynamic_outputs("output"):
+        db.fire(output)
+
+
+@dataclass(slots=True)
+class _Turn:
+    next: int = 0
+
+
+@node_type(
+    "omni.graph.action.Multigate",
+    version=2,
+    inputs={"execIn": EXEC_IN, "reset": Attribute("execution", "the next activation goes to output0; fires nothing")},
+    outputs={"output0": OUTPUT},
+    dynamic_outputs={"output{n}": OUTPUT},
+    memory=_Turn,
+)
+def multigate(db: Any) -> None:
+    """Follow one output per activation, in turn."""
+    memory = db.memory
+    if db.triggered("reset"):
+        memory.next = 0
+    if db.triggered("execIn"):
+        outputs = db.dynamic_outputs("output")
+        db.fire(outputs[memory.next % len(outputs)])
+        memory.next = (memory.next + 1) % len(outputs)

@@ -1,0 +1,164 @@
+"""Which type comes out of a data node, from the types that go in: the `resolve` functions of open attributes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from graph.types import DECIMALS, TYPES, Type, concrete_type
+
+if TYPE_CHECKING:
+    from graph.declaration import Resolve
+
+    Answer = Mapping[str, Type]
+
+_SIGNED_BITS = {"uchar": 9, "int": 32, "uint": 33, "int64": 64, "uint64": 64}
+
+
+def common_storage(storages: Iterable[str]) -> str:
+    """The storage that holds all of these numbers: the widest real one, else the narrowest integer (at most int64)."""
+    given = set(storages)
+    reals = [real for real in DECIMALS if real in given]
+    if reals:
+        return reals[-1]
+    if len(given) == 1:
+        return given.pop()
+    bits = max(_SIGNED_BITS[storage] for storage in given)
+    return "int" if bits <= 32 else "int64"
+
+
+def common_type(types: Iterable[Type]) -> Type:
+    """The type of a calculation with operands of these types: numbers stretch to tuples, tuples to arrays.
+
+    A role (point, vector, ...) survives where all tuples have it. Raises ValueError for tuples of different size.
+    """
+    given = list(dict.fromkeys(types))
+    if len(given) == 1:
+        return given[0]
+    shaped = [one for one in given if one.count > 1]
+    storage = common_storage(one.storage for one in given)
+    element = _common_tuple(shaped, storage) if shaped else TYPES[storage]
+    if not shaped and all(one.role == "timecode" for one in given):
+        element = TYPES["timecode"]
+    return element.array_of() if any(one.array for one in given) else element
+
+
+def _common_tuple(shaped: list[Type], storage: str) -> Type:
+    first = shaped[0]
+    if {(one.count, one.square) for one in shaped} != {(first.count, first.square)}:
+        raise ValueError(f"{' and '.join(one.name for one in shaped)} have different numbers of components")
+    if first.square:
+        return first.element
+    roles = {one.role for one in shaped}
+    role = roles.pop() if len(roles) == 1 else ""
+    if not role:
+        return concrete_type(f"{storage if storage in (*DECIMALS, 'int') else 'double'}[{first.count}]")
+    return concrete_type(f"{role}{storage[0]}[{first.count}]")
+
+
+def promoted(output: str) -> Resolve:
+    """The output has the common type of all inputs."""
+
+    def resolve(known: Any) -> Answer:
+        types = _inputs(known)
+        return {output: common_type(types)} if types else {}
+
+    return resolve
+
+
+def quotient(output: str) -> Resolve:
+    """As `promoted`, but integers divided by integers are doubles."""
+
+    def resolve(known: Any) -> Answer:
+        types = _inputs(known)
+        if not types:
+            return {}
+        result = common_type(types)
+        if result.storage in DECIMALS:
+            return {output: result}
+        double = common_type([TYPES["double"], *types])
+        return {output: double}
+
+    return resolve
+
+
+def _inputs(known: Any) -> list[Type]:
+    """The types of all inputs, or none while one of them is open."""
+    types = [known[name] for name in known if name.startswith("inputs:")]
+    return [] if None in types else types
+
+
+def components_of(name: str, outputs: str) -> Resolve:
+    """Each output is one number of the tuple. A tuple of another size is refused."""
+
+    def resolve(known: Any) -> Answer:
+        whole = known[f"inputs:{name}"]
+        if whole is None:
+            return {}
+        if whole.count != len(outputs) or whole.square:
+            raise ValueError(f"input {name} is {whole}; it must have {len(outputs)} components")
+        return {f"outputs:{output}": whole.component for output in outputs}
+
+    return resolve
+
+
+def tuple_from(names: str, output: str) -> Resolve:
+    """The output is a tuple of the inputs, or an array of tuples where an input is an array."""
+
+    def resolve(known: Any) -> Answer:
+        parts = [known[f"inputs:{name}"] for name in names]
+        if None in parts:
+            return {}
+        storage = common_storage(part.storage for part in parts)
+        if storage not in (*DECIMALS, "int"):
+            # OGN has tuples of int, half, float and double only.
+            storage = "int" if storage == "uchar" else "double"
+        whole = concrete_type(f"{storage}[{len(names)}]")
+        if any(part.count > 1 for part in parts):
+            raise ValueError("its inputs must be numbers or arrays of numbers")
+        return {output: whole.array_of() if any(part.array for part in parts) else whole}
+
+    return resolve
+
+
+def array_of_first(known: Any) -> Answer:
+    """ConstructArray: arrayType, or the array of the first input that is settled; open inputs take its element."""
+    inputs = [name for name in known if name.startswith("inputs:input")]
+    wanted = known.value("arrayType")
+    if wanted == "auto":
+        element = next((known[name] for name in inputs if known[name] is not None), None)
+        if element is None:
+            return {}
+        array = element.array_of()
+    else:
+        array = concrete_type(wanted)
+    return {"outputs:array": array, **{name: array.element for name in inputs if known[name] is None}}
+
+
+def element_of(name: str, output: str) -> Resolve:
+    """The output is an element of the array input."""
+
+    def resolve(known: Any) -> Answer:
+        array = known[f"inputs:{name}"]
+        return {} if array is None else {f"outputs:{output}": array.element}
+
+    return resolve
+
+
+def variable_type(known: Any) -> Answer:
+    """`value` has the type of the graph variable that `variableName` names."""
+    found = known.variable(known.value("variableName"))
+    return {} if found is None else {"outputs:value": found, "inputs:value": found}
+
+
+def condition_type(output: str, *names: str) -> Resolve:
+    """The output is bool, or bool[] where one of the inputs is an array."""
+
+    def resolve(known: Any) -> Answer:
+        chosen = [f"inputs:{name}" for name in names] or [name for name in known if name.startswith("inputs:")]
+        types = [known[name] for name in chosen]
+        if None in types:
+            return {}
+        return {f"outputs:{output}": TYPES["bool[]" if any(one.array for one in types) else "bool"]}
+
+    return resolve

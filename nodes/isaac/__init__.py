@@ -1,0 +1,1 @@
+"""World nodes (`isaacsim.core.nodes`): clocks, gates, render products, poses, odometry, articulations."""

@@ -1,0 +1,80 @@
+"""Commands to the joints of an articulated robot."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from graph import Attribute, node_type
+
+NAN = "an empty array leaves them all alone, NaN leaves one joint alone"
+
+
+@dataclass(slots=True)
+class _Robot:
+    path: str = ""
+    articulation: Any = None
+
+
+@node_type(
+    "isaacsim.core.nodes.IsaacArticulationController",
+    version=1,
+    inputs={
+        "execIn": Attribute("execution", "applies the commands"),
+        "targetPrim": Attribute("target", "the articulation's root prim; used where robotPath is empty", optional=True),
+        "robotPath": Attribute("string", "path of the articulation's root prim; wins over targetPrim"),
+        "jointNames": Attribute(
+            "token[]", "the commanded joints by name; wins over jointIndices, empty means by index"
+        ),
+        "jointIndices": Attribute("int[]", "the commanded joints by index; empty means all joints"),
+        "positionCommand": Attribute("double[]", f"wanted positions, one per joint; {NAN}", unit="rad or m"),
+        "velocityCommand": Attribute("double[]", f"wanted speeds, one per joint; {NAN}", unit="rad/s or m/s"),
+        "effortCommand": Attribute("double[]", f"wanted efforts, one per joint; {NAN}", unit="N m or N"),
+    },
+    memory=_Robot,
+)
+def articulation_controller(db: Any) -> bool:
+    """Send position, velocity and effort commands to joints; a command of the wrong width fails and nothing is sent.
+
+    A command for jointIndices [0] reaches joint 0 only (Isaac Sim takes it for all joints; not copied).
+    """
+    app, inputs, memory = db.app, db.inputs, db.memory
+    if app.physics is None:
+        return False
+    path = inputs.robotPath or (inputs.targetPrim[0] if inputs.targetPrim else "")
+    if not path:
+        db.fail("no robot; set targetPrim or robotPath to the root prim of an articulation")
+    if path != memory.path:
+        memory.articulation, memory.path = app.physics.articulation(path), path
+    articulation = memory.articulation
+    joints = joint_selection(db, articulation.joint_names)
+    commands = {
+        "position": inputs.positionCommand,
+        "velocity": inputs.velocityCommand,
+        "effort": inputs.effortCommand,
+    }
+    width = len(joints)
+    for name, command in commands.items():
+        if len(command) not in (0, width):
+            db.fail(f"{name}Command has {len(command)} values for {width} joints of {path}; nothing was sent")
+    for name, command in commands.items():
+        if len(command):
+            getattr(articulation, f"set_{name}_targets")(command, joints)
+    return True
+
+
+def joint_selection(db: Any, names: Sequence[str]) -> Sequence[int]:
+    """The indices of the commanded joints, in command order. Fails the node for a name or index there is not."""
+    inputs = db.inputs
+    if len(inputs.jointNames):
+        unknown = [name for name in inputs.jointNames if name not in names]
+        if unknown:
+            db.fail(f"no joint {', '.join(unknown)}; the robot has {', '.join(names)}")
+        return [names.index(name) for name in inputs.jointNames]
+    if len(inputs.jointIndices):
+        wrong = [int(index) for index in inputs.jointIndices if not 0 <= index < len(names)]
+        if wrong:
+            db.fail(f"no joint with index {wrong[0]}; the robot has {len(names)} joints, counted from 0")
+        return [int(index) for index in inputs.jointIndices]
+    return range(len(names))

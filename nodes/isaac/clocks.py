@@ -1,0 +1,134 @@
+"""Clock nodes: simulation time, system time, the ratio of the two, and a time split into units."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from graph import Attribute, node_type
+from graph.exact import nanoseconds
+
+NUMERATOR = Attribute(
+    "int64",
+    "numerator of a past moment on the simulation clock; with both at 0 the node reads the current time",
+    unit="s",
+)
+DENOMINATOR = Attribute("uint64", "denominator of that moment")
+
+
+def _reference(db: Any) -> Fraction | None:
+    """The past moment asked for, or None for the current one."""
+    numerator, denominator = db.inputs.referenceTimeNumerator, db.inputs.referenceTimeDenominator
+    return Fraction(numerator, denominator) if denominator > 0 else None
+
+
+@node_type(
+    "isaacsim.core.nodes.IsaacReadSimulationTime",
+    version=1,
+    volatile=True,
+    inputs={
+        "resetOnStop": Attribute("bool", "time since play; if not, the time that no stop resets", default=True),
+        "referenceTimeNumerator": NUMERATOR,
+        "referenceTimeDenominator": DENOMINATOR,
+    },
+    outputs={"simulationTime": Attribute("double", "physics time", unit="s")},
+)
+def read_simulation_time(db: Any) -> None:
+    """Read the physics clock: the number of steps divided by the steps per second."""
+    simulation, moment = db.app.simulation, _reference(db)
+    if db.inputs.resetOnStop:
+        time = simulation.time if moment is None else simulation.get_simulation_time_at_time(moment)
+    else:
+        time = simulation.monotonic_time if moment is None else simulation.get_simulation_time_monotonic_at_time(moment)
+    db.outputs.simulationTime = float(time)
+
+
+@node_type(
+    "isaacsim.core.nodes.IsaacReadSystemTime",
+    version=1,
+    volatile=True,
+    inputs={"referenceTimeNumerator": NUMERATOR, "referenceTimeDenominator": DENOMINATOR},
+    outputs={"systemTime": Attribute("double", "wall time of the last physics step, UNIX seconds", unit="s")},
+)
+def read_system_time(db: Any) -> None:
+    """Read the wall clock as it stood at the last physics step (virtual unless the run is in real time)."""
+    simulation, moment = db.app.simulation, _reference(db)
+    time = simulation.system_time if moment is None else simulation.get_system_time_at_time(moment)
+    db.outputs.systemTime = float(time)
+
+
+@dataclass(slots=True)
+class _Last:
+    simulation: Fraction | None = None
+    system: float = 0.0
+
+
+@node_type(
+    "isaacsim.core.nodes.IsaacRealTimeFactor",
+    version=1,
+    outputs={"rtf": Attribute("float", "simulated time over wall time since the previous reading; 1 is real time")},
+    memory=_Last,
+)
+def real_time_factor(db: Any) -> bool:
+    """Compare the advance of the physics clock with that of the wall clock; the first compute only takes both."""
+    app, memory = db.app, db.memory
+    simulation, system = app.simulation.monotonic_time, float(app.wall_clock.now())
+    before, memory.simulation, wall = memory.simulation, simulation, system - memory.system
+    if before is None:
+        memory.system = system
+        return False
+    if simulation == before or wall <= 0:
+        memory.simulation = before
+        return False
+    memory.system = system
+    db.outputs.rtf = float(simulation - before) / wall
+    return True
+
+
+@node_type(
+    "isaacsim.core.nodes.IsaacTimeSplitter",
+    version=1,
+    inputs={
+        "time": Attribute(
+            ("double", "float", "half", "int", "int64", "uint", "uint64"),
+            "the time to split; an integer is whole seconds",
+            unit="s",
+        )
+    },
+    outputs={
+        "seconds": Attribute("int", "whole seconds, rounded down", unit="s"),
+        "milliseconds": Attribute("uint", "the rest in whole milliseconds", unit="ms"),
+        "microseconds": Attribute("uint", "the same rest in whole microseconds", unit="us"),
+        "nanoseconds": Attribute("uint", "the same rest in whole nanoseconds", unit="ns"),
+    },
+)
+def time_splitter(db: Any) -> None:
+    """Split a time; the three smaller units each hold the whole rest (-0.25 s is -1 s and 750 ms)."""
+    time = db.inputs.time
+    if not math.isfinite(time):
+        db.fail(f"input time is {time}; it must be finite")
+    seconds, rest = split_time(float(time))
+    outputs = db.outputs
+    outputs.seconds = seconds
+    outputs.milliseconds, outputs.microseconds, outputs.nanoseconds = rest // 1_000_000, rest // 1_000, rest
+
+
+def split_time(seconds: float) -> tuple[int, int]:
+    """Whole seconds (rounded down) and the rest in nanoseconds [0, 10**9), truncated at the decimal the float shows."""
+    whole, rest = divmod(Fraction(repr(seconds)) * 10**9 // 1, 10**9)
+    return int(whole), int(rest)
+
+
+def stamp_ns(app: Any, seconds: float) -> int:
+    """A time given as a float, as exact nanoseconds.
+
+    A float that equals one of the App's clocks (simulation, monotonic, external time) is taken for that clock, whose
+    rational time gives the stamp. Any other float is rounded to the nearest nanosecond.
+    """
+    simulation = app.simulation
+    for exact in (simulation.time, simulation.monotonic_time, app.external_time):
+        if seconds == float(exact):
+            return nanoseconds(exact)
+    return nanoseconds(Fraction(seconds))

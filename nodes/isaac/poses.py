@@ -1,0 +1,69 @@
+"""World poses of prims, and the split of a 4 x 4 matrix into translation, rotation and scale."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from graph import Attribute, node_type
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+IDENTITY = [0.0, 0.0, 0.0, 1.0]
+ZERO = [0.0, 0.0, 0.0]
+
+
+@node_type(
+    "isaacsim.core.nodes.IsaacReadWorldPose",
+    version=2,
+    volatile=True,
+    inputs={"prim": Attribute("target", "the prim to look at")},
+    outputs={
+        "translation": Attribute("vectord[3]", "position in the world", default=ZERO, unit="stage units"),
+        "orientation": Attribute("quatd[4]", "orientation in the world, quaternion x, y, z, w", default=IDENTITY),
+        "scale": Attribute("vectord[3]", "scale along the prim's axes", default=ZERO),
+    },
+)
+def read_world_pose(db: Any) -> None:
+    """Read a prim's pose from Fabric: of this moment, in stage units."""
+    targets = db.inputs.prim
+    if len(targets) != 1:
+        db.fail(f"input prim names {len(targets)} prims; give it one prim path")
+    outputs = db.outputs
+    outputs.translation, outputs.orientation, outputs.scale = decompose(world_matrix(db, targets[0]))
+
+
+def world_matrix(db: Any, path: str) -> NDArray[np.float64]:
+    """Prim to world, (4, 4), column vectors, stage units. Fails the node where there is no such prim."""
+    app = db.app
+    if not app.stage.GetPrimAtPath(path):
+        db.fail(f"there is no prim {path} on the stage; correct the path")
+    matrix: NDArray[np.float64] = app.fabric.world_matrix(path)
+    return matrix
+
+
+def decompose(
+    matrix: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Translation (3,), quaternion x, y, z, w (4,) with w >= 0, scale (3,) of a column-vector pose.
+
+    A mirrored pose gets a negative x scale; an axis of scale 0 leaves the rotation as if it were 1.
+    """
+    import numpy as np
+
+    linear = matrix[:3, :3]
+    scale = np.sqrt((linear * linear).sum(axis=0))
+    rotation = linear / np.where(scale > 0, scale, 1.0)
+    if np.linalg.det(rotation) < 0:
+        scale[0], rotation[:, 0] = -scale[0], -rotation[:, 0]
+    return matrix[:3, 3].copy(), quaternion_xyzw(rotation), scale
+
+
+def quaternion_xyzw(rotation: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Quaternion x, y, z, w with w >= 0 of a rotation matrix (3, 3)."""
+    import numpy as np
+
+    from sensors.frame import quaternion_of
+
+    return np.roll(quaternion_of(rotation), -1)

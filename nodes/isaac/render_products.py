@@ -1,0 +1,65 @@
+"""Render products: the link between a sensor prim and whatever consumes its frames."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from graph import Attribute, node_type
+
+
+@dataclass(slots=True)
+class _Made:
+    wanted: tuple[str, int, int] | None = None
+    path: str = ""
+    own: bool = False
+
+
+@node_type(
+    "isaacsim.core.nodes.IsaacCreateRenderProduct",
+    version=3,
+    inputs={
+        "execIn": Attribute("execution", "makes the product, or finds the one there is"),
+        "width": Attribute("uint", "image width; a lidar does not use it", default=1280, unit="px"),
+        "height": Attribute("uint", "image height; a lidar does not use it", default=720, unit="px"),
+        "cameraPrim": Attribute("target", "the sensor prim that the product renders: OmniLidar, OmniRadar or Camera"),
+        "enabled": Attribute("bool", "if not, the node does nothing", default=True),
+        "renderProductPrim": Attribute("target", "an existing product to use instead of a new one"),
+    },
+    outputs={
+        "renderProductPath": Attribute("token", "path of the product"),
+        "execOut": Attribute("execution", "follows every compute of an enabled node"),
+    },
+    memory=_Made,
+)
+def create_render_product(db: Any) -> bool:
+    """Give a sensor its render product; a later change of camera or size gives it another one."""
+    inputs, memory = db.inputs, db.memory
+    if not inputs.enabled:
+        return False
+    rendering = db.app.rendering
+    if inputs.renderProductPrim:
+        memory.path, memory.own = inputs.renderProductPrim[0], False
+        if memory.path not in rendering.products:
+            db.fail(f"there is no render product {memory.path}; clear renderProductPrim or correct it")
+    else:
+        if len(inputs.cameraPrim) != 1:
+            db.fail(f"input cameraPrim names {len(inputs.cameraPrim)} prims; give it the path of one sensor prim")
+        wanted = (str(inputs.cameraPrim[0]), inputs.width, inputs.height)
+        if wanted != memory.wanted or memory.path not in rendering.products:
+            _make(db, wanted)
+    db.outputs.renderProductPath = memory.path
+    db.fire("execOut")
+    return True
+
+
+def _make(db: Any, wanted: tuple[str, int, int]) -> None:
+    from sensors import render_product
+
+    rendering, memory = db.app.rendering, db.memory
+    if memory.own and memory.path in rendering.products:
+        rendering.remove(memory.path)
+    camera, width, height = wanted
+    before = set(rendering.products)
+    product = render_product(db.app, camera, resolution=(width, height))
+    memory.wanted, memory.path, memory.own = wanted, product.path, product.path not in before

@@ -1,0 +1,55 @@
+"""The points of a sensor's frame, Cartesian, with everything the frame carries."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from graph import Attribute, node_type
+
+from .buffers import BUFFERS, cloud_attributes, write_buffers
+from .frames import CUDA_DEVICE, DATA_PTR, EXEC, RENDER_PRODUCT, Reader, attach, read_frame, release
+
+
+def _wanted(db: Any) -> frozenset[str]:
+    """The channels behind the outputs that something reads."""
+    from sensors.annotators import POINT_CLOUD_CHANNELS
+
+    consumed = [name for name in BUFFERS if db.consumed(f"{name}Ptr") or db.consumed(f"{name}BufferSize")]
+    return frozenset({"xyz"}.union(*(POINT_CLOUD_CHANNELS[name] for name in consumed)))
+
+
+def _prepare(db: Any) -> None:
+    attach(db, _wanted)
+
+
+@node_type(
+    "isaacsim.sensors.rtx.nodes.OgnIsaacExtractRTXSensorPointCloud",
+    version=1,
+    inputs={
+        "exec": EXEC,
+        "dataPtr": Attribute("uint64", DATA_PTR),
+        "cudaDeviceIndex": CUDA_DEVICE,
+        "renderProductPath": RENDER_PRODUCT,
+    },
+    outputs=cloud_attributes("m"),
+    memory=Reader,
+    release=release,
+    prepare=_prepare,
+)
+def extract_point_cloud(db: Any) -> bool:
+    """Hand on a frame's points in metres; without points every output is reset.
+
+    `azimuthPtr`, `elevationPtr`, `distancePtr` are the frame's spherical coordinates [deg, deg, m].
+    """
+    import numpy as np
+
+    from sensors import annotators
+
+    frame = read_frame(db, _wanted)
+    if frame is None or frame.count == 0:
+        write_buffers(db, {}, np.eye(4))
+        return False
+    cloud = annotators.extract_point_cloud(frame)
+    write_buffers(db, cloud.arrays, cloud.transform)
+    db.fire("exec")
+    return True

@@ -1,0 +1,86 @@
+"""A two-dimensional lidar's frame as one row of depths, binned by azimuth."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from graph import Attribute, node_type
+
+from .frames import CUDA_DEVICE, DATA_PTR, EXEC, RENDER_PRODUCT, Reader, attach, read_frame, release, say_deprecated
+
+CHANNELS = frozenset({"azimuth", "elevation", "distance", "scalar"})
+OLDER = "of an older array interface; the frame is used instead"
+
+
+def _wanted(db: Any) -> frozenset[str]:
+    return CHANNELS
+
+
+def _prepare(db: Any) -> None:
+    attach(db, _wanted)
+
+
+def _older(name: str, data_type_default: float, **defaults: Any) -> dict[str, Attribute]:
+    return {
+        f"{name}Ptr": Attribute("uint64", f"{name} buffer {OLDER}", **defaults),
+        f"{name}DataType": Attribute("float", f"{name} element type {OLDER}", default=data_type_default),
+        f"{name}BufferSize": Attribute("uint64", f"{name} buffer size {OLDER}", unit="bytes", **defaults),
+    }
+
+
+@node_type(
+    "isaacsim.sensors.rtx.IsaacComputeRTXLidarFlatScan",
+    version=3,
+    inputs={
+        "exec": EXEC,
+        "dataPtr": Attribute("uint64", DATA_PTR, default=0),
+        "cudaDeviceIndex": CUDA_DEVICE,
+        "bufferSize": Attribute("uint64", f"frame size {OLDER}", unit="bytes"),
+        "renderProductPath": RENDER_PRODUCT,
+        **_older("azimuth", 4),
+        **_older("distance", 4),
+        **_older("intensity", 0, default=0),
+    },
+    outputs={
+        "exec": Attribute("execution", "follows when there is a scan"),
+        "horizontalFov": Attribute("float", "horizontal field of view", default=0, unit="deg"),
+        "horizontalResolution": Attribute("float", "angle between neighbouring beams", default=0, unit="deg"),
+        "depthRange": Attribute("float[2]", "shortest and longest range", default=[0, 0], unit="m"),
+        "rotationRate": Attribute("float", "scans per second", default=0, unit="Hz"),
+        "linearDepthData": Attribute("float[]", "range of each beam; -1 for an empty one", default=[], unit="m"),
+        "intensitiesData": Attribute("uchar[]", "intensity of each beam, 0 to 255", default=[]),
+        "numRows": Attribute("int", "always 1", default=1),
+        "numCols": Attribute("int", "number of beams", default=0),
+        "azimuthRange": Attribute(
+            "float[2]", "azimuths of the first and the last beam", default=[0.0, 0.0], unit="deg"
+        ),
+    },
+    memory=Reader,
+    release=release,
+    prepare=_prepare,
+)
+def compute_flat_scan(db: Any) -> bool:
+    """Bin a frame by azimuth; the last element in a beam wins. A lidar with a beam off the horizontal plane fails."""
+    from sensors.annotators import flat_scan
+
+    from graph.errors import UserError
+
+    say_deprecated(db, "ROS2RtxLidarHelper with type laser_scan")
+    frame = read_frame(db, _wanted)
+    if frame is None or frame.count == 0:
+        return False
+    try:
+        flat = flat_scan(frame)
+    except (UserError, ValueError) as error:
+        db.fail(str(error))
+    outputs = db.outputs
+    outputs.horizontalFov = flat.horizontal_fov
+    outputs.horizontalResolution = flat.horizontal_resolution
+    outputs.depthRange = flat.depth_range
+    outputs.rotationRate = flat.rotation_rate
+    outputs.linearDepthData = flat.linear_depth_data
+    outputs.intensitiesData = flat.intensities_data
+    outputs.numRows, outputs.numCols = 1, len(flat.linear_depth_data)
+    outputs.azimuthRange = flat.azimuth_range
+    db.fire("exec")
+    return True

@@ -1,0 +1,89 @@
+"""Where an annotator node finds its frame, and how it declares what it will read."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from typing import Any
+
+from graph import Attribute
+
+from .buffers import drop_handles
+
+EXEC = Attribute("execution", "computes; in a post_render graph every new frame of the product fires it")
+DATA_PTR = "handle of a frame; unset or 0 means the newest frame of renderProductPath"
+RENDER_PRODUCT = Attribute("token", "path of the render product whose frames are read")
+CUDA_DEVICE = Attribute("int", "must stay -1: frames are in host memory", default=-1)
+
+
+@dataclass(slots=True)
+class Reader:
+    """Memory of an annotator node: the product it reads from, the buffer handles it gave out, what it said once."""
+
+    product: Any = None
+    handles: list[int] = field(default_factory=list)
+    told: bool = False
+
+
+def attach(db: Any, channels: Callable[[Any], Iterable[str]]) -> Any:
+    """The product of renderProductPath, told which channels the node reads; None where there is no such product."""
+    memory = db.memory
+    path = db.inputs.renderProductPath
+    product = db.app.rendering.products.get(path) if path else None
+    if product is not memory.product:
+        detach(db)
+        if product is not None:
+            product.sensor.require(db.path, channels(db))
+            memory.product = product
+    return product
+
+
+def detach(db: Any) -> None:
+    """Takes the node's demand back."""
+    memory = db.memory
+    if memory.product is not None:
+        memory.product.sensor.release(db.path)
+        memory.product = None
+
+
+def release(db: Any) -> None:
+    """What a stop undoes: the demand and the handles."""
+    detach(db)
+    drop_handles(db)
+
+
+def read_frame(db: Any, channels: Callable[[Any], Iterable[str]]) -> Any:
+    """The frame to work on: dataPtr's, else the product's newest; None while there is none.
+
+    Fails the node where neither is given, the path names no product, or the frame is not in host memory.
+    """
+    inputs = db.inputs
+    if inputs.cudaDeviceIndex != -1:
+        db.fail(f"input cudaDeviceIndex is {inputs.cudaDeviceIndex}; frames are in host memory, leave it at -1")
+    product = attach(db, channels)
+    if inputs.dataPtr:
+        return frame_of_handle(db, inputs.dataPtr)
+    if product is None:
+        what = (
+            f"there is no render product {inputs.renderProductPath}" if inputs.renderProductPath else "no frame to read"
+        )
+        db.fail(f"{what}; connect renderProductPath to a render product")
+    return product.frame
+
+
+def frame_of_handle(db: Any, handle: int) -> Any:
+    """The frame behind a handle. Fails the node for a handle of something else."""
+    from sensors.frame import Frame
+    from sensors.handles import resolve
+
+    frame = resolve(handle)
+    if not isinstance(frame, Frame):
+        db.fail("input dataPtr is no handle of a frame; connect it to what makes one, or leave it unset")
+    return frame
+
+
+def say_deprecated(db: Any, instead: str) -> None:
+    """Warns, once a play, that the node type is deprecated."""
+    if not db.memory.told:
+        db.memory.told = True
+        db.warn("node-deprecated", f"this node type is deprecated; use {instead}")

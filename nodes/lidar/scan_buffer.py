@@ -1,0 +1,83 @@
+"""A lidar frame as separate buffers, each only when asked for."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from graph import Attribute, node_type
+
+from .buffers import cloud_attributes, write_buffers
+from .frames import CUDA_DEVICE, DATA_PTR, EXEC, RENDER_PRODUCT, Reader, attach, read_frame, release, say_deprecated
+
+# Input flag -> buffer.
+FLAGS = {
+    "outputAzimuth": "azimuth",
+    "outputElevation": "elevation",
+    "outputDistance": "distance",
+    "outputIntensity": "intensity",
+    "outputTimestamp": "timestamp",
+    "outputEmitterId": "emitterId",
+    "outputChannelId": "channelId",
+    "outputMaterialId": "materialId",
+    "outputTickId": "tickId",
+    "outputHitNormal": "hitNormal",
+    "outputVelocity": "velocity",
+    "outputObjectId": "objectId",
+    "outputEchoId": "echoId",
+    "outputTickState": "tickState",
+    "outputRadialVelocityMS": "radialVelocityMS",
+}
+NO_EFFECT = "without effect, as in the original"
+
+
+def _names(db: Any) -> frozenset[str]:
+    inputs = db.inputs
+    return frozenset(name for flag, name in FLAGS.items() if getattr(inputs, flag))
+
+
+def _wanted(db: Any) -> frozenset[str]:
+    from sensors.annotators import POINT_CLOUD_CHANNELS
+
+    return frozenset({"xyz"}.union(*(POINT_CLOUD_CHANNELS[name] for name in _names(db))))
+
+
+def _prepare(db: Any) -> None:
+    attach(db, _wanted)
+
+
+@node_type(
+    "isaacsim.sensors.rtx.IsaacCreateRTXLidarScanBuffer",
+    version=3,
+    inputs={
+        "exec": EXEC,
+        "dataPtr": Attribute("uint64", DATA_PTR),
+        "cudaDeviceIndex": CUDA_DEVICE,
+        "keepOnlyPositiveDistance": Attribute("bool", NO_EFFECT, default=True),
+        "transformPoints": Attribute("bool", NO_EFFECT, default=False),
+        "accuracyErrorAzimuthDeg": Attribute("float", NO_EFFECT, unit="deg"),
+        "accuracyErrorElevationDeg": Attribute("float", NO_EFFECT, unit="deg"),
+        "accuracyErrorPosition": Attribute("float[3]", NO_EFFECT, unit="m"),
+        "renderProductPath": RENDER_PRODUCT,
+        **{flag: Attribute("bool", f"fill {name}Ptr", default=False) for flag, name in FLAGS.items()},
+        "enablePerFrameOutput": Attribute("bool", NO_EFFECT, default=False),
+    },
+    outputs=cloud_attributes("stage units"),
+    memory=Reader,
+    release=release,
+    prepare=_prepare,
+)
+def create_scan_buffer(db: Any) -> bool:
+    """Hand on a lidar frame's points and the buffers that were asked for, lengths in stage units.
+
+    A buffer above the prim's auxiliary level stays empty. A frame without points leaves the previous outputs.
+    """
+    from sensors import annotators
+
+    say_deprecated(db, "IsaacExtractRTXSensorPointCloud")
+    frame = read_frame(db, _wanted)
+    if frame is None or frame.count == 0:
+        return False
+    scan = annotators.scan_buffer(frame, _names(db), db.app.meters_per_unit)
+    write_buffers(db, scan.arrays, scan.transform)
+    db.fire("exec")
+    return True

@@ -1,0 +1,1 @@
+"""Wheeled-robot controllers (`isaacsim.robot.wheeled_robots`)."""

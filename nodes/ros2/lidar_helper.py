@@ -1,0 +1,206 @@
+"""Publishes a lidar's frames: attaches a writer to a render product once, then the frames publish themselves."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from graph import Attribute, node_type
+from graph.exact import NANOSECONDS, nanoseconds
+
+from .laser_scans import LASER_SCAN
+from .lidar_frames import SCAN_CHANNELS, cloud_channels, frame_cloud, frame_scan
+from .point_clouds import CLOUD_FIELDS, POINT_CLOUD
+from .publishing import publisher_inputs, topic_name
+
+if TYPE_CHECKING:
+    from sensors.frame import Frame
+
+_MESSAGES = {"laser_scan": LASER_SCAN, "point_cloud": POINT_CLOUD}
+
+
+@dataclass(slots=True)
+class _Attached:
+    """What the node holds on to between attaching and detaching."""
+
+    product: Any = None
+    topic: str = ""
+    write: Callable[[Any], None] | None = None
+    demand: dict[object, tuple[frozenset[str], bool]] = field(default_factory=dict)
+    demanding: bool = False
+
+
+def _detach(db: Any) -> None:
+    memory = db.memory
+    if memory.product is None:
+        return
+    _demand(memory, False)
+    if memory.write in memory.product.writers:
+        memory.product.writers.remove(memory.write)
+    memory.product = memory.write = None
+
+
+@node_type(
+    "isaacsim.ros2.bridge.ROS2RtxLidarHelper",
+    version=3,
+    inputs={
+        "execIn": Attribute("execution", "attaches the publisher to the product; later activations find it attached"),
+        "enabled": Attribute("bool", "if not, nothing is published and what was attached is taken off", default=True),
+        **publisher_inputs("scan", frame_id="sim_lidar"),
+        "renderProductPath": Attribute("token", "path of the lidar's render product"),
+        "type": Attribute(
+            "token", "what to publish", default="laser_scan", allowed_tokens=("laser_scan", "point_cloud")
+        ),
+        "resetSimulationTimeOnStop": Attribute(
+            "bool", "stamp with the time since play; if not, with the time that no stop resets", default=True
+        ),
+        "fullScan": Attribute(
+            "bool",
+            "whole scans come from tickRate = scanRateBaseHz",
+            default=True,
+            deprecated="set the sensor's tickRate to its scanRateBaseHz instead",
+        ),
+        "showDebugView": Attribute("bool", "for a viewer; a run without one does not draw", default=False),
+        "useSystemTime": Attribute("bool", "stamp with the wall time of the last physics step", default=False),
+        "frameSkipCount": Attribute(
+            "uint",
+            "frames to leave out between two messages",
+            default=0,
+            unit="frames",
+            deprecated="lower the sensor's tickRate instead",
+        ),
+        "selectedMetadata": Attribute(
+            "token[]", f"quantities of a cloud besides x, y, z: {', '.join(CLOUD_FIELDS)}", default=[]
+        ),
+        "enableObjectIdMap": Attribute("bool", "publish which prim each object id stands for"),
+        "objectIdMapTopicName": Attribute("string", "topic of that map", default="object_id_map"),
+    },
+    memory=_Attached,
+    release=_detach,
+)
+def rtx_lidar_helper(db: Any) -> bool:
+    """Publish every frame of a lidar's render product as PointCloud2 or LaserScan.
+
+    Settings are read when the publisher is attached; a new product path attaches it anew. A cloud's fields are
+    x, y, z and those of selectedMetadata that the sensor delivers; the stamp is the start of the scan.
+    """
+    inputs, memory = db.inputs, db.memory
+    if not inputs.enabled:
+        _detach(db)
+        return False
+    path = inputs.renderProductPath
+    if not path:
+        db.warn("render-product-missing", "renderProductPath is empty; connect it to a render product")
+        return False
+    product = memory.product
+    if product is None or product.path != path or db.app.rendering.products.get(path) is not product:
+        _detach(db)
+        if not _attach(db, path):
+            return False
+    subscribed = db.app.bus.has_subscribers(memory.topic)
+    if subscribed != memory.demanding:
+        _demand(memory, subscribed)
+    return True
+
+
+def _attach(db: Any, path: str) -> bool:
+    app, inputs, memory = db.app, db.inputs, db.memory
+    product = app.rendering.products.get(path)
+    if product is None:
+        db.fail(f"there is no render product {path}; connect renderProductPath to one")
+    if not _is_lidar(app.stage.GetPrimAtPath(product.camera_path)):
+        db.warn(
+            "not-a-lidar",
+            f"{product.camera_path} is no OmniLidar with OmniSensorGenericLidarCoreAPI; nothing is published",
+        )
+        return False
+    kind = inputs.type
+    if kind not in _MESSAGES:
+        db.fail(f"input type is {kind!r}; it must be one of {', '.join(_MESSAGES)}")
+    _warn_about_settings(db)
+    metadata = _metadata(db) if kind == "point_cloud" else ()
+    memory.topic = topic_name(db, product.camera_path)
+    app.bus.advertise(memory.topic, _MESSAGES[kind], db.path)
+    memory.demand = {db.path: (cloud_channels(name for name in metadata if name != "Ring"), False)}
+    if kind == "laser_scan":
+        memory.demand = {db.path: (SCAN_CHANNELS, False)}
+    elif "Ring" in metadata:
+        # The field is ours, so it is delivered whatever auxiliary level the prim has.
+        memory.demand[db.path, "Ring"] = (frozenset({CLOUD_FIELDS["Ring"].channel}), True)
+    memory.product, memory.write = product, _writer(db, kind, metadata)
+    memory.demanding = False
+    product.writers.append(memory.write)
+    return True
+
+
+def _is_lidar(prim: Any) -> bool:
+    return (
+        bool(prim) and prim.GetTypeName() == "OmniLidar" and "OmniSensorGenericLidarCoreAPI" in prim.GetAppliedSchemas()
+    )
+
+
+def _metadata(db: Any) -> tuple[str, ...]:
+    """The chosen quantities. Fails the node for a name there is not."""
+    from graph.suggest import did_you_mean
+
+    for name in db.inputs.selectedMetadata:
+        if name not in CLOUD_FIELDS:
+            db.fail(f'selectedMetadata: no quantity "{name}"{did_you_mean(name, CLOUD_FIELDS)}')
+    return tuple(db.inputs.selectedMetadata)
+
+
+def _warn_about_settings(db: Any) -> None:
+    inputs = db.inputs
+    if not inputs.fullScan:
+        db.warn("full-scan-deprecated", "fullScan has no effect; partial scans come from tickRate or accumulateOutputs")
+    if inputs.frameSkipCount:
+        db.warn("frame-skip-deprecated", "frameSkipCount is deprecated; lower the sensor's tickRate instead")
+    if inputs.useSystemTime and inputs.resetSimulationTimeOnStop:
+        db.warn(
+            "system-time-never-resets",
+            "useSystemTime stamps with wall time, which resetSimulationTimeOnStop cannot reset",
+        )
+    if inputs.showDebugView:
+        db.warn("debug-view-unavailable", "showDebugView needs a viewer; the clouds can be looked at in the recording")
+
+
+def _writer(db: Any, kind: str, metadata: tuple[str, ...]) -> Callable[[Frame], None]:
+    """What runs for each frame: publishes every (frameSkipCount + 1)-th one, if somebody listens."""
+    app, topic, frame_id = db.app, db.memory.topic, db.inputs.frameId
+    stamp, every = _stamps(db), db.inputs.frameSkipCount + 1
+    frames = 0
+
+    def write(frame: Frame) -> None:
+        nonlocal frames
+        frames += 1
+        if frames % every or not app.bus.has_subscribers(topic):
+            return
+        at = stamp(frame)
+        message = (
+            frame_scan(frame, at, frame_id) if kind == "laser_scan" else frame_cloud(frame, metadata, at, frame_id)
+        )
+        app.bus.publish(topic, _MESSAGES[kind], message, at)
+
+    return write
+
+
+def _stamps(db: Any) -> Callable[[Frame], int]:
+    """Frame -> the stamp [ns] of its message."""
+    simulation = db.app.simulation
+    if db.inputs.useSystemTime:
+        return lambda frame: round(simulation.system_time * NANOSECONDS)
+    if db.inputs.resetSimulationTimeOnStop:
+        return lambda frame: frame.timestamp_ns
+    return lambda frame: frame.timestamp_ns + nanoseconds(simulation.monotonic_time - simulation.time)
+
+
+def _demand(memory: _Attached, wanted: bool) -> None:
+    """Asks the sensor for what the messages need, or takes that back."""
+    sensor = memory.product.sensor
+    for owner, (channels, ignore_aux) in memory.demand.items():
+        if wanted:
+            sensor.require(owner, channels, ignore_aux=ignore_aux)
+        else:
+            sensor.release(owner)
+    memory.demanding = wanted

@@ -1,0 +1,69 @@
+"""Small ROS 2 messages and message parts as plain functions; stamps are whole nanoseconds."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from graph.exact import NANOSECONDS
+
+CLOCK = "rosgraph_msgs/msg/Clock"
+TRANSFORMS = "tf2_msgs/msg/TFMessage"
+
+
+@dataclass(frozen=True, slots=True)
+class FrameTransform:
+    """The pose of frame `child` in frame `parent`: translation x, y, z [m] and rotation quaternion x, y, z, w."""
+
+    parent: str
+    child: str
+    translation: tuple[float, float, float]
+    rotation: tuple[float, float, float, float]
+
+
+def stamp(nanoseconds: int) -> Any:
+    """`builtin_interfaces/Time` of a count of nanoseconds; also of a negative one (nanosec is 0 ... 999999999)."""
+    seconds, rest = divmod(nanoseconds, NANOSECONDS)
+    return _type("builtin_interfaces/msg/Time")(seconds, rest)
+
+
+def header(nanoseconds: int, frame_id: str) -> Any:
+    """`std_msgs/Header`."""
+    return _type("std_msgs/msg/Header")(stamp(nanoseconds), frame_id)
+
+
+def clock(nanoseconds: int) -> Any:
+    """`rosgraph_msgs/Clock`."""
+    return _type(CLOCK)(stamp(nanoseconds))
+
+
+def vector(xyz: Sequence[float]) -> Any:
+    """`geometry_msgs/Vector3`."""
+    return _type("geometry_msgs/msg/Vector3")(*map(float, xyz))
+
+
+def quaternion(xyzw: Sequence[float]) -> Any:
+    """`geometry_msgs/Quaternion` from x, y, z, w."""
+    return _type("geometry_msgs/msg/Quaternion")(*map(float, xyzw))
+
+
+def transforms(poses: Iterable[FrameTransform], nanoseconds: int) -> Any:
+    """`tf2_msgs/TFMessage` with one stamp for all its transforms."""
+    stamped, transform = _type("geometry_msgs/msg/TransformStamped"), _type("geometry_msgs/msg/Transform")
+    return _type(TRANSFORMS)(
+        [
+            stamped(
+                header(nanoseconds, pose.parent),
+                pose.child,
+                transform(vector(pose.translation), quaternion(pose.rotation)),
+            )
+            for pose in poses
+        ]
+    )
+
+
+def _type(name: str) -> Any:
+    from graph.sim.ros_types import message_type
+
+    return message_type(name)

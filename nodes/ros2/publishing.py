@@ -1,0 +1,81 @@
+"""What every publisher shares: its inputs, its topic, and the rule that nothing is made for nobody."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from graph import Attribute
+
+NAMESPACE_ATTRIBUTE = "isaac:namespace"
+
+
+def publisher_inputs(topic: str, *, frame_id: str | None = None) -> dict[str, Attribute]:
+    """The inputs that all publishers have, with this node type's default topic (and frame)."""
+    frame = (
+        {} if frame_id is None else {"frameId": Attribute("string", "frame of the message's header", default=frame_id)}
+    )
+    return {
+        "context": Attribute("uint64", "a ROS2Context; 0 is the default context", default=0),
+        "nodeNamespace": Attribute(
+            "string", "put before the topic; empty takes the isaac:namespace of the prims above", default=""
+        ),
+        **frame,
+        "topicName": Attribute("string", "topic; one that begins with / ignores the namespace", default=topic),
+        "qosProfile": Attribute(
+            "string", "quality of service, for live transports; recordings keep everything", default=""
+        ),
+        "queueSize": Attribute(
+            "uint64", "queue length, for live transports; recordings keep everything", default=10, unit="messages"
+        ),
+    }
+
+
+TIME_STAMP = Attribute("double", "stamp of the message", default=0.0, unit="s")
+
+
+@dataclass(slots=True)
+class Publisher:
+    """Memory of a publishing node: the topic it announced."""
+
+    topic: str = ""
+
+
+def subscribed_topic(db: Any, type_name: str, name: str | None = None) -> str | None:
+    """The node's absolute topic if somebody listens to it, else None; announces the topic at the first compute.
+
+    name: what to publish on instead of the input topicName.
+    """
+    memory = db.memory
+    bus = db.app.bus
+    if not memory.topic:
+        memory.topic = topic_name(db, db.path, name)
+        bus.advertise(memory.topic, type_name, db.path)
+    topic: str = memory.topic
+    return topic if bus.has_subscribers(topic) else None
+
+
+def topic_name(db: Any, below: str, name: str | None = None) -> str:
+    """The absolute topic of a publishing node; `below`: the path whose ancestors may carry isaac:namespace.
+
+    name: what to publish on instead of the input topicName. Fails the node where the name is empty.
+    """
+    name = (db.inputs.topicName if name is None else name).strip()
+    if not name.strip("/"):
+        db.fail("input topicName is empty; give it a topic")
+    if name.startswith("/"):
+        return "/" + name.strip("/")
+    namespace = db.inputs.nodeNamespace or collect_namespace(db.app.stage, below)
+    return "/" + "/".join(part.strip("/") for part in (namespace, name) if part.strip("/"))
+
+
+def collect_namespace(stage: Any, path: str) -> str:
+    """The isaac:namespace values of the prim at `path` and of those above it, outermost first, joined with /."""
+    parts: list[str] = []
+    while path.strip("/"):
+        prim = stage.GetPrimAtPath(path)
+        value = prim.GetAttribute(NAMESPACE_ATTRIBUTE).Get() if prim else None
+        if value:
+            parts.insert(0, str(value).strip("/"))
+        path = path.rpartition("/")[0]
+    return "/".join(parts)

@@ -1,0 +1,135 @@
+"""Which transforms a set of prims stands for: links of articulations hang on their parent links."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from nodes.isaac.poses import decompose
+
+from .messages import FrameTransform
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+WORLD = "world"
+NAME_OVERRIDE = "isaac:nameOverride"
+
+
+@dataclass(frozen=True, slots=True)
+class Edge:
+    """A transform to publish: prim paths (parent "" is the world) and frame names."""
+
+    parent: str
+    child: str
+    parent_frame: str
+    child_frame: str
+
+
+def edges_of(stage: Any, parent: str, targets: Iterable[str]) -> list[Edge]:
+    """The transforms of `targets` below `parent` ("" is the world).
+
+    A target that is the root of an articulation stands for all its links: the root link hangs on `parent`, every other
+    link on the link that its joint connects it to. Any other target hangs on `parent` by itself.
+    """
+    pairs: dict[str, str] = {}
+    for target in targets:
+        for parent_link, child in _links(stage, target):
+            if child != parent:
+                pairs.setdefault(child, parent_link or parent)
+    names = _frame_names(stage, [parent, *pairs.values(), *pairs])
+    return [Edge(above, child, names[above], names[child]) for child, above in pairs.items()]
+
+
+def _links(stage: Any, target: str) -> list[tuple[str, str]]:
+    """(parent link or "", link) of an articulation from its root link outwards; just ("", target) for other prims."""
+    from pxr import Usd, UsdPhysics
+
+    root = stage.GetPrimAtPath(target)
+    if not root.HasAPI(UsdPhysics.ArticulationRootAPI):
+        return [("", target)]
+    if root.IsA(UsdPhysics.Joint) or not _bodies(root):
+        root = root.GetParent()
+    neighbours: dict[str, list[str]] = {path: [] for path in _bodies(root)}
+    grounded: list[str] = []
+    for prim in Usd.PrimRange(root, Usd.TraverseInstanceProxies()):
+        if prim.IsA(UsdPhysics.Joint):
+            _join(UsdPhysics.Joint(prim), neighbours, grounded)
+    seen: dict[str, str] = {}
+    for start in (*grounded, *neighbours):
+        if start not in seen:
+            seen[start] = ""
+            queue = [start]
+            for link in queue:
+                fresh = [other for other in neighbours[link] if other not in seen]
+                seen.update(dict.fromkeys(fresh, link))
+                queue += fresh
+    return [(above, link) for link, above in seen.items()] or [("", target)]
+
+
+def _bodies(root: Any) -> list[str]:
+    from pxr import Usd, UsdPhysics
+
+    prims = Usd.PrimRange(root, Usd.TraverseInstanceProxies())
+    return [str(prim.GetPath()) for prim in prims if prim.HasAPI(UsdPhysics.RigidBodyAPI)]
+
+
+def _join(joint: Any, neighbours: dict[str, list[str]], grounded: list[str]) -> None:
+    """Adds a joint's two bodies as neighbours; a joint with one body fixes that body to the world."""
+    ends = [[str(path) for path in rel.GetTargets()] for rel in (joint.GetBody0Rel(), joint.GetBody1Rel())]
+    bodies = [path for end in ends for path in end if path in neighbours]
+    if len(bodies) == 2:
+        first, second = bodies
+        neighbours[first].append(second)
+        neighbours[second].append(first)
+    elif bodies:
+        grounded.append(bodies[0])
+
+
+def _frame_names(stage: Any, paths: Sequence[str]) -> dict[str, str]:
+    """Path -> frame name: isaac:nameOverride, else the prim's name, else (where taken) its path with _ for /."""
+    names: dict[str, str] = {}
+    taken: set[str] = set()
+    for path in dict.fromkeys(paths):
+        prim = stage.GetPrimAtPath(path) if path else None
+        name = str(prim.GetAttribute(NAME_OVERRIDE).Get() or prim.GetName()) if prim else WORLD
+        if name in taken:
+            name = path.strip("/").replace("/", "_")
+        taken.add(name)
+        names[path] = name
+    return names
+
+
+def read_transforms(fabric: Any, edges: Sequence[Edge], meters_per_unit: float) -> list[FrameTransform]:
+    """The edges' poses of this moment, translations in metres; scale is taken out of both ends."""
+    import numpy as np
+
+    poses: dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]] = {"": (np.zeros(3), np.eye(3))}
+    for path in {path for edge in edges for path in (edge.parent, edge.child)} - {""}:
+        poses[path] = _rigid(fabric.world_matrix(path))
+    return [_relative(edge, *poses[edge.parent], *poses[edge.child], meters_per_unit) for edge in edges]
+
+
+def _rigid(matrix: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Position and rotation matrix of a column-vector pose that may be scaled or mirrored."""
+    import numpy as np
+
+    translation, _, scale = decompose(matrix)
+    return translation, matrix[:3, :3] / np.where(scale == 0, 1.0, scale)
+
+
+def _relative(
+    edge: Edge,
+    position_parent: NDArray[np.float64],
+    rotation_parent: NDArray[np.float64],
+    position_child: NDArray[np.float64],
+    rotation_child: NDArray[np.float64],
+    meters_per_unit: float,
+) -> FrameTransform:
+    from nodes.isaac.poses import quaternion_xyzw
+
+    offset = rotation_parent.T @ (position_child - position_parent) * meters_per_unit
+    x, y, z, w = quaternion_xyzw(rotation_parent.T @ rotation_child).tolist()
+    return FrameTransform(edge.parent_frame, edge.child_frame, tuple(offset.tolist()), (x, y, z, w))

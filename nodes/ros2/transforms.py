@@ -1,0 +1,88 @@
+"""Poses of prims as a ROS 2 transform tree."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from graph import Attribute, node_type
+from nodes.isaac.clocks import stamp_ns
+
+from .messages import TRANSFORMS, FrameTransform, transforms
+from .publishing import TIME_STAMP, Publisher, publisher_inputs, subscribed_topic
+from .transform_trees import Edge, edges_of, read_transforms
+
+GIVEN = "one per transform; with childFrames set, the node publishes these instead of prims"
+
+
+@dataclass(slots=True)
+class _Tree(Publisher):
+    key: tuple[str, tuple[str, ...]] = ("", ())
+    edges: list[Edge] = field(default_factory=list)
+    latched: list[FrameTransform] = field(default_factory=list)
+
+
+@node_type(
+    "isaacsim.ros2.bridge.ROS2PublishTransformTree",
+    version=1,
+    inputs={
+        "execIn": Attribute("execution", "publishes the poses"),
+        "parentPrim": Attribute("target", "the prim the others are placed in; none means the world", optional=True),
+        "targetPrims": Attribute("target", "prims to publish; the root of an articulation stands for all its links"),
+        **publisher_inputs("tf"),
+        "timeStamp": TIME_STAMP,
+        "staticPublisher": Attribute(
+            "bool", "publish once, and again when something moved, on tf_static where topicName is tf", default=False
+        ),
+        "parentFrames": Attribute("token[]", f"parent frame names, {GIVEN}", optional=True),
+        "childFrames": Attribute("token[]", f"child frame names, {GIVEN}", optional=True),
+        "translations": Attribute("double[3][]", f"positions in the parent frame, {GIVEN}", optional=True, unit="m"),
+        "orientations": Attribute("double[4][]", f"rotations, quaternions x, y, z, w, {GIVEN}", optional=True),
+    },
+    memory=_Tree,
+)
+def publish_transform_tree(db: Any) -> bool:
+    """Publish `tf2_msgs/TFMessage`: the targets' poses in the parent, in metres and x, y, z, w quaternions.
+
+    Frame names: isaac:nameOverride, else the prim's name, else (where two prims share it) its path with _ for /.
+    """
+    inputs = db.inputs
+    static = inputs.staticPublisher
+    topic = subscribed_topic(db, TRANSFORMS, "tf_static" if static and inputs.topicName == "tf" else None)
+    if topic is None:
+        return False
+    poses = _given(db) if len(inputs.childFrames) else _of_prims(db)
+    memory = db.memory
+    if static:
+        if poses == memory.latched:
+            return False
+        memory.latched = poses
+    nanoseconds = stamp_ns(db.app, inputs.timeStamp)
+    db.app.bus.publish(topic, TRANSFORMS, transforms(poses, nanoseconds), nanoseconds)
+    return True
+
+
+def _of_prims(db: Any) -> list[FrameTransform]:
+    inputs, memory, app = db.inputs, db.memory, db.app
+    parents, targets = inputs.parentPrim or (), inputs.targetPrims or ()
+    key = (str(parents[0]) if parents else "", tuple(map(str, targets)))
+    if key != memory.key or not memory.edges:
+        if not key[1]:
+            db.fail("nothing to publish; set targetPrims")
+        for path in (*key[1], *filter(None, key[:1])):
+            if not app.stage.GetPrimAtPath(path):
+                db.fail(f"there is no prim {path} on the stage; correct the path")
+        memory.key, memory.edges = key, edges_of(app.stage, *key)
+    return read_transforms(app.fabric, memory.edges, app.meters_per_unit)
+
+
+def _given(db: Any) -> list[FrameTransform]:
+    inputs = db.inputs
+    columns = (inputs.parentFrames, inputs.childFrames, inputs.translations, inputs.orientations)
+    if len({len(column) for column in columns}) != 1:
+        sizes = ", ".join(map(str, map(len, columns)))
+        db.fail(f"parentFrames, childFrames, translations, orientations have {sizes} entries; they must agree")
+    return [
+        FrameTransform(parent, child, tuple(map(float, position)), tuple(map(float, rotation)))
+        for parent, child, position, rotation in zip(*columns, strict=True)
+    ]
