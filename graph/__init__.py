@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from .context import Context
     from .db import Database, NodeError
+    from .declaration import UNSET, Attribute, NodeType, declare, node_type
     from .errors import Mark, Problem, RunError, UserError
     from .evaluate import ComputeError, Graph, Node
     from .loading import LoadedFile, load_graph
-    from .declaration import UNSET, Attribute, NodeType, declare, node_type
     from .plan import compile_graphs
 
 _HOMES = {

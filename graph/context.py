@@ -50,8 +50,9 @@ class Context:
     """Time and world as one evaluation sees them. Seconds are floats for nodes; the exact values stand beside them.
 
     delta: what the timeline moved in this update; loop_delta: how long the update was meant to last;
-    time: timeline time; frame: time * timeCodesPerSecond; since_start: loop time since the app started;
-    absolute_sim_time: simulation time that never restarts; update: index of the app update.
+    exact_time: timeline time; since_start: loop time since the app started, playing or not; absolute: simulation time
+    that a stop does not reset; frames_per_second: time codes per second; update: index of the app update.
+    warn: takes code, where and message of a warning.
     """
 
     app: Any = None
@@ -80,16 +81,17 @@ class Context:
             self.absolute += self.delta
 
     def follow(self, app: Any) -> None:
-        """Takes the values of an App's present update."""
-        timeline, simulation = app.timeline, app.simulation
+        """Takes the values of an App's present update; call it once in each."""
+        timeline = app.timeline
+        loop_time = app.loop_time
         self.is_playing = timeline.is_playing()
         self.delta = timeline.delta
         self.exact_time = timeline.current_time
-        self.frames_per_second = Fraction(timeline.get_time_codes_per_second())
-        self.loop_delta = 1 / app.loop_rate
-        self.absolute = simulation.monotonic_time
+        self.frames_per_second = exact.rate(timeline.get_time_codes_per_second())
+        self.loop_delta = loop_time - self.since_start if self.update + 1 == app.update_index else 1 / app.loop_rate
+        self.since_start = loop_time
+        self.absolute = app.simulation.monotonic_time
         self.update = app.update_index
-        self.since_start = self.loop_delta * (self.update + 1)
 
     @property
     def delta_seconds(self) -> float:

@@ -8,7 +8,7 @@ anything else.
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import lru_cache
+from functools import cache
 from typing import Any
 
 from .types import INTEGER_RANGES, Extended, Type
@@ -26,7 +26,7 @@ def convertible(source: Type, target: Type) -> bool:
     return (source.storage, source.shape, source.array) == (target.storage, target.shape, target.array)
 
 
-@lru_cache(maxsize=None)
+@cache
 def converter(source: Type, target: Type) -> Converter | None:
     """The function that turns a value of `source` into one of `target`; None where the value passes as it is.
 

@@ -54,7 +54,8 @@ class Database:
 
     def __init__(self, node: Node) -> None:
         self._node = node
-        self._compute = node.type.compute
+        # Constants, which have none, are never computed.
+        self._compute: Any = node.type.compute
         self._active: Any = STARTED
         self._blocked = False
         self._enabled: list[Wire] = []
@@ -87,7 +88,8 @@ class Database:
 
     def triggered(self, name: str) -> bool:
         """Whether this execution input made the node compute; False when it woke up, returned or started itself."""
-        return name == self._active
+        is_this: bool = name == self._active
+        return is_this
 
     @property
     def active(self) -> str | None:
@@ -187,7 +189,9 @@ class Database:
         return names_in_order([name for name in names if name not in declared])
 
     def _no_wire(self, output: str) -> NoReturn:
-        raise NodeError(f'the node type has no execution output "{output}"{did_you_mean(output, self._wires)}') from None
+        raise NodeError(
+            f'the node type has no execution output "{output}"{did_you_mean(output, self._wires)}'
+        ) from None
 
 
 def python_name(name: str) -> str:

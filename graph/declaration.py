@@ -3,7 +3,7 @@
     @node_type(
         "omni.graph.action.Branch",
         version=2,
-        inputs={"execIn": Attribute("execution", "activates"), "condition": Attribute("bool", "which way", default=False)},
+        inputs={"execIn": Attribute("execution", "activates"), "condition": Attribute("bool", "which", default=False)},
         outputs={"execTrue": Attribute("execution", "if so"), "execFalse": Attribute("execution", "if not")},
     )
     def branch(db):
@@ -86,7 +86,11 @@ class Attribute:
 
     def check(self, value: Any) -> str:
         """What is wrong with a coerced value that a user wrote, by choices and bounds; "" if nothing is."""
-        if self.allowed_tokens and value not in self.allowed_tokens and (self.default is UNSET or value != self.default):
+        if (
+            self.allowed_tokens
+            and value not in self.allowed_tokens
+            and (self.default is UNSET or value != self.default)
+        ):
             from .suggest import did_you_mean
 
             choices = ", ".join(f'"{token}"' for token in self.allowed_tokens)
@@ -275,4 +279,3 @@ def names_in_order(names: Sequence[str]) -> list[str]:
     if len(prefixes) == 1:
         return [name for _, name in sorted(enumerate(names), key=key)]
     return list(names)
-

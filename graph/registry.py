@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from importlib import import_module, metadata
 
-from .errors import UserError
 from .declaration import NodeType
+from .errors import UserError
 from .suggest import did_you_mean
 
 ENTRY_POINTS = "tickgraph.nodes"
@@ -16,7 +16,7 @@ SHIPPED = "nodes"
 """The package of the shipped types; they win when two types share a short name."""
 
 
-class UnknownNodeType(UserError, KeyError):
+class UnknownNodeTypeError(UserError, KeyError):
     """No registered node type has that id or short name."""
 
     def __str__(self) -> str:
@@ -45,7 +45,7 @@ class Registry:
             self._short.setdefault(name, []).append(node_type)
 
     def get(self, name: str) -> NodeType:
-        """The type of that id or short name. Raises UnknownNodeType with the nearest name, or with the candidates."""
+        """The type of that id or short name. Raises UnknownNodeTypeError with the nearest name, or with the candidates."""
         self._load()
         if name in self._types:
             return self._types[name]
@@ -56,9 +56,9 @@ class Registry:
                 return group[0]
         if candidates:
             ids = " or ".join(f'"{one.id}"' for one in candidates)
-            raise UnknownNodeType(f'node type "{name}" is ambiguous; write {ids}')
+            raise UnknownNodeTypeError(f'node type "{name}" is ambiguous; write {ids}')
         known = (*self._types, *self._short) if "." in name else (*self._short, *self._types)
-        raise UnknownNodeType(f'no node type "{name}"{did_you_mean(name, known)}')
+        raise UnknownNodeTypeError(f'no node type "{name}"{did_you_mean(name, known)}')
 
     def all(self) -> list[NodeType]:
         """Every registered type, sorted by id."""

@@ -1,7 +1,7 @@
 """Unit-tests one node: no world, no file, two lines.
 
-    trace = run_node("omni.graph.action.Countdown", inputs={"duration": 10, "period": 3}, pulses={"execIn": [0]}, updates=12)
-    assert trace.fired("tick") == [3, 6, 9]
+trace = run_node("Countdown", inputs={"duration": 10, "period": 3}, pulses={"execIn": [0]}, updates=12)
+assert trace.fired("tick") == [3, 6, 9]
 """
 
 from __future__ import annotations
@@ -90,8 +90,8 @@ def run_node(
 ) -> Trace:
     """Runs one node for some updates and tells what it did.
 
-    inputs: values by name (`x`, or `state:x`); a callable is asked for the value of each update by its index; open types
-    also take `{"type": "double[3]", "value": [1, 0, 0]}`.
+    inputs: values by name (`x`, or `state:x`); a callable is asked for the value of each update by its index; open
+    types also take `{"type": "double[3]", "value": [1, 0, 0]}`.
     pulses: for each execution input the updates in which it is triggered; several in one update come in this order.
     connect: inputs that count as connected, with the OGN type of their source; their values still come from `inputs`.
     outputs: dynamic outputs to make (`output1`). consumed: the data outputs that somebody reads (all, unless given).
@@ -105,7 +105,9 @@ def run_node(
     AssertionError. Raises UserError for a wrong type id, name or value, and ComputeError when the node fails.
     """
     kind = registry.get(type_id) if isinstance(type_id, str) else type_id
-    graph, trace = _build(kind, inputs or {}, pulses or {}, connect or {}, outputs, consumed, variables or {}, evaluator)
+    graph, trace = _build(
+        kind, inputs or {}, pulses or {}, connect or {}, outputs, consumed, variables or {}, evaluator
+    )
     graph.interrupts = interrupts
     trace.updates = updates
     schedule = {name: _counts(times) for name, times in (pulses or {}).items()}
@@ -158,7 +160,7 @@ def _run_in_app(
         stack.callback(app.on("stop", node.graph.reset))
         if app.timeline.is_stopped():
             app.play()
-        for current in range(updates):  # noqa: B007 (the callback reads it)
+        for current in range(updates):
             if on_update is not None:
                 on_update(current, node)
             app.update()
@@ -218,7 +220,10 @@ def _build(
 def _declare_probes(registry: Registry, probed: _Probed, connect: Mapping[str, str]) -> None:
     @node_type(
         _PROBE,
-        dynamic_inputs={"fires_{x}": Attribute("execution", "an output under test"), "reads_{x}": Attribute("any", "read")},
+        dynamic_inputs={
+            "fires_{x}": Attribute("execution", "an output under test"),
+            "reads_{x}": Attribute("any", "read"),
+        },
         memory=lambda: probed,
         registry=registry,
     )

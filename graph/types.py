@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cache
 
 from .suggest import did_you_mean
 
@@ -154,7 +154,9 @@ def concrete_type(name: str) -> Type:
 
 def _groups() -> dict[str, tuple[Type, ...]]:
     def group(storages: Iterable[str]) -> dict[str, tuple[Type, ...]]:
-        elements = [one for one in TYPES.values() if one.storage in storages and not one.array and one.name != "objectId"]
+        elements = [
+            one for one in TYPES.values() if one.storage in storages and not one.array and one.name != "objectId"
+        ]
         scalars = tuple(one for one in elements if one.count == 1)
         tuples = tuple(one for one in elements if one.count > 1)
         arrays = tuple(one.array_of() for one in elements)
@@ -187,7 +189,7 @@ def parse_type(spec: str | Sequence[str]) -> AnyType:
     return _parse(spec if isinstance(spec, str) else tuple(spec))
 
 
-@lru_cache(maxsize=None)
+@cache
 def _parse(spec: str | tuple[str, ...]) -> AnyType:
     if isinstance(spec, str):
         if spec in TYPES:

@@ -9,20 +9,27 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Callable, Mapping
-from functools import lru_cache
+from collections.abc import Callable
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from .types import INTEGER_RANGES, TYPES, AnyType, Extended, Type, concrete_type
+from .types import INTEGER_RANGES, TYPES, AnyType, Extended, Type
 
 if TYPE_CHECKING:
     import numpy as np
 
-_DTYPES = {"uchar": "uint8", "int": "int32", "uint": "uint32", "half": "float16", "float": "float32", "double": "float64"}
+_DTYPES = {
+    "uchar": "uint8",
+    "int": "int32",
+    "uint": "uint32",
+    "half": "float16",
+    "float": "float32",
+    "double": "float64",
+}
 _LARGEST = {"half": 65504.0, "float": 3.4028234663852886e38}
 
 
-@lru_cache(maxsize=None)
+@cache
 def dtype_of(type_: Type) -> np.dtype[Any]:
     """The NumPy dtype of one number (or bool) of a tuple, matrix or array type."""
     import numpy as np
@@ -47,7 +54,7 @@ def zero(type_: AnyType) -> Any:
     return 0 if type_.storage in INTEGER_RANGES else 0.0
 
 
-@lru_cache(maxsize=None)
+@cache
 def _zero_array(type_: Type) -> np.ndarray[Any, Any]:
     import numpy as np
 
@@ -72,7 +79,7 @@ def coerce(type_: Type, value: Any) -> Any:
     return _coercer(type_)(value)
 
 
-@lru_cache(maxsize=None)
+@cache
 def _coercer(type_: Type) -> Callable[[Any], Any]:
     if type_.storage in ("execution", "bundle"):
         return lambda value: _refuse(f"{type_} attributes hold no value that can be set; connect it instead")
@@ -244,55 +251,3 @@ def _numbers(type_: Type, array: np.ndarray[Any, Any], value: Any) -> np.ndarray
     elif array.size and (np.abs(array[np.isfinite(array)]) > _LARGEST.get(type_.storage, math.inf)).any():
         raise ValueError(f"{shown(value)} does not fit {type_}")
     return array.astype(dtype_of(type_), copy=True)
-
-
-def natural_type(value: Any) -> list[Type]:
-    """The types an untyped value may be meant as, likeliest first: what an open attribute takes when only set."""
-    if hasattr(value, "tolist") and hasattr(value, "dtype"):
-        own = next((s for s in ("bool", *_DTYPES, "int64", "uint64") if dtype_of(TYPES[s]) == value.dtype), None)
-        if own is not None and value.ndim == 0:
-            return [TYPES[own], *natural_type(value.tolist())]
-        value = value.tolist()
-        return _sequence_types(value, own)
-    if isinstance(value, bool):
-        return [TYPES["bool"]]
-    if isinstance(value, int):
-        return [TYPES[name] for name in ("int", "int64", "uint64", "uint", "uchar", "double", "float", "half")]
-    if isinstance(value, float):
-        return [TYPES[name] for name in ("double", "float", "half")]
-    if isinstance(value, str):
-        return [TYPES[name] for name in ("token", "string", "path")]
-    if isinstance(value, (list, tuple)):
-        return _sequence_types(list(value), None)
-    return []
-
-
-def _sequence_types(value: list[Any], storage: str | None) -> list[Type]:
-    if not value:
-        return [TYPES["double[]"], TYPES["token[]"]]
-    if isinstance(value[0], str):
-        return [TYPES["token[]"]]
-    nested = isinstance(value[0], list | tuple)
-    flat = [one for row in value for one in (row if isinstance(row, list | tuple) else [row])]
-    if any(isinstance(one, bool) for one in flat):
-        return [TYPES["bool[]"]]
-    if storage is None:
-        storage = "int" if all(isinstance(one, int) for one in flat) else "double"
-    names = []
-    for kind in dict.fromkeys((storage, "double", "float")):
-        if nested:
-            names += [f"{kind}[{len(value[0])}][]", f"matrixd[{len(value)}]"]
-        else:
-            names += [f"{kind}[{len(value)}]", f"{kind}[]"]
-    return [TYPES[name] for name in names if name in TYPES]
-
-
-def typed_value(value: Any) -> tuple[Type, Any] | None:
-    """The type and value of the explicit form `{type: double[3], value: [1, 0, 0]}`; None for any other value.
-
-    Raises ValueError for an unknown type or a value that is not of it.
-    """
-    if not isinstance(value, Mapping) or set(value) != {"type", "value"}:
-        return None
-    type_ = concrete_type(str(value["type"]))
-    return type_, coerce(type_, value["value"])

@@ -27,7 +27,9 @@ class DirtyPushEvaluator:
 
     def __init__(self, graph: Graph) -> None:
         self._graph = graph
-        self._nodes = sorted((n for n in graph.nodes.values() if n.type.compute is not None), key=lambda node: node.rank)
+        self._nodes = sorted(
+            (n for n in graph.nodes.values() if n.type.compute is not None), key=lambda node: node.rank
+        )
         self._always = [(node.rank, node) for node in self._nodes if node.type.always_dirty]
         self._queue: list[tuple[int, Node]] = []
         self._queued: set[Node] = set()
@@ -81,7 +83,7 @@ class DirtyPushEvaluator:
         db = node.db
         db.computes += 1
         try:
-            done = db._compute(db)  # type: ignore[misc]
+            done = db._compute(db)
         except Exception as error:
             self._graph.failed(db, error)
             return

@@ -162,4 +162,3 @@ class ExecutionEvaluator:
             f"{self._graph.step_limit} steps in update {self._graph.context.update}; "
             "lead the loop through a latent node such as Delay or Countdown, or use ForLoop"
         )
-

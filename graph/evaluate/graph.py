@@ -23,11 +23,20 @@ Activation = tuple[Node, str]
 class EvaluatorProtocol(Protocol):
     """One way to evaluate a graph: `run` once, `reset` at a stop, hear of sleeping nodes and of changed ones."""
 
-    def run(self, activations: Sequence[Activation]) -> None: ...
-    def reset(self) -> None: ...
-    def sleeps(self, db: Database) -> None: ...
-    def wakes(self, db: Database) -> None: ...
-    def touched(self, node: Node) -> None: ...
+    def run(self, activations: Sequence[Activation]) -> None:
+        """Evaluates the graph once."""
+
+    def reset(self) -> None:
+        """Forgets what it kept between evaluations."""
+
+    def sleeps(self, db: Database) -> None:
+        """Hears that a node fell asleep."""
+
+    def wakes(self, db: Database) -> None:
+        """Hears that a node ended its sleep."""
+
+    def touched(self, node: Node) -> None:
+        """Hears that a value of a node was set from outside."""
 
 
 class Graph:
@@ -154,4 +163,6 @@ def _evaluator_of(graph: Graph) -> EvaluatorProtocol:
     from .execution import ExecutionEvaluator
     from .push import PushEvaluator
 
-    return {"execution": ExecutionEvaluator, "push": PushEvaluator, "dirty_push": DirtyPushEvaluator}[graph.evaluator](graph)
+    return {"execution": ExecutionEvaluator, "push": PushEvaluator, "dirty_push": DirtyPushEvaluator}[graph.evaluator](
+        graph
+    )

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from graph.db import Database, python_name
-from graph.errors import Mark
 from graph.declaration import Attribute, NodeType
+from graph.errors import Mark
 from graph.suggest import did_you_mean
 from graph.types import Type
 from graph.values import coerce
@@ -112,7 +112,9 @@ class Node:
         prefix, short = full.split(":", 1)
         type_ = self.types[full]
         if prefix == "outputs" or full in self._fed:
-            raise ValueError(f"{self.path}.{full} is {'an output' if prefix == 'outputs' else 'connected'}; set its source")
+            raise ValueError(
+                f"{self.path}.{full} is {'an output' if prefix == 'outputs' else 'connected'}; set its source"
+            )
         if type_ is None:
             raise ValueError(f"{self.path}.{full} has an open type; connect it or give it a value in the file")
         try:
@@ -153,7 +155,7 @@ class Node:
         try:
             for db in upstream_data(self):
                 db.computes += 1
-                if db._compute(db) is not False and db._push is not None:  # type: ignore[misc]
+                if db._compute(db) is not False and db._push is not None:
                     db._push()
             db = self.db
             self.type.prepare(db)

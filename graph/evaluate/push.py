@@ -39,9 +39,9 @@ class PushEvaluator:
         plan = iter(self._plan)
         while True:
             try:
-                for db, compute, push in plan:  # noqa: B007 (the handler needs to know the node)
+                for db, compute, push in plan:
                     db.computes += 1
-                    if compute(db) is not False and push is not None:  # type: ignore[misc]
+                    if compute(db) is not False and push is not None:
                         push()
                 return
             except Exception as error:
@@ -51,7 +51,7 @@ class PushEvaluator:
     def _compute(self, db: Database) -> None:
         db.computes += 1
         try:
-            if db._compute(db) is not False and db._push is not None:  # type: ignore[misc]
+            if db._compute(db) is not False and db._push is not None:
                 db._push()
         except Exception as error:
             self._graph.failed(db, error)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import keyword
 from collections.abc import Callable, Sequence
-from functools import lru_cache
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from graph.db import python_name
@@ -31,7 +31,7 @@ def storage(owner: str, names: Sequence[str]) -> Any:
     return _storage_class(owner, tuple(map(python_name, names)))()
 
 
-@lru_cache(maxsize=None)
+@cache
 def _storage_class(owner: str, names: tuple[str, ...]) -> type:
     return type(owner, (), {"__slots__": names, "__doc__": f"Values of the {owner}."})
 
@@ -60,7 +60,7 @@ def all_of(copies: Sequence[Copy]) -> Copy | None:
     return copy_all
 
 
-@lru_cache(maxsize=None)
+@cache
 def _copier(source_name: str, target_name: str, converts: bool) -> Any:
     # The names are attribute names, checked here: they are all that goes into the source text.
     if not all(name.isidentifier() and not keyword.iskeyword(name) for name in (source_name, target_name)):

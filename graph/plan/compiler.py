@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
+from graph.declaration import NodeType
 from graph.errors import Mark, Problem, UserError
 from graph.evaluate.graph import Graph
-from graph.declaration import NodeType
-from graph.registry import DEFAULT, Registry, UnknownNodeType
+from graph.registry import DEFAULT, Registry, UnknownNodeTypeError
 from graph.spec import GraphSpec
 from graph.types import Type, concrete_type
 from graph.values import coerce, zero
@@ -93,7 +93,7 @@ def _draft_nodes(
         names.append(node.name)
         try:
             node_type = registry.get(node.type)
-        except UnknownNodeType as error:
+        except UnknownNodeTypeError as error:
             nodes.broken.add(path)
             report(f'node "{node.name}": {error.problems[0].message}', node.mark)
             continue
@@ -117,10 +117,10 @@ def _variables(spec: GraphSpec, report: _Problems) -> Variables:
     return Variables(types, initial)
 
 
-def _deprecations(drafts: Any) -> list[tuple[str, str, str]]:
-    notes = []
-    for draft in drafts:
-        for full in (*draft.authored, *draft.fed):
-            if instead := draft.attribute(full).deprecated:
-                notes.append(("deprecated-attribute", draft.node.path, f"{full} is deprecated: {instead}"))
-    return notes
+def _deprecations(drafts: Iterable[Draft]) -> list[tuple[str, str, str]]:
+    return [
+        ("deprecated-attribute", draft.node.path, f"{full} is deprecated: {instead}")
+        for draft in drafts
+        for full in (*draft.authored, *draft.fed)
+        if (instead := draft.attribute(full).deprecated)
+    ]

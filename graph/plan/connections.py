@@ -37,7 +37,9 @@ class Link:
     def ends_with_types(self) -> tuple[str, str]:
         """Both ends with their types: the settled ones, else the declared ones."""
         named = []
-        for end, draft, name in zip(self.ends(), (self.source, self.target), (self.source_name, self.target_name), strict=True):
+        for end, draft, name in zip(
+            self.ends(), (self.source, self.target), (self.source_name, self.target_name), strict=True
+        ):
             named.append(f"{end} ({draft.types[name] or draft.attribute(name).parsed})")
         return named[0], named[1]
 

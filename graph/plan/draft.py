@@ -6,14 +6,15 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from graph.declaration import Attribute, NodeType
 from graph.errors import Mark
 from graph.evaluate.graph import Graph
 from graph.evaluate.node import PREFIXES, Node
-from graph.declaration import Attribute, NodeType
 from graph.spec import NodeSpec
 from graph.suggest import did_you_mean
 from graph.types import Extended, Type
-from graph.values import coerce, shown, typed_value
+from graph.untyped import typed_value
+from graph.values import coerce, shown
 
 Report = Callable[[str, "Mark | None"], None]
 """Takes a message and a mark."""
@@ -151,7 +152,10 @@ def initial_values(draft: Draft, shape: Shape, report: Report) -> Mapping[str, A
         try:
             explicit = typed_value(raw)
             if type_ is None:
-                report(f"{draft.label}: {name}: cannot tell the type of {shown(raw)}; write {{type: ..., value: ...}}", mark)
+                report(
+                    f"{draft.label}: {name}: cannot tell the type of {shown(raw)}; write {{type: ..., value: ...}}",
+                    mark,
+                )
                 continue
             value = coerce(type_, raw if explicit is None else explicit[1])
         except ValueError as error:
@@ -173,4 +177,3 @@ def all_names(draft: Draft, shape: Shape) -> Mapping[str, tuple[str, ...]]:
         prefix, _, name = full.partition(":")
         names[prefix].append(name)
     return {prefix: tuple(listed) for prefix, listed in names.items()}
-

@@ -8,7 +8,8 @@ from typing import Any
 
 from graph.conversion import convertible, settle
 from graph.types import AnyType, Extended, Type, concrete_type
-from graph.values import coerce, natural_type, typed_value
+from graph.untyped import natural_type, typed_value
+from graph.values import coerce
 
 from .connections import Link, by_attribute
 from .draft import Draft, Report
@@ -17,9 +18,9 @@ from .draft import Draft, Report
 class Known(Mapping[str, "Type | None"]):
     """What a node type's `resolve` gets: settled types by attribute name, None for those still open.
 
-    Names are short (`a`; an input goes before an output of that name) or full (`outputs:a`). `resolve` returns the types
-    (or OGN names) of other open attributes, outputs before inputs where a short name means both; it is called again
-    whenever more is known, and the first answer stays. It raises ValueError where types do not go together.
+    Names are short (`a`; an input goes before an output of that name) or full (`outputs:a`). `resolve` returns the
+    types (or OGN names) of other open attributes, outputs before inputs where a short name means both; it is called
+    again whenever more is known, and the first answer stays. It raises ValueError where types do not go together.
     """
 
     def __init__(self, draft: Draft) -> None:
