@@ -1,0 +1,82 @@
+"""`graph doctor`: what it finds, what it advises, how it ends."""
+
+import argparse
+import json
+
+import pytest
+
+from graph.cli import doctor
+
+
+def run_doctor(*options):
+    parser = argparse.ArgumentParser()
+    doctor.add_arguments(parser)
+    return doctor.run(parser.parse_args(options))
+
+
+@pytest.fixture
+def quick_imports(monkeypatch):
+    """Only one dependency is tried: an import of everything takes seconds."""
+    monkeypatch.setattr(doctor, "IMPORTS", {"networkx": ("networkx",)})
+
+
+def test_a_ready_machine_ends_with_0_and_says_so(quick_imports, capsys):
+    assert run_doctor() == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[-1] == "ready"
+    assert [line.split()[0] for line in lines[:-1]].count("fail") == 0
+    assert any(line.startswith("ok    networkx") and "imports in" in line for line in lines)
+
+
+def test_json_lists_every_finding_with_its_state(quick_imports, capsys):
+    assert run_doctor("--json") == 0
+    report = json.loads(capsys.readouterr().out)
+    assert report["ready"] is True
+    names = [finding["name"] for finding in report["findings"]]
+    assert names == ["python", "C library", "system libraries", "networkx", "cores", "memory", "disk"]
+    assert {finding["state"] for finding in report["findings"]} <= {"ok", "warn"}
+
+
+def test_a_missing_package_ends_with_1_and_names_the_command(monkeypatch, capsys):
+    monkeypatch.setattr(doctor, "IMPORTS", {"no_such_module": ("no-such-distribution",)})
+    assert run_doctor() == 1
+    out = capsys.readouterr().out
+    assert "fail  no-such-distribution  not installed" in out
+    assert out.endswith("not ready\n  Run: pip install no-such-distribution\n")
+
+
+def test_a_package_that_does_not_import_is_a_finding_with_its_last_line(monkeypatch, capsys):
+    monkeypatch.setattr(doctor, "IMPORTS", {"networkx.no_such_part": ("networkx",)})
+    assert run_doctor() == 1
+    assert "does not import: ModuleNotFoundError: No module named 'networkx.no_such_part'" in capsys.readouterr().out
+
+
+def test_missing_system_libraries_name_the_one_line_that_installs_them(monkeypatch, quick_imports, capsys):
+    from graph.sim import libraries
+
+    monkeypatch.setattr(libraries, "missing_system_libraries", lambda: ("libEGL.so.1",))
+    assert run_doctor() == 1
+    out = capsys.readouterr().out
+    assert "missing: libEGL.so.1" in out
+    assert "Run as root: apt-get install -y --no-install-recommends libgl1 libegl1" in out
+
+
+def test_little_memory_and_disk_warn_but_do_not_stop(monkeypatch, quick_imports, capsys):
+    monkeypatch.setattr(doctor, "LITTLE_MEMORY", 2**60)
+    monkeypatch.setattr(doctor, "LITTLE_DISK", 2**60)
+    assert run_doctor() == 0
+    out = capsys.readouterr().out
+    assert out.count("warn") == 2
+    assert "Recordings want space" in out
+
+
+def test_open3d_without_its_libraries_is_a_users_error_with_the_command(monkeypatch):
+    import sys
+
+    from graph.errors import UserError
+    from graph.sim import libraries
+
+    monkeypatch.delitem(sys.modules, "open3d", raising=False)
+    monkeypatch.setattr(libraries, "_loads", lambda name: name != "libGL.so.1")
+    with pytest.raises(UserError, match=r"needs libGL\.so\.1, which this machine lacks\. Run: apt-get install"):
+        libraries.import_open3d()
