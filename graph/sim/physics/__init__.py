@@ -1,0 +1,48 @@
+"""Rigid-body physics of a stage, built when the simulation plays and freed when it stops."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+from ..stage import Warn, ignore_warning
+
+if TYPE_CHECKING:
+    from ..fidelity import Fidelity
+    from ..scan import Scan
+    from .engine import Physics as Physics
+
+
+def build_physics(
+    stage: Any,
+    dt: Fraction,
+    fidelity: Fidelity | None = None,
+    *,
+    warn: Warn = ignore_warning,
+    scan: Scan | None = None,
+) -> Physics | None:
+    """The stage's dynamics with time step `dt` [s], at the state the stage describes; None if nothing can move.
+
+    fidelity: its knobs `physics.integrator` (default implicitfast) and `physics.iterations` (default: MuJoCo's) count.
+    Raises UserError if the engine refuses the scene.
+    """
+    from ..scan import scan_stage
+
+    scan = scan or scan_stage(stage)
+    if not scan.dynamic:
+        return None
+    from .compile import compile_world
+    from .engine import Physics
+    from .read_world import read_world
+
+    integrator = (fidelity.physics_integrator if fidelity else None) or "implicitfast"
+    iterations = fidelity.physics_iterations if fidelity else None
+    return Physics(compile_world(read_world(scan, warn), dt, integrator, iterations, warn), dt)
+
+
+def __getattr__(name: str) -> Any:
+    if name == "Physics":
+        from .engine import Physics
+
+        return Physics
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

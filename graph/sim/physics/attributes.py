@@ -1,0 +1,42 @@
+"""Reading UsdPhysics attributes, whose schema defaults often mean "not set"."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from ..transforms import Floats
+from ..usd import EARLIEST, UsdPhysics
+
+
+def kilograms_per_unit(stage: Any) -> float:
+    """Kilograms in one unit of mass of the stage."""
+    value = float(UsdPhysics.GetStageKilogramsPerUnit(stage))
+    return value if 0 < value < math.inf else 1.0
+
+
+def authored(attribute: Any, nothing: float = 0.0) -> float | None:
+    """A number that an attribute authors; None where it is unset, not finite, or the value that means "nothing"."""
+    value = attribute.Get(EARLIEST) if attribute and attribute.HasAuthoredValue() else None
+    return None if value is None or not math.isfinite(value) or value <= nothing else float(value)
+
+
+def quaternion_of(value: Any) -> Floats:
+    """A `Gf.Quat*` as unit w, x, y, z."""
+    out = np.array([value.GetReal(), *value.GetImaginary()], dtype=np.float64)
+    length = float(np.linalg.norm(out))
+    return out / length if length > 0 else np.array([1.0, 0, 0, 0])
+
+
+def vector(attribute: Any) -> Floats | None:
+    """(3,) that is authored, finite and not the schema's "unset" of minus infinity."""
+    value = attribute.Get(EARLIEST) if attribute and attribute.HasAuthoredValue() else None
+    out = None if value is None else np.array(value, dtype=np.float64)
+    return out if out is not None and np.isfinite(out).all() else None
+
+
+def vector_or_zero(attribute: Any) -> Floats:
+    value = vector(attribute)
+    return np.zeros(3) if value is None else value

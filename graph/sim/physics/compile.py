@@ -1,0 +1,246 @@
+"""A `World` as a MuJoCo model."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from graph.errors import UserError
+
+from .. import transforms
+from ..stage import Warn
+from ..transforms import Floats
+from .library import mujoco
+from .masses import Inertia, Volume, body_inertia
+from .model import Body, Collider, Joint, World
+from .tree import Branch, Forest, grow_forest
+
+TORSION, ROLLING = 0.005, 0.0001
+"""MuJoCo's own defaults of friction against spinning and rolling [m]."""
+
+_GEOMS = {
+    "box": mujoco.mjtGeom.mjGEOM_BOX,
+    "sphere": mujoco.mjtGeom.mjGEOM_SPHERE,
+    "ellipsoid": mujoco.mjtGeom.mjGEOM_ELLIPSOID,
+    "capsule": mujoco.mjtGeom.mjGEOM_CAPSULE,
+    "cylinder": mujoco.mjtGeom.mjGEOM_CYLINDER,
+    "plane": mujoco.mjtGeom.mjGEOM_PLANE,
+    "mesh": mujoco.mjtGeom.mjGEOM_MESH,
+}
+INTEGRATORS = {
+    "euler": mujoco.mjtIntegrator.mjINT_EULER,
+    "rk4": mujoco.mjtIntegrator.mjINT_RK4,
+    "implicit": mujoco.mjtIntegrator.mjINT_IMPLICIT,
+    "implicitfast": mujoco.mjtIntegrator.mjINT_IMPLICITFAST,
+    "discrete": mujoco.mjtIntegrator.mjINT_DISCRETE,
+}
+"""Names of the fidelity knob `physics.integrator`."""
+
+
+@dataclass(frozen=True)
+class Compiled:
+    """The model, its bodies in its own order (body i of the model is i + 1) and the joints that have coordinates."""
+
+    model: Any
+    bodies: tuple[Body, ...]
+    joints: tuple[Joint, ...]
+    kinematic: tuple[str, ...]
+
+
+def compile_world(world: World, dt: Fraction, integrator: str, iterations: int | None, warn: Warn) -> Compiled:
+    """Build the MuJoCo model. Raises UserError, naming what it can, where MuJoCo refuses it."""
+    forest = grow_forest(world, warn)
+    spec = _new_spec()
+    spec.option.timestep = float(dt)
+    spec.option.gravity = world.gravity
+    spec.option.integrator = INTEGRATORS[integrator]
+    if iterations is not None:
+        spec.option.iterations = iterations
+    # Bodies tied by a joint are kept apart by explicit excludes; a divergence must leave its state to be looked at.
+    off = mujoco.mjtDisableBit.mjDSBL_FILTERPARENT, mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    spec.option.disableflags |= int(off[0]) | int(off[1])
+    meshes = _Meshes(spec)
+    usable = _measured(world.colliders, warn)
+    handles = _add_bodies(spec, forest, usable, warn)
+    for number, (collider, _) in enumerate(usable):
+        parent = spec.worldbody if collider.body is None else handles[collider.body]
+        _add_geom(parent, collider, meshes, f"{collider.path}#{number}")
+    _add_constraints(spec, world, forest, warn)
+    model = _compiled(spec)
+    joints = tuple(branch.joint for branch in forest.branches if branch.joint and branch.joint.kind != "fixed")
+    return Compiled(
+        model,
+        tuple(branch.body for branch in forest.branches),
+        joints,
+        tuple(body.path for body in world.bodies if body.kinematic),
+    )
+
+
+def _new_spec() -> Any:
+    spec = mujoco.MjSpec()
+    spec.compiler.degree = False
+    spec.compiler.balanceinertia = True
+    spec.compiler.autolimits = False
+    return spec
+
+
+def _compiled(spec: Any) -> Any:
+    try:
+        return spec.compile()
+    except ValueError as error:
+        raise UserError(f"the scene's physics cannot be built: {' '.join(str(error).split())}") from error
+
+
+class _Meshes:
+    """Mesh assets of a spec; colliders with equal points share one."""
+
+    def __init__(self, spec: Any) -> None:
+        self.spec = spec
+        self.names: dict[bytes, str] = {}
+
+    def name(self, vertices: Floats) -> str:
+        points = np.ascontiguousarray(vertices, dtype=np.float64)
+        key = points.tobytes()
+        if key not in self.names:
+            self.names[key] = f"mesh{len(self.names)}"
+            asset = self.spec.add_mesh(name=self.names[key])
+            asset.uservert = points.ravel()
+            asset.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX
+        return self.names[key]
+
+
+def _add_geom(parent: Any, collider: Collider, meshes: _Meshes, name: str, density: float = 0.0) -> Any:
+    size = np.zeros(3)
+    size[: len(collider.size)] = collider.size
+    if collider.kind == "plane":
+        size[:] = (0, 0, 1)
+    geom = parent.add_geom(name=name, type=_GEOMS[collider.kind], size=size, density=density)
+    geom.pos = collider.pose[:3, 3]
+    geom.quat = transforms.quaternion(collider.pose[:3, :3])
+    geom.friction = [collider.friction, TORSION, ROLLING]
+    if collider.kind == "mesh":
+        assert collider.vertices is not None
+        geom.meshname = meshes.name(collider.vertices)
+    return geom
+
+
+def _measured(colliders: Iterable[Collider], warn: Warn) -> list[tuple[Collider, Volume]]:
+    """Colliders that MuJoCo can build, each with its volume: a model of each alone, at density 1, tells."""
+    out = []
+    known: dict[tuple[Any, ...], Volume] = {}
+    for collider in colliders:
+        if collider.kind == "plane":
+            out.append((collider, Volume(0.0, np.zeros(3), np.zeros((3, 3)))))
+            continue
+        points = b"" if collider.vertices is None else collider.vertices.tobytes()
+        key = (collider.kind, collider.size, collider.pose.tobytes(), points)
+        if key not in known:
+            spec = _new_spec()
+            try:
+                _add_geom(spec.worldbody.add_body(), collider, _Meshes(spec), "only", density=1.0)
+                model = spec.compile()
+            except ValueError as error:
+                warn("bad-collider", collider.path, f"nothing hits it: {' '.join(str(error).split())}")
+                continue
+            axes = transforms.rotation_matrices(model.body_iquat[1])
+            tensor = axes @ np.diag(model.body_inertia[1]) @ axes.T
+            known[key] = Volume(float(model.body_mass[1]), model.body_ipos[1].copy(), tensor)
+        out.append((collider, known[key]))
+    return out
+
+
+def _add_bodies(spec: Any, forest: Forest, colliders: list[tuple[Collider, Volume]], warn: Warn) -> dict[str, Any]:
+    own: dict[str | None, list[tuple[Collider, Volume]]] = {}
+    for collider, volume in colliders:
+        own.setdefault(collider.body, []).append((collider, volume))
+    handles: dict[str, Any] = {}
+    poses: dict[str | None, Floats] = {None: np.eye(4)}
+    for branch in forest.branches:
+        body = branch.body
+        parent = spec.worldbody if branch.parent is None else handles[branch.parent]
+        local = transforms.inverse_rigid(poses[branch.parent]) @ body.pose
+        handle = parent.add_body(name=body.path, mocap=body.kinematic)
+        handle.pos, handle.quat = local[:3, 3], transforms.quaternion(local[:3, :3])
+        handles[body.path], poses[body.path] = handle, body.pose
+        if not body.kinematic:
+            _set_inertia(handle, body_inertia(body, own.get(body.path, ()), warn))
+            _add_joint(spec, handle, branch)
+    return handles
+
+
+def _set_inertia(handle: Any, inertia: Inertia) -> None:
+    handle.explicitinertial = True
+    handle.mass, handle.ipos = inertia.mass, inertia.center
+    t = inertia.tensor
+    handle.fullinertia = [t[0, 0], t[1, 1], t[2, 2], t[0, 1], t[0, 2], t[1, 2]]
+
+
+def _add_joint(spec: Any, handle: Any, branch: Branch) -> None:
+    joint = branch.joint
+    if joint is None:
+        handle.add_freejoint(name=f"{branch.body.path}#free")
+        return
+    if joint.kind == "fixed":
+        return
+    frame = joint.frames[0 if branch.reversed else 1]
+    kinds = {
+        "revolute": mujoco.mjtJoint.mjJNT_HINGE,
+        "prismatic": mujoco.mjtJoint.mjJNT_SLIDE,
+        "spherical": mujoco.mjtJoint.mjJNT_BALL,
+    }
+    made = handle.add_joint(name=joint.path, type=kinds[joint.kind], pos=frame[:3, 3])
+    if joint.kind == "spherical":
+        return
+    made.axis = frame[:3, joint.axis] * (-1.0 if branch.reversed else 1.0)
+    made.ref = joint.start
+    if math.isfinite(joint.lower) or math.isfinite(joint.upper):
+        made.limited = mujoco.mjtLimited.mjLIMITED_TRUE
+        made.range = np.clip([joint.lower, max(joint.upper, joint.lower + 1e-9)], -1e9, 1e9)
+    if joint.drive is not None:
+        _add_drive(spec, joint)
+
+
+def _add_drive(spec: Any, joint: Joint) -> None:
+    """An actuator whose control is a force; the engine sets its gains (they depend on the time step)."""
+    drive = joint.drive
+    assert drive is not None
+    actuator = spec.add_actuator(name=joint.path, target=joint.path, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+    actuator.gaintype, actuator.biastype = mujoco.mjtGain.mjGAIN_FIXED, mujoco.mjtBias.mjBIAS_AFFINE
+    if math.isfinite(drive.max_force):
+        actuator.forcelimited = mujoco.mjtLimited.mjLIMITED_TRUE
+        actuator.forcerange = [-drive.max_force, drive.max_force]
+
+
+def _add_constraints(spec: Any, world: World, forest: Forest, warn: Warn) -> None:
+    for joint in forest.loops:
+        if joint.drive is not None or math.isfinite(joint.lower) or math.isfinite(joint.upper):
+            warn("loop-joint", joint.path, "it closes a loop of joints; its drive and its limits have no effect.")
+        _add_loop(spec, joint, warn)
+    apart = [joint.bodies for joint in world.joints if not joint.collide] + list(world.filtered)
+    for first, second in dict.fromkeys((min(pair), max(pair)) for pair in apart if pair[0] and pair[1]):  # type: ignore
+        spec.add_exclude(bodyname1=first, bodyname2=second)
+
+
+def _add_loop(spec: Any, joint: Joint, warn: Warn) -> None:
+    """Tie two bodies that already hang together: at one point, at two points of an axis, or wholly."""
+    names = [body or "world" for body in joint.bodies]
+    if joint.kind == "prismatic":
+        warn("joint-not-supported", joint.path, "a prismatic joint that closes a loop is not simulated.")
+        return
+    if joint.kind == "fixed":
+        relative = joint.frames[0] @ transforms.inverse_rigid(joint.frames[1])
+        weld = spec.add_equality(type=mujoco.mjtEq.mjEQ_WELD, objtype=mujoco.mjtObj.mjOBJ_BODY)
+        weld.name1, weld.name2 = names
+        weld.data[:] = [*joint.frames[1][:3, 3], *relative[:3, 3], *transforms.quaternion(relative[:3, :3]), 1.0]
+        return
+    ends = (0.0,) if joint.kind == "spherical" else (-0.1, 0.1)
+    for end in ends:
+        anchor = joint.frames[0][:3, 3] + end * joint.frames[0][:3, joint.axis]
+        tie = spec.add_equality(type=mujoco.mjtEq.mjEQ_CONNECT, objtype=mujoco.mjtObj.mjOBJ_BODY)
+        tie.name1, tie.name2 = names
+        tie.data[:3] = anchor

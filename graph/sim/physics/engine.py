@@ -1,0 +1,190 @@
+"""MuJoCo as the engine of a world: steps, poses, velocities, drives."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graph.errors import RunError
+
+from .. import transforms
+from ..transforms import Floats
+from .compile import Compiled
+from .library import mujoco
+from .model import Joint
+
+_BAD = tuple(
+    int(kind)
+    for kind in (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
+)
+
+
+class Physics:
+    """The bodies of a playing world, metres and seconds. `body_paths` orders every array over bodies."""
+
+    def __init__(self, compiled: Compiled, dt: Fraction) -> None:
+        self.model = compiled.model
+        self.data = mujoco.MjData(compiled.model)
+        self.body_paths = tuple(body.path for body in compiled.bodies)
+        self.kinematic = frozenset(compiled.kinematic)
+        self.joints = compiled.joints
+        self._index = {path: number for number, path in enumerate(self.body_paths)}
+        self._counters = memoryview(self.data.warning.number)
+        self._positions, self._quaternions = self.data.xpos[1:], self.data.xquat[1:]
+        self._stale = False
+        self._actuators = {joint.path: number for number, joint in enumerate(j for j in self.joints if j.drive)}
+        self._inertia_scaled_gains()
+        self.targets = np.array([[j.drive.position, j.drive.velocity] for j in self.joints if j.drive]).reshape(-1, 2)
+        self.set_dt(dt)
+        self._start(compiled)
+
+    def step(self) -> None:
+        """Advance by one dt. Raises RunError if the simulation has diverged, naming the body."""
+        mujoco.mj_step(self.model, self.data)
+        self._stale = True
+        counters = self._counters
+        if counters[3] or counters[4] or counters[5]:
+            raise RunError(self._divergence())
+
+    @property
+    def positions(self) -> Floats:
+        """(B, 3) origins of the bodies in the world [m]; a live view of the engine's memory."""
+        if self._stale:
+            self._refresh()
+        return self._positions
+
+    @property
+    def quaternions(self) -> Floats:
+        """(B, 4) w, x, y, z of the bodies in the world; a live view of the engine's memory."""
+        if self._stale:
+            self._refresh()
+        return self._quaternions
+
+    def velocities(self) -> Floats:
+        """(B, 6) of each body's origin: linear [m/s], then angular [rad/s], both along world axes."""
+        if self._stale:
+            self._refresh()
+        mujoco.mj_comPos(self.model, self.data)
+        mujoco.mj_comVel(self.model, self.data)
+        angular, linear = self.data.cvel[1:, :3], self.data.cvel[1:, 3:]
+        arm = self._positions - self.data.subtree_com[self.model.body_rootid[1:]]
+        return np.concatenate([linear + np.cross(angular, arm), angular], axis=1)
+
+    def set_dt(self, dt: Fraction) -> None:
+        """Change the time step [s]; the drives keep their meaning."""
+        self.dt = dt
+        self.model.opt.timestep = float(dt)
+        self._set_gains()
+
+    def set_pose(self, path: str, pose: Floats) -> None:
+        """Put a free or kinematic body at a rigid (4, 4) world pose [m]. Raises RunError for one held by a joint."""
+        body = self._index[path] + 1
+        quaternion = transforms.quaternion(pose[:3, :3])
+        mocap = self.model.body_mocapid[body]
+        if mocap >= 0:
+            self.data.mocap_pos[mocap], self.data.mocap_quat[mocap] = pose[:3, 3], quaternion
+        elif self._is_free(body):
+            address = self.model.jnt_qposadr[self.model.body_jntadr[body]]
+            self.data.qpos[address : address + 7] = [*pose[:3, 3], *quaternion]
+        else:
+            raise RunError(f"{path}: a joint holds this body; set the joint's position instead of its pose.")
+        self._stale = True
+
+    def apply_targets(self) -> None:
+        """Hand `targets` (A, 2), positions and velocities of the driven joints, to the engine."""
+        self.data.ctrl[:] = (self.targets * self._gains).sum(axis=1)
+
+    def close(self) -> None:
+        """Free the engine's memory; nothing may be asked of it afterwards."""
+        self._positions, self._quaternions = self._positions.copy(), self._quaternions.copy()
+        self._counters.release()
+        del self.data, self.model
+
+    def _refresh(self) -> None:
+        # mj_step leaves the poses of the state it started from; those of the new state are the kinematics of qpos.
+        mujoco.mj_kinematics(self.model, self.data)
+        self._stale = False
+
+    def _is_free(self, body: int) -> bool:
+        joint = self.model.body_jntadr[body]
+        return bool(joint >= 0 and self.model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE)
+
+    def _inertia_scaled_gains(self) -> None:
+        """(A, 2) stiffness and damping per actuator; those of acceleration drives times the inertia they move."""
+        self._gains = np.zeros((len(self._actuators), 2))
+        for number, joint in enumerate(j for j in self.joints if j.drive):
+            assert joint.drive is not None
+            factor = 1.0
+            if joint.drive.acceleration:
+                factor = float(self.model.dof_M0[self.dof(joint)])
+                self.model.actuator_forcerange[number] *= factor
+            self._gains[number] = joint.drive.stiffness * factor, joint.drive.damping * factor
+
+    def _set_gains(self) -> None:
+        """Drive force at the end of the step: k (q* - q - dt v) + d (v* - v), v the new velocity.
+
+        The integrator treats damping implicitly, so the spring's share of it, dt k, makes the spring implicit too:
+        stable at any stiffness (Tan, Liu and Turk: Stable proportional-derivative controllers, 2011).
+        """
+        stiffness, damping = self._gains[:, 0], self._gains[:, 1]
+        self.model.actuator_gainprm[:, 0] = 1.0
+        self.model.actuator_biasprm[:, 1] = -stiffness
+        self.model.actuator_biasprm[:, 2] = -(damping + float(self.dt) * stiffness)
+
+    def _start(self, compiled: Compiled) -> None:
+        """Initial velocities and drive targets, and everything that follows from them."""
+        mujoco.mj_kinematics(self.model, self.data)
+        velocities: dict[str, tuple[Floats, Floats]] = {}
+        for number, body in enumerate(compiled.bodies, start=1):
+            if not (body.velocity.any() or body.angular_velocity.any()) or body.kinematic:
+                continue
+            velocities[body.path] = body.velocity, body.angular_velocity
+            if self._is_free(number):
+                turn = self.data.xmat[number].reshape(3, 3)
+                arm = self.data.xipos[number] - self.data.xpos[number]
+                address = self.model.jnt_dofadr[self.model.body_jntadr[number]]
+                self.data.qvel[address : address + 3] = body.velocity - np.cross(body.angular_velocity, arm)
+                self.data.qvel[address + 3 : address + 6] = turn.T @ body.angular_velocity
+        for joint in self.joints:
+            self._start_joint(joint, velocities)
+        self.apply_targets()
+        mujoco.mj_forward(self.model, self.data)
+
+    def _start_joint(self, joint: Joint, velocities: dict[str, tuple[Floats, Floats]]) -> None:
+        first, second = joint.bodies
+        if joint.kind == "spherical" or second not in velocities:
+            return
+        rest = np.zeros(3), np.zeros(3)
+        v1, w1 = velocities[second]
+        v0, w0 = velocities.get(first or "", rest)
+        number = self.model.joint(joint.path).id
+        turn = self.data.xmat[self._index[second] + 1].reshape(3, 3)
+        axis = turn @ joint.frames[1][:3, joint.axis]
+        self.data.qvel[self.model.jnt_dofadr[number]] = axis @ (w1 - w0 if joint.kind == "revolute" else v1 - v0)
+
+    def dof(self, joint: Joint) -> int:
+        """Which coordinate of velocity a joint has."""
+        return int(self.model.joint(joint.path).dofadr[0])
+
+    def qpos_address(self, joint: Joint) -> int:
+        """Which coordinate of position a joint has."""
+        return int(self.model.joint(joint.path).qposadr[0])
+
+    def actuator(self, joint: Joint) -> int | None:
+        """Which actuator drives a joint, if one does."""
+        return self._actuators.get(joint.path)
+
+    def _divergence(self) -> str:
+        kind = next(kind for kind in _BAD if self._counters[kind])
+        place = int(self.data.warning[kind].lastinfo)
+        if kind == _BAD[0]:
+            owners: NDArray[np.int32] = np.searchsorted(self.model.jnt_qposadr, place, side="right") - 1
+            body = int(self.model.jnt_bodyid[owners])
+        else:
+            body = int(self.model.dof_bodyid[place])
+        return (
+            f"{self.body_paths[body - 1]}: the simulation diverged here, at {float(self.data.time):.6g} s of physics. "
+            "Raise physics_hz, lower the stiffness, speeds or mass ratios around it, or move apart what overlaps."
+        )

@@ -1,0 +1,83 @@
+"""Mass, centre and inertia of bodies: what is authored, else from the volumes of their colliders."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from .. import transforms
+from ..stage import Warn
+from ..transforms import Floats
+from .model import DEFAULT_DENSITY, Body, Collider
+
+SMALL_SPHERE = 0.1
+"""A body without volume has the inertia of a ball of this radius [m] (and 1 kg), as PhysX gives it."""
+
+
+@dataclass(frozen=True)
+class Volume:
+    """Of a collider at density 1, in its body's frame: m3, centre [m], inertia about the centre (3, 3)."""
+
+    volume: float
+    center: Floats
+    inertia: Floats
+
+
+@dataclass(frozen=True)
+class Inertia:
+    """Mass [kg], centre of mass [m] and inertia about it (3, 3) [kg m2], along the body's axes."""
+
+    mass: float
+    center: Floats
+    tensor: Floats
+
+
+def body_inertia(body: Body, parts: Sequence[tuple[Collider, Volume]], warn: Warn) -> Inertia:
+    """Authored values first: the body's mass over its colliders', mass over density, collider over body over material.
+
+    An authored mass scales what the volumes give; an authored centre moves it without changing the tensor.
+    """
+    out = _summed([_weighed(body, collider, volume) for collider, volume in parts])
+    if out is None:
+        mass = body.mass or 1.0
+        out = Inertia(mass, np.zeros(3), np.eye(3) * (0.4 * mass * SMALL_SPHERE**2))
+        if body.diagonal_inertia is None:
+            warn(
+                "body-without-volume",
+                body.path,
+                f"no collider gives it an inertia; it has that of a {SMALL_SPHERE} m ball.",
+            )
+    if body.mass is not None:
+        out = Inertia(body.mass, out.center, out.tensor * (body.mass / out.mass))
+    center = out.center if body.center_of_mass is None else body.center_of_mass
+    tensor = out.tensor
+    if body.diagonal_inertia is not None:
+        axes = np.eye(3) if body.principal_axes is None else transforms.rotation_matrices(body.principal_axes)
+        tensor = axes @ np.diag(body.diagonal_inertia) @ axes.T
+    return Inertia(out.mass, center, tensor)
+
+
+def _weighed(body: Body, collider: Collider, volume: Volume) -> Inertia | None:
+    if volume.volume <= 0:
+        return None
+    density = next((d for d in (body.density, collider.density) if d is not None), DEFAULT_DENSITY)
+    if collider.density is not None:
+        density = collider.density
+    mass = volume.volume * density if collider.mass is None else collider.mass
+    return Inertia(mass, volume.center, volume.inertia * (mass / volume.volume))
+
+
+def _summed(parts: Sequence[Inertia | None]) -> Inertia | None:
+    """Parallel axes: each tensor moved to the common centre."""
+    solid = [part for part in parts if part is not None and part.mass > 0]
+    if not solid:
+        return None
+    mass = sum(part.mass for part in solid)
+    center = np.sum([part.mass * part.center for part in solid], axis=0) / mass
+    tensor = np.zeros((3, 3))
+    for part in solid:
+        arm = part.center - center
+        tensor += part.tensor + part.mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
+    return Inertia(mass, center, tensor)

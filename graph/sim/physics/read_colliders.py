@@ -1,0 +1,210 @@
+"""UsdPhysics colliders as convex shapes; what is not convex is cut into parts that are, or said to be a hull."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from .. import transforms
+from ..geometry import endless
+from ..scan import ColliderPrim, Scan
+from ..shapes import SOLIDS, shape_of
+from ..stage import Warn
+from ..tessellation import Triangles, axis_vector
+from ..transforms import Floats
+from ..usd import EARLIEST, UsdGeom, UsdPhysics, UsdShade
+from .attributes import authored, kilograms_per_unit
+from .hulls import convex_parts
+from .model import DEFAULT_FRICTION, Collider
+
+HULL_TOLERANCE = 1e-3
+"""How far a stretched curved solid's hull may lie inside it, as a fraction of its size."""
+
+PLATE_THICKNESS = 0.05
+"""A Plane with edges collides as a plate of this fraction of its shorter side, its upper face being the plane."""
+
+_TO_Z = {"X": [[0, 0, 1], [1, 0, 0], [0, 1, 0]], "Y": [[0, 1, 0], [0, 0, 1], [1, 0, 0]], "Z": np.eye(3)}
+"""Rotations whose third column is the axis: they turn shapes along Z to lie along X or Y."""
+
+
+def read_colliders(scan: Scan, warn: Warn) -> tuple[Collider, ...]:
+    """All enabled colliders, each in the frame of its body if that can move, else in the world."""
+    found: list[Collider] = []
+    for prim in scan.colliders:
+        found.extend(_Reader(scan, prim, warn).read())
+    return tuple(found)
+
+
+class _Reader:
+    """One collider prim with its frame: `frame` takes its own units to metres in its body's frame."""
+
+    def __init__(self, scan: Scan, collider: ColliderPrim, warn: Warn) -> None:
+        self.prim, self.path = collider.prim, collider.path
+        self.body = scan.moving_body_of(collider.path)
+        self.warn = warn
+        frame = scan.world_matrix(collider.prim)
+        frame[:3] *= scan.meters_per_unit
+        if self.body is not None:
+            frame = transforms.inverse_rigid(scan.body_pose(self.body)) @ frame
+        self.frame = frame
+        self.pose = transforms.rigid_part(frame)
+        rest = (transforms.inverse_rigid(self.pose) @ frame)[:3, :3]
+        self.scale = np.abs(np.diag(rest))
+        self.sheared = bool(np.abs(rest - np.diag(np.diag(rest))).max() > 1e-9 * self.scale.max())
+        self.common = {**_surface(scan, collider.prim), **_mass(scan, collider.prim)}
+
+    def read(self) -> list[Collider]:
+        if not transforms.usable(self.frame):
+            self.warn("bad-transform", self.path, "the collider's transform is flat or not finite; nothing hits it.")
+            return []
+        kind = str(self.prim.GetTypeName())
+        if self.prim.IsA(UsdGeom.Mesh):
+            return self._mesh()
+        if kind not in SOLIDS:
+            self.warn(
+                "bad-collider", self.path, f"a {kind or 'prim without type'} cannot be a collider; nothing hits it."
+            )
+            return []
+        return self._plane() if kind == "Plane" else self._solid(kind)
+
+    def _make(self, kind: Any, pose: Floats, size: tuple[float, ...] = (), **more: Any) -> Collider:
+        return Collider(self.path, self.body, kind, pose, size, **more, **self.common)
+
+    def _number(self, name: str) -> float:
+        return float(self.prim.GetAttribute(name).Get(EARLIEST))
+
+    def _solid(self, kind: str) -> list[Collider]:
+        sx, sy, sz = map(float, self.scale)
+        if kind == "Cube" and not self.sheared:
+            half = self._number("size") / 2
+            return [self._make("box", self.pose, (half * sx, half * sy, half * sz))]
+        if kind == "Sphere" and not self.sheared:
+            radius = self._number("radius")
+            if np.allclose(self.scale, sx, rtol=1e-6):
+                return [self._make("sphere", self.pose, (radius * sx,))]
+            return [self._make("ellipsoid", self.pose, (radius * sx, radius * sy, radius * sz))]
+        if kind in ("Capsule", "Cylinder") and not self.sheared:
+            axis = str(self.prim.GetAttribute("axis").Get(EARLIEST))
+            along = float(self.scale["XYZ".index(axis)])
+            across = np.delete(self.scale, "XYZ".index(axis))
+            even = np.allclose(across, across[0], rtol=1e-6)
+            if even and (kind == "Cylinder" or math.isclose(along, across[0], rel_tol=1e-6)):
+                pose = self.pose.copy()
+                pose[:3, :3] = pose[:3, :3] @ np.array(_TO_Z[axis], dtype=np.float64)
+                size = (self._number("radius") * float(across[0]), self._number("height") / 2 * along)
+                return [self._make(kind.lower(), pose, size)]
+        shape = shape_of(self.prim, self._hull_tolerance(), self._complain)
+        return [] if shape is None else [self._hull(*shape)]
+
+    def _hull_tolerance(self) -> float:
+        names = ("radius", "radiusBottom", "radiusTop", "size")
+        return HULL_TOLERANCE * max(self._number(name) for name in names if self.prim.GetAttribute(name))
+
+    def _plane(self) -> list[Collider]:
+        axis = str(self.prim.GetAttribute("axis").Get(EARLIEST))
+        normal = np.linalg.inv(self.frame[:3, :3]).T @ axis_vector(axis)
+        pose = _facing(normal / np.linalg.norm(normal), self.frame[:3, 3])
+        if endless(self.prim):
+            if self.body is not None:
+                self.warn(
+                    "bad-collider", self.path, "an endless Plane cannot move with a body; give it width and length."
+                )
+                return []
+            return [self._make("plane", pose)]
+        shape = shape_of(self.prim, 1.0, self._complain)
+        if shape is None:
+            return []
+        corners = transforms.transformed(self.frame, shape[0])
+        shorter = min(np.linalg.norm(corners[1] - corners[0]), np.linalg.norm(corners[3] - corners[0]))
+        below = corners - pose[:3, 2] * shorter * PLATE_THICKNESS
+        return [self._make("mesh", np.eye(4), vertices=np.concatenate([corners, below]))]
+
+    def _mesh(self) -> list[Collider]:
+        shape = shape_of(self.prim, 1.0, self._complain)
+        if shape is None:
+            return []
+        approximation = "none"
+        if self.prim.HasAPI(UsdPhysics.MeshCollisionAPI):
+            approximation = str(UsdPhysics.MeshCollisionAPI(self.prim).GetApproximationAttr().Get(EARLIEST))
+        vertices, triangles = shape
+        used = vertices[np.unique(triangles)]
+        if approximation == "boundingCube":
+            return [self._bounding_box(used)]
+        if approximation == "boundingSphere":
+            points = transforms.transformed(self.frame, used)
+            center = (points.min(axis=0) + points.max(axis=0)) / 2
+            pose = np.eye(4)
+            pose[:3, 3] = center
+            return [self._make("sphere", pose, (float(np.linalg.norm(points - center, axis=1).max()),))]
+        if approximation == "convexHull" or (approximation == "none" and self.body is not None):
+            return [self._hull(vertices, triangles)]
+        return self._parts(vertices, triangles)
+
+    def _bounding_box(self, points: Floats) -> Collider:
+        low, high = points.min(axis=0), points.max(axis=0)
+        corners = np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])
+        return self._make("mesh", np.eye(4), vertices=transforms.transformed(self.frame, corners))
+
+    def _hull(self, vertices: Floats, triangles: Triangles) -> Collider:
+        return self._make(
+            "mesh", np.eye(4), vertices=transforms.transformed(self.frame, vertices[np.unique(triangles)])
+        )
+
+    def _parts(self, vertices: Floats, triangles: Triangles) -> list[Collider]:
+        """Each connected part on its own; those that are not convex by themselves collide as their hulls."""
+        parts, concave = convex_parts(transforms.transformed(self.frame, vertices), triangles)
+        if concave:
+            self.warn(
+                "concave-collider",
+                self.path,
+                f"{concave} of its {len(parts)} connected parts are not convex; bodies hit their convex hulls, while rays "
+                "see the true surface. Cut the mesh into convex parts for exact contacts.",
+            )
+        common = dict(self.common)
+        if common.get("mass") is not None:
+            common["mass"] /= len(parts)
+        return [Collider(self.path, self.body, "mesh", np.eye(4), vertices=part, **common) for part in parts]
+
+    def _complain(self, message: str) -> None:
+        self.warn("bad-collider", self.path, message)
+
+
+def _facing(normal: Floats, origin: Floats) -> Floats:
+    """A frame at `origin` whose Z is `normal`."""
+    side = np.eye(3)[int(np.argmin(np.abs(normal)))]
+    x = side - normal * (side @ normal)
+    x /= np.linalg.norm(x)
+    pose = np.eye(4)
+    pose[:3, :3] = np.stack([x, np.cross(normal, x), normal], axis=1)
+    pose[:3, 3] = origin
+    return pose
+
+
+def _surface(scan: Scan, prim: Any) -> dict[str, Any]:
+    """Friction (of sliding; the static one where only that is authored) and density of the bound physics material."""
+    material, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial("physics")
+    if not material or not material.GetPrim().HasAPI(UsdPhysics.MaterialAPI):
+        return {"friction": DEFAULT_FRICTION}
+    physics = UsdPhysics.MaterialAPI(material.GetPrim())
+    sliding, static = physics.GetDynamicFrictionAttr(), physics.GetStaticFrictionAttr()
+    friction = float((sliding if sliding.HasAuthoredValue() else static).Get(EARLIEST))
+    return {
+        "friction": friction if math.isfinite(friction) and friction >= 0 else DEFAULT_FRICTION,
+        "density": _density(scan, physics.GetDensityAttr()),
+    }
+
+
+def _mass(scan: Scan, prim: Any) -> dict[str, Any]:
+    if not prim.HasAPI(UsdPhysics.MassAPI) or prim.HasAPI(UsdPhysics.RigidBodyAPI):
+        return {}
+    api = UsdPhysics.MassAPI(prim)
+    mass, density = authored(api.GetMassAttr()), _density(scan, api.GetDensityAttr())
+    out: dict[str, Any] = {} if mass is None else {"mass": mass * kilograms_per_unit(scan.stage)}
+    return out if density is None else {**out, "density": density}
+
+
+def _density(scan: Scan, attribute: Any) -> float | None:
+    value = authored(attribute)
+    return None if value is None else value * kilograms_per_unit(scan.stage) / scan.meters_per_unit**3

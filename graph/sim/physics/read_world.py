@@ -1,0 +1,99 @@
+"""A stage's UsdPhysics as a `World`: gravity, bodies and their masses."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from .. import transforms
+from ..scan import BodyPrim, Scan
+from ..stage import Warn, up_axis
+from ..transforms import Floats
+from ..usd import EARLIEST, UsdGeom, UsdPhysics
+from .attributes import authored, kilograms_per_unit, quaternion_of, vector, vector_or_zero
+from .model import Body, World
+from .read_colliders import read_colliders
+from .read_joints import read_joints
+
+EARTH_GRAVITY = 9.81
+
+
+def read_world(scan: Scan, warn: Warn) -> World:
+    """Everything of the scan that moves, or that something moving can hit."""
+    return World(
+        gravity=read_gravity(scan),
+        bodies=tuple(_body(scan, scan.bodies[path], warn) for path in scan.bodies if path in scan.moving),
+        colliders=read_colliders(scan, warn),
+        joints=read_joints(scan, warn),
+        filtered=_filtered_pairs(scan),
+    )
+
+
+def read_gravity(scan: Scan) -> Floats:
+    """(3,) m/s2 of the first physics scene; without one, or where it says nothing, 9.81 down the up axis."""
+    down = -np.eye(3)["XYZ".index(up_axis(scan.stage))]
+    if not scan.scenes:
+        return EARTH_GRAVITY * down
+    scene = UsdPhysics.Scene(scan.scenes[0])
+    direction = np.array(scene.GetGravityDirectionAttr().Get(EARLIEST), dtype=np.float64)
+    magnitude = float(scene.GetGravityMagnitudeAttr().Get(EARLIEST))
+    length = float(np.linalg.norm(direction))
+    if not np.isfinite(length) or length == 0:
+        direction, length = down, 1.0
+    strength = magnitude * scan.meters_per_unit if 0 <= magnitude < math.inf else EARTH_GRAVITY
+    return direction / length * strength
+
+
+def _body(scan: Scan, prim: BodyPrim, warn: Warn) -> Body:
+    unit, mass_unit = scan.meters_per_unit, kilograms_per_unit(scan.stage)
+    pose = scan.body_pose(prim.path)
+    rigid = UsdPhysics.RigidBodyAPI(prim.prim)
+    mass = UsdPhysics.MassAPI(prim.prim)
+    world = scan.world_matrix(prim.prim)
+    if not transforms.usable(world):
+        warn(
+            "bad-transform", prim.path, "the body's transform is flat or not finite; its rotation is not to be trusted."
+        )
+    local_scale = (transforms.inverse_rigid(transforms.rigid_part(world)) @ world)[:3, :3]
+    total = authored(mass.GetMassAttr())
+    density = authored(mass.GetDensityAttr())
+    center = vector(mass.GetCenterOfMassAttr())
+    inertia = vector(mass.GetDiagonalInertiaAttr())
+    axes = mass.GetPrincipalAxesAttr().Get(EARLIEST)
+    turned = _parent_rotation(scan, prim.prim)
+    return Body(
+        path=prim.path,
+        pose=pose,
+        kinematic=prim.kinematic,
+        mass=None if total is None else total * mass_unit,
+        density=None if density is None else density * mass_unit / unit**3,
+        center_of_mass=None if center is None else local_scale @ center * unit,
+        diagonal_inertia=None if inertia is None or not (inertia > 0).all() else inertia * mass_unit * unit**2,
+        principal_axes=None if axes is None or axes.GetLength() == 0 else quaternion_of(axes),
+        velocity=turned @ vector_or_zero(rigid.GetVelocityAttr()) * unit,
+        angular_velocity=turned @ np.radians(vector_or_zero(rigid.GetAngularVelocityAttr())),
+    )
+
+
+def _parent_rotation(scan: Scan, prim: Any) -> Floats:
+    """Velocities are written in the space that the prim's own transform is written in: its parent's."""
+    parent = prim.GetParent()
+    if not parent or UsdGeom.Xformable(prim).GetResetXformStack():
+        return np.eye(3)
+    return transforms.rigid_part(scan.world_matrix(parent))[:3, :3]
+
+
+def _filtered_pairs(scan: Scan) -> tuple[tuple[str, str], ...]:
+    """Pairs of bodies of which one names the other (or a collider of it) in FilteredPairsAPI."""
+    pairs: dict[tuple[str, str], None] = {}
+    for prim in (*(body.prim for body in scan.bodies.values()), *(collider.prim for collider in scan.colliders)):
+        if not prim.HasAPI(UsdPhysics.FilteredPairsAPI):
+            continue
+        first = scan.moving_body_of(str(prim.GetPath()))
+        for target in UsdPhysics.FilteredPairsAPI(prim).GetFilteredPairsRel().GetForwardedTargets():
+            second = scan.moving_body_of(str(target.GetPrimPath()))
+            if first and second and first != second:
+                pairs[min(first, second), max(first, second)] = None
+    return tuple(pairs)

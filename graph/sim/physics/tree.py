@@ -1,0 +1,126 @@
+"""Which joint hangs which body on which: a forest of the joints, and the joints that close loops."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .. import transforms
+from ..stage import Warn
+from ..transforms import Floats
+from .model import Body, Joint, World
+
+SNAP = 1e-3
+"""Joint frames farther apart than this [m or rad] are worth a warning: the joint pulls its body into place."""
+
+
+@dataclass(frozen=True)
+class Branch:
+    """A body, the body it hangs on (None: the world) and the joint between them (None: it is free)."""
+
+    body: Body
+    parent: str | None
+    joint: Joint | None
+    reversed: bool = False
+    """The joint's second body is the parent."""
+
+
+@dataclass(frozen=True)
+class Forest:
+    """Branches with parents before children, and the joints that tie two bodies that already hang together."""
+
+    branches: tuple[Branch, ...]
+    loops: tuple[Joint, ...]
+
+
+def grow_forest(world: World, warn: Warn) -> Forest:
+    """Hang every body on the world or on another body, breadth first, joints in stage order.
+
+    A group of jointed bodies hangs on the world if a joint says so, or on its kinematic body; else its first body that
+    no joint has as its second one floats freely. Where the frames of a joint do not meet, the child is moved.
+    """
+    bodies = {body.path: body for body in world.bodies}
+    at: dict[str | None, list[Joint]] = {}
+    for joint in world.joints:
+        if joint.in_tree:
+            for end in joint.bodies:
+                at.setdefault(end, []).append(joint)
+    branches: dict[str, Branch] = {}
+    used: set[str] = set()
+
+    def spread(roots: Sequence[str | None]) -> None:
+        queue = list(roots)
+        for here in queue:
+            for joint in at.get(here, ()):
+                first, second = joint.bodies
+                other = second if first == here else first
+                if joint.path in used or other is None or other in branches or bodies[other].kinematic:
+                    continue
+                used.add(joint.path)
+                parent_pose = np.eye(4) if here is None else branches[here].body.pose
+                child = _snapped(bodies[other], parent_pose, joint, reverse := other == first, warn)
+                branches[other] = Branch(child, here, joint, reverse)
+                queue.append(other)
+
+    kinematic = [path for path, body in bodies.items() if body.kinematic]
+    branches.update({path: Branch(bodies[path], None, None) for path in kinematic})
+    spread([None])
+    spread(kinematic)
+    children = {joint.bodies[1] for joint in world.joints if joint.in_tree}
+    for path in sorted(bodies, key=lambda path: path in children):
+        if path not in branches:
+            branches[path] = Branch(bodies[path], None, None)
+            spread([path])
+    loops = tuple(joint for joint in world.joints if joint.path not in used)
+    return Forest(_parents_first(branches, tuple(bodies)), loops)
+
+
+def _parents_first(branches: dict[str, Branch], order: tuple[str, ...]) -> tuple[Branch, ...]:
+    """Depth first, siblings in stage order (the order in which MuJoCo numbers bodies)."""
+    children: dict[str | None, list[str]] = {}
+    for path in order:
+        children.setdefault(branches[path].parent, []).append(path)
+    out, todo = [], list(reversed(children.get(None, ())))
+    while todo:
+        path = todo.pop()
+        out.append(branches[path])
+        todo.extend(reversed(children.get(path, ())))
+    return tuple(out)
+
+
+def motion(joint: Joint, position: float) -> Floats:
+    """(4, 4) of the joint's second frame in its first one, at a joint position."""
+    out = np.eye(4)
+    if joint.kind == "prismatic":
+        out[joint.axis, 3] = position
+    elif joint.kind == "revolute":
+        half = np.zeros(4)
+        half[0], half[1 + joint.axis] = np.cos(position / 2), np.sin(position / 2)
+        out[:3, :3] = transforms.rotation_matrices(half)
+    return out
+
+
+def _snapped(child: Body, parent_pose: Floats, joint: Joint, reverse: bool, warn: Warn) -> Body:
+    """The child where the joint's frames meet, given its parent."""
+    if joint.kind == "spherical":
+        moved = motion(joint, 0.0)
+        first, second = joint.frames[::-1] if reverse else joint.frames
+        turn = transforms.inverse_rigid(parent_pose @ first) @ child.pose @ second
+        moved[:3, :3] = turn[:3, :3]
+    else:
+        moved = motion(joint, joint.start)
+        first, second = joint.frames
+        if reverse:
+            moved, first, second = transforms.inverse_rigid(moved), second, first
+    pose = parent_pose @ first @ moved @ transforms.inverse_rigid(second)
+    apart = float(np.linalg.norm(pose[:3, 3] - child.pose[:3, 3]))
+    turned = float(np.abs(pose[:3, :3] - child.pose[:3, :3]).max())
+    if max(apart, turned) > SNAP:
+        warn(
+            "joint-frames-apart",
+            joint.path,
+            f"its two frames do not meet ({apart:.4g} m, {turned:.4g} rad); {child.path} starts where they do.",
+        )
+    return replace(child, pose=pose) if max(apart, turned) > 1e-9 else child
