@@ -7,7 +7,7 @@ when physics steps: poses are composed when somebody reads them.
 from __future__ import annotations
 
 import weakref
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
@@ -55,7 +55,7 @@ class Poses:
         return out
 
     def velocities(self, bodies: Iterable[str]) -> Floats:
-        """(n, 6) of the origins of bodies: linear [m/s], angular [rad/s], along world axes; 0 for what does not move."""
+        """(n, 6) of the origins of bodies: linear [m/s], angular [rad/s], world axes; 0 if it does not move."""
         rows = [self._index.get(path, -1) for path in bodies]
         padded = np.concatenate([self._motion, np.zeros((1, 6))])
         return padded[np.array(rows, dtype=np.intp)]
@@ -84,7 +84,8 @@ class Fabric:
         self._written: Mapping[str, Floats] = MappingProxyType({})
         self._offsets: dict[str, Floats] = {}
         self._values: dict[tuple[str, str], tuple[Any, int]] = {}
-        self._listener = _listen(self)
+        self._on_change = _forgetter(self)
+        self._listener = _listen(self._on_change, stage)
 
     def bind(self, physics: Physics | None) -> None:
         """Follow the bodies of a world that starts to play (None: nothing moves)."""
@@ -236,10 +237,8 @@ class Fabric:
         return None
 
 
-def _listen(fabric: Fabric) -> Any:
-    """Make a Fabric forget what it read when the stage's prims or their transforms change."""
-    from .usd import Tf, Usd
-
+def _forgetter(fabric: Fabric) -> Callable[[Any, Any], None]:
+    """What makes a Fabric forget what it has read when prims or transforms of its stage change."""
     weak = weakref.ref(fabric)
 
     def changed(notice: Any, sender: Any) -> None:
@@ -249,4 +248,11 @@ def _listen(fabric: Fabric) -> Any:
         ):
             alive.forget()
 
-    return Tf.Notice.Register(Usd.Notice.ObjectsChanged, changed, fabric.stage)
+    return changed
+
+
+def _listen(callback: Callable[[Any, Any], None], stage: Any) -> Any:
+    """Have USD call back on changes; it holds the callback weakly, so its owner must keep it."""
+    from .usd import Tf, Usd
+
+    return Tf.Notice.Register(Usd.Notice.ObjectsChanged, callback, stage)

@@ -106,9 +106,9 @@ def scan_stage(stage: Any) -> Scan:
             if body.GetRigidBodyEnabledAttr().Get(EARLIEST):
                 path = str(prim.GetPath())
                 scan.bodies[path] = BodyPrim(path, prim, bool(body.GetKinematicEnabledAttr().Get(EARLIEST)))
-        if prim.HasAPI(UsdPhysics.CollisionAPI):
-            if UsdPhysics.CollisionAPI(prim).GetCollisionEnabledAttr().Get(EARLIEST):
-                colliders.append(prim)
+        collision = UsdPhysics.CollisionAPI(prim) if prim.HasAPI(UsdPhysics.CollisionAPI) else None
+        if collision and collision.GetCollisionEnabledAttr().Get(EARLIEST):
+            colliders.append(prim)
         if prim.HasAPI(UsdPhysics.ArticulationRootAPI):
             scan.articulation_roots.append(str(prim.GetPath()))
     for prim in colliders:

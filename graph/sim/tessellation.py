@@ -93,7 +93,8 @@ def rectangle(width: float, length: float, axis: str) -> tuple[Floats, Triangles
 
 def axis_vector(axis: str) -> Floats:
     """The unit vector of X, Y or Z."""
-    return np.eye(3)["XYZ".index(axis)]
+    vector: Floats = np.eye(3)["XYZ".index(axis)]
+    return vector
 
 
 def _lathe(radii: Floats, heights: Floats, parts: int) -> tuple[Floats, Triangles]:

@@ -40,7 +40,7 @@ def triangulate(
     )
     inside = np.clip(indices, 0, max(len(points) - 1, 0))
     if len(points):
-        strange = ~np.isfinite(points).all(axis=1)
+        strange: NDArray[np.bool_] = ~np.isfinite(points).all(axis=1)
         if strange.any():
             usable &= ~_faces_with(indices, counts, strange[inside], "points that are not finite", complain)
     if holes is not None and len(holes):
@@ -112,7 +112,7 @@ def _turns(corners: Floats) -> Floats:
     cross = _cross(before, edges)
     relative = corners - corners[:, :1]
     normal = _cross(relative, np.roll(relative, -1, axis=1)).sum(axis=1)
-    turns = np.einsum("fnk,fk->fn", cross, normal)
+    turns: Floats = np.einsum("fnk,fk->fn", cross, normal)
     turns[np.abs(turns) <= 1e-12 * np.abs(turns).max(axis=1, keepdims=True)] = 0
     return turns
 

@@ -5,11 +5,12 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from ..stage import Warn, ignore_warning
+from graph.sim.stage import Warn, ignore_warning
 
 if TYPE_CHECKING:
-    from ..fidelity import Fidelity
-    from ..scan import Scan
+    from graph.sim.fidelity import Fidelity
+    from graph.sim.scan import Scan
+
     from .engine import Physics as Physics
 
 
@@ -26,7 +27,7 @@ def build_physics(
     fidelity: its knobs `physics.integrator` (default implicitfast) and `physics.iterations` (default: MuJoCo's) count.
     Raises UserError if the engine refuses the scene.
     """
-    from ..scan import scan_stage
+    from graph.sim.scan import scan_stage
 
     scan = scan or scan_stage(stage)
     if not scan.dynamic:

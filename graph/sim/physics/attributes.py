@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from ..transforms import Floats
-from ..usd import EARLIEST, UsdPhysics
+from graph.sim.transforms import Floats
+from graph.sim.usd import EARLIEST, UsdPhysics
 
 
 def kilograms_per_unit(stage: Any) -> float:
@@ -38,5 +38,6 @@ def vector(attribute: Any) -> Floats | None:
 
 
 def vector_or_zero(attribute: Any) -> Floats:
+    """(3,) that is authored and finite, else zero."""
     value = vector(attribute)
     return np.zeros(3) if value is None else value

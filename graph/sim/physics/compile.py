@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 
 from graph.errors import UserError
+from graph.sim import transforms
+from graph.sim.stage import Warn
+from graph.sim.transforms import Floats
 
-from .. import transforms
-from ..stage import Warn
-from ..transforms import Floats
 from .library import mujoco
 from .masses import Inertia, Volume, body_inertia
 from .model import Body, Collider, Joint, World

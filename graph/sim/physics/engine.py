@@ -5,12 +5,11 @@ from __future__ import annotations
 from fractions import Fraction
 
 import numpy as np
-from numpy.typing import NDArray
 
 from graph.errors import RunError
+from graph.sim import transforms
+from graph.sim.transforms import Floats
 
-from .. import transforms
-from ..transforms import Floats
 from .compile import Compiled
 from .library import mujoco
 from .model import Joint
@@ -32,7 +31,8 @@ class Physics:
         self.joints = compiled.joints
         self._index = {path: number for number, path in enumerate(self.body_paths)}
         self._counters = memoryview(self.data.warning.number)
-        self._positions, self._quaternions = self.data.xpos[1:], self.data.xquat[1:]
+        self._positions: Floats = self.data.xpos[1:]
+        self._quaternions: Floats = self.data.xquat[1:]
         self._stale = False
         self._actuators = {joint.path: number for number, joint in enumerate(j for j in self.joints if j.drive)}
         self._inertia_scaled_gains()
@@ -180,8 +180,8 @@ class Physics:
         kind = next(kind for kind in _BAD if self._counters[kind])
         place = int(self.data.warning[kind].lastinfo)
         if kind == _BAD[0]:
-            owners: NDArray[np.int32] = np.searchsorted(self.model.jnt_qposadr, place, side="right") - 1
-            body = int(self.model.jnt_bodyid[owners])
+            joint = int(np.searchsorted(self.model.jnt_qposadr, place, side="right")) - 1
+            body = int(self.model.jnt_bodyid[joint])
         else:
             body = int(self.model.dof_bodyid[place])
         return (

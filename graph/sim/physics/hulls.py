@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..tessellation import Triangles
-from ..transforms import Floats
+from graph.sim.tessellation import Triangles
+from graph.sim.transforms import Floats
 
 FLAT = 1e-6
 """Points this close to one plane (as a fraction of their extent) are flat."""

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .. import transforms
-from ..stage import Warn
-from ..transforms import Floats
+from graph.sim import transforms
+from graph.sim.stage import Warn
+from graph.sim.transforms import Floats
+
 from .model import DEFAULT_DENSITY, Body, Collider
 
 SMALL_SPHERE = 0.1

@@ -11,8 +11,8 @@ from typing import Literal
 
 import numpy as np
 
-from ..tessellation import Triangles
-from ..transforms import Floats
+from graph.sim.tessellation import Triangles
+from graph.sim.transforms import Floats
 
 ColliderKind = Literal["box", "sphere", "ellipsoid", "capsule", "cylinder", "plane", "mesh"]
 JointKind = Literal["fixed", "revolute", "prismatic", "spherical"]

@@ -7,14 +7,15 @@ from typing import Any
 
 import numpy as np
 
-from .. import transforms
-from ..geometry import endless
-from ..scan import ColliderPrim, Scan
-from ..shapes import SOLIDS, shape_of
-from ..stage import Warn
-from ..tessellation import Triangles, axis_vector
-from ..transforms import Floats
-from ..usd import EARLIEST, UsdGeom, UsdPhysics, UsdShade
+from graph.sim import transforms
+from graph.sim.geometry import endless
+from graph.sim.scan import ColliderPrim, Scan
+from graph.sim.shapes import SOLIDS, shape_of
+from graph.sim.stage import Warn
+from graph.sim.tessellation import Triangles, axis_vector
+from graph.sim.transforms import Floats
+from graph.sim.usd import EARLIEST, UsdGeom, UsdPhysics, UsdShade
+
 from .attributes import authored, kilograms_per_unit
 from .hulls import convex_parts
 from .model import DEFAULT_FRICTION, Collider

@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from .. import transforms
-from ..scan import JointPrim, Scan
-from ..stage import Warn
-from ..transforms import Floats
-from ..usd import EARLIEST, UsdGeom, UsdPhysics
+from graph.sim import transforms
+from graph.sim.scan import JointPrim, Scan
+from graph.sim.stage import Warn
+from graph.sim.transforms import Floats
+from graph.sim.usd import EARLIEST, UsdGeom, UsdPhysics
+
 from .attributes import kilograms_per_unit, quaternion_of
 from .model import FREE, Drive, Joint, JointKind
 

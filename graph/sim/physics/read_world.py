@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from .. import transforms
-from ..scan import BodyPrim, Scan
-from ..stage import Warn, up_axis
-from ..transforms import Floats
-from ..usd import EARLIEST, UsdGeom, UsdPhysics
+from graph.sim import transforms
+from graph.sim.scan import BodyPrim, Scan
+from graph.sim.stage import Warn, up_axis
+from graph.sim.transforms import Floats
+from graph.sim.usd import EARLIEST, UsdGeom, UsdPhysics
+
 from .attributes import authored, kilograms_per_unit, quaternion_of, vector, vector_or_zero
 from .model import Body, World
 from .read_colliders import read_colliders
@@ -33,7 +34,7 @@ def read_world(scan: Scan, warn: Warn) -> World:
 
 def read_gravity(scan: Scan) -> Floats:
     """(3,) m/s2 of the first physics scene; without one, or where it says nothing, 9.81 down the up axis."""
-    down = -np.eye(3)["XYZ".index(up_axis(scan.stage))]
+    down: Floats = -np.eye(3)["XYZ".index(up_axis(scan.stage))]
     if not scan.scenes:
         return EARTH_GRAVITY * down
     scene = UsdPhysics.Scene(scan.scenes[0])

@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .. import transforms
-from ..stage import Warn
-from ..transforms import Floats
+from graph.sim import transforms
+from graph.sim.stage import Warn
+from graph.sim.transforms import Floats
+
 from .model import Body, Joint, World
 
 SNAP = 1e-3
