@@ -1,0 +1,217 @@
+"""From a graph file to a running App: the one place that joins engine, world, sensors and nodes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from .errors import Mark, Problem, UserError
+from .spec import FileSpec, GraphSpec
+
+if TYPE_CHECKING:
+    from pxr import Usd
+
+    from .evaluate import Graph
+    from .runner import GraphRunner, OnError
+    from .sim import App
+
+
+@dataclass(frozen=True, slots=True)
+class Parts:
+    """What a graph file gave: what it says, its compiled graphs, its stage (None where it could not be made), and
+    everything that is wrong with it."""
+
+    spec: FileSpec | None
+    graphs: list[Graph]
+    stage: Usd.Stage | None
+    problems: list[Problem]
+
+
+@dataclass(frozen=True, slots=True)
+class Session:
+    """An opened graph file: what it says, the App that runs it, the graphs bound to that App."""
+
+    spec: FileSpec
+    app: App
+    runner: GraphRunner
+
+
+def build_parts(
+    path: str | Path,
+    *,
+    allow: Sequence[Path] = (),
+    overrides: Mapping[str, str] | None = None,
+    settings: Mapping[str, Any] | None = None,
+    fidelity: Mapping[str, Any] | None = None,
+) -> Parts:
+    """Loads, compiles and stages a graph file; each step works on what the one before found right.
+
+    `allow` names folders besides the file's own that it may read; `overrides` maps NODE.ATTR to a value as in YAML;
+    `settings` and `fidelity` beat the file's.
+    """
+    from .files import examine
+    from .plan import compile_graphs
+
+    examined = examine(path, allow=allow)
+    spec, problems = examined.spec, list(examined.problems)
+    graphs: list[Graph] = []
+    stage = None
+    if spec is not None:
+        with _collecting(problems):
+            spec = override_inputs(spec, overrides or {})
+            spec = replace(
+                spec,
+                settings={**spec.settings, **(settings or {})},
+                fidelity={**spec.fidelity, **(fidelity or {})},
+            )
+            graphs = compile_graphs(spec.graphs)
+        with _collecting(problems):
+            stage = build_stage(spec, allow)
+        problems += option_problems(spec)
+    if spec is not None and stage is not None:
+        problems += missing_targets(stage, spec, graphs)
+    return Parts(spec, graphs, stage, sorted(dict.fromkeys(problems), key=_place))
+
+
+def open_session(
+    path: str | Path,
+    *,
+    allow: Sequence[Path] = (),
+    settings: Mapping[str, Any] | None = None,
+    fidelity: Mapping[str, Any] | None = None,
+    overrides: Mapping[str, str] | None = None,
+    seed: int = 0,
+    realtime: bool = False,
+    on_error: OnError = "stop",
+) -> Session:
+    """Loads, checks and builds everything that `path` names; nothing plays yet.
+
+    `settings` and `fidelity` beat the file's; `on_error` is "stop" or "continue". Raises UserError with every problem
+    found.
+    """
+    from .runner import GraphRunner
+    from .sim import App
+    from .sim.wall_clock import RealClock
+
+    parts = build_parts(path, allow=allow, overrides=overrides, settings=settings, fidelity=fidelity)
+    if parts.problems or parts.spec is None:
+        raise UserError(parts.problems)
+    spec = parts.spec
+    app = App(
+        parts.stage,
+        physics_hz=spec.clock.physics_hz,
+        loop_hz=spec.clock.loop_hz,
+        experience=spec.clock.experience,
+        parity=spec.clock.parity,
+        settings=spec.settings,
+        fidelity=spec.fidelity,
+        seed=seed,
+        wall_clock=RealClock() if realtime else None,
+    )
+    runner = GraphRunner(app, parts.graphs, on_error=on_error)
+    app.graphs.update(runner.graphs)
+    return Session(spec, app, runner)
+
+
+def open_app(app_type: type[App], path: str | Path, **options: Any) -> App:
+    """`App.from_file`: the App of an opened graph file, with its graphs bound to it. Options as in `open_session`."""
+    return open_session(path, **options).app
+
+
+def build_stage(spec: FileSpec, allow: Sequence[Path] = ()) -> Usd.Stage:
+    """The file's scene with its inline prims authored on top. Raises UserError with every problem found."""
+    from sensors.configs import author_config
+
+    from .sim.prims import author_prims
+    from .sim.stage import open_stage
+
+    scene = spec.scene
+    if scene.mjcf is not None:
+        raise UserError(Problem("scene.mjcf: MJCF scenes cannot be loaded yet; convert the model to USD", scene.mark))
+    roots = [root for root in (spec.folder, *allow) if root is not None]
+    stage = open_stage(scene.usd, roots)
+
+    def where(path: str, key: str | None = None) -> Mark | None:
+        return scene.prim_marks.get((path, key) if key else (path,)) or scene.prim_marks.get((path,))
+
+    author_prims(stage, scene.prims, where, sensor_config=author_config, allow_roots=roots)
+    return stage
+
+
+def option_problems(spec: FileSpec) -> list[Problem]:
+    """What is wrong with the file's clock, settings and fidelity knobs."""
+    from .sim import settings
+    from .sim.fidelity import Fidelity
+    from .sim.options import refuse_unavailable
+
+    def mark(section: str) -> Callable[[str], Mark | None]:
+        return lambda key: spec.marks.get((section, key))
+
+    problems: list[Problem] = []
+    with _collecting(problems):
+        settings.from_mapping(spec.settings, mark("settings"))
+    with _collecting(problems, mark("fidelity")("lidar.motion")):
+        refuse_unavailable("base", "documented", Fidelity.from_mapping(spec.fidelity, mark("fidelity")))
+    with _collecting(problems, spec.clock.mark):
+        refuse_unavailable(spec.clock.experience, spec.clock.parity, Fidelity())
+    return problems
+
+
+def missing_targets(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Graph]) -> list[Problem]:
+    """A line for each `target` input of a node whose prim is not on the stage.
+
+    Graphs and render products are no prims of the scene: they come to be when the file runs.
+    """
+    written = {f"{graph.path}/{node.name}": node for graph in spec.graphs for node in graph.nodes}
+    graph_paths = {graph.path for graph in graphs}
+    problems = []
+    for node in (node for graph in graphs for node in graph.nodes.values()):
+        for name in (name for name, attribute in node.type.inputs.items() if attribute.type == "target"):
+            for target in node.get(name) or ():
+                if target in graph_paths or target.startswith("/Render/") or stage.GetPrimAtPath(target):
+                    continue
+                author = written[node.path]
+                message = f"{node.path}.inputs:{name}: there is no prim {target} on the stage; correct the path."
+                problems.append(Problem(message, author.input_marks.get(name, author.mark)))
+    return problems
+
+
+def override_inputs(spec: FileSpec, overrides: Mapping[str, str]) -> FileSpec:
+    """The file with `NODE.ATTR` inputs replaced; NODE is a node's name, or its path where the name stands twice."""
+    from .files import parse_value
+
+    graphs = list(spec.graphs)
+    for target, text in overrides.items():
+        name, _, attribute = target.rpartition(".")
+        found = [
+            (g, n) for g, graph in enumerate(graphs) for n, node in enumerate(graph.nodes) if _is(node, graph, name)
+        ]
+        if len(found) != 1:
+            which = "no node has that name" if not found else "several graphs have such a node; give its whole path"
+            raise UserError(f"--set {target}: {which}")
+        [(g, n)] = found
+        graphs[g] = _with_input(graphs[g], n, attribute.removeprefix("inputs:"), parse_value(text))
+    return replace(spec, graphs=tuple(graphs))
+
+
+def _with_input(graph: GraphSpec, index: int, attribute: str, value: Any) -> GraphSpec:
+    nodes = list(graph.nodes)
+    nodes[index] = replace(nodes[index], inputs={**nodes[index].inputs, attribute: value})
+    return replace(graph, nodes=tuple(nodes))
+
+
+@contextmanager
+def _collecting(problems: list[Problem], mark: Mark | None = None) -> Iterator[None]:
+    """Adds the problems of a UserError raised inside; those without a place of their own get `mark`."""
+    try:
+        yield
+    except UserError as error:
+        problems += [problem if problem.mark else Problem(problem.message, mark) for problem in error.problems]
+
+
+def _place(problem: Problem) -> tuple[bool, tuple[str, int, int]]:
+    mark = problem.mark
+    return mark is not None, (mark.file, mark.line, mark.column) if mark else ("", 0, 0)

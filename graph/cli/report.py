@@ -1,0 +1,111 @@
+"""What a run did, as `report.json` and as the table a person reads."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from rich.console import Console
+
+    from graph.runner import GraphRunner
+    from graph.sim import App
+    from graph.sim.bus import CountingSink
+
+Report = dict[str, Any]
+
+
+def build_report(app: App, runner: GraphRunner, published: CountingSink, wall_time_s: float) -> Report:
+    """Everything a run counted; times in seconds, stamps in integer nanoseconds of simulation time."""
+    return {
+        "updates": app.update_index,
+        "physics_steps": app.simulation.get_num_physics_steps(),
+        "simulation_time": float(app.simulation.time),
+        "timeline_time": float(app.timeline.current_time),
+        "external_time": float(app.external_time),
+        "wall_time_s": round(wall_time_s, 6),
+        "real_time_factor": round(float(app.simulation.time) / wall_time_s, 3) if wall_time_s > 0 else None,
+        "sensors": {product.camera_path: _sensor(product) for product in app.rendering.history},
+        "topics": {topic: {"type": count.type_name, "messages": count.messages} for topic, count in published.topics()},
+        "nodes": {
+            node.path: {"computes": node.computes} for graph in runner.graphs.values() for node in graph.nodes.values()
+        },
+        "warnings": [warning.as_dict() for warning in app.warnings],
+        "timing_s": {name: round(seconds, 6) for name, seconds in app.timing.items()},
+    }
+
+
+def silent_parts(report: Report) -> list[str]:
+    """The sensors and publishers that a graph wired and that never produced anything."""
+    sensors = [f"sensor {path} rendered no frame" for path, sensor in report["sensors"].items() if not sensor["frames"]]
+    topics = [f"topic {topic} got no message" for topic, count in report["topics"].items() if not count["messages"]]
+    return sensors + topics
+
+
+def write_report(report: Report, out: Path) -> None:
+    """Writes `report.json` into the folder `out`."""
+    (out / "report.json").write_text(to_json(report) + "\n", encoding="utf-8")
+
+
+def to_json(report: Report) -> str:
+    """The report as indented JSON."""
+    return json.dumps(report, indent=2, ensure_ascii=False)
+
+
+def print_table(report: Report, console: Console) -> None:
+    """Sensors, topics, clocks and warnings of a run, for a person."""
+    from rich.table import Table
+
+    if report["sensors"]:
+        table = Table("sensor", "Hz", "due", "rendered", "points", "first stamp [s]", "last stamp [s]")
+        for path, sensor in report["sensors"].items():
+            table.add_row(
+                path,
+                f"{sensor['tick_rate']:g}",
+                str(sensor["due"]),
+                str(sensor["frames"]) if sensor["frames"] else "0  (silent)",
+                f"{sensor['elements']:,}",
+                _seconds(sensor["first_frame_ns"]),
+                _seconds(sensor["last_frame_ns"]),
+            )
+        console.print(table)
+    if report["topics"]:
+        table = Table("topic", "type", "messages")
+        for topic, count in report["topics"].items():
+            table.add_row(topic, count["type"], str(count["messages"]) if count["messages"] else "0  (silent)")
+        console.print(table)
+    console.print(_clock_line(report), highlight=False)
+    for warning in report["warnings"]:
+        times = f" (x{warning['count']})" if warning["count"] > 1 else ""
+        console.print(f"warning {warning['code']}: {warning['where']}: {warning['message']}{times}", markup=False)
+
+
+def _sensor(product: Any) -> Mapping[str, Any]:
+    return {
+        "tick_rate": float(product.sensor.rate),
+        "due": product.frames + product.missed,
+        "frames": product.frames,
+        "missed": product.missed,
+        "elements": product.elements,
+        "first_frame_ns": product.first_frame_ns,
+        "last_frame_ns": product.last_frame_ns,
+    }
+
+
+def _seconds(stamp_ns: int | None) -> str:
+    return "-" if stamp_ns is None else f"{stamp_ns / 1e9:.9f}"
+
+
+def _clock_line(report: Report) -> str:
+    timing = ", ".join(f"{name} {seconds:.2f}" for name, seconds in report["timing_s"].items())
+    factor = report["real_time_factor"]
+    return (
+        f"{report['updates']} updates, {report['physics_steps']} physics steps; "
+        f"timeline {report['timeline_time']:.6f} s, physics {report['simulation_time']:.6f} s, "
+        f"renderer {report['external_time']:.6f} s; "
+        f"{report['wall_time_s']:.2f} s of wall time ({timing})"
+        + (f", real-time factor {factor:.2f}" if factor is not None else "")
+    )

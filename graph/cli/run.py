@@ -1,0 +1,176 @@
+"""`graph run`: plays a graph file and reports what its clocks, sensors and publishers did."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import signal
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from graph.errors import RunError, UserError
+from graph.exact import duration as exact_duration
+
+if TYPE_CHECKING:
+    from graph.assembly import Session
+    from graph.sim import App
+
+HELP = "run a graph file"
+DEFAULT_DURATION_S = 5
+EXIT_INTERRUPTED = 130
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the command's options."""
+    parser.add_argument("file", metavar="FILE", type=Path, help="graph file (.yaml, .yml or .json)")
+    length = parser.add_mutually_exclusive_group()
+    length.add_argument("--updates", type=int, metavar="N", help="run N app updates")
+    length.add_argument("--duration", metavar="S", help="run S seconds of updates (default: the file's, else 5)")
+    parser.add_argument("--out", type=Path, metavar="DIR", help="write report.json and the recording into DIR")
+    parser.add_argument("--set", action="append", default=[], metavar="NODE.ATTR=VALUE", help="override a node's input")
+    parser.add_argument("--fidelity", action="append", default=[], metavar="K=V", help="override a fidelity knob")
+    parser.add_argument("--seed", type=int, default=0, metavar="N", help="seed of every random stream (default 0)")
+    parser.add_argument("--realtime", action="store_true", help="pace updates to the wall clock")
+    parser.add_argument("--json", action="store_true", help="print the report as JSON and nothing else on stdout")
+    parser.add_argument("--strict", action="store_true", help="exit 1 if a wired sensor or publisher stayed silent")
+    parser.add_argument(
+        "--on-error", choices=("stop", "continue"), default="stop", help="when a node raises (default: stop)"
+    )
+    parser.add_argument(
+        "--allow", action="append", default=[], type=Path, metavar="DIR", help="also allow files below DIR"
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Runs the command; returns its exit code."""
+    from graph.assembly import open_session
+    from graph.sim.bus import CountingSink
+
+    from .report import build_report, print_table, silent_parts, to_json, write_report
+
+    session = open_session(
+        args.file,
+        allow=args.allow,
+        settings=args.settings,
+        fidelity=_pairs(args.fidelity, "--fidelity"),
+        overrides=_pairs(args.set, "--set"),
+        seed=args.seed,
+        realtime=args.realtime,
+        on_error=args.on_error,
+    )
+    app = session.app
+    updates = _number_of_updates(args, session)
+    counter = CountingSink()
+    with ExitStack() as cleanup:
+        cleanup.enter_context(app)
+        app.bus.subscribe(counter)
+        if args.out:
+            _record(session, args.out, cleanup)
+        failure: BaseException | None = None
+        started = time.perf_counter()
+        try:
+            app.play()
+            _advance(app, updates, show_progress=not args.json and sys.stderr.isatty())
+        except (RunError, KeyboardInterrupt) as error:
+            failure = error
+        report = build_report(app, session.runner, counter, time.perf_counter() - started)
+    if args.out:
+        write_report(report, args.out)
+    if args.json:
+        print(to_json(report))
+    else:
+        from rich.console import Console
+
+        print_table(report, Console())
+    if isinstance(failure, KeyboardInterrupt):
+        print(f"interrupted after {report['updates']} of {updates} updates", file=sys.stderr)
+        return EXIT_INTERRUPTED
+    if failure is not None:
+        raise failure
+    silent = silent_parts(report) if args.strict else []
+    for line in silent:
+        print(f"strict: {line}", file=sys.stderr)
+    return 1 if silent else 0
+
+
+def _number_of_updates(args: argparse.Namespace, session: Session) -> int:
+    if args.updates is not None:
+        if args.updates < 0:
+            raise UserError(f"--updates {args.updates}: give a number of updates, 0 or more")
+        return int(args.updates)
+    if args.duration is None:
+        length = session.spec.duration if session.spec.duration is not None else Fraction(DEFAULT_DURATION_S)
+    else:
+        try:
+            length = exact_duration(args.duration)
+        except ValueError as error:
+            raise UserError(f"--duration: {error}") from None
+    if length < 0:
+        raise UserError(f"--duration {args.duration}: give a duration in seconds, 0 or more")
+    return math.ceil(length * session.app.loop_rate)
+
+
+def _pairs(options: list[str], flag: str) -> dict[str, str]:
+    pairs = {}
+    for option in options:
+        key, equals, value = option.partition("=")
+        if not equals or not key:
+            raise UserError(f"{flag} {option}: write it as {'NODE.ATTR' if flag == '--set' else 'KEY'}=VALUE")
+        pairs[key] = value
+    return pairs
+
+
+def _record(session: Session, out: Path, cleanup: ExitStack) -> None:
+    from graph.sim.recording import McapSink
+
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise UserError(f"--out {out}: {error.strerror}; name a folder that can be written") from None
+    sink = McapSink(out / session.spec.record_mcap)
+    cleanup.callback(sink.close)
+    session.app.bus.subscribe(sink)
+
+
+def _advance(app: App, updates: int, *, show_progress: bool) -> None:
+    with _interrupt_between_updates() as interrupted, _progress(updates, show_progress) as advance:
+        for _ in range(updates):
+            app.update()
+            advance()
+            if interrupted:
+                raise KeyboardInterrupt
+
+
+@contextmanager
+def _interrupt_between_updates() -> Iterator[list[int]]:
+    """Ctrl-C lets the update in progress finish; a second one stops at once."""
+    received: list[int] = []
+
+    def note(signum: int, frame: Any) -> None:
+        if received:
+            raise KeyboardInterrupt
+        received.append(signum)
+
+    previous = signal.signal(signal.SIGINT, note)
+    try:
+        yield received
+    finally:
+        signal.signal(signal.SIGINT, previous)
+
+
+@contextmanager
+def _progress(updates: int, show: bool) -> Iterator[Any]:
+    if not show:
+        yield lambda: None
+        return
+    from rich.console import Console
+    from rich.progress import Progress
+
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("updates", total=updates)
+        yield lambda: bar.advance(task)
