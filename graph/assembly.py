@@ -187,7 +187,10 @@ def override_inputs(spec: FileSpec, overrides: Mapping[str, str]) -> FileSpec:
     for target, text in overrides.items():
         name, _, attribute = target.rpartition(".")
         found = [
-            (g, n) for g, graph in enumerate(graphs) for n, node in enumerate(graph.nodes) if _is(node, graph, name)
+            (g, n)
+            for g, graph in enumerate(graphs)
+            for n, node in enumerate(graph.nodes)
+            if name in (node.name, f"{graph.path}/{node.name}")
         ]
         if len(found) != 1:
             which = "no node has that name" if not found else "several graphs have such a node; give its whole path"
