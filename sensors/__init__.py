@@ -1,1 +1,60 @@
-"""Sensors: ideal measurements of the world, their schedules, buffers and configurations."""
+"""Sensors: ideal measurements of the world, their schedules, buffers and configurations.
+
+Names are loaded when they are first used, so importing this package costs nothing.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .gmo import GenericModelOutput, getMagicNumberGMO, parse_generic_model_output_data
+    from .ids import parse_object_ids, parse_stable_id_map_data
+    from .lidar.authoring import Lidar
+    from .lidar.config import LidarConfig
+    from .lidar.sensor import LidarSensor
+    from .products import render_product
+    from .writers import register_writer_spec
+
+    SUPPORTED_LIDAR_CONFIGS: dict[str, list[Any]]
+
+_HOME = {
+    "GenericModelOutput": ".gmo",
+    "Lidar": ".lidar.authoring",
+    "LidarConfig": ".lidar.config",
+    "LidarSensor": ".lidar.sensor",
+    "SUPPORTED_LIDAR_CONFIGS": ".configs",
+    "getMagicNumberGMO": ".gmo",
+    "parse_generic_model_output_data": ".gmo",
+    "parse_object_ids": ".ids",
+    "parse_stable_id_map_data": ".ids",
+    "register_writer_spec": ".writers",
+    "render_product": ".products",
+}
+
+__all__ = [
+    "SUPPORTED_LIDAR_CONFIGS",
+    "GenericModelOutput",
+    "Lidar",
+    "LidarConfig",
+    "LidarSensor",
+    "getMagicNumberGMO",
+    "parse_generic_model_output_data",
+    "parse_object_ids",
+    "parse_stable_id_map_data",
+    "register_writer_spec",
+    "render_product",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = getattr(import_module(_HOME[name], __name__), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

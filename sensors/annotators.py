@@ -43,6 +43,9 @@ EXTRACT_CHANNELS = frozenset({"xyz", "azimuth", "elevation", "distance", "scalar
 
 FLAT_SCAN_CHANNELS = frozenset({"azimuth", "distance", "scalar"})
 
+EDGE = 1e-3
+"""Beams of a rotary lidar lie on the edges between columns: this share of a column absorbs their float32 rounding."""
+
 
 def transform_of(frame: Frame) -> np.ndarray:
     """(4, 4) float64 sensor to world, row-vector convention [m], from the frame's end; also when the frame is WORLD."""
@@ -161,7 +164,7 @@ def _fill(scan: FlatScan, frame: Frame, columns: int, start: float, resolution: 
     azimuth, distance = frame.channel("azimuth"), frame.channel("distance")
     if not len(azimuth) and frame.has("xyz"):
         azimuth, _, distance = spherical(frame.xyz)
-    column = ((azimuth.astype(np.float64) - start) / resolution + 1e-6).astype(np.int64)
+    column = ((azimuth.astype(np.float64) - start) / resolution + EDGE).astype(np.int64)
     column[(column < 0) | (column >= columns)] = columns - 1
     scan.ranges[column] = distance
     scalar = frame.channel("scalar")
@@ -176,7 +179,8 @@ def _require_2d(frame: Frame, config: Any) -> None:
     off = np.flatnonzero(np.abs(elevation) > 1e-3)
     if len(off):
         raise UserError(
-            f"{frame.sensor_path}: a flat scan needs a 2D lidar; emitter {off[0]} has elevation {elevation[off[0]]:g} deg"
+            f"{frame.sensor_path}: a flat scan needs a 2D lidar, but emitter {off[0]} points "
+            f"{elevation[off[0]]:g} deg up; use a lidar with all elevations 0"
         )
 
 

@@ -24,17 +24,17 @@ def surface_velocities(app: App, sensor_path: str, in_world: bool) -> Velocities
     def measure(surfaces: np.ndarray, points: np.ndarray, poses: Any) -> np.ndarray:
         world = cast_world(app)
         found = np.zeros((len(points), 3))
+        poses = poses or app.fabric.capture()
         body = world.body_of[surfaces]
         moving = np.flatnonzero(body >= 0)
         if len(moving):
             twists, origins = _twists(app, world.bodies, poses)
             which = body[moving]
             found[moving] = _at(twists[which], points[moving] - origins[which])
-        if not in_world:
-            carrier = _carrier(sensor_path, app.fabric)
-            if carrier is not None:
-                twists, origins = _twists(app, (carrier,), poses)
-                found -= _at(np.broadcast_to(twists, (len(points), 6)), points - origins)
+        carrier = None if in_world else _carrier(app, sensor_path)
+        if carrier is not None:
+            twists, origins = _twists(app, (carrier,), poses)
+            found -= _at(np.broadcast_to(twists, (len(points), 6)), points - origins)
         return found
 
     return measure
@@ -42,8 +42,8 @@ def surface_velocities(app: App, sensor_path: str, in_world: bool) -> Velocities
 
 def _twists(app: App, bodies: tuple[str, ...], poses: Any) -> tuple[np.ndarray, np.ndarray]:
     """Linear and angular velocities (n, 6) and origins (n, 3) of bodies [m/s, rad/s, m], world axes."""
-    fabric = app.fabric
-    return np.asarray(fabric.velocities(bodies, poses)), np.asarray(fabric.rigid_matrices(bodies, poses))[:, :3, 3]
+    origins = np.asarray(app.fabric.rigid_matrices(bodies, poses))[:, :3, 3]
+    return np.asarray(poses.velocities(bodies)), origins
 
 
 def _at(twists: np.ndarray, lever: np.ndarray) -> np.ndarray:
@@ -52,7 +52,9 @@ def _at(twists: np.ndarray, lever: np.ndarray) -> np.ndarray:
     return np.stack([vx + wy * z - wz * y, vy + wz * x - wx * z, vz + wx * y - wy * x], axis=1)
 
 
-def _carrier(path: str, fabric: Any) -> str | None:
+def _carrier(app: App, path: str) -> str | None:
     """The moving body that carries a prim, or None."""
-    found: str | None = fabric.body_of(path)
-    return found
+    bodies = frozenset(app.physics.body_paths) if app.physics is not None else frozenset()
+    while path and path not in bodies:
+        path = path.rpartition("/")[0]
+    return path or None

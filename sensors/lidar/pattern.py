@@ -80,9 +80,7 @@ def firing_pattern(config: LidarConfig) -> Pattern:
     emitter = np.tile(np.arange(emitters), ticks)
     state = (tick // max(1, config.state_resolution_step)) % config.emitter_state_count
     keys, key_scale = _firing_keys(config, tick, _per_state(config, "fire_time_ns", state, emitter, 0))
-    step = float(360 * config.scan_rate_base_hz / config.ticks_per_second) if config.is_rotary else 0.0
-    turn = -1.0 if config.rotation_direction == "CW" else 1.0
-    rotor = (config.start_azimuth_offset_deg if config.is_rotary else 0.0) + turn * step * tick
+    rotor = _rotor_azimuth(config, tick)
     azimuth = rotor + _per_state(config, "azimuth_deg", state, emitter, 0.0).astype(np.float64)
     elevation = _per_state(config, "elevation_deg", state, emitter, 0.0).astype(np.float64)
 
@@ -98,7 +96,7 @@ def firing_pattern(config: LidarConfig) -> Pattern:
     return Pattern(
         directions=_directions(azimuth, elevation),
         origins=_origins(config, state, emitter, rotor[order]),
-        azimuth_deg=(-((180.0 - azimuth) % 360.0 - 180.0)).astype(np.float32),
+        azimuth_deg=((azimuth + 180.0) % 360.0 - 180.0).astype(np.float32),
         elevation_deg=elevation.astype(np.float32),
         offset_ns=offset_ns[order].astype(np.int32),
         emitter_id=emitter.astype(np.uint32),
@@ -111,6 +109,15 @@ def firing_pattern(config: LidarConfig) -> Pattern:
         key_scale=key_scale,
         period=period,
     )
+
+
+def _rotor_azimuth(config: LidarConfig, tick: np.ndarray) -> np.ndarray:
+    """Azimuth of the rotor at each tick [deg], each the correctly rounded quotient; 0 for solid state."""
+    if not config.is_rotary:
+        return np.zeros(len(tick))
+    step = 360 * config.scan_rate_base_hz / config.ticks_per_second
+    turned = tick * step.numerator / step.denominator
+    return np.asarray(config.start_azimuth_offset_deg + (-turned if config.rotation_direction == "CW" else turned))
 
 
 def _per_state(config: LidarConfig, name: str, state: np.ndarray, emitter: np.ndarray, default: float) -> np.ndarray:

@@ -141,6 +141,17 @@ def write(prim: Usd.Prim, name: str, kind: str, value: Any) -> None:
     attribute.Set(value)
 
 
+def attribute_kind(name: str) -> str | None:
+    """USD value type of an attribute that lidars have, by its full name; None for others."""
+    if name == TICK_RATE:
+        return "float"
+    if name.startswith(STATE_PREFIX):
+        field = name.rsplit(":", 1)[-1]
+        kinds = {"float[]": EMITTER_FLOATS, "uint[]": EMITTER_INTEGERS}
+        return next((kind for kind, names in kinds.items() if field in map(camel_case, names)), None)
+    return attribute_types().get(name.removeprefix(PREFIX)) if name.startswith(PREFIX) else None
+
+
 def _get(prim: Usd.Prim, name: str) -> Any:
     attribute = prim.GetAttribute(name)
     return attribute.Get() if attribute else None

@@ -13,7 +13,7 @@ from graph.errors import UserError
 from graph.exact import nanoseconds
 from graph.sim.schedule import EveryUpdate, Tick, TickSchedule
 from graph.sim.transforms import rigid_part
-from sensors.channels import CHANNELS, Demand
+from sensors.channels import CHANNELS, AuxLevel, Demand
 from sensors.frame import Frame, FramePose
 from sensors.raycast.shared import cast_world
 
@@ -83,7 +83,6 @@ class LidarRuntime:
             keep_invalid=config.skip_dropping_invalid_points,
             velocities=surface_velocities(app, prim_path, config.output_frame_of_reference == "WORLD"),
         )
-        self._aux_attribute = prim
         self._aux = read_aux_level(prim)
         self._channels: frozenset[str] = frozenset()
         self._known_demand = -1
@@ -92,13 +91,14 @@ class LidarRuntime:
     # -- demand ------------------------------------------------------------------------------------------------------
 
     @property
-    def aux_level(self) -> Any:
-        """The auxiliary level of the prim when the sensor was made."""
+    def aux_level(self) -> AuxLevel:
+        """The auxiliary level of the prim, as of the last `require` or reset."""
         return self._aux
 
     def require(self, owner: object, channels: Iterable[str], *, ignore_aux: bool = False) -> None:
-        """Asks for channels on behalf of an owner; those above the prim's auxiliary level stay empty, with a warning."""
+        """Asks for channels on behalf of an owner; those above the prim's aux level stay empty, with a warning."""
         self.demand.require(owner, channels, ignore_aux=ignore_aux)
+        self._aux = read_aux_level(self._app.stage.GetPrimAtPath(self.path))
         for name, level in self.demand.above(self._aux).items():
             self._app.warn(
                 "aux-level-too-low",
@@ -117,6 +117,14 @@ class LidarRuntime:
             wanted = self.demand.channels(self._aux)
             self._channels = wanted - self._withheld(wanted)
         return self._channels
+
+    def warn_without_stable_ids(self) -> None:
+        """Says once why there are no object ids, where somebody asks for them."""
+        self._app.warn("stable-ids-off", self.path, f"object ids stay empty; switch them on with --{STABLE_IDS}=true")
+
+    def object_ids(self) -> dict[int, str]:
+        """128-bit object id -> prim path of what frames may hold; empty while stable ids are off."""
+        return {}
 
     def _withheld(self, wanted: frozenset[str]) -> frozenset[str]:
         withheld = set()
@@ -152,10 +160,7 @@ class LidarRuntime:
         if isinstance(self.schedule, EveryUpdate):
             return self._partial_scan(tick)
         turn = tick.index - 1
-        if self.wants_updates:
-            scan = self._turns.pop(turn, _Turn())
-        else:
-            scan = self._frozen_scan(tick)
+        scan = self._turns.pop(turn, _Turn()) if self.wants_updates else self._frozen_scan(tick)
         if scan.start is None or scan.end is None:
             scan.start = scan.end = self.pose(tick.poses)
         stamp = nanoseconds(tick.start)
@@ -231,6 +236,6 @@ class LidarRuntime:
             self._app.warn(
                 "lidar-partial-scan",
                 self.path,
-                f"tickRate is {float(self.rate):g} Hz, scanRateBaseHz is {float(config.scan_rate_base_hz):g} Hz: each update "
-                "gives only the firings since the last; set tickRate = scanRateBaseHz for whole scans",
+                f"tickRate is {float(self.rate):g} Hz, scanRateBaseHz is {float(config.scan_rate_base_hz):g} Hz: each "
+                "update gives only the firings since the last; set tickRate = scanRateBaseHz for whole scans",
             )

@@ -1,0 +1,88 @@
+"""Render products: what gives a sensor prim its runtime, its schedule and its place in the App."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from typing import TYPE_CHECKING, Any
+
+from .errors import SensorValueError
+
+if TYPE_CHECKING:
+    from graph.sim import App
+    from graph.sim.rendering import RenderProduct
+
+ROOT = "/Render/OmniverseKit/HydraTextures"
+"""Where products live, in the stage's session layer."""
+
+_NOT_YET = {"Camera": "cameras", "OmniRadar": "radars", "OmniAcoustic": "acoustic sensors"}
+
+
+def render_product(
+    app: App, prim_path: str, resolution: tuple[int, int] = (1280, 720), name: str | None = None
+) -> RenderProduct:
+    """The render product of a sensor prim at a resolution (width, height); an equal one is used again.
+
+    name: last part of the product's path; made from prim and resolution unless given. A product made while playing
+    exists from the external time at the start of the running update. Raises SensorValueError (a UserError) for prims
+    that are no sensor, and for sensors that this version cannot render.
+    """
+    size = (int(resolution[0]), int(resolution[1]))
+    for product in app.rendering.products.values():
+        if product.camera_path == prim_path and product.resolution == size:
+            return product
+    from graph.sim.rendering import RenderProduct
+
+    sensor = _runtime(app, prim_path)
+    path = f"{ROOT}/{_free_name(app, name or product_name(prim_path, size))}"
+    product = RenderProduct(path, prim_path, size, sensor)
+    _author(app, path, prim_path, size)
+    added: RenderProduct = app.rendering.add(product)
+    return added
+
+
+def product_name(prim_path: str, resolution: tuple[int, int]) -> str:
+    """rtx_sensor_ and eight hexadecimal digits that depend on the prim and the resolution alone."""
+    digest = hashlib.blake2b(f"{prim_path} {resolution}".encode(), digest_size=4)
+    return f"rtx_sensor_{digest.hexdigest()}"
+
+
+def remove_product(app: App, product: RenderProduct) -> None:
+    """Takes a product away, its prim included."""
+    from pxr import Usd
+
+    app.rendering.remove(product.path)
+    with Usd.EditContext(app.stage, app.stage.GetSessionLayer()):
+        app.stage.RemovePrim(product.path)
+
+
+def _runtime(app: App, prim_path: str) -> Any:
+    prim = app.stage.GetPrimAtPath(prim_path) if prim_path.startswith("/") else None
+    if not prim:
+        raise SensorValueError(f"there is no prim {prim_path or '(empty path)'} to render; give the path of a sensor")
+    kind = str(prim.GetTypeName())
+    if kind == "OmniLidar":
+        from .lidar.runtime import LidarRuntime
+
+        return LidarRuntime(app, prim_path)
+    if kind in _NOT_YET:
+        raise SensorValueError(f"{prim_path}: {_NOT_YET[kind]} are not available yet; OmniLidar prims are")
+    raise SensorValueError(f"{prim_path}: a {kind or 'typeless prim'} is no sensor; give the path of an OmniLidar")
+
+
+def _free_name(app: App, wanted: str) -> str:
+    base = re.sub(r"\W", "_", wanted)
+    name, number = base, 1
+    while f"{ROOT}/{name}" in app.rendering.products:
+        name, number = f"{base}_{number:02}", number + 1
+    return name
+
+
+def _author(app: App, path: str, camera: str, size: tuple[int, int]) -> None:
+    """The product as a RenderProduct prim, in the session layer: it is no part of the scene."""
+    from pxr import Gf, Usd, UsdRender
+
+    with Usd.EditContext(app.stage, app.stage.GetSessionLayer()):
+        prim = UsdRender.Product.Define(app.stage, path)
+        prim.CreateCameraRel().SetTargets([camera])
+        prim.CreateResolutionAttr().Set(Gf.Vec2i(*size))
