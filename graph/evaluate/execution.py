@@ -5,16 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from graph.db import RETURNED, STARTED, Database
+from graph.db import RETURN, RETURNED, STARTED, Database
 
 from .errors import RunawayError
 from .node import Node, upstream_data
+from .wire import Step, step_to
 
 if TYPE_CHECKING:
     from .graph import Activation, Graph
-
-Step = tuple[Database, Any]
-"""A node to compute and what makes it: an execution input's name, STARTED or RETURNED."""
 
 
 class ExecutionEvaluator:
@@ -32,21 +30,28 @@ class ExecutionEvaluator:
         self._events = [node.db for node in sorted(events, key=lambda node: (node.type.event, node.index))]
         self._sleepers: list[Database] = []
         self._woken: list[Database] = []
+        self._foreign: set[Graph] = set()
 
     def run(self, activations: Sequence[Activation]) -> None:
         """Evaluates the graph once."""
+        self._share_context()
         try:
             for db in sorted(self._sleepers, key=lambda db: db._node.index):
                 if db.asleep:
-                    self._walk([(db, STARTED)])
+                    self._walk(db, STARTED)
             for db in self._events:
-                self._walk([(db, STARTED)])
+                self._walk(db, STARTED)
             for node, name in activations:
-                self._walk([(node.db, name)])
+                self._walk(node.db, name)
         finally:
             for db in self._woken:
                 db._blocked = db.asleep
             self._woken.clear()
+
+    def _share_context(self) -> None:
+        """Data nodes of other graphs see the time of the evaluation that pulls them."""
+        for graph in self._foreign:
+            graph.context = self._graph.context
 
     def reset(self) -> None:
         """Forgets who sleeps."""
@@ -67,45 +72,52 @@ class ExecutionEvaluator:
     def touched(self, node: Node) -> None:
         """Nothing to do: nodes compute when control reaches them."""
 
-    def _walk(self, stack: list[Step]) -> None:
+    def _walk(self, db: Database, cause: Any) -> None:
+        """Follows control from one node to the end of every wire.
+
+        The inner loop goes along single wires and leaves the stack alone; it is the hot path of an action graph.
+        """
         limit = self._graph.step_limit
         steps = 0
-        db = stack[-1][0]
+        stack = [step_to(db, cause)]
         while True:
             try:
                 while stack:
-                    db, active = stack.pop()
-                    if active:
-                        if db._blocked:
-                            continue
-                    elif active is RETURNED:
-                        steps = db._frames.pop()
-                    steps += 1
-                    if steps > limit:
-                        raise RunawayError
-                    if db._pulls != ():
-                        self._pull(db)
-                    db._active = active
-                    db.computes += 1
-                    done = db._compute(db)
-                    enabled = db._enabled
-                    if done is False:
-                        if enabled:
+                    db, active, compute, push, enabled = stack.pop()
+                    while True:
+                        if active:
+                            if db._blocked:
+                                break
+                        elif active is RETURNED:
+                            steps = db._frames.pop()
+                        steps += 1
+                        if steps > limit:
+                            raise self._runaway(db)
+                        if db._pulls:
+                            self._pull(db)
+                        db._active = active
+                        db.computes += 1
+                        if compute(db) is False:
                             enabled.clear()
-                            db._return_at = 0
-                        continue
-                    if db._push is not None:
-                        db._push()
-                    if enabled:
-                        if len(enabled) == 1 and not db._return_at:
-                            wire = enabled.pop()
-                            wire.count += 1
+                            break
+                        if push is not None:
+                            push()
+                        if len(enabled) != 1:
+                            if enabled:
+                                steps = self._branch(db, stack, steps)
+                            break
+                        try:
+                            wire = db._wires[enabled.pop()]
+                        except KeyError as error:
+                            db._no_wire(error.args[0])
+                        wire.count += 1
+                        if wire.only is None:
                             stack += wire.targets
-                        else:
-                            steps = self._branch(db, stack, steps)
+                            break
+                        db, active, compute, push, enabled = wire.only
                 return
             except RunawayError:
-                raise self._runaway(db, stack) from None
+                raise
             except Exception as error:
                 self._graph.failed(db, error)
 
@@ -114,51 +126,47 @@ class ExecutionEvaluator:
 
         A loop's pass counts its own steps: the count so far waits until the walk returns to the node.
         """
-        enabled = db._enabled
-        return_at = db._return_at
-        for position in range(len(enabled), 0, -1):
-            if position == return_at:
+        for name in reversed(db._enabled):
+            if name is RETURN:
                 db._frames.append(steps)
-                stack.append((db, RETURNED))
+                stack.append(step_to(db, RETURNED))
                 steps = 0
-            wire = enabled[position - 1]
+                continue
+            wire = db._wires.get(name) or db._no_wire(name)
             wire.count += 1
             stack += wire.targets
-        enabled.clear()
-        db._return_at = 0
+        db._enabled.clear()
         return steps
 
     def _pull(self, db: Database) -> None:
         """Computes the data nodes upstream of a node, upstream before downstream."""
-        pulls = db._pulls
-        if pulls is None:
-            pulls = db._pulls = upstream_data(db._node)
-        for data in pulls:
+        if db._pulls is True:
+            db._pulls = upstream_data(db._node)
+            self._foreign.update(data._node.graph for data in db._pulls)
+            self._foreign.discard(self._graph)
+            self._share_context()
+        for data in db._pulls:
             data.computes += 1
             try:
                 if data._compute(data) is not False and data._push is not None:
                     data._push()
             except Exception as error:
-                data._node.graph.context = self._graph.context
                 data._node.graph.failed(data, error)
 
-    def _runaway(self, db: Database, stack: list[Step]) -> RunawayError:
-        """Names the nodes that go round, by walking on until one comes again."""
-        round_: list[str] = []
-        seen: set[Database] = set()
-        while db not in seen and len(round_) < 50:
-            seen.add(db)
-            round_.append(db._node.name)
-            fired = [wire for wire in db._wires.values() if wire.targets and wire.count]
-            busiest = max(fired, key=lambda wire: wire.count, default=None)
-            if busiest is None:
+    def _runaway(self, db: Database) -> RunawayError:
+        """Names the nodes that go round, by following the busiest wires until a node comes again."""
+        names: dict[str, None] = {}
+        while db._node.name not in names:
+            names[db._node.name] = None
+            leading = [wire for wire in db._wires.values() if wire.targets]
+            if not leading:
                 break
-            db = busiest.targets[-1][0]
-        if db._node.name in round_:
-            round_ = [*round_[round_.index(db._node.name) :], db._node.name]
-        stack.clear()
+            db = max(leading, key=lambda wire: wire.count).targets[-1][0]
+        listed = list(names)
+        if db._node.name in names:
+            listed = [*listed[listed.index(db._node.name) :], db._node.name]
+        shown = " -> ".join(listed if len(listed) <= 12 else [*listed[:6], "...", *listed[-5:]])
         return RunawayError(
-            f"graph {self._graph.path}: execution goes round without end ({' -> '.join(round_)}): "
-            f"{self._graph.step_limit} steps in update {self._graph.context.update}; "
-            "lead the loop through a latent node such as Delay or Countdown, or use ForLoop"
+            f"graph {self._graph.path}: execution goes round without end ({shown}): {self._graph.step_limit} steps in "
+            f"update {self._graph.context.update}; lead the loop through a latent node such as Delay, or use ForLoop"
         )

@@ -145,7 +145,6 @@ class Graph:
     def failed(self, db: Database, error: Exception) -> None:
         """Deals with an exception of this node's compute by `on_error`. Raises ComputeError for "stop"."""
         db._enabled.clear()
-        db._return_at = 0
         text = str(error) if isinstance(error, NodeError) else f"{type(error).__name__}: {error}"
         message = " ".join(text.split())
         if self.on_error == "stop":

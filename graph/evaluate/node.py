@@ -191,7 +191,7 @@ class Node:
         self.sources, self.readers = sources, readers
         self.db._push = push
         # Found at the first compute: most nodes of a large graph may never be asked.
-        self.db._pulls = None if sources else ()
+        self.db._pulls = True if sources else ()
 
     def release(self) -> None:
         """Lets the type release what the node's memory holds, if the node has computed since it started."""
@@ -222,7 +222,6 @@ class Node:
             setattr(parts[prefix], python_name(short), value)
         db._enabled.clear()
         db._frames.clear()
-        db._return_at = 0
         db._blocked = db.asleep = False
         db.memory = None if self.type.memory is None else self.type.memory()
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from graph.db import STARTED, Database
+from graph.db import RETURN, STARTED, Database
 
 if TYPE_CHECKING:
     from .graph import Activation, Graph
@@ -71,7 +71,8 @@ class PushEvaluator:
 
 def count_fired(db: Database) -> None:
     """Counts what a node fired where nobody follows it."""
-    for wire in db._enabled:
-        wire.count += 1
+    for name in db._enabled:
+        if name is not RETURN:
+            wire = db._wires.get(name) or db._no_wire(name)
+            wire.count += 1
     db._enabled.clear()
-    db._return_at = 0

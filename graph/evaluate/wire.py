@@ -15,15 +15,31 @@ if TYPE_CHECKING:
 Copy = Callable[[], None]
 
 
-class Wire:
-    """An execution output: its targets as (node, input), last connection first because a walk is a stack."""
+Step = tuple["Database", Any, Any, "Copy | None", list[Any]]
+"""A node to compute and what makes it (an execution input's name, STARTED or RETURNED), with what the walk needs of
+the node at hand: its compute, its copies, the list of what it fires."""
 
-    __slots__ = ("count", "name", "targets")
+
+def step_to(db: Database, cause: Any) -> Step:
+    """The step that computes a connected node for this cause."""
+    return db, cause, db._compute, db._push, db._enabled
+
+
+class Wire:
+    """An execution output: its targets, last connection first because a walk is a stack; `only` if it has just one."""
+
+    __slots__ = ("count", "name", "only", "targets")
 
     def __init__(self, name: str) -> None:
         self.name = name
-        self.targets: tuple[tuple[Database, str], ...] = ()
         self.count = 0
+        self.targets: tuple[Step, ...] = ()
+        self.only: Step | None = None
+
+    def lead_to(self, targets: Sequence[tuple[Database, str]]) -> None:
+        """Sets the targets, in the order in which they are to be followed; their nodes are connected already."""
+        self.targets = tuple(step_to(db, name) for db, name in reversed(targets))
+        self.only = self.targets[0] if len(self.targets) == 1 else None
 
 
 def storage(owner: str, names: Sequence[str]) -> Any:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from graph.conversion import Converter, converter
+from graph.db import Database
 from graph.evaluate.node import Node
 from graph.evaluate.wire import Copy, all_of, copy_between
 
@@ -130,10 +131,6 @@ def wire(drafts: Sequence[Draft], links: Sequence[Link], found: dict[End, Flow])
                 origin.pushes.append(_teller(target.node))
         if flow.origin.types[flow.name] is not None:
             target.node.graph.starts.append(copy)
-    for link in reversed(links):
-        if link.execution:
-            output = link.source.node.db._wires[link.source_name.partition(":")[2]]
-            output.targets += ((link.target.node.db, link.target_name.partition(":")[2]),)
     for draft, wiring in wirings.items():
         passes: dict[str, Any] = {full: all_of(copies) for full, copies in wiring.passes.items()}
         draft.node.connect(
@@ -144,6 +141,19 @@ def wire(drafts: Sequence[Draft], links: Sequence[Link], found: dict[End, Flow])
             all_of(wiring.pushes),
             passes,
         )
+
+    _lead_wires(links)
+
+
+def _lead_wires(links: Sequence[Link]) -> None:
+    """Gives each execution output its targets in file order, once all nodes are connected."""
+    targets: dict[End, list[tuple[Database, str]]] = {}
+    for link in links:
+        if link.execution:
+            into = link.target.node.db, link.target_name.partition(":")[2]
+            targets.setdefault((link.source, link.source_name), []).append(into)
+    for (source, name), ends in targets.items():
+        source.node.db._wires[name.partition(":")[2]].lead_to(ends)
 
 
 def _copy(flow: Flow, target: Draft, name: str) -> Copy:
