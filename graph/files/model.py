@@ -6,10 +6,11 @@ prims and fidelity values when the scene is built; both name the same places.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from fractions import Fraction
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainValidator, WithJsonSchema
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainValidator, WithJsonSchema, model_validator
 from pydantic_core import PydanticCustomError
 
 from graph import exact
@@ -29,26 +30,33 @@ def problem(message: str) -> PydanticCustomError:
     return PydanticCustomError("tickgraph", "{text}", {"text": message})
 
 
-def _exact(value: Any, meaning: str, limit: int) -> Fraction:
+def _whole(value: Any) -> Any:
+    if type(value) is not int:  # true and 1.0 are equal to 1, and no version
+        raise problem("must be a whole number.")
+    return value
+
+
+def _rate(value: Any) -> Fraction:
+    return _positive(value, exact.rate, HIGHEST_RATE, "a rate in Hz such as 60, 29.97 or 30000/1001")
+
+
+def _duration(value: Any) -> Fraction:
+    return _positive(value, exact.duration, LONGEST_DURATION, "a time in seconds such as 5, 0.5 or 1/240")
+
+
+def _positive(value: Any, convert: Callable[[int | float | str], Fraction], limit: int, meaning: str) -> Fraction:
+    """An exact number above 0 and at most `limit`; `meaning` says in messages what it should be."""
     if isinstance(value, bool) or not isinstance(value, (int, float, str)):
         raise problem(f"must be {meaning}, found {described(value)}.")
     try:
-        number = exact.duration(value) if "seconds" in meaning else exact.rate(value)
+        number = convert(value)
     except ValueError:
         raise problem(f"must be {meaning}, found {described(value)}.") from None
     if number <= 0:
         raise problem(f"must be above 0, found {described(value)}; give {meaning}.")
     if number > limit:
-        raise problem(f"is above the limit of {limit:,}; give {meaning}.")
+        raise problem(f"must be at most {limit:,}, found {described(value)}; give {meaning}.")
     return number
-
-
-def _rate(value: Any) -> Fraction:
-    return _exact(value, "a rate in Hz such as 60, 29.97 or 30000/1001", HIGHEST_RATE)
-
-
-def _duration(value: Any) -> Fraction:
-    return _exact(value, "a time in seconds such as 5, 0.5 or 1/240", LONGEST_DURATION)
 
 
 def _identifier(name: str) -> str:
@@ -95,7 +103,7 @@ def _knob(value: Any) -> Any:
 
 
 def _empty_if_null(value: Any) -> Any:
-    """A key without a value (`graphs:` and nothing below) means none of them."""
+    """An entry without a value (`/World/G:` and nothing below it) is an empty one."""
     return {} if value is None else value
 
 
@@ -108,20 +116,11 @@ def _type_or_mapping(value: Any) -> Any:
 
 
 _SCALAR_SCHEMA = {"type": ["number", "string", "boolean"]}
-Rate = Annotated[
-    Fraction,
-    PlainValidator(_rate),
-    WithJsonSchema(
-        {"anyOf": [{"type": "number", "exclusiveMinimum": 0}, {"type": "string", "pattern": r"^\s*[0-9./eE+ ]+\s*$"}]}
-    ),
-]
-Duration = Annotated[
-    Fraction,
-    PlainValidator(_duration),
-    WithJsonSchema(
-        {"anyOf": [{"type": "number", "exclusiveMinimum": 0}, {"type": "string", "pattern": r"^\s*[0-9./eE+ ]+\s*$"}]}
-    ),
-]
+_NUMBER_OR_FRACTION = {
+    "anyOf": [{"type": "number", "exclusiveMinimum": 0}, {"type": "string", "pattern": r"^\s*[0-9.eE+]+(/[0-9]+)?\s*$"}]
+}
+Rate = Annotated[Fraction, PlainValidator(_rate), WithJsonSchema(_NUMBER_OR_FRACTION)]
+Duration = Annotated[Fraction, PlainValidator(_duration), WithJsonSchema(_NUMBER_OR_FRACTION)]
 Identifier = Annotated[str, PlainValidator(_identifier), WithJsonSchema({"type": "string"})]
 PrimPath = Annotated[str, PlainValidator(_prim_path), WithJsonSchema({"type": "string", "pattern": "^/"})]
 SettingPath = Annotated[str, PlainValidator(_setting_path), WithJsonSchema({"type": "string", "pattern": "^/"})]
@@ -134,8 +133,28 @@ Knob = Annotated[Any, PlainValidator(_knob), WithJsonSchema(_SCALAR_SCHEMA)]
 Connection = Annotated[str, Field(json_schema_extra={"pattern": PATTERN})]
 
 
+def _null_allowed(schema: dict[str, Any]) -> None:
+    """Says in the JSON Schema what `_Part` does with null, and drops pydantic's titles, which only repeat the names."""
+    schema.pop("title", None)
+    required = schema.get("required", ())
+    for name, field in schema["properties"].items():
+        field.pop("title", None)
+        if name in required or field.get("anyOf", [{}])[-1] == {"type": "null"}:
+            continue
+        about = {key: field.pop(key) for key in ("description", "default") if key in field}
+        schema["properties"][name] = {**about, "anyOf": [field, {"type": "null"}]}
+
+
 class _Part(BaseModel):
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, json_schema_extra=_null_allowed)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _without_nulls(cls, value: Any) -> Any:
+        """A known key without a value (`graphs:` and nothing below it) is the same as no key."""
+        if isinstance(value, dict) and None in value.values():
+            return {key: item for key, item in value.items() if item is not None or key not in cls.model_fields}
+        return value
 
 
 class Node(_Part):
@@ -145,12 +164,10 @@ class Node(_Part):
         min_length=1,
         description="Type id, such as omni.graph.action.Countdown, or its last part where that is unambiguous.",
     )
-    inputs: Annotated[dict[str, Any], BeforeValidator(_empty_if_null)] = Field(
+    inputs: dict[str, Any] = Field(
         default_factory=dict, description="Values of inputs by name. What is not set has the node type's default."
     )
-    state: Annotated[dict[str, Any], BeforeValidator(_empty_if_null)] = Field(
-        default_factory=dict, description="Values of state attributes by name."
-    )
+    state: dict[str, Any] = Field(default_factory=dict, description="Values of state attributes by name.")
 
 
 class Variable(_Part):
@@ -179,19 +196,16 @@ class Graph(_Part):
         description="When the graph is evaluated: after the physics of an update, before rendering, after a new frame "
         "of a render product, or when something asks for it.",
     )
-    variables: Annotated[dict[Identifier, Variable], BeforeValidator(_empty_if_null)] = Field(
-        default_factory=dict, description="Variables of the graph by name."
-    )
-    nodes: Annotated[dict[Identifier, NodeEntry], BeforeValidator(_empty_if_null)] = Field(
-        default_factory=dict, description="Nodes by name, in order."
-    )
-    connections: Annotated[list[Connection], BeforeValidator(lambda value: [] if value is None else value)] = Field(
+    variables: dict[Identifier, Variable] = Field(default_factory=dict, description="Variables of the graph by name.")
+    nodes: dict[Identifier, NodeEntry] = Field(default_factory=dict, description="Nodes by name, in order.")
+    connections: list[Connection] = Field(
         default_factory=list,
         description="Connections in order, such as tick.tick -> wait.execIn, or a.x -> [b.y, c.z].",
     )
 
 
-GraphEntry = Annotated[Graph, BeforeValidator(_empty_if_null)]
+GraphEntry = Annotated[Graph, BeforeValidator(_empty_if_null, json_schema_input_type=Graph | None)]
+PrimEntry = Annotated[dict[str, Any], BeforeValidator(_empty_if_null, json_schema_input_type=dict[str, Any] | None)]
 
 
 class Scene(_Part):
@@ -202,9 +216,7 @@ class Scene(_Part):
         description="USD file (.usd, .usda, .usdc, .usdz), relative to the graph file and below its folder.",
     )
     mjcf: str | None = Field(default=None, description="MJCF model (.xml), relative to the graph file.")
-    prims: Annotated[
-        dict[PrimPath, Annotated[dict[str, Any], BeforeValidator(_empty_if_null)]], BeforeValidator(_empty_if_null)
-    ] = Field(
+    prims: dict[PrimPath, PrimEntry] = Field(
         default_factory=dict,
         description="Prims to author, by path, in order: a type, a transform (translate, orient or rotate, scale), "
         "sizes, physics, and for sensors a config.",
@@ -237,20 +249,20 @@ class Record(_Part):
 class GraphFile(_Part):
     """A TickGraph graph file: a scene, clocks, sensors and node graphs as data."""
 
-    tickgraph: Literal[1] = Field(description="Version of the file format.")
-    scene: Annotated[Scene, BeforeValidator(_empty_if_null)] = Scene()
-    clock: Annotated[Clock, BeforeValidator(_empty_if_null)] = Clock()
+    tickgraph: Annotated[Literal[1], BeforeValidator(_whole)] = Field(description="Version of the file format.")
+    scene: Scene = Scene()
+    clock: Clock = Clock()
     duration: Duration | None = Field(
         default=None, description="Simulated seconds that `graph run` lasts unless told otherwise."
     )
-    settings: Annotated[dict[SettingPath, Setting], BeforeValidator(_empty_if_null)] = Field(
+    settings: dict[SettingPath, Setting] = Field(
         default_factory=dict,
         description="Values in the settings tree by path, such as /rtx/hydra/supportMultiTickRate.",
     )
-    fidelity: Annotated[dict[str, Knob], BeforeValidator(_empty_if_null)] = Field(
+    fidelity: dict[str, Knob] = Field(
         default_factory=dict, description="What is approximated and how far, by knob, such as lidar.motion: frozen."
     )
-    graphs: Annotated[
-        dict[PrimPath, Annotated[Graph, BeforeValidator(_empty_if_null)]], BeforeValidator(_empty_if_null)
-    ] = Field(default_factory=dict, description="Graphs by path on the stage, in order.")
-    record: Annotated[Record, BeforeValidator(_empty_if_null)] = Record()
+    graphs: dict[PrimPath, GraphEntry] = Field(
+        default_factory=dict, description="Graphs by path on the stage, in order."
+    )
+    record: Record = Record()

@@ -71,8 +71,6 @@ def read(path: Path, name: str) -> Source:
             data = stream.read((JSON_LIMIT if kind == "json" else YAML_LIMIT) + 1)
     except OSError as error:
         raise UserError(f"{name} cannot be read: {error.strerror or error}.") from error
-    except ValueError as error:  # a NUL in the name
-        raise UserError(f"{name!r} is no file name: {error}.") from error
     return decode(data, name, kind)
 
 

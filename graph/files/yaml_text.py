@@ -6,7 +6,6 @@ keys, foreign tags and merge keys are problems, aliases share their value as lon
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterator
 from typing import Any
 
@@ -51,9 +50,7 @@ def parse(source: Source, problems: list[Problem]) -> tuple[Any, int]:
 
 def _events(source: Source) -> Iterator[Event]:
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            yield from YAML(typ="safe", pure=True).parse(source.text)
+        yield from YAML(typ="safe", pure=True).parse(source.text)
     except MarkedYAMLError as error:
         raise _broken(source, error) from error
     except (YAMLError, ValueError, OverflowError) as error:  # the last two: escapes such as "\UFFFFFFFF"
@@ -163,7 +160,7 @@ class _Composer:
         if tag is not None and tag not in ("!", f"{_CORE}str") and tag not in _SCALAR_KINDS:
             self._foreign_tag(event)
             return text
-        if not plain and tag not in _SCALAR_KINDS:
+        if tag not in _SCALAR_KINDS and (tag is not None or not plain):
             return text
         try:
             value = scalars.resolve(text)
@@ -207,7 +204,13 @@ def _broken(source: Source, error: MarkedYAMLError) -> UserError:
     at = 0 if mark is None else mark.index
     if source.text[at : at + 1] == "\t":
         return UserError(source.problem(at, "a tab cannot indent YAML; use spaces."))
-    what = " ".join(str(error.problem or error.context or "unreadable").split())
+    what = _one_line(error.problem or error.context or "unreadable text")
     if error.context and error.problem:
-        what = f"{' '.join(str(error.context).split())}, {what}"
+        began = error.context_mark
+        since = f" from line {began.line + 1} on" if began is not None and mark and began.line != mark.line else ""
+        what = f"{_one_line(error.context)}{since}, {what}"
     return UserError(source.problem(at, f"this is not YAML: {what}."))
+
+
+def _one_line(text: str) -> str:
+    return " ".join(str(text).split())
