@@ -148,7 +148,7 @@ class App:
         if self._geometry is None:
             from .geometry import collect_geometry
 
-            self._geometry = collect_geometry(self.stage, self.fidelity.mesh_tolerance)
+            self._geometry = collect_geometry(self.stage, self.fidelity.mesh_tolerance, self.warn)
         return self._geometry
 
     # -- subscribing -------------------------------------------------------------------------------------------------
@@ -283,16 +283,15 @@ class App:
         self._stage_state = StageState(self.stage)
         physics = None
         try:
-            physics = build_physics(self.stage, 1 / self.simulation.steps_per_second, self.fidelity)
-            if physics is not None:
-                self.fabric.bind(physics)
+            physics = build_physics(self.stage, 1 / self.simulation.steps_per_second, self.fidelity, warn=self.warn)
+            self.fabric.bind(physics)
         except BaseException:
             if physics is not None:
                 physics.close()
             self._stage_state.restore()
             raise
         self.rendering.multi_tick = self.settings.get(keys.MULTI_TICK)
-        self.rendering.capture_state = self.fabric.capture if physics is not None else None
+        self.rendering.capture_state = self.fabric.capture
         self.rendering.begin_play()
         self.simulation.begin(physics)
 
@@ -312,7 +311,7 @@ class App:
             return
         self._closed = True
         failure: BaseException | None = None
-        for action in (self.stop, *self._close_actions(), self.bus.close):
+        for action in (self.stop, *self._close_actions(), self.bus.close, self.fabric.close):
             try:
                 action()
             except BaseException as error:
