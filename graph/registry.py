@@ -45,7 +45,10 @@ class Registry:
             self._short.setdefault(name, []).append(node_type)
 
     def get(self, name: str) -> NodeType:
-        """The type of that id or short name. Raises UnknownNodeTypeError with the nearest name, or with the candidates."""
+        """The type of that id or short name.
+
+        Raises UnknownNodeTypeError with the nearest name, or with the candidates of an ambiguous one.
+        """
         self._load()
         if name in self._types:
             return self._types[name]

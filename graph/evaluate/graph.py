@@ -162,6 +162,6 @@ def _evaluator_of(graph: Graph) -> EvaluatorProtocol:
     from .execution import ExecutionEvaluator
     from .push import PushEvaluator
 
-    return {"execution": ExecutionEvaluator, "push": PushEvaluator, "dirty_push": DirtyPushEvaluator}[graph.evaluator](
-        graph
-    )
+    if graph.evaluator == "execution":
+        return ExecutionEvaluator(graph)
+    return PushEvaluator(graph) if graph.evaluator == "push" else DirtyPushEvaluator(graph)

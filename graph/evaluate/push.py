@@ -21,7 +21,7 @@ class PushEvaluator:
     def __init__(self, graph: Graph) -> None:
         self._graph = graph
         nodes = sorted((n for n in graph.nodes.values() if n.type.compute is not None), key=lambda node: node.rank)
-        self._plan = [(node.db, node.type.compute, node.db._push) for node in nodes]
+        self._plan = [(node.db, node.db._compute, node.db._push) for node in nodes]
         self._firing = [node.db for node in nodes if node.db._wires]
 
     def run(self, activations: Sequence[Activation]) -> None:

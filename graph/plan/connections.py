@@ -137,24 +137,24 @@ def _attribute(draft: Draft, written: str, side: Literal["source", "target"]) ->
 def _may_meet(link: Link, report: Report) -> bool:
     """Reports connections that no types could make right."""
     source, target = link.source.attribute(link.source_name), link.target.attribute(link.target_name)
-    source_end, target_end = link.ends()
-    message = ""
+    mixed = source.is_execution != target.is_execution
     if link.target_name.startswith("outputs:"):
-        message = f"{target_end} is an output; a connection ends at an input"
-    elif source.is_execution != target.is_execution:
-        ends = link.ends_with_types()
-        message = f"{ends[0]} cannot feed {ends[1]}: execution and data do not mix"
+        message = "{target} is an output; a connection ends at an input"
+    elif mixed:
+        message = "{source} cannot feed {target}: execution and data do not mix"
     elif source.is_execution and not link.source_name.startswith("outputs:"):
-        message = f"{source_end} is an execution input; execution starts at an output"
+        message = "{source} is an execution input; execution starts at an output"
     elif source.is_execution and link.source.node.graph is not link.target.node.graph:
-        message = f"{source_end} cannot start {target_end}: execution does not cross graphs; send a custom event"
+        message = "{source} cannot start {target}: execution does not cross graphs; send a custom event"
     elif target.literal_only:
-        message = f"{target_end} cannot be connected; write its value under inputs"
+        message = "{target} cannot be connected; write its value under inputs"
     elif target.output_only:
-        message = f"{target_end} is only a source; connect from it, not to it"
-    if message:
-        report(message, link.mark)
-    return not message
+        message = "{target} is only a source; connect from it, not to it"
+    else:
+        return True
+    source_end, target_end = link.ends_with_types() if mixed else link.ends()
+    report(message.format(source=source_end, target=target_end), link.mark)
+    return False
 
 
 def _repeats(link: Link, fan_in: dict[tuple[Draft, str], list[Link]], report: Report) -> bool:

@@ -65,7 +65,7 @@ class Draft:
             return None
         self.dynamic[full] = attribute
         parsed = attribute.parsed
-        self.types[full] = parsed if isinstance(parsed, Type) else None
+        self.types = {**self.types, full: parsed if isinstance(parsed, Type) else None}
         if isinstance(parsed, Extended):
             self.open += (full,)
         return full
@@ -80,7 +80,7 @@ class Shape:
     """What all nodes of one type share: attribute names, types and starting values."""
 
     names: Mapping[str, tuple[str, ...]]
-    types: Mapping[str, Type | None]
+    types: dict[str, Type | None]
     open: tuple[str, ...]
     initial: Mapping[str, Any]
 
@@ -103,7 +103,9 @@ class Shape:
 
 def draft_node(graph: Graph, spec: NodeSpec, node_type: NodeType, shape: Shape, index: int, report: Report) -> Draft:
     """Starts a node and notes the values that the file gives it; reports names the type does not have."""
-    draft = Draft(Node(graph, spec.name, node_type, index, spec.mark), spec, dict(shape.types), shape.open)
+    # Only open types are ever written to: nodes without any share the dict.
+    types = dict(shape.types) if shape.open else shape.types
+    draft = Draft(Node(graph, spec.name, node_type, index, spec.mark), spec, types, shape.open)
     for key, value in spec.inputs.items():
         prefix, _, name = key.partition(":")
         if prefix == "outputs":
