@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from graph.node_type import Attribute, NodeType
+    from graph.declaration import Attribute, NodeType
 
 
 def node_type_as_dict(node_type: NodeType) -> dict[str, Any]:
@@ -28,7 +28,7 @@ def node_type_as_dict(node_type: NodeType) -> dict[str, Any]:
 
 def default_of(attribute: Attribute) -> Any:
     """The declared default as plain data that JSON can hold (infinity as text); None if there is none."""
-    from graph.node_type import UNSET
+    from graph.declaration import UNSET
 
     value = attribute.default
     if value is UNSET:

@@ -13,7 +13,7 @@ from typing import Any, Literal
 
 from graph import registry
 from graph.errors import UserError
-from graph.node_type import NodeType
+from graph.declaration import NodeType
 from graph.spec import FileSpec, GraphSpec
 
 Kind = Literal["execution", "data", "unknown"]

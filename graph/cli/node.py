@@ -11,7 +11,7 @@ from .describe import default_of, node_type_as_dict, type_name
 from .printing import safe_line
 
 if TYPE_CHECKING:
-    from graph.node_type import Attribute, NodeType
+    from graph.declaration import Attribute, NodeType
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -13,7 +13,7 @@ from .describe import first_line, node_type_as_dict
 from .printing import print_table
 
 if TYPE_CHECKING:
-    from graph.node_type import NodeType
+    from graph.declaration import NodeType
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -167,8 +167,8 @@ def test_a_duration_written_as_a_rounded_fraction_means_the_fraction():
 
 
 def test_set_values_are_inputs_by_name_and_state_with_its_prefix():
-    text = "tickgraph: 1\ngraphs: {/G: {nodes: {n: {type: X, inputs: {a: 1, 'inputs:b:c': 2, 'state:d': 3}, state: {e: 4}}}}}\n"
-    [node] = loads(text).graphs[0].nodes
+    values = "inputs: {a: 1, 'inputs:b:c': 2, 'state:d': 3}, state: {e: 4}"
+    [node] = loads(f"tickgraph: 1\ngraphs: {{/G: {{nodes: {{n: {{type: X, {values}}}}}}}}}\n").graphs[0].nodes
     assert node.inputs == {"a": 1, "b:c": 2, "state:d": 3, "state:e": 4}
     assert set(node.input_marks) == set(node.inputs)
 

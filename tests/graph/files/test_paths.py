@@ -103,7 +103,8 @@ def test_allow_widens_what_may_be_read(folder, tmp_path):
         ),
         (
             "record: {mcap: /tmp/x.mcap}",
-            'a.yaml:2:16: record.mcap: "/tmp/x.mcap" could leave the output folder; give a plain name such as run.mcap.',
+            'a.yaml:2:16: record.mcap: "/tmp/x.mcap" could leave the output folder; give a plain name such as '
+            "run.mcap.",
         ),
         (
             "record: {mcap: a/../../x.mcap}",

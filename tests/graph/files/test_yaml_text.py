@@ -134,7 +134,8 @@ def test_a_tag_that_does_not_fit_its_value_is_a_problem():
         ("a:\n\tb: 1\n", "a.yaml:2:1: a tab cannot indent YAML; use spaces."),
         (
             "a: [1, 2\nb: 3\n",
-            "a.yaml:2:2: this is not YAML: while parsing a flow sequence from line 1 on, expected ',' or ']', but got ':'.",
+            "a.yaml:2:2: this is not YAML: while parsing a flow sequence from line 1 on, "
+            "expected ',' or ']', but got ':'.",
         ),
         ("a: 1\n---\nb: 2\n", "a.yaml:2:1: a second document starts here; a graph file holds one."),
         ("%YAML 1.1\n---\na: 1\n", "a.yaml:2:1: graph files are YAML 1.2, not 1.1; remove the directive."),
