@@ -40,7 +40,7 @@ def triangulate(
     )
     inside = np.clip(indices, 0, max(len(points) - 1, 0))
     if len(points):
-        strange: NDArray[np.bool_] = ~np.isfinite(points).all(axis=1)
+        strange = np.asarray(~np.isfinite(points).all(axis=1))
         if strange.any():
             usable &= ~_faces_with(indices, counts, strange[inside], "points that are not finite", complain)
     if holes is not None and len(holes):

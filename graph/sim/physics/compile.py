@@ -44,7 +44,7 @@ INTEGRATORS = {
 
 @dataclass(frozen=True)
 class Compiled:
-    """The model, its bodies in its own order (body i of the model is i + 1) and the joints that have coordinates."""
+    """The model, its bodies in its own order (the model's body 0 is the world) and its joints in stage order."""
 
     model: Any
     bodies: tuple[Body, ...]
@@ -71,8 +71,12 @@ def compile_world(world: World, dt: Fraction, integrator: str, iterations: int |
         parent = spec.worldbody if collider.body is None else handles[collider.body]
         _add_geom(parent, collider, meshes, f"{collider.path}#{number}")
     _add_constraints(spec, world, forest, warn)
+    hung = {branch.joint.path for branch in forest.branches if branch.joint}
+    joints = tuple(joint for joint in world.joints if joint.path in hung and joint.kind != "fixed")
+    for joint in joints:
+        if joint.drive is not None:
+            _add_drive(spec, joint)
     model = _compiled(spec)
-    joints = tuple(branch.joint for branch in forest.branches if branch.joint and branch.joint.kind != "fixed")
     return Compiled(
         model,
         tuple(branch.body for branch in forest.branches),
@@ -169,7 +173,7 @@ def _add_bodies(spec: Any, forest: Forest, colliders: list[tuple[Collider, Volum
         handles[body.path], poses[body.path] = handle, body.pose
         if not body.kinematic:
             _set_inertia(handle, body_inertia(body, own.get(body.path, ()), warn))
-            _add_joint(spec, handle, branch)
+            _add_joint(handle, branch)
     return handles
 
 
@@ -180,7 +184,7 @@ def _set_inertia(handle: Any, inertia: Inertia) -> None:
     handle.fullinertia = [t[0, 0], t[1, 1], t[2, 2], t[0, 1], t[0, 2], t[1, 2]]
 
 
-def _add_joint(spec: Any, handle: Any, branch: Branch) -> None:
+def _add_joint(handle: Any, branch: Branch) -> None:
     joint = branch.joint
     if joint is None:
         handle.add_freejoint(name=f"{branch.body.path}#free")
@@ -201,8 +205,6 @@ def _add_joint(spec: Any, handle: Any, branch: Branch) -> None:
     if math.isfinite(joint.lower) or math.isfinite(joint.upper):
         made.limited = mujoco.mjtLimited.mjLIMITED_TRUE
         made.range = np.clip([joint.lower, max(joint.upper, joint.lower + 1e-9)], -1e9, 1e9)
-    if joint.drive is not None:
-        _add_drive(spec, joint)
 
 
 def _add_drive(spec: Any, joint: Joint) -> None:

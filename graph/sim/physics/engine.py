@@ -8,6 +8,7 @@ import numpy as np
 
 from graph.errors import RunError
 from graph.sim import transforms
+from graph.sim.articulation import Articulation
 from graph.sim.transforms import Floats
 
 from .compile import Compiled
@@ -23,7 +24,8 @@ _BAD = tuple(
 class Physics:
     """The bodies of a playing world, metres and seconds. `body_paths` orders every array over bodies."""
 
-    def __init__(self, compiled: Compiled, dt: Fraction) -> None:
+    def __init__(self, compiled: Compiled, dt: Fraction, meters_per_unit: float = 1.0) -> None:
+        self.meters_per_unit = meters_per_unit
         self.model = compiled.model
         self.data = mujoco.MjData(compiled.model)
         self.body_paths = tuple(body.path for body in compiled.bodies)
@@ -34,6 +36,7 @@ class Physics:
         self._positions: Floats = self.data.xpos[1:]
         self._quaternions: Floats = self.data.xquat[1:]
         self._stale = False
+        self._articulations: dict[str, Articulation] = {}
         self._actuators = {joint.path: number for number, joint in enumerate(j for j in self.joints if j.drive)}
         self._inertia_scaled_gains()
         self.targets = np.array([[j.drive.position, j.drive.velocity] for j in self.joints if j.drive]).reshape(-1, 2)
@@ -96,6 +99,15 @@ class Physics:
         """Hand `targets` (A, 2), positions and velocities of the driven joints, to the engine."""
         self.data.ctrl[:] = (self.targets * self._gains).sum(axis=1)
 
+    def articulation(self, root: str) -> Articulation:
+        """The mechanism at a path: a robot's root prim, or any body or joint of it. Raises RunError if none is there."""
+        if root not in self._articulations:
+            found = Articulation(self, root, self.meters_per_unit)
+            if not found.joint_paths:
+                raise RunError(f"{root}: no revolute or prismatic joint is there.")
+            self._articulations[root] = found
+        return self._articulations[root]
+
     def close(self) -> None:
         """Free the engine's memory; nothing may be asked of it afterwards."""
         self._positions, self._quaternions = self._positions.copy(), self._quaternions.copy()
@@ -123,15 +135,16 @@ class Physics:
             self._gains[number] = joint.drive.stiffness * factor, joint.drive.damping * factor
 
     def _set_gains(self) -> None:
-        """Drive force at the end of the step: k (q* - q - dt v) + d (v* - v), v the new velocity.
+        """Drive force: stiffness (q* - q) + damping (dq* - dq), both taken at the end of the step.
 
-        The integrator treats damping implicitly, so the spring's share of it, dt k, makes the spring implicit too:
-        stable at any stiffness (Tan, Liu and Turk: Stable proportional-derivative controllers, 2011).
+        The integrator `discrete` does so itself. The implicit ones do for the damping only: the spring's share of it,
+        dt times the stiffness, makes the spring implicit too (Tan, Liu and Turk, Stable PD controllers, 2011).
         """
         stiffness, damping = self._gains[:, 0], self._gains[:, 1]
+        ahead = 0.0 if self.model.opt.integrator == mujoco.mjtIntegrator.mjINT_DISCRETE else float(self.dt)
         self.model.actuator_gainprm[:, 0] = 1.0
         self.model.actuator_biasprm[:, 1] = -stiffness
-        self.model.actuator_biasprm[:, 2] = -(damping + float(self.dt) * stiffness)
+        self.model.actuator_biasprm[:, 2] = -(damping + ahead * stiffness)
 
     def _start(self, compiled: Compiled) -> None:
         """Initial velocities and drive targets, and everything that follows from them."""

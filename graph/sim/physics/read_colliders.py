@@ -109,9 +109,7 @@ class _Reader:
         pose = _facing(normal / np.linalg.norm(normal), self.frame[:3, 3])
         if endless(self.prim):
             if self.body is not None:
-                self.warn(
-                    "bad-collider", self.path, "an endless Plane cannot move with a body; give it width and length."
-                )
+                self.warn("bad-collider", self.path, "an endless Plane cannot move with a body; give it a width.")
                 return []
             return [self._make("plane", pose)]
         shape = shape_of(self.prim, 1.0, self._complain)

@@ -1,0 +1,105 @@
+"""Jointed mechanisms: read their joints and set what their drives aim at, by whole arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .transforms import Floats
+
+if TYPE_CHECKING:
+    from .physics.engine import Physics
+    from .physics.model import Joint
+
+
+class Articulation:
+    """The joints with one degree of freedom of the mechanism at a path, in stage order.
+
+    Positions and velocities are radians and stage units, efforts N m and N: what the node library uses.
+    """
+
+    def __init__(self, physics: Physics, root: str, meters_per_unit: float) -> None:
+        self.path = root
+        joints = [joint for joint in _connected(physics.joints, root) if joint.kind != "spherical"]
+        self.joint_paths = tuple(joint.path for joint in joints)
+        self.joint_names = tuple(path.rpartition("/")[2] for path in self.joint_paths)
+        self._physics = physics
+        self._scale = np.array([1.0 if joint.kind == "revolute" else 1 / meters_per_unit for joint in joints])
+        self._position = np.array([physics.qpos_address(joint) for joint in joints], dtype=np.intp)
+        self._velocity = np.array([physics.dof(joint) for joint in joints], dtype=np.intp)
+        actuators = [physics.actuator(joint) for joint in joints]
+        self._actuator = np.array([-1 if number is None else number for number in actuators], dtype=np.intp)
+
+    @property
+    def driven(self) -> NDArray[np.bool_]:
+        """(J,) which joints have a drive; position and velocity targets of the others have no effect."""
+        return self._actuator >= 0
+
+    @property
+    def positions(self) -> Floats:
+        """(J,) joint positions [rad or stage units]."""
+        out: Floats = self._physics.data.qpos[self._position] * self._scale
+        return out
+
+    @property
+    def velocities(self) -> Floats:
+        """(J,) joint velocities [rad/s or stage units/s]."""
+        out: Floats = self._physics.data.qvel[self._velocity] * self._scale
+        return out
+
+    def set_targets(
+        self,
+        positions: Sequence[float] | Floats | None = None,
+        velocities: Sequence[float] | Floats | None = None,
+        efforts: Sequence[float] | Floats | None = None,
+        joints: Sequence[int] | None = None,
+    ) -> None:
+        """Set what the drives aim at, and efforts that act besides them until set anew.
+
+        Each array has one number per joint (or per entry of `joints`, joint numbers); NaN leaves that joint alone, an
+        empty array or None all of them. Raises ValueError, having changed nothing, if an array has another length.
+        """
+        chosen = np.arange(len(self.joint_paths)) if joints is None else np.asarray(joints, dtype=np.intp)
+        commands = [
+            self._command(name, values, len(chosen))
+            for name, values in (("positions", positions), ("velocities", velocities), ("efforts", efforts))
+        ]
+        for column, values in enumerate(commands[:2]):
+            if values is not None:
+                wanted = ~np.isnan(values) & (self._actuator[chosen] >= 0)
+                rows = chosen[wanted]
+                self._physics.targets[self._actuator[rows], column] = values[wanted] / self._scale[rows]
+        if commands[2] is not None:
+            wanted = ~np.isnan(commands[2])
+            self._physics.data.qfrc_applied[self._velocity[chosen[wanted]]] = commands[2][wanted]
+        self._physics.apply_targets()
+
+    def _command(self, name: str, values: Sequence[float] | Floats | None, width: int) -> Floats | None:
+        if values is None or not len(values):
+            return None
+        out = np.asarray(values, dtype=np.float64)
+        if out.shape != (width,):
+            raise ValueError(f"{self.path}: {name} have shape {out.shape}; there are {width} joints to command.")
+        if np.isinf(out).any():
+            raise ValueError(f"{self.path}: {name} hold an infinite value.")
+        return out
+
+
+def _connected(joints: Sequence[Joint], root: str) -> list[Joint]:
+    """The joints at, below or on bodies below a path, and all that bodies connect with them."""
+
+    def inside(path: str | None) -> bool:
+        return path is not None and (path == root or path.startswith(root.rstrip("/") + "/"))
+
+    found = {joint.path for joint in joints if inside(joint.path) or any(map(inside, joint.bodies))}
+    bodies: set[str | None] = {body for joint in joints if joint.path in found for body in joint.bodies if body}
+    bodies |= {body for joint in joints for body in joint.bodies if inside(body)}
+    while True:
+        more = {joint.path for joint in joints if not bodies.isdisjoint(joint.bodies)} - found
+        if not more:
+            return [joint for joint in joints if joint.path in found]
+        found |= more
+        bodies |= {body for joint in joints if joint.path in more for body in joint.bodies if body}
