@@ -95,7 +95,7 @@ class Context:
 
     @property
     def delta_seconds(self) -> float:
-        """Length of this update [s]."""
+        """Length of this update [s], playing or not; what the timeline moved is `delta`."""
         return float(self.loop_delta)
 
     @property

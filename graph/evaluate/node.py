@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
+from graph.context import Context
 from graph.db import Database, python_name
 from graph.declaration import Attribute, NodeType
 from graph.errors import Mark
@@ -145,10 +146,12 @@ class Node:
             for name in self.names[prefix]:
                 yield f"{prefix}:{name}", self.attribute(f"{prefix}:{name}")
 
-    def prepare(self) -> None:
+    def prepare(self, context: Context | None = None) -> None:
         """Computes the data nodes it reads and calls the type's `prepare`; fires and computes nothing itself."""
         if self.type.prepare is None:
             return
+        if context is not None:
+            self.graph.context = context
         # What is prepared is held by the memory, so it is released like the work of a compute.
         self._used = -1
         db = self.db

@@ -51,7 +51,7 @@ def compile_graphs(specs: Sequence[GraphSpec], registry: Registry = DEFAULT) -> 
 
 @contextmanager
 def _collector_paused() -> Iterator[None]:
-    """Without the garbage collector, which would walk a large half-made graph again and again: two thirds of a compile."""
+    """Without the garbage collector, which would walk a large half-made graph again and again."""
     enabled = gc.isenabled()
     gc.disable()
     try:

@@ -14,7 +14,7 @@ from graph.spec import NodeSpec
 from graph.suggest import did_you_mean
 from graph.types import Extended, Type
 from graph.untyped import typed_value
-from graph.values import coerce, shown
+from graph.values import coerce, shown, zero
 
 Report = Callable[[str, "Mark | None"], None]
 """Takes a message and a mark."""
@@ -138,12 +138,15 @@ def no_attribute(draft: Draft, kind: str, name: str) -> str:
 
 def initial_values(draft: Draft, shape: Shape, report: Report) -> Mapping[str, Any]:
     """The starting value of each data attribute; reports written values that are not of the settled type."""
-    if not draft.authored and not draft.dynamic:
+    if not draft.authored and not draft.dynamic and not draft.open:
         return shape.initial
     initial = dict(shape.initial)
     for full, attribute in draft.dynamic.items():
         if not attribute.is_execution:
             initial[full] = attribute.initial
+    for full in draft.open:
+        settled = draft.types[full]
+        initial[full] = None if settled is None else zero(settled)
     for full, raw in draft.authored.items():
         attribute, type_ = draft.attribute(full), draft.types[full]
         key = full if full in draft.spec.inputs else full.partition(":")[2]
