@@ -62,7 +62,7 @@ def read_system_time(db: Any) -> None:
 @dataclass(slots=True)
 class _Last:
     simulation: Fraction | None = None
-    system: float = 0.0
+    system: Fraction = Fraction(0)
 
 
 @node_type(
@@ -74,7 +74,7 @@ class _Last:
 def real_time_factor(db: Any) -> bool:
     """Compare the advance of the physics clock with that of the wall clock; the first compute only takes both."""
     app, memory = db.app, db.memory
-    simulation, system = app.simulation.monotonic_time, float(app.wall_clock.now())
+    simulation, system = app.simulation.monotonic_time, app.wall_clock.now()
     before, memory.simulation, wall = memory.simulation, simulation, system - memory.system
     if before is None:
         memory.system = system
@@ -83,7 +83,7 @@ def real_time_factor(db: Any) -> bool:
         memory.simulation = before
         return False
     memory.system = system
-    db.outputs.rtf = float(simulation - before) / wall
+    db.outputs.rtf = float((simulation - before) / wall)
     return True
 
 

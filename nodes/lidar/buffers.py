@@ -8,6 +8,8 @@ from typing import Any
 
 from graph import UNSET, Attribute
 
+IDENTITY = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]]
+
 
 @dataclass(frozen=True, slots=True)
 class Buffer:
@@ -69,8 +71,10 @@ def cloud_attributes(length_unit: str) -> dict[str, Attribute]:
     }
 
 
-def write_buffers(db: Any, arrays: Mapping[str, Any], transform: Any) -> None:
-    """Puts arrays on `dataPtr` ("data") and `<name>Ptr`, with their sizes; a buffer without array gets 0 and 0.
+def write_buffers(db: Any, arrays: Mapping[str, Any]) -> None:
+    """Puts arrays on `dataPtr` ("data") and `<name>Ptr`, with their sizes, and "transform" on its output.
+
+    A buffer without array gets 0 and 0, the transform without one the identity.
 
     The handles of the previous frame are given up, so that a node holds one frame at most.
     """
@@ -87,7 +91,7 @@ def write_buffers(db: Any, arrays: Mapping[str, Any], transform: Any) -> None:
         setattr(outputs, f"{name}Ptr", number)
         setattr(outputs, "bufferSize" if name == "data" else f"{name}BufferSize", size)
     outputs.width, outputs.height = (len(arrays["data"]) if "data" in arrays else 0), 1
-    outputs.cudaDeviceIndex, outputs.transform = -1, transform
+    outputs.cudaDeviceIndex, outputs.transform = -1, arrays.get("transform", IDENTITY)
 
 
 def drop_handles(db: Any) -> None:

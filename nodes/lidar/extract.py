@@ -12,10 +12,10 @@ from .frames import CUDA_DEVICE, DATA_PTR, EXEC, RENDER_PRODUCT, Reader, attach,
 
 def _wanted(db: Any) -> frozenset[str]:
     """The channels behind the outputs that something reads."""
-    from sensors.annotators import POINT_CLOUD_CHANNELS
+    from sensors.annotators import SCAN_BUFFER_CHANNELS
 
     consumed = [name for name in BUFFERS if db.consumed(f"{name}Ptr") or db.consumed(f"{name}BufferSize")]
-    return frozenset({"xyz"}.union(*(POINT_CLOUD_CHANNELS[name] for name in consumed)))
+    return frozenset({"xyz"}.union(*(SCAN_BUFFER_CHANNELS[name] for name in consumed)))
 
 
 def _prepare(db: Any) -> None:
@@ -41,15 +41,14 @@ def extract_point_cloud(db: Any) -> bool:
 
     `azimuthPtr`, `elevationPtr`, `distancePtr` are the frame's spherical coordinates [deg, deg, m].
     """
-    import numpy as np
 
     from sensors import annotators
 
     frame = read_frame(db, _wanted)
     if frame is None or frame.count == 0:
-        write_buffers(db, {}, np.eye(4))
+        write_buffers(db, {})
         return False
     cloud = annotators.extract_point_cloud(frame)
-    write_buffers(db, cloud.arrays, cloud.transform)
+    write_buffers(db, cloud)
     db.fire("exec")
     return True

@@ -8,12 +8,13 @@ from graph import Attribute, node_type
 
 from .frames import CUDA_DEVICE, DATA_PTR, EXEC, RENDER_PRODUCT, Reader, attach, read_frame, release, say_deprecated
 
-CHANNELS = frozenset({"azimuth", "elevation", "distance", "scalar"})
 OLDER = "of an older array interface; the frame is used instead"
 
 
 def _wanted(db: Any) -> frozenset[str]:
-    return CHANNELS
+    from sensors.annotators import FLAT_SCAN_CHANNELS
+
+    return FLAT_SCAN_CHANNELS
 
 
 def _prepare(db: Any) -> None:
@@ -61,9 +62,8 @@ def _older(name: str, data_type_default: float, **defaults: Any) -> dict[str, At
 )
 def compute_flat_scan(db: Any) -> bool:
     """Bin a frame by azimuth; the last element in a beam wins. A lidar with a beam off the horizontal plane fails."""
-    from sensors.annotators import flat_scan
-
     from graph.errors import UserError
+    from sensors.annotators import flat_scan
 
     say_deprecated(db, "ROS2RtxLidarHelper with type laser_scan")
     frame = read_frame(db, _wanted)
@@ -71,16 +71,16 @@ def compute_flat_scan(db: Any) -> bool:
         return False
     try:
         flat = flat_scan(frame)
-    except (UserError, ValueError) as error:
+    except UserError as error:
         db.fail(str(error))
     outputs = db.outputs
     outputs.horizontalFov = flat.horizontal_fov
     outputs.horizontalResolution = flat.horizontal_resolution
     outputs.depthRange = flat.depth_range
     outputs.rotationRate = flat.rotation_rate
-    outputs.linearDepthData = flat.linear_depth_data
-    outputs.intensitiesData = flat.intensities_data
-    outputs.numRows, outputs.numCols = 1, len(flat.linear_depth_data)
+    outputs.linearDepthData = flat.ranges
+    outputs.intensitiesData = flat.intensities
+    outputs.numRows, outputs.numCols = flat.num_rows, flat.num_cols
     outputs.azimuthRange = flat.azimuth_range
     db.fire("exec")
     return True

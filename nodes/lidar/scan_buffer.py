@@ -36,9 +36,9 @@ def _names(db: Any) -> frozenset[str]:
 
 
 def _wanted(db: Any) -> frozenset[str]:
-    from sensors.annotators import POINT_CLOUD_CHANNELS
+    from sensors.annotators import SCAN_BUFFER_CHANNELS
 
-    return frozenset({"xyz"}.union(*(POINT_CLOUD_CHANNELS[name] for name in _names(db))))
+    return frozenset({"xyz"}.union(*(SCAN_BUFFER_CHANNELS[name] for name in _names(db))))
 
 
 def _prepare(db: Any) -> None:
@@ -77,7 +77,7 @@ def create_scan_buffer(db: Any) -> bool:
     frame = read_frame(db, _wanted)
     if frame is None or frame.count == 0:
         return False
-    scan = annotators.scan_buffer(frame, _names(db), db.app.meters_per_unit)
-    write_buffers(db, scan.arrays, scan.transform)
+    scan = annotators.scan_buffer(frame, db.app.meters_per_unit, _names(db))
+    write_buffers(db, scan)
     db.fire("exec")
     return True

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from sensors.frame import Frame
 
-SCAN_CHANNELS = frozenset({"azimuth", "elevation", "distance", "scalar"})
+SCAN_CHANNELS = frozenset({"azimuth", "distance", "scalar"})
 """What a laser scan needs of a frame."""
 
 
@@ -47,8 +47,8 @@ def frame_scan(frame: Frame, nanoseconds: int, frame_id: str) -> Any:
 
     flat = flat_scan(frame, check_2d=False)
     return laser_scan(
-        flat.linear_depth_data,
-        flat.intensities_data,
+        flat.ranges,
+        flat.intensities,
         start_deg=flat.azimuth_range[0],
         resolution_deg=flat.horizontal_resolution,
         horizontal_fov_deg=flat.horizontal_fov,

@@ -78,7 +78,7 @@ def point_cloud(
     else:
         data = np.ascontiguousarray(points, dtype="<f4").view(np.uint8).reshape(-1)
     field_type = message_type("sensor_msgs/msg/PointField")
-    offsets = layout.fields or {}
+    offsets: Mapping[str, Any] = layout.fields or {}
     fields = [
         field_type(name, offset, _DATATYPES[form], 1)
         for name, form, offset in ((n, _format(kind[0]), int(kind[1])) for n, kind in offsets.items())

@@ -85,9 +85,8 @@ def _of_row(db: Any) -> tuple[NDArray[np.float32], NDArray[Any]]:
 
 def _of_frame(db: Any) -> tuple[NDArray[np.float32], NDArray[Any]]:
     """Ranges and intensities of the frame behind dataPtr, binned by azimuth."""
+    from nodes.lidar.frames import frame_of_handle
     from sensors.annotators import flat_scan
 
-    from nodes.lidar.frames import frame_of_handle
-
     flat = flat_scan(frame_of_handle(db, db.inputs.dataPtr), check_2d=False)
-    return flat.linear_depth_data, flat.intensities_data
+    return flat.ranges, flat.intensities

@@ -78,11 +78,11 @@ def _of_prims(db: Any) -> list[FrameTransform]:
 
 def _given(db: Any) -> list[FrameTransform]:
     inputs = db.inputs
-    columns = (inputs.parentFrames, inputs.childFrames, inputs.translations, inputs.orientations)
+    columns = (inputs.parentFrames, inputs.childFrames, inputs.translations.tolist(), inputs.orientations.tolist())
     if len({len(column) for column in columns}) != 1:
         sizes = ", ".join(map(str, map(len, columns)))
         db.fail(f"parentFrames, childFrames, translations, orientations have {sizes} entries; they must agree")
     return [
-        FrameTransform(parent, child, tuple(map(float, position)), tuple(map(float, rotation)))
-        for parent, child, position, rotation in zip(*columns, strict=True)
+        FrameTransform(parent, child, (x, y, z), (qx, qy, qz, qw))
+        for parent, child, (x, y, z), (qx, qy, qz, qw) in zip(*columns, strict=True)
     ]

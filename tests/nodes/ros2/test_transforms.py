@@ -1,0 +1,125 @@
+import math
+
+import pytest
+
+from graph import ComputeError
+from graph.testing import run_node
+
+PUBLISH = "ROS2PublishTransformTree"
+
+
+@pytest.fixture
+def robot(stage):
+    """A chain base - arm - hand of bodies under /World/Robot (the root), jointed in this order, 1 m apart along x."""
+    from pxr import UsdGeom, UsdPhysics
+
+    root = UsdGeom.Xform.Define(stage, "/World/Robot")
+    root.AddTranslateOp().Set((0, 0, 5))
+    UsdPhysics.ArticulationRootAPI.Apply(root.GetPrim())
+    for number, name in enumerate(("hand", "arm", "base")):
+        link = UsdGeom.Xform.Define(stage, f"/World/Robot/{name}")
+        link.AddTranslateOp().Set((2 - number, 0, 0))
+        UsdPhysics.RigidBodyAPI.Apply(link.GetPrim())
+    for name, ends in {"wrist": ("arm", "hand"), "elbow": ("base", "arm")}.items():
+        joint = UsdPhysics.RevoluteJoint.Define(stage, f"/World/Robot/{name}")
+        joint.GetBody0Rel().SetTargets([f"/World/Robot/{ends[0]}"])
+        joint.GetBody1Rel().SetTargets([f"/World/Robot/{ends[1]}"])
+    ground = UsdPhysics.FixedJoint.Define(stage, "/World/Robot/mount")
+    ground.GetBody1Rel().SetTargets(["/World/Robot/base"])
+    return stage
+
+
+def edges(stage, parent, *targets):
+    from nodes.ros2.transform_trees import edges_of
+
+    return [(one.parent_frame, one.child_frame) for one in edges_of(stage, parent, targets)]
+
+
+def test_an_articulation_stands_for_its_links_each_on_the_one_that_carries_it(robot):
+    assert edges(robot, "", "/World/Robot") == [("world", "base"), ("base", "arm"), ("arm", "hand")]
+
+
+def test_without_a_mount_the_first_body_is_the_root_link(robot):
+    robot.RemovePrim("/World/Robot/mount")
+    assert edges(robot, "", "/World/Robot") == [("world", "hand"), ("hand", "arm"), ("arm", "base")]
+
+
+def test_other_prims_hang_on_the_parent_and_the_parent_itself_is_left_out(robot):
+    assert edges(robot, "/World/Robot/base", "/World/Robot/hand", "/World/Robot/base") == [("base", "hand")]
+
+
+def test_frames_take_the_override_and_prims_of_one_name_their_paths(stage):
+    from pxr import Sdf
+
+    for path in ("/World/A/lidar", "/World/B/lidar", "/World/C"):
+        stage.DefinePrim(path, "Xform")
+    stage.GetPrimAtPath("/World/C").CreateAttribute("isaac:nameOverride", Sdf.ValueTypeNames.String).Set("camera")
+    found = edges(stage, "", "/World/A/lidar", "/World/B/lidar", "/World/C")
+    assert [child for _, child in found] == ["lidar", "World_B_lidar", "camera"]
+
+
+def publish(app, updates=1, **inputs):
+    return run_node(PUBLISH, inputs=inputs, pulses={"execIn": range(updates)}, updates=updates, app=app)
+
+
+def test_poses_are_relative_metres_and_xyzw(stage, world):
+    from pxr import UsdGeom
+
+    UsdGeom.SetStageMetersPerUnit(stage, 0.01)
+    parent = UsdGeom.Xform.Define(stage, "/World/Base")
+    parent.AddTranslateOp().Set((100, 0, 0))
+    parent.AddRotateZOp().Set(90)
+    parent.AddScaleOp().Set((2, 2, 2))
+    child = UsdGeom.Xform.Define(stage, "/World/Lidar")
+    child.AddTranslateOp().Set((100, 300, 50))
+    app = world()
+    publish(app, parentPrim="/World/Base", targetPrims="/World/Lidar", timeStamp=0.5)
+    [message] = app.sink["/tf"]
+    [one] = message.message.transforms
+    assert (one.header.frame_id, one.child_frame_id) == ("Base", "Lidar")
+    assert one.header.stamp.nanosec == 500_000_000
+    shift, turn = one.transform.translation, one.transform.rotation
+    assert (shift.x, shift.y, shift.z) == pytest.approx((3, 0, 0.5))
+    assert (turn.x, turn.y, turn.z, turn.w) == pytest.approx((0, 0, -math.sqrt(0.5), math.sqrt(0.5)))
+
+
+def test_a_static_tree_is_sent_once_on_tf_static_and_again_when_it_changed(stage, world):
+    stage.DefinePrim("/World/Lidar", "Xform")
+    app = world()
+
+    def move(update):
+        if update == 3:
+            import numpy as np
+
+            app.fabric.set_world_matrix("/World/Lidar", np.eye(4) + np.eye(4, k=3))
+        return True
+
+    publish(app, updates=6, targetPrims="/World/Lidar", staticPublisher=move)
+    assert [len(app.sink[topic]) for topic in ("/tf_static", "/tf")] == [2, 0]
+
+
+def test_given_frames_are_published_as_they_are(world):
+    app = world()
+    publish(
+        app,
+        parentFrames=["map"],
+        childFrames=["odom"],
+        translations=[[1.0, 2.0, 3.0]],
+        orientations=[[0.0, 0.0, 1.0, 0.0]],
+    )
+    [one] = app.sink["/tf"][0].message.transforms
+    assert (one.header.frame_id, one.child_frame_id) == ("map", "odom")
+    assert (one.transform.translation.y, one.transform.rotation.z) == (2, 1)
+
+
+@pytest.mark.parametrize(
+    ("inputs", "message"),
+    [
+        ({}, "nothing to publish; set targetPrims"),
+        ({"targetPrims": "/World/Gone"}, "there is no prim /World/Gone"),
+        ({"childFrames": ["a"], "parentFrames": ["b"]}, "have 1, 1, 0, 0 entries; they must agree"),
+    ],
+)
+def test_what_cannot_be_published_is_said(world, inputs, message):
+    with pytest.raises(ComputeError, match=message):
+        publish(world(), **inputs)
