@@ -39,8 +39,10 @@ class Counter:
 
     def advance(self, step: Fraction, count: int = 1) -> None:
         """Adds `count` steps of `step` [s]."""
-        if step is not self.step and step != self.step:
-            self.base, self.count, self.step = self.time, 0, step
+        if step is not self.step:
+            if step != self.step:
+                self.base, self.count = self.time, 0
+            self.step = step
         self.count += count
 
     def set(self, time: Fraction) -> None:

@@ -16,8 +16,7 @@ MICROSECONDS = 1_000_000
 class RunLoop:
     """Manual mode gives every update the manual step size; else dt is the wall time since the last update began.
 
-    An update lasts 1 / rateLimitFrequency on the wall clock: a virtual clock jumps there, a real one sleeps. Updates
-    that come late are not made up for.
+    An update lasts 1 / rateLimitFrequency on the wall clock: a virtual clock jumps there, a real one sleeps.
     """
 
     def __init__(self, settings: Settings, wall_clock: WallClock, step: Fraction) -> None:
@@ -27,7 +26,6 @@ class RunLoop:
         self._time = Counter(step)
         self._period = Fraction(1, 60)
         self._began: Fraction | None = None
-        self._due = wall_clock.now()
         settings.subscribe(keys.MANUAL_MODE, self._set_manual)
         settings.subscribe(keys.RATE_LIMIT_FREQUENCY, lambda value: self._set_period(settings))
         self._set_manual(settings.get(keys.MANUAL_MODE))
@@ -40,25 +38,23 @@ class RunLoop:
 
     def begin(self) -> Fraction:
         """Starts an update; returns its dt [s]: the manual step size, or whole microseconds of wall time."""
-        now = self.wall_clock.now()
-        began, self._began = self._began, now
-        if now - self._due >= self._period:
-            self._due = now
-        if self.manual_mode:
-            dt = self.manual_step
-        else:
-            elapsed = self._period if began is None else now - began
-            dt = Fraction(math.floor(elapsed * MICROSECONDS), MICROSECONDS)
+        dt = self.manual_step if self.manual_mode else self._measured()
         self._time.advance(dt)
         return dt
 
     def end(self) -> None:
         """Waits until the update has lasted its time."""
-        self._due += self._period
-        self.wall_clock.wait_until(self._due)
+        self.wall_clock.pace(self._period)
+
+    def _measured(self) -> Fraction:
+        now = self.wall_clock.now()
+        elapsed = self._period if self._began is None else now - self._began
+        self._began = now
+        return Fraction(math.floor(elapsed * MICROSECONDS), MICROSECONDS)
 
     def _set_manual(self, value: bool) -> None:
         self.manual_mode = value
+        self._began = None
 
     def _set_period(self, settings: Settings) -> None:
         self._period = 1 / settings.rate(keys.RATE_LIMIT_FREQUENCY)

@@ -8,7 +8,7 @@ from typing import Any
 
 from graph.errors import UserError
 
-from .clocks import PhysicsClock
+from .clocks import PhysicsClock, Reading
 from .products import RenderProduct
 from .schedule import NEVER, EveryUpdate, Tick, TickSchedule
 
@@ -37,7 +37,7 @@ class SensorScheduler:
         """The step count after which `capture` is to be called."""
         self._clock = clock
         self._loop_time = loop_time
-        self._began_at: Fraction | None = None
+        self._began_at: Reading | Fraction | None = None
         self._scheduled: list[RenderProduct] = []
         self._eager: list[RenderProduct] = []
         self._next_due = NEVER
@@ -62,7 +62,10 @@ class SensorScheduler:
     @property
     def moment(self) -> Fraction:
         """The external time [s] at which a product made now begins to exist: that of the start of a running update."""
-        return self.time if self._began_at is None else self._began_at
+        began = self._began_at
+        if began is None:
+            return self.time
+        return began.time if isinstance(began, Reading) else began
 
     def add(self, product: RenderProduct) -> RenderProduct:
         """Takes a product from now on. Raises UserError if its path is taken."""
@@ -87,7 +90,7 @@ class SensorScheduler:
 
     def begin_update(self) -> None:
         """Remembers the external time at the start of an update and ends the last update's frames."""
-        self._began_at = self.time
+        self._began_at = self._clock.reading() if self.multi_tick else self._loop_time()
         if self.new_frames:
             for product in self.new_frames:
                 product.new_frame = False

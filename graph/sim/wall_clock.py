@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import time
 from fractions import Fraction
 from typing import Protocol
+
+NANOSECONDS = 1_000_000_000
 
 
 class WallClock(Protocol):
@@ -13,38 +16,52 @@ class WallClock(Protocol):
     def now(self) -> Fraction:
         """UNIX time [s]."""
 
-    def wait_until(self, moment: Fraction) -> None:
-        """Returns when `now()` has reached `moment` (at once if it already has)."""
+    def pace(self, period: Fraction) -> None:
+        """Ends an update that is to last `period` [s]: returns when that has passed since the last one ended."""
 
 
 class VirtualClock:
-    """Moves only when waited on: two runs read the same times. Starts at `start` [s] (default 0, 1970-01-01)."""
+    """Moves only by its paces: two runs read the same times. Starts at `start` [s] (default 0, 1970-01-01)."""
 
     def __init__(self, start: Fraction | int = 0) -> None:
-        self._now = Fraction(start)
+        self._numerator, self._denominator = Fraction(start).as_integer_ratio()
+        self._period: Fraction | None = None
+        self._ticks = 0
 
     def now(self) -> Fraction:
         """The virtual UNIX time [s]."""
-        return self._now
+        return Fraction(self._numerator, self._denominator)
 
-    def wait_until(self, moment: Fraction) -> None:
-        """Jumps to `moment`; never goes back."""
-        if moment > self._now:
-            self._now = moment
+    def pace(self, period: Fraction) -> None:
+        """Jumps on by `period`."""
+        if period is not self._period:
+            unit = math.lcm(self._denominator, period.denominator)
+            self._numerator *= unit // self._denominator
+            self._denominator = unit
+            self._period, self._ticks = period, period.numerator * (unit // period.denominator)
+        self._numerator += self._ticks
 
 
 class RealClock:
-    """The machine's clock: UNIX time at construction plus what the steady clock has counted since."""
+    """The machine's clock: UNIX time at construction plus what the steady clock has counted since.
+
+    Updates end on a steady beat. One that comes late (the first one is) shifts the beat, which is not made up for.
+    """
 
     def __init__(self) -> None:
         self._origin_ns = time.time_ns() - time.monotonic_ns()
+        self._due_ns = 0
 
     def now(self) -> Fraction:
         """UNIX time [s] in whole nanoseconds; never steps back."""
-        return Fraction(self._origin_ns + time.monotonic_ns(), 1_000_000_000)
+        return Fraction(self._origin_ns + time.monotonic_ns(), NANOSECONDS)
 
-    def wait_until(self, moment: Fraction) -> None:
-        """Sleeps until `moment`."""
-        remaining = moment - self.now()
-        if remaining > 0:
-            time.sleep(float(remaining))
+    def pace(self, period: Fraction) -> None:
+        """Sleeps until the next beat."""
+        now = time.monotonic_ns()
+        due = self._due_ns + period.numerator * NANOSECONDS // period.denominator
+        if due <= now:
+            self._due_ns = now
+            return
+        time.sleep((due - now) / NANOSECONDS)
+        self._due_ns = due

@@ -1,0 +1,100 @@
+"""What an App update costs by itself: with nothing dynamic, with sensors that are not due, and beside raw mj_steps."""
+
+from __future__ import annotations
+
+import statistics
+from collections.abc import Iterator
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+from measure import Row, ratio, seconds
+
+from graph.sim import App
+from graph.sim.rendering import RenderProduct
+from graph.sim.schedule import TickSchedule
+
+TITLE = "App.update"
+YARD = Path(__file__).parents[2] / "graphs" / "scenes" / "yard.usda"
+PHYSICS_HZ, LOOP_HZ = 240, 60
+
+
+class Idle:
+    """A frozen sensor whose first tick lies 10**6 s away."""
+
+    rate = Fraction(1, 10**6)
+    wants_updates = False
+
+    def __init__(self) -> None:
+        self.schedule = TickSchedule(self.rate, accumulates=True)
+
+    def render(self, tick: Any) -> None:
+        """Never called here."""
+
+    def reset(self) -> None:
+        """Nothing to forget."""
+
+
+def measure(quick: bool) -> Iterator[Row]:
+    """Updates without any graph: of an empty stage in microseconds, of worlds as a multiple of their mj_steps."""
+    rounds = 5 if quick else 25
+    empty = nothing_dynamic(0, rounds)
+    yield Row("App.update with nothing dynamic", empty, 20.0, "us")
+    for count in (1, 16):
+        more = nothing_dynamic(count, rounds) - empty
+        yield Row(f"what {count} frozen sensor(s) not due add", more, 5.0 * count, "us")
+    yield Row("App.update of 20 balls on a ground / its mj_steps", against_raw_steps(balls(), rounds), 1.3)
+    yield Row("App.update of the yard / its mj_steps", against_raw_steps(YARD, rounds), 1.3)
+
+
+def nothing_dynamic(sensors: int, rounds: int, updates: int = 2000) -> float:
+    """Microseconds of an update of an empty stage with sensors that are not due: the median of several rounds."""
+    with App(physics_hz=PHYSICS_HZ, loop_hz=LOOP_HZ) as app:
+        for number in range(sensors):
+            app.rendering.add(RenderProduct(f"/Render/{number}", "/World", (1, 1), Idle()))
+        app.play()
+        app.update(updates)
+        return statistics.median(seconds(lambda: app.update(updates)) for _ in range(rounds)) / updates * 1e6
+
+
+def against_raw_steps(stage: Any, rounds: int, updates: int = 60) -> float:
+    """How much longer updates take than the mj_steps they contain, both starting from one state."""
+    import mujoco
+    import numpy as np
+
+    kind = mujoco.mjtState.mjSTATE_INTEGRATION
+    with App(stage, physics_hz=PHYSICS_HZ, loop_hz=LOOP_HZ) as app:
+        app.play()
+        app.update(LOOP_HZ)
+        model, data = app.physics.model, app.physics.data
+        state = np.empty(mujoco.mj_stateSize(model, kind))
+        mujoco.mj_getState(model, data, state, kind)
+
+        def steps() -> None:
+            mujoco.mj_setState(model, data, state, kind)
+            for _ in range(updates * (PHYSICS_HZ // LOOP_HZ)):
+                mujoco.mj_step(model, data)
+
+        def ours() -> None:
+            mujoco.mj_setState(model, data, state, kind)
+            app.update(updates)
+
+        return ratio(ours, steps, rounds)
+
+
+def balls() -> Any:
+    """20 balls falling on a ground plane."""
+    from graph.sim.stage import open_stage
+
+    stage = open_stage()
+    from pxr import Gf, UsdGeom, UsdPhysics
+
+    ground = UsdGeom.Plane.Define(stage, "/World/Ground")
+    UsdPhysics.CollisionAPI.Apply(ground.GetPrim())
+    for number in range(20):
+        ball = UsdGeom.Sphere.Define(stage, f"/World/Ball{number}")
+        ball.GetRadiusAttr().Set(0.2)
+        UsdGeom.Xformable(ball).AddTranslateOp().Set(Gf.Vec3d(number % 5, number // 5, 1 + 0.1 * number))
+        UsdPhysics.RigidBodyAPI.Apply(ball.GetPrim())
+        UsdPhysics.CollisionAPI.Apply(ball.GetPrim())
+    return stage
