@@ -15,6 +15,7 @@ NAN = "an empty array leaves them all alone, NaN leaves one joint alone"
 class _Robot:
     path: str = ""
     articulation: Any = None
+    checked: bool = False
 
 
 @node_type(
@@ -40,12 +41,14 @@ def articulation_controller(db: Any) -> bool:
     A command for jointIndices [0] reaches joint 0 only (Isaac Sim takes it for all joints; not copied).
     """
     app, inputs, memory = db.app, db.inputs, db.memory
-    if app.physics is None:
+    if app.timeline.is_stopped():
         return False
     path = inputs.robotPath or (inputs.targetPrim[0] if inputs.targetPrim else "")
     if not path:
         db.fail("no robot; set targetPrim or robotPath to the root prim of an articulation")
     if path != memory.path:
+        if app.physics is None:
+            db.fail(f"{path} is no robot: nothing on the stage can move")
         memory.articulation, memory.path = app.physics.articulation(path), path
     articulation = memory.articulation
     joints = joint_selection(db, articulation.joint_names)
@@ -58,9 +61,15 @@ def articulation_controller(db: Any) -> bool:
     for name, command in commands.items():
         if len(command) not in (0, width):
             db.fail(f"{name}Command has {len(command)} values for {width} joints of {path}; nothing was sent")
-    for name, command in commands.items():
-        if len(command):
-            getattr(articulation, f"set_{name}_targets")(command, joints)
+    articulation.set_targets(*commands.values(), joints=joints)
+    if not memory.checked and (len(inputs.positionCommand) or len(inputs.velocityCommand)):
+        memory.checked = True
+        idle = [articulation.joint_names[joint] for joint in joints if not articulation.driven[joint]]
+        if idle:
+            db.warn(
+                "joint-without-drive",
+                f"{', '.join(idle)} of {path} have no drive; position and velocity commands do nothing",
+            )
     return True
 
 

@@ -1,0 +1,121 @@
+import math
+
+import pytest
+
+from graph import ComputeError
+from graph.testing import run_node
+
+
+@pytest.fixture
+def cart(stage, world):
+    """A function that opens a world with /World/Cart: a fixed base with the driven wheels left and right, damping 1."""
+    from pxr import UsdGeom, UsdPhysics
+
+    root = UsdGeom.Xform.Define(stage, "/World/Cart")
+    UsdPhysics.ArticulationRootAPI.Apply(root.GetPrim())
+
+    def body(name, place):
+        cube = UsdGeom.Cube.Define(stage, f"/World/Cart/{name}")
+        cube.GetSizeAttr().Set(0.2)
+        cube.AddTranslateOp().Set(place)
+        UsdPhysics.RigidBodyAPI.Apply(cube.GetPrim())
+        UsdPhysics.MassAPI.Apply(cube.GetPrim()).GetMassAttr().Set(1.0)
+        return f"/World/Cart/{name}"
+
+    base = body("base", (0, 0, 1))
+    ground = UsdPhysics.FixedJoint.Define(stage, "/World/Cart/mount")
+    ground.GetBody1Rel().SetTargets([base])
+    ground.GetLocalPos0Attr().Set((0, 0, 1))
+    for name, y in (("left", 1), ("right", -1)):
+        joint = UsdPhysics.RevoluteJoint.Define(stage, f"/World/Cart/{name}_joint")
+        joint.GetAxisAttr().Set("Y")
+        joint.GetBody0Rel().SetTargets([base])
+        joint.GetBody1Rel().SetTargets([body(name, (0, y, 1))])
+        joint.GetLocalPos0Attr().Set((0, y, 0))
+        drive = UsdPhysics.DriveAPI.Apply(joint.GetPrim(), "angular")
+        drive.GetDampingAttr().Set(100.0)
+        drive.GetTypeAttr().Set("acceleration")
+    return lambda: world(physics_hz=240)
+
+
+def speeds(app, updates=60, **inputs):
+    inputs = {"targetPrim": "/World/Cart", **inputs}
+    run_node("IsaacArticulationController", inputs=inputs, pulses={"execIn": range(updates)}, updates=updates, app=app)
+    articulation = app.physics.articulation("/World/Cart")
+    return dict(zip(articulation.joint_names, articulation.velocities.tolist(), strict=True))
+
+
+def test_velocity_commands_reach_all_joints_in_their_order(cart):
+    found = speeds(cart(), velocityCommand=[2.0, -3.0])
+    assert found == pytest.approx({"left_joint": 2.0, "right_joint": -3.0}, rel=0.02)
+
+
+def test_joints_are_chosen_by_name_in_the_order_of_the_names(cart):
+    found = speeds(cart(), jointNames=["right_joint", "left_joint"], velocityCommand=[2.0, -3.0])
+    assert found == pytest.approx({"left_joint": -3.0, "right_joint": 2.0}, rel=0.02)
+
+
+def test_names_win_over_indices_and_robotPath_over_targetPrim(cart):
+    found = speeds(
+        cart(),
+        robotPath="/World/Cart",
+        targetPrim="/World",
+        jointNames=["right_joint"],
+        jointIndices=[0],
+        velocityCommand=[2.0],
+    )
+    assert found["right_joint"] == pytest.approx(2.0, rel=0.02)
+    assert abs(found["left_joint"]) < 0.1
+
+
+def test_index_0_alone_means_joint_0_alone(cart):
+    found = speeds(cart(), jointIndices=[0], velocityCommand=[2.0])
+    assert found["left_joint"] == pytest.approx(2.0, rel=0.02)
+    assert abs(found["right_joint"]) < 0.1
+
+
+def test_nan_leaves_a_joint_at_what_it_was_told_before(cart):
+    commands = {0: [1.0, 1.0], 30: [math.nan, 4.0]}
+    found = speeds(cart(), velocityCommand=lambda update: commands[0 if update < 30 else 30])
+    assert found == pytest.approx({"left_joint": 1.0, "right_joint": 4.0}, rel=0.02)
+
+
+def test_an_empty_command_leaves_all_joints_alone(cart):
+    found = speeds(cart(), velocityCommand=lambda update: [2.0, -3.0] if update == 0 else [])
+    assert found == pytest.approx({"left_joint": 2.0, "right_joint": -3.0}, rel=0.02)
+
+
+def test_a_command_of_wrong_width_fails_and_nothing_is_sent(cart):
+    app = cart()
+    with pytest.raises(ComputeError, match="effortCommand has 3 values for 2 joints of /World/Cart; nothing was sent"):
+        speeds(app, velocityCommand=[2.0, -3.0], effortCommand=[1.0, 2.0, 3.0])
+    assert not app.physics.targets.any()
+
+
+@pytest.mark.parametrize(
+    ("inputs", "message"),
+    [
+        ({"jointNames": ["lift_joint"], "velocityCommand": [1.0]}, "no joint lift_joint; the robot has left_joint"),
+        ({"jointIndices": [2], "velocityCommand": [1.0]}, "no joint with index 2; the robot has 2 joints"),
+        ({"targetPrim": []}, "no robot; set targetPrim or robotPath"),
+    ],
+)
+def test_a_joint_or_robot_that_is_not_there_is_said(cart, inputs, message):
+    with pytest.raises(ComputeError, match=message):
+        speeds(cart(), **inputs)
+
+
+def test_a_world_in_which_nothing_moves_has_no_robot(world):
+    with pytest.raises(ComputeError, match="/World/Cart is no robot: nothing on the stage can move"):
+        speeds(world(), velocityCommand=[1.0])
+
+
+def test_a_command_to_a_joint_without_drive_warns(stage, cart):
+    from pxr import UsdPhysics
+
+    prim = stage.GetPrimAtPath("/World/Cart/left_joint")
+    prim.RemoveAPI(UsdPhysics.DriveAPI, "angular")
+    app = cart()
+    inputs = {"targetPrim": "/World/Cart", "velocityCommand": [1.0, 1.0]}
+    trace = run_node("IsaacArticulationController", inputs=inputs, pulses={"execIn": range(3)}, updates=3, app=app)
+    assert [(one.code, one.count) for one in trace.warnings] == [("joint-without-drive", 1)]
