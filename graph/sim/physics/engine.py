@@ -100,7 +100,7 @@ class Physics:
         self.data.ctrl[:] = (self.targets * self._gains).sum(axis=1)
 
     def articulation(self, root: str) -> Articulation:
-        """The mechanism at a path: a robot's root prim, or any body or joint of it. Raises RunError if none is there."""
+        """The mechanism at a path: a robot's root prim, or any body or joint of it. RunError if there is none."""
         if root not in self._articulations:
             found = Articulation(self, root, self.meters_per_unit)
             if not found.joint_paths:

@@ -158,8 +158,8 @@ class _Reader:
             self.warn(
                 "concave-collider",
                 self.path,
-                f"{concave} of its {len(parts)} connected parts are not convex; bodies hit their convex hulls, while rays "
-                "see the true surface. Cut the mesh into convex parts for exact contacts.",
+                f"{concave} of its {len(parts)} connected parts are not convex; bodies hit their convex hulls, while "
+                "rays see the true surface. Cut the mesh into convex parts for exact contacts.",
             )
         common = dict(self.common)
         if common.get("mass") is not None:
