@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,21 +22,26 @@ def surface_velocities(app: App, sensor_path: str, in_world: bool) -> Velocities
     included (the rate of change of the point's sensor-frame coordinates, along world axes).
     """
 
-    def measure(surfaces: np.ndarray, points: np.ndarray, poses: Any) -> np.ndarray:
+    def measure(
+        surfaces: np.ndarray, points: Callable[[np.ndarray], np.ndarray], poses: Any
+    ) -> tuple[np.ndarray, np.ndarray]:
         world = cast_world(app)
-        found = np.zeros((len(points), 3))
         poses = poses or app.fabric.capture()
-        body = world.body_of[surfaces]
+        carrier = None if in_world else _carrier(app, sensor_path)
+        body = np.take(world.body_of, surfaces, mode="clip")
+        rows = np.flatnonzero(body >= 0) if carrier is None else np.arange(len(surfaces))
+        if not len(rows):
+            return rows, np.zeros((0, 3))
+        at, body = points(rows), body[rows]
+        found = np.zeros((len(rows), 3))
         moving = np.flatnonzero(body >= 0)
         if len(moving):
             twists, origins = _twists(app, world.bodies, poses)
-            which = body[moving]
-            found[moving] = _at(twists[which], points[moving] - origins[which])
-        carrier = None if in_world else _carrier(app, sensor_path)
+            found[moving] = _at(twists[body[moving]], at[moving] - origins[body[moving]])
         if carrier is not None:
             twists, origins = _twists(app, (carrier,), poses)
-            found -= _at(np.broadcast_to(twists, (len(points), 6)), points - origins)
-        return found
+            found -= _at(np.broadcast_to(twists, (len(rows), 6)), at - origins)
+        return rows, found
 
     return measure
 

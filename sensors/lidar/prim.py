@@ -73,7 +73,7 @@ def read_config(prim: Usd.Prim) -> LidarConfig:
             values[name] = value
     for name, exact_name in _EXACT.items():
         text = _get(prim, exact_name)
-        if isinstance(text, str) and math.floor(exact.rate(text)) == values.get(name, 0):
+        if isinstance(text, str) and max(1, math.floor(exact.rate(text))) == values.get(name):
             values[name] = exact.rate(text)
     states = _read_states(prim)
     if not states:

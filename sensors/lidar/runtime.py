@@ -120,7 +120,12 @@ class LidarRuntime:
 
     def warn_without_stable_ids(self) -> None:
         """Says once why there are no object ids, where somebody asks for them."""
-        self._app.warn("stable-ids-off", self.path, f"object ids stay empty; switch them on with --{STABLE_IDS}=true")
+        if self._app.settings.get(STABLE_IDS, False):
+            self._app.warn(
+                "stable-ids-unavailable", self.path, "object ids stay empty: this version does not fill them"
+            )
+        else:
+            self._app.warn("stable-ids-off", self.path, f"object ids stay empty: the setting {STABLE_IDS} is off")
 
     def object_ids(self) -> dict[int, str]:
         """128-bit object id -> prim path of what frames may hold; empty while stable ids are off."""

@@ -18,8 +18,9 @@ from .pattern import Pattern
 REFLECTANCE = 0.5
 """Reflectance of a surface whose material says nothing."""
 
-Velocities = Callable[[np.ndarray, np.ndarray, Any], np.ndarray]
-"""Surfaces (k,) and points (k, 3) float64 [m, world] hit in a state -> their velocities (k, 3) float64 [m/s, world]."""
+Velocities = Callable[[np.ndarray, Callable[[np.ndarray], np.ndarray], Any], tuple[np.ndarray, np.ndarray]]
+"""Surfaces (k,) hit, a function from rows to hit points (m, 3) float64 [m, world], a state -> the rows that move (m,)
+and their velocities (m, 3) float64 [m/s], along world axes."""
 
 
 @dataclass(slots=True)
@@ -65,6 +66,7 @@ class Scanner:
         count = len(pattern)
         self._columns = np.ascontiguousarray(pattern.directions.T)
         self._table = np.empty((count, 6), np.float32)
+        self._world = np.empty((3, count), np.float32)
         self._turned_by: bytes | None = None
         self._order: AzimuthOrder | None = None
 
@@ -97,8 +99,9 @@ class Scanner:
     def _turn(self, table: np.ndarray, rows: slice, rotation: np.ndarray) -> None:
         """World directions into the table; by columns, so that a slice has the bytes it has in the whole."""
         x, y, z = self._columns[:, rows]
-        column, term = np.empty_like(x), np.empty_like(x)
+        term = np.empty_like(x)
         for axis in range(3):
+            column = self._world[axis, : len(table)]
             np.multiply(x, rotation[axis, 0], out=column)
             np.multiply(y, rotation[axis, 1], out=term)
             column += term
@@ -136,7 +139,7 @@ class _Returns:
         self._pattern = scanner.pattern
         self._rows = shot.rows
         self._beam_angles = not scanner._in_world and scanner.pattern.origins is None
-        self._range = hits.distance[index]
+        self._range = np.take(hits.distance, index, mode="clip")
         self._cached: dict[str, Any] = {}
         if scanner._keep_invalid:
             self._valid = scanner.valid(hits.distance, shot.rows)
@@ -151,7 +154,7 @@ class _Returns:
         return found
 
     def _of_pattern(self, array: np.ndarray) -> np.ndarray:
-        return np.asarray(array[self._rows][self._index])
+        return np.take(array[self._rows], self._index, axis=0, mode="clip")
 
     def xyz(self) -> np.ndarray:
         if "xyz" not in self._cached:
@@ -160,15 +163,22 @@ class _Returns:
 
     def _points(self) -> np.ndarray:
         pattern = self._pattern
-        points = np.empty((len(self._index), 3), np.float32)
-        for axis, column in enumerate(self._scanner._columns):
-            np.multiply(column[self._rows][self._index], self._range, out=points[:, axis])
+        points = self._along_beams()
         if pattern.origins is not None:
             points += self._of_pattern(pattern.origins)
         if self._scanner._in_world:
             points = self._to_world(points).astype(np.float32)
         if self._scanner._keep_invalid:
             points[~self._valid] = 0.0
+        return points
+
+    def _along_beams(self) -> np.ndarray:
+        """Range times direction, (k, 3) float32, sensor frame: from where each ray starts."""
+        points = np.empty((len(self._index), 3), np.float32)
+        column = np.empty(len(self._index), np.float32)
+        for axis in range(3):
+            np.take(self._scanner._columns[axis, self._rows], self._index, out=column, mode="clip")
+            np.multiply(column, self._range, out=points[:, axis])
         return points
 
     def _to_world(self, points: np.ndarray) -> np.ndarray:
@@ -196,11 +206,11 @@ class _Returns:
         """(cosine of incidence, unsigned (k,) float32; unit normals towards the sensor (k, 3), world axes)."""
         if "facing" not in self._cached:
             assert self._hits.normals is not None
-            normals = self._hits.normals[self._index]
-            directions = self._scanner._table[: self._rows.stop - self._rows.start][self._index, 3:6]
-            cosine = normals[:, 0] * directions[:, 0]
-            cosine += normals[:, 1] * directions[:, 1]
-            cosine += normals[:, 2] * directions[:, 2]
+            normals = np.take(self._hits.normals, self._index, axis=0, mode="clip")
+            cosine, column = np.zeros(len(normals), np.float32), np.empty(len(normals), np.float32)
+            for axis in range(3):
+                np.take(self._scanner._world[axis, : len(self._hits.distance)], self._index, out=column, mode="clip")
+                cosine += np.multiply(column, normals[:, axis], out=column)
             self._cached["facing"] = cosine, normals
         cosine, normals = self._cached["facing"]
         return cosine, normals
@@ -214,25 +224,33 @@ class _Returns:
 
     def hit_normals(self) -> np.ndarray:
         cosine, normals = self._facing()
-        away = np.where(cosine > 0, np.float32(-1.0), np.float32(1.0))
-        facing = normals * away[:, None]
-        facing += np.float32(0.0)
+        towards = np.where(cosine > 0, np.float32(-1.0), np.float32(1.0))
+        facing = np.empty((3, len(cosine)), np.float32)
+        for axis in range(3):
+            np.multiply(normals[:, axis], towards, out=facing[axis])
+        facing += np.float32(0.0)  # no negative zeros
         if self._scanner._in_world:
-            return np.asarray(facing)
-        return turned_back(facing, self._shot.pose[:3, :3].astype(np.float32))
+            return np.ascontiguousarray(facing.T)
+        return turned_back(facing.T, self._shot.pose[:3, :3].astype(np.float32))
 
     def velocities(self) -> np.ndarray:
-        count = len(self._index)
+        found = np.zeros((len(self._index), 3), np.float32)
         measure = self._scanner._velocities
-        if measure is None or self._hits.surface is None:
-            return np.zeros((count, 3), np.float32)
-        points = np.empty((count, 3), np.float32)
-        for axis, column in enumerate(self._scanner._columns):
-            np.multiply(column[self._rows][self._index], self._range, out=points[:, axis])
-        world = measure(self._hits.surface[self._index], self._to_world(points), self._shot.poses).astype(np.float32)
-        if self._scanner._in_world:
-            return np.asarray(world)
-        return turned_back(world, self._shot.pose[:3, :3].astype(np.float32))
+        if measure is None or self._hits.surface is None or not len(found):
+            return found
+        surfaces = np.take(self._hits.surface, self._index, mode="clip")
+        rows, world = measure(surfaces, self._world_points, self._shot.poses)
+        velocities = world if self._scanner._in_world else turned_back(world, self._shot.pose[:3, :3])
+        found[rows] = velocities
+        if self._scanner._keep_invalid:
+            found[~self._valid] = 0.0
+        return found
+
+    def _world_points(self, rows: np.ndarray) -> np.ndarray:
+        points = self._along_beams()[rows]
+        if self._pattern.origins is not None:
+            points += self._of_pattern(self._pattern.origins)[rows]
+        return self._to_world(points)
 
     def time_offset(self) -> np.ndarray:
         offset = self._of_pattern(self._pattern.offset_ns)

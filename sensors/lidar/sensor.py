@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from graph.sim import App
     from graph.sim.rendering import RenderProduct
 
+    from .runtime import LidarRuntime
+
 RESOLUTION = (300, 300)
 ANNOTATORS: dict[str, str] = {"generic-model-output": "GenericModelOutput", "stable-id-map": "StableIdMap"}
 """Short name of an annotator -> its name in the registry."""
@@ -33,7 +35,7 @@ class LidarAnnotator:
         self.registry_name = ANNOTATORS[name]
         self._sensor = sensor
         self._packed: tuple[Frame, np.ndarray] | None = None
-        runtime = sensor.render_product.sensor
+        runtime = sensor.runtime
         self._owner = (id(self), name)
         if name == "generic-model-output":
             level = AuxLevel[sensor.lidar.aux_output_level]
@@ -52,7 +54,7 @@ class LidarAnnotator:
 
     def detach(self) -> None:
         """Ends the demand; the annotator gives no new data afterwards."""
-        self._sensor.render_product.sensor.release(self._owner)
+        self._sensor.runtime.release(self._owner)
 
 
 class LidarSensor:
@@ -102,6 +104,11 @@ class LidarSensor:
         return self._product
 
     @property
+    def runtime(self) -> LidarRuntime:
+        """What measures, behind the render product; also after that is gone."""
+        return cast("LidarRuntime", self._product.sensor)
+
+    @property
     def annotators(self) -> list[str]:
         """Names of the attached annotators, sorted."""
         return sorted(self._annotators)
@@ -142,7 +149,7 @@ class LidarSensor:
         if name in self._writers:
             self.detach_writer(name)
         writer = spec.factory(**{**spec.defaults, **arguments})
-        self.render_product.sensor.require((id(self), name), spec.channels, ignore_aux=False)
+        self.runtime.require((id(self), name), spec.channels)
         self.render_product.writers.append(writer)
         self._writers[name] = writer
         return writer
@@ -153,10 +160,9 @@ class LidarSensor:
         if writer is None:
             self._app.warn("not-attached", self.lidar.path, f"writer {name!r} is not attached")
             return
-        product = self.render_product
-        product.sensor.release((id(self), name))
-        if writer in product.writers:
-            product.writers.remove(writer)
+        self.runtime.release((id(self), name))
+        if writer in self._product.writers:
+            self._product.writers.remove(writer)
 
     def _check_annotator(self, name: str) -> None:
         if name not in self._annotator_table:

@@ -43,7 +43,7 @@ class LightBodies:
         key = state.tobytes()
         if self._scene is None or key != self._built_for:
             self._scene = None
-            self._scene = TriangleScene(self._vertices(state, anchor), self._triangles)
+            self._scene = TriangleScene(self._vertices(state, anchor), self._triangles, warm=False)
             self._built_for = key
             self.builds += 1
         return self._scene.cast(table, threads)
@@ -139,8 +139,15 @@ def _into_body(rays: RayBundle, index: np.ndarray, rotation: np.ndarray, centre:
 
 def turned_back(vectors: np.ndarray, rotation: np.ndarray) -> np.ndarray:
     """Vectors (n, 3) in the axes of the rotated frame: R^T v, column by column, so that no length changes the sums."""
+    out = np.empty(vectors.shape, np.result_type(vectors, rotation))
     x, y, z = vectors[:, 0], vectors[:, 1], vectors[:, 2]
-    return np.stack([rotation[0, c] * x + rotation[1, c] * y + rotation[2, c] * z for c in range(3)], axis=1)
+    column, term = np.empty(len(vectors), out.dtype), np.empty(len(vectors), out.dtype)
+    for axis in range(3):
+        np.multiply(x, rotation[0, axis], out=column)
+        column += np.multiply(y, rotation[1, axis], out=term)
+        column += np.multiply(z, rotation[2, axis], out=term)
+        out[:, axis] = column
+    return out
 
 
 def turned(vectors: np.ndarray, rotation: np.ndarray) -> np.ndarray:

@@ -39,10 +39,11 @@ class TriangleHits:
 class TriangleScene:
     """Triangles with their acceleration structure.
 
-    vertices: (v, 3) float32; triangles: (m, 3) uint32. Raises RunError when too many scenes are alive.
+    vertices: (v, 3) float32; triangles: (m, 3) uint32. warm: build the acceleration structure now, not at the first
+    cast. Raises RunError when too many scenes are alive.
     """
 
-    def __init__(self, vertices: np.ndarray, triangles: np.ndarray) -> None:
+    def __init__(self, vertices: np.ndarray, triangles: np.ndarray, *, warm: bool = True) -> None:
         if _alive[0] >= MAX_SCENES:
             raise RunError(
                 f"ray casting: {MAX_SCENES} scenes are alive, the most this process can hold; use fewer different "
@@ -53,7 +54,8 @@ class TriangleScene:
         self._scene.add_triangles(self._as_tensor(vertices, np.float32), self._as_tensor(triangles, np.uint32))
         _alive[0] += 1
         weakref.finalize(self, _forget)
-        self.cast(np.zeros((1, 6), np.float32), 1)
+        if warm:
+            self.cast(np.zeros((1, 6), np.float32), 1)
 
     def cast(self, rays: np.ndarray, threads: int) -> TriangleHits:
         """Nearest hits of rays (n, 6) float32, C-contiguous: origin, unit direction. threads: 0 means all cores."""

@@ -1,0 +1,161 @@
+"""What a lidar costs: whole App updates against the bare casts and the bare physics steps they contain.
+
+The baseline casts the same rays against the same, already built static and moving scenes and does the same `mj_step`s;
+everything the App, the scheduler, the sensor and its channels do on top is what the ratio shows.
+"""
+
+from __future__ import annotations
+
+import statistics
+from collections.abc import Callable, Iterator
+from fractions import Fraction
+from typing import Any
+
+import mujoco
+import numpy as np
+from measure import Row, ratio, seconds
+from pxr import Gf, Sdf, UsdGeom, UsdPhysics, Vt
+
+from graph.sim import App
+from graph.sim.libraries import import_open3d
+from sensors import LidarConfig, render_product
+from sensors.channels import CHANNELS, AuxLevel
+from sensors.gmo import channels_for
+from sensors.lidar.config import EmitterState
+from sensors.lidar.prim import write_aux_level, write_config
+
+TITLE = "Lidar: 32 x 1800 rays, 50,000 static triangles, 20 moving boxes"
+NORMALS = "/app/sensors/nv/lidar/publishNormals"
+
+
+def measure(quick: bool) -> Iterator[Row]:
+    """The ratios that the README quotes."""
+    rounds = 5 if quick else 25
+    basic = channels_for(AuxLevel.BASIC, "SPHERICAL")
+    everything = frozenset(CHANNELS) - {"objId", "matId"}
+    for what, channels, bound in (
+        ("point cloud only", frozenset({"xyz"}), 1.25),
+        ("all BASIC channels", basic, 1.5),
+        ("everything", everything, 2.0),
+    ):
+        yield Row(f"one second, one lidar at 10 Hz, {what}", update_ratio(channels, rounds), bound)
+    yield Row(
+        "one second at a 240 Hz loop, 16 lidars at 10 Hz", update_ratio(frozenset({"xyz"}), rounds, 16, 240), 1.25
+    )
+    yield Row("a frozen lidar that is not due, each update", idle_cost(rounds) * 1e6, 5.0, "us")
+
+
+def update_ratio(channels: frozenset[str], rounds: int, lidars: int = 1, loop_hz: int = 60) -> float:
+    """Time of App updates over that of the casts and steps in them."""
+    app = yard(loop_hz)
+    products = [add_lidar(app, number, channels) for number in range(lidars)]
+    app.play()
+    app.update(steps=loop_hz // 10)
+    casts, physics = bare_casts(app, products), bare_steps(app)
+    turns = 2 if lidars > 1 else 10
+
+    def baseline() -> None:
+        for _ in range(turns):
+            physics(24)
+            for cast in casts:
+                cast()
+
+    found = ratio(lambda: app.update(steps=turns * loop_hz // 10), baseline, rounds)
+    app.close()
+    return found
+
+
+def idle_cost(rounds: int) -> float:
+    """Seconds that a lidar of 0.5 Hz adds to an update in which it is not due."""
+    with_lidar, without = yard(60), yard(60)
+    add_lidar(with_lidar, 0, frozenset({"xyz"}), Fraction(1, 2))
+    costs = []
+    for app in (with_lidar, without):
+        app.play()
+        app.update(steps=10)
+    for _ in range(max(3, rounds // 5)):
+        pairs = [(seconds(with_lidar.update), seconds(without.update)) for _ in range(100)]
+        costs.append(statistics.median(a for a, _ in pairs) - statistics.median(b for _, b in pairs))
+        for app in (with_lidar, without):
+            app.update(steps=20)
+            app.stop()
+            app.play()
+            app.update(steps=10)
+    for app in (with_lidar, without):
+        app.close()
+    return max(0.0, statistics.median(costs))
+
+
+def yard(loop_hz: int) -> App:
+    """Rough ground of 50,000 triangles, 20 boxes that slide without friction on a smooth floor, physics at 240 Hz."""
+    app = App(None, physics_hz=240, loop_hz=loop_hz, settings={NORMALS: True})
+    stage = app.stage
+    side = 159
+    axis = np.linspace(-100, 100, side)
+    x, y = np.meshgrid(axis, axis, indexing="ij")
+    height = 1.5 * np.sin(x / 4) * np.cos(y / 5) - 2.0
+    points = np.stack([x, y, height], axis=-1).reshape(-1, 3).astype(np.float32)
+    corner = np.arange(side * side).reshape(side, side)
+    a, b, c, d = corner[:-1, :-1], corner[1:, :-1], corner[1:, 1:], corner[:-1, 1:]
+    faces = np.concatenate([np.stack([a, b, c], -1).reshape(-1, 3), np.stack([a, c, d], -1).reshape(-1, 3)])
+    mesh = UsdGeom.Mesh.Define(stage, "/World/Ground")
+    mesh.CreatePointsAttr(Vt.Vec3fArray.FromNumpy(points))
+    mesh.CreateFaceVertexIndicesAttr(Vt.IntArray.FromNumpy(faces.reshape(-1).astype(np.int32)))
+    mesh.CreateFaceVertexCountsAttr(Vt.IntArray(len(faces), 3))
+    for number in range(20):
+        box = UsdGeom.Cube.Define(stage, f"/World/Box{number}")
+        box.CreateSizeAttr(1.0)
+        angle = number * 2 * np.pi / 20
+        UsdGeom.XformCommonAPI(box).SetTranslate(Gf.Vec3d(10 * np.cos(angle), 10 * np.sin(angle), 1.0))
+        UsdPhysics.CollisionAPI.Apply(box.GetPrim())
+        body = UsdPhysics.RigidBodyAPI.Apply(box.GetPrim())
+        body.CreateAngularVelocityAttr(Gf.Vec3f(0, 0, 90))
+    UsdPhysics.Scene.Define(stage, "/World/Physics").CreateGravityMagnitudeAttr(1e-9)
+    return app
+
+
+def add_lidar(app: App, number: int, channels: frozenset[str], rate: Fraction = Fraction(10)) -> Any:
+    """A lidar of 32 emitters and 1800 ticks a turn, and its render product."""
+    state = EmitterState(azimuth_deg=np.zeros(32), elevation_deg=np.linspace(15, -16, 32))
+    config = LidarConfig(scan_rate_base_hz=rate, pattern_firing_rate_hz=1800 * rate, emitter_states=(state,))
+    prim = app.stage.DefinePrim(Sdf.Path(f"/World/Lidar{number}"), "OmniLidar")
+    write_config(prim, config)
+    write_aux_level(prim, "FULL")
+    UsdGeom.XformCommonAPI(prim).SetTranslate(Gf.Vec3d(0.1 * number, 0, 1.0))
+    product = render_product(app, str(prim.GetPath()))
+    product.sensor.require("benchmark", channels)
+    return product
+
+
+def bare_casts(app: App, products: list[Any]) -> list[Callable[[], object]]:
+    """For each product, calls that cast its rays at all that stands still and at all that moves."""
+    open3d = import_open3d()
+    static, moving = open3d.t.geometry.RaycastingScene(), open3d.t.geometry.RaycastingScene()
+    for surface in app.geometry():
+        vertices = surface.vertices
+        if surface.body is not None:
+            pose = app.fabric.rigid_matrices([surface.body])[0]
+            vertices = vertices @ pose[:3, :3].T + pose[:3, 3]
+        scene = static if surface.body is None else moving
+        scene.add_triangles(vertices.astype(np.float32), surface.triangles)
+    casts = []
+    for product in products:
+        pose = product.sensor.pose()
+        directions = product.sensor.pattern.directions @ pose[:3, :3].T.astype(np.float32)
+        rays = np.concatenate([np.broadcast_to(pose[:3, 3], directions.shape), directions], axis=1).astype(np.float32)
+        tensor = open3d.core.Tensor.from_numpy(np.ascontiguousarray(rays))
+        casts += [lambda t=tensor: static.cast_rays(t), lambda t=tensor: moving.cast_rays(t)]
+    return casts
+
+
+def bare_steps(app: App) -> Callable[[int], None]:
+    """`mj_step` n times on a copy of the App's physics."""
+    model = app.physics.model
+    data = mujoco.MjData(model)
+    data.qpos[:], data.qvel[:] = app.physics.data.qpos, app.physics.data.qvel
+
+    def step(count: int) -> None:
+        for _ in range(count):
+            mujoco.mj_step(model, data)
+
+    return step
