@@ -16,11 +16,15 @@ Kind = Literal["rate", "count", "length", "switch", "choice"]
 
 @dataclass(frozen=True, slots=True)
 class Knob:
-    """What a knob takes: a rate [Hz], a count from 1, a length [m], on/off, or one of `choices`."""
+    """What a knob takes: a rate [Hz], a count from 1, a length [m], on/off, or one of `choices`.
+
+    `available`: the values that can be run so far, where that is not all of them.
+    """
 
     kind: Kind
     doc: str
     choices: tuple[str, ...] = ()
+    available: tuple[Any, ...] | None = None
 
 
 KNOBS: dict[str, Knob] = {
@@ -33,14 +37,17 @@ KNOBS: dict[str, Knob] = {
         "choice",
         "frozen: the whole scan at its tick; update: each update casts what fired since; continuous: each firing alone",
         ("frozen", "update", "continuous"),
+        available=("frozen", "update"),
     ),
-    "lidar.noise": Knob("switch", "seeded range, angle and origin errors"),
-    "lidar.subrays": Knob("count", "rays per beam"),
-    "radar.rays": Knob("count", "rays per radar frame"),
-    "radar.bounces": Knob("count", "reflections that a radar ray follows"),
-    "camera.samples": Knob("count", "rays per pixel"),
+    "lidar.noise": Knob("switch", "seeded range, angle and origin errors", available=(False,)),
+    "lidar.subrays": Knob("count", "rays per beam", available=(1,)),
+    "radar.rays": Knob("count", "rays per radar frame", available=()),
+    "radar.bounces": Knob("count", "reflections that a radar ray follows", available=()),
+    "camera.samples": Knob("count", "rays per pixel", available=(1,)),
     "mesh.tolerance": Knob("length", "largest distance between a curved primitive and the triangles that stand for it"),
-    "fabric": Knob("switch", "world transforms flattened (on) or written to USD every substep (off)"),
+    "fabric": Knob(
+        "switch", "world transforms flattened (on) or written to USD every substep (off)", available=(True,)
+    ),
     "tlas": Knob("choice", "sensors see the state of their own tick, or the update's last state", ("sensor", "frame")),
 }
 """Every knob by the name that graph files and the command line use."""
@@ -98,11 +105,22 @@ def _checked(name: str, value: Any) -> Any:
         near = difflib.get_close_matches(name, KNOBS, n=1)
         hint = f'did you mean "{near[0]}"?' if near else f"the knobs are {', '.join(KNOBS)}"
         raise ValueError(f"there is no such knob; {hint}")
+    checked: Any
     if knob.kind == "choice":
-        return _choice(value, knob.choices)
-    if knob.kind == "switch":
-        return value if isinstance(value, bool) else _choice(value, ("on", "off")) == "on"
-    return _positive(value, knob.kind)
+        checked = _choice(value, knob.choices)
+    elif knob.kind == "switch":
+        checked = value if isinstance(value, bool) else _choice(value, ("on", "off")) == "on"
+    else:
+        checked = _positive(value, knob.kind)
+    if knob.available is not None and checked not in knob.available:
+        raise ValueError(f"{value!r} is not available yet; {_instead(knob)}")
+    return checked
+
+
+def _instead(knob: Knob) -> str:
+    words = {True: "on", False: "off"} if knob.kind == "switch" else {}
+    allowed = [str(words.get(value, value)) for value in knob.available or ()]
+    return f"use {' or '.join(allowed)}" if allowed else "leave it out"
 
 
 def _choice(value: Any, choices: tuple[str, ...]) -> str:

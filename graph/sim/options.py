@@ -19,15 +19,15 @@ DEFAULT_RATE = Fraction(60)
 
 
 def refuse_unavailable(experience: str, parity: str, fidelity: Fidelity) -> None:
-    """Raises UserError for an option that is unknown or not available."""
+    """Raises UserError for an option that is unknown or not available (as `Fidelity.from_mapping` does for knobs)."""
     if experience not in EXPERIENCES:
         raise UserError(f"experience {experience!r} is not one of {', '.join(EXPERIENCES)}")
     if parity not in PARITIES:
         raise UserError(f"parity {parity!r} is not one of {', '.join(PARITIES)}")
     if parity != "documented":
         raise UserError(f'parity {parity!r} is not available yet; use "documented"')
-    if fidelity.lidar_motion == "continuous":
-        raise UserError('fidelity lidar.motion "continuous" is not available yet; use "frozen" or "update"')
+    changed = {name: value for name, value in fidelity.as_dict().items() if value != Fidelity()[name]}
+    Fidelity.from_mapping(changed)
 
 
 def clock_rates(

@@ -25,8 +25,6 @@ class SensorScheduler:
         self, clock: PhysicsClock, capture: Callable[[], Any] | None, loop_time: Callable[[], Fraction]
     ) -> None:
         self.products: dict[str, RenderProduct] = {}
-        self.history: list[RenderProduct] = []
-        """Every product made so far, those removed or gone with a stop included."""
         self.new_frames: list[RenderProduct] = []
         """The products that delivered a frame in this update, in the order of their creation."""
         self.capture_state = capture
@@ -37,6 +35,7 @@ class SensorScheduler:
         """The step count after which `capture` is to be called."""
         self._clock = clock
         self._loop_time = loop_time
+        self._history: dict[str, RenderProduct] = {}
         self._began_at: Reading | Fraction | None = None
         self._scheduled: list[RenderProduct] = []
         self._eager: list[RenderProduct] = []
@@ -67,6 +66,11 @@ class SensorScheduler:
             return self.time
         return began.time if isinstance(began, Reading) else began
 
+    @property
+    def history(self) -> tuple[RenderProduct, ...]:
+        """Every product made so far, those removed or gone with a stop included; of one path the newest."""
+        return tuple(self._history.values())
+
     def add(self, product: RenderProduct) -> RenderProduct:
         """Takes a product from now on. Raises UserError if its path is taken."""
         if product.path in self.products:
@@ -75,7 +79,7 @@ class SensorScheduler:
         product.restart(moment if product.created_at is None else max(moment, product.created_at))
         product.on_enabled = self._enabled_changed
         self.products[product.path] = product
-        self.history.append(product)
+        self._history[product.path] = product
         self._sort_products()
         return product
 

@@ -18,12 +18,14 @@ def test_every_knob_of_the_table_has_a_value():
 
 def test_knobs_are_typed_from_text_as_from_values():
     text = Fidelity.from_mapping(
-        {"physics.hz": "240", "lidar.noise": "on", "mesh.tolerance": "1e-2", "lidar.subrays": "3"}
+        {"physics.hz": "240", "lidar.noise": "off", "mesh.tolerance": "1e-2", "physics.iterations": "3"}
     )
-    typed = Fidelity.from_mapping({"physics.hz": 240, "lidar.noise": True, "mesh.tolerance": 0.01, "lidar.subrays": 3})
+    typed = Fidelity.from_mapping(
+        {"physics.hz": 240, "lidar.noise": False, "mesh.tolerance": 0.01, "physics.iterations": 3}
+    )
     assert text == typed
     assert text.physics_hz == Fraction(240)
-    assert (text.lidar_noise, text.mesh_tolerance, text.lidar_subrays) == (True, 0.01, 3)
+    assert (text.lidar_noise, text.mesh_tolerance, text.physics_iterations) == (False, 0.01, 3)
 
 
 @pytest.mark.parametrize(
@@ -33,6 +35,10 @@ def test_knobs_are_typed_from_text_as_from_values():
         ("nothing.like.it", 1, "the knobs are physics.hz"),
         ("lidar.motion", "slow", "not one of frozen, update, continuous"),
         ("lidar.noise", 2, "not one of on, off"),
+        ("lidar.noise", "on", "'on' is not available yet; use off"),
+        ("lidar.motion", "continuous", "not available yet; use frozen or update"),
+        ("fabric", False, "not available yet; use on"),
+        ("radar.rays", 100, "not available yet; leave it out"),
         ("lidar.subrays", 0, "not above 0"),
         ("lidar.subrays", 1.5, "not a whole number"),
         ("physics.hz", "nan", "not a number"),

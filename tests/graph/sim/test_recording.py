@@ -229,3 +229,34 @@ def test_an_interrupt_during_a_flush_is_honoured_after_it(tmp_path, monkeypatch)
     sink.close()
     with (tmp_path / "run.mcap").open("rb") as file:
         assert [message.log_time for _, _, message in make_reader(file).iter_messages()] == [1]
+
+
+def test_an_interrupted_app_closes_its_recording(tmp_path):
+    path = tmp_path / "run.mcap"
+    program = textwrap.dedent(f"""
+        import sys
+        sys.path.insert(0, {str(ROOT)!r}); sys.path.insert(0, {str(Path(__file__).parent)!r})
+        from test_recording import CLOUD, McapSink, cloud
+        from graph.sim import App
+        from graph.exact import nanoseconds
+        with App() as app:
+            app.bus.subscribe(McapSink({str(path)!r}))
+            def publish():
+                ns = nanoseconds(app.simulation.time)
+                app.bus.publish("/points", CLOUD, cloud(ns, 10_000), ns)
+            app.on("simulation_graphs", publish)
+            app.play()
+            app.update(10)
+            print("go", flush=True)
+            app.update(10**9)
+    """)
+    process = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    assert process.stdout is not None
+    process.stdout.readline()
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=20)
+    assert b"KeyboardInterrupt" in errors
+    with path.open("rb") as file:
+        stamps = [message.log_time for _, _, message in make_reader(file).iter_messages()]
+    assert len(stamps) >= 10
+    assert stamps == [round(n * 1e9 / 60) for n in range(1, len(stamps) + 1)]

@@ -255,7 +255,7 @@ def test_a_removed_product_stays_in_the_history():
     world.scheduler.remove("/Render/a")
     world.update()
     assert len(sensor.log) == 1
-    assert world.scheduler.history == [product]
+    assert world.scheduler.history == (product,)
 
 
 def test_two_products_cannot_share_a_path():
