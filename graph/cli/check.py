@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from graph.errors import Problem
 
-from .printing import problem_line
+from .printing import problem_line, safe_line
 
 if TYPE_CHECKING:
     from graph.spec import FileSpec
@@ -72,7 +72,8 @@ def run(args: argparse.Namespace) -> int:
         for problem in one.problems:
             print(problem_line(problem), file=sys.stderr)
         if not args.json and not one.problems:
-            print(f"{one.file}: ok, {', '.join(_counted(number, word) for word, number in one.counts().items())}")
+            counts = ", ".join(_counted(number, word) for word, number in one.counts().items())
+            print(safe_line(f"{one.file}: ok, {counts}"))
     return 2 if any(one.problems for one in checked) else 0
 
 

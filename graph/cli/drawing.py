@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from graph import registry
-from graph.errors import UserError
 from graph.declaration import NodeType
+from graph.errors import UserError
 from graph.spec import FileSpec, GraphSpec
 
 Kind = Literal["execution", "data", "unknown"]

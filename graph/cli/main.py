@@ -14,6 +14,7 @@ import traceback
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from importlib import import_module
+from io import TextIOWrapper
 from typing import Any, NoReturn
 
 from graph.errors import RunError, UserError
@@ -55,11 +56,16 @@ class _Parser(argparse.ArgumentParser):
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs the command line `argv` (default: this process's) and returns its exit code."""
     arguments = list(sys.argv[1:] if argv is None else argv)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):  # a terminal that cannot show a character gets its escape, no traceback
+            stream.reconfigure(errors="backslashreplace")
     debug = "--debug" in _options(arguments)
     try:
         code = _dispatch(arguments)
         sys.stdout.flush()
         return code
+    except SystemExit as left:  # argparse has printed a --help
+        return int(left.code or DONE)
     except _WrongUsage as wrong:
         _complain([str(wrong)])
         return WRONG_INPUT
@@ -110,7 +116,7 @@ def split_settings(arguments: Sequence[str]) -> tuple[list[str], dict[str, Any]]
         if not equals or len(path) < 2:
             raise UserError(f"{argument}: write a setting as --/path=value")
         try:
-            settings[path] = resolve(text)
+            settings[path] = resolve(text) if text else ""
         except ValueError as error:
             raise UserError(f"{argument}: {error}") from None
     return rest, settings

@@ -4,6 +4,17 @@ from __future__ import annotations
 
 import argparse
 import json
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from graph.sim.fidelity import Knob
+
+_KINDS: dict[str, dict[str, Any]] = {
+    "rate": {"anyOf": [{"type": "number", "exclusiveMinimum": 0}, {"type": "string"}]},
+    "count": {"type": "integer", "minimum": 1},
+    "length": {"type": "number", "exclusiveMinimum": 0},
+    "switch": {"enum": [True, False, "on", "off"]},
+}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -12,7 +23,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Runs the command."""
+    from graph import registry
     from graph.files import json_schema
+    from graph.sim.fidelity import KNOBS
+    from graph.sim.settings import DEFAULTS
 
-    print(json.dumps(json_schema(), indent=2))
+    knobs = {name: _knob(knob) for name, knob in KNOBS.items()}
+    settings = {path: {"default": value} for path, value in DEFAULTS.items()}
+    print(json.dumps(json_schema(registry.all(), knobs, settings), indent=2))
     return 0
+
+
+def _knob(knob: Knob) -> dict[str, Any]:
+    value = {"enum": [*knob.choices]} if knob.choices else _KINDS[knob.kind]
+    return {"description": knob.doc, **value}

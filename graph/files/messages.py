@@ -13,7 +13,7 @@ from graph.suggest import did_you_mean
 
 from . import model
 from .source import Source
-from .text import described, quoted, suggestion
+from .text import described, quoted, shown, suggestion
 from .tree import Location, Map, offset, value_at
 
 _WANTED = {
@@ -129,19 +129,19 @@ def _fields(location: Sequence[str | int]) -> Mapping[str, Any]:
 
 def label(location: Sequence[str | int]) -> str:
     """A location in the words of the format: `clock.loop_hz`, `node "wait": inputs`, `graph /World/G: evaluator`."""
-    match [*location]:
+    match [shown(part) if isinstance(part, str) else part for part in location]:
         case []:
             return "the file"
         case ["graphs", path]:
             return f"graph {path}"
         case ["graphs", _, "nodes", name]:
-            return f"node {quoted(str(name))}"
+            return f"node "{name}""
         case ["graphs", _, "nodes", name, *rest]:
-            return f"node {quoted(str(name))}: {'.'.join(map(str, rest))}"
+            return f"node "{name}": {'.'.join(map(str, rest))}"
         case ["graphs", _, "variables", name]:
-            return f"variable {quoted(str(name))}"
+            return f"variable "{name}""
         case ["graphs", _, "variables", name, *rest]:
-            return f"variable {quoted(str(name))}: {'.'.join(map(str, rest))}"
+            return f"variable "{name}": {'.'.join(map(str, rest))}"
         case ["graphs", _, "connections", int()]:
             return "a connection"
         case ["graphs", path, *rest]:

@@ -1,16 +1,113 @@
-"""JSON Schema of the file format, for editors."""
+"""JSON Schema of the file format, for editors: made from the models that check files, and from what is registered."""
 
 from __future__ import annotations
 
-from typing import Any
+import math
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any
 
 from . import model
 
+if TYPE_CHECKING:
+    from graph.declaration import Attribute, NodeType
 
-def json_schema() -> dict[str, Any]:
-    """The schema (draft 2020-12) of graph files, made from the models that check them."""
-    return {
+JsonSchema = dict[str, Any]
+
+_INTEGERS = {"int", "uint", "int64", "uint64", "uchar"}
+_NUMBERS = {"half", "float", "double", "timecode"}
+_TEXTS = {"token", "string", "path"}
+
+
+def json_schema(
+    node_types: Iterable[NodeType] = (),
+    knobs: Mapping[str, JsonSchema] | None = None,
+    settings: Mapping[str, JsonSchema] | None = None,
+) -> JsonSchema:
+    """The schema (draft 2020-12) of graph files.
+
+    With node types an editor completes types and their inputs; `knobs` and `settings` are the schemas of known keys of
+    those sections. Third-party types, and settings that are not listed, stay legal.
+    """
+    schema = {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
-        **model.GraphFile.model_json_schema(mode="validation"),
         "title": "TickGraph graph file",
+        **model.GraphFile.model_json_schema(mode="validation"),
     }
+    types = [*node_types]
+    if types:
+        _add_node_types(schema["$defs"], types)
+    if knobs:
+        _add_keys(schema["properties"]["fidelity"], knobs, others=False)
+    if settings:
+        _add_keys(schema["properties"]["settings"], settings, others=True)
+    return schema
+
+
+def _add_keys(section: JsonSchema, keys: Mapping[str, JsonSchema], *, others: bool) -> None:
+    mapping = section["anyOf"][0]
+    mapping["properties"] = dict(keys)
+    if not others:
+        mapping["additionalProperties"] = False
+
+
+def _add_node_types(definitions: JsonSchema, types: list[NodeType]) -> None:
+    names = {one.id: _names(one, types) for one in types}
+    known = [
+        {"const": name, "description": one.doc.partition("\n")[0]} for one in types for name in sorted(names[one.id])
+    ]
+    definitions["NodeType"] = {
+        "description": definitions["Node"]["properties"]["type"]["description"],
+        "anyOf": [*known, {"type": "string", "minLength": 1}],
+    }
+    definitions["Node"]["properties"]["type"] = {"$ref": "#/$defs/NodeType"}
+    definitions["Node"]["allOf"] = [_when_type(sorted(names[one.id]), one) for one in types]
+    entry = definitions["Graph"]["properties"]["nodes"]["anyOf"][0]
+    entry["additionalProperties"]["anyOf"][0] = {"$ref": "#/$defs/NodeType"}
+
+
+def _names(node_type: NodeType, types: Iterable[NodeType]) -> set[str]:
+    """The id, and the short name if no other type has it."""
+    shared = sum(other.short_name == node_type.short_name for other in types) > 1
+    return {node_type.id} if shared else {node_type.id, node_type.short_name}
+
+
+def _when_type(names: list[str], node_type: NodeType) -> JsonSchema:
+    sections: JsonSchema = {}
+    for section, attributes in (("inputs", node_type.inputs), ("state", node_type.state)):
+        settable = {name: attribute for name, attribute in attributes.items() if not attribute.is_execution}
+        sections[section] = {"properties": {name: _attribute(one) for name, one in settable.items()}}
+    return {
+        "if": {"properties": {"type": {"enum": names}}, "required": ["type"]},
+        "then": {"properties": sections},
+    }
+
+
+def _attribute(attribute: Attribute) -> JsonSchema:
+    described: JsonSchema = {"description": attribute.doc + (f" [{attribute.unit}]" if attribute.unit else "")}
+    described |= _value(attribute)
+    if attribute.minimum is not None:
+        described["minimum"] = attribute.minimum
+    if attribute.maximum is not None:
+        described["maximum"] = attribute.maximum
+    if attribute.deprecated:
+        described["deprecated"] = True
+    default = attribute.default
+    if isinstance(default, (bool, int, str)) or (isinstance(default, float) and math.isfinite(default)):
+        described["default"] = default
+    return described
+
+
+def _value(attribute: Attribute) -> JsonSchema:
+    """What a value may be where that is simple; tuples, arrays and open types are left to the compiler."""
+    match attribute.type:
+        case "bool":
+            return {"type": "boolean"}
+        case str(name) if name in _INTEGERS:
+            return {"type": "integer"}
+        case str(name) if name in _NUMBERS:
+            return {"type": "number"}
+        case str(name) if name in _TEXTS:
+            return {"type": "string", **({"enum": [*attribute.allowed_tokens]} if attribute.allowed_tokens else {})}
+        case "target":
+            return {"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}]}
+    return {}

@@ -10,10 +10,15 @@ from graph.suggest import did_you_mean
 _SHOWN = 60
 
 
-def quoted(text: str) -> str:
-    """Text from a file in double quotes, on one line, shortened, with nothing a terminal would obey."""
+def shown(text: str) -> str:
+    """Text from a file on one line, shortened, with nothing a terminal would obey."""
     short = text if len(text) <= _SHOWN else f"{text[: _SHOWN - 3]}..."
-    return '"' + "".join(c if c.isprintable() else f"\\u{ord(c):04x}" for c in short) + '"'
+    return "".join(c if c.isprintable() else f"\\u{ord(c):04x}" for c in short)
+
+
+def quoted(text: str) -> str:
+    """The same in double quotes."""
+    return f'"{shown(text)}"'
 
 
 def described(value: Any) -> str:

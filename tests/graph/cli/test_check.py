@@ -1,0 +1,84 @@
+import json
+
+GOOD = """\
+tickgraph: 1
+scene: {prims: {/World/Ball: {type: Sphere, radius: 0.5}}}
+graphs:
+  /World/Graph:
+    nodes: {tick: OnPlaybackTick, wait: {type: Countdown, inputs: {duration: 3}}}
+    connections: [tick.tick -> wait.execIn]
+"""
+BAD = """\
+tickgraph: 1
+clock: {loop_hz: 0}
+scene: {prims: {/World/Ball: {type: Sphere, radios: 0.5}}}
+graphs:
+  /World/Graph:
+    nodes: {tick: OnPlaybackTick, wait: {type: Countdwon}}
+    connections: [tick.tick -> wait.execIn]
+"""
+
+
+def test_a_good_file_is_one_line_with_its_counts(folder, graph):
+    (folder / "good.yaml").write_text(GOOD)
+    result = graph("check", "good.yaml")
+    assert (result.code, result.err) == (0, "")
+    assert result.out == "good.yaml: ok, 1 graph, 2 nodes, 1 connection, 1 prim\n"
+
+
+def test_problems_of_text_graphs_and_scene_come_together_in_the_order_of_the_file(folder, graph):
+    (folder / "bad.yaml").write_text(BAD)
+    result = graph("check", "bad.yaml")
+    assert (result.code, result.out) == (2, "")
+    lines = result.err.splitlines()
+    assert [line.split(": ")[0] for line in lines] == ["bad.yaml:2:18", "bad.yaml:3:45", "bad.yaml:6:35"]
+    assert 'did you mean "radius"?' in lines[1]
+    assert 'did you mean "Countdown"?' in lines[2]
+
+
+def test_every_file_is_checked_and_one_bad_one_decides_the_exit_code(folder, graph):
+    (folder / "good.yaml").write_text(GOOD)
+    (folder / "bad.yaml").write_text("tickgraph: 1\nx: 1\n")
+    result = graph("check", "bad.yaml", "good.yaml", "none.yaml")
+    assert result.code == 2
+    assert result.out == "good.yaml: ok, 1 graph, 2 nodes, 1 connection, 1 prim\n"
+    assert [line.partition(" ")[0] for line in result.err.splitlines()] == ["bad.yaml:2:1:", "graph:"]
+    assert "none.yaml: no such file" in result.err
+
+
+def test_json_tells_all_files_and_every_place(folder, graph):
+    (folder / "good.yaml").write_text(GOOD)
+    (folder / "bad.yaml").write_text("tickgraph: 1\nrecrod: {}\n")
+    result = graph("check", "good.yaml", "bad.yaml", "none.yaml", "--json")
+    assert result.code == 2
+    good, bad, none = json.loads(result.out)["files"]
+    assert good == {
+        "file": "good.yaml",
+        "ok": True,
+        "graphs": 1,
+        "nodes": 2,
+        "connections": 1,
+        "prims": 1,
+        "problems": [],
+    }
+    assert bad["ok"] is False
+    assert bad["problems"] == [
+        {"message": 'unknown key "recrod"; did you mean "record"?', "file": "bad.yaml", "line": 2, "column": 1}
+    ]
+    assert none["problems"][0]["line"] is None
+
+
+def test_a_check_writes_nothing(folder, graph):
+    (folder / "good.yaml").write_text(GOOD)
+    graph("check", "good.yaml")
+    assert [path.name for path in folder.iterdir()] == ["good.yaml"]
+
+
+def test_allow_widens_what_a_file_may_name(folder, graph):
+    (folder / "sub").mkdir()
+    (folder / "box.usda").write_text('#usda 1.0\n(\n    metersPerUnit = 1\n    upAxis = "Z"\n)\ndef Cube "Box" {}\n')
+    (folder / "sub" / "a.yaml").write_text("tickgraph: 1\nscene: {usd: ../box.usda}\n")
+    refused = graph("check", "sub/a.yaml")
+    assert refused.code == 2
+    assert "allow its folder with --allow" in refused.err
+    assert graph("check", "sub/a.yaml", "--allow", ".").code == 0
