@@ -129,28 +129,24 @@ def _fields(location: Sequence[str | int]) -> Mapping[str, Any]:
 
 def label(location: Sequence[str | int]) -> str:
     """A location in the words of the format: `clock.loop_hz`, `node "wait": inputs`, `graph /World/G: evaluator`."""
-    match [shown(part) if isinstance(part, str) else part for part in location]:
+    parts = [shown(part) if isinstance(part, str) else str(part) for part in location]
+    match parts:
         case []:
             return "the file"
-        case ["graphs", path]:
-            return f"graph {path}"
-        case ["graphs", _, "nodes", name]:
-            return f"node "{name}""
-        case ["graphs", _, "nodes", name, *rest]:
-            return f"node "{name}": {'.'.join(map(str, rest))}"
-        case ["graphs", _, "variables", name]:
-            return f"variable "{name}""
-        case ["graphs", _, "variables", name, *rest]:
-            return f"variable "{name}": {'.'.join(map(str, rest))}"
-        case ["graphs", _, "connections", int()]:
+        case ["graphs", _, "connections", _]:
             return "a connection"
+        case ["graphs", _, "nodes", name, *rest]:
+            return _path(f'node "{name}"', rest)
+        case ["graphs", _, "variables", name, *rest]:
+            return _path(f'variable "{name}"', rest)
         case ["graphs", path, *rest]:
-            return f"graph {path}: {'.'.join(map(str, rest))}"
-        case ["scene", "prims", path]:
-            return f"prim {path}"
+            return _path(f"graph {path}", rest)
         case ["scene", "prims", path, *rest]:
-            return f"prim {path}: {'.'.join(map(str, rest))}"
+            return _path(f"prim {path}", rest)
         case ["settings" | "fidelity" as section, key]:
             return f"{section}: {key}"
-        case parts:
-            return ".".join(map(str, parts))
+    return ".".join(parts)
+
+
+def _path(whole: str, rest: Sequence[str]) -> str:
+    return f"{whole}: {'.'.join(rest)}" if rest else whole
