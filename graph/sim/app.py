@@ -194,6 +194,7 @@ class App:
         try:
             for _ in range(steps):
                 self._update()
+                self.rendering.end_update()
                 self.update_index += 1
         finally:
             self.rendering.end_update()
@@ -269,11 +270,17 @@ class App:
     # -- play and stop -----------------------------------------------------------------------------------------------
 
     def _on_change(self, change: Change) -> None:
-        if change == "play":
-            self._begin_play()
-        elif change == "stop":
+        if change == "stop":
             self._end_play()
-        self._subscribers[change]()
+        if change != "play":
+            self._subscribers[change]()
+            return
+        self._begin_play()
+        try:
+            self._subscribers["play"]()
+        except BaseException:
+            self._end_play()
+            raise
 
     def _begin_play(self) -> None:
         from .physics import build_physics

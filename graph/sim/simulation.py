@@ -186,7 +186,7 @@ class Simulation:
 
     def run_steps(self, steps: int, *, renders_next: bool = False) -> None:
         """Runs `steps` substeps. What was done is on the clocks also when the engine raises."""
-        clock, rendering = self.clock, self._app.rendering
+        clock, rendering, session = self.clock, self._app.rendering, self._session
         rendering.plan(clock.count + steps, renders_there=renders_next)
         try:
             if self.pre_step or self.post_step:
@@ -202,8 +202,9 @@ class Simulation:
                     if clock.count == rendering.next_capture:
                         rendering.capture()
         finally:
-            self._publish_time()
-            self.samples.record(clock, self._system_time, self._app.rendering.sample_key)
+            if self._session == session:
+                self._publish_time()
+                self.samples.record(clock, self._system_time, rendering.sample_key)
 
     def _run_observed(self, steps: int) -> None:
         clock, rendering, session = self.clock, self._app.rendering, self._session

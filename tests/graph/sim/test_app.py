@@ -540,7 +540,27 @@ def test_stop_from_inside_an_update():
         app.play()
         app.update()
         assert app.simulation.get_num_physics_steps() == 0
+        assert app.simulation.get_sample_count() == 0
         assert app.timeline.is_stopped()
+
+
+def test_a_play_that_a_subscriber_refuses_leaves_the_world_stopped():
+    with App() as app:
+        before = app.stage.GetRootLayer().ExportToString()
+
+        def refuse():
+            app.stage.DefinePrim("/World/Half", "Xform")
+            raise UserError("no")
+
+        end = app.on("play", refuse)
+        with pytest.raises(UserError, match="no"):
+            app.play()
+        assert app.timeline.is_stopped()
+        assert app.stage.GetRootLayer().ExportToString() == before
+        end()
+        app.play()
+        app.update()
+        assert app.simulation.get_num_physics_steps() == 1
 
 
 def test_events_see_the_world_they_announce():
