@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from .context import Warn
 from .errors import Mark, Problem, UserError
 from .spec import FileSpec, GraphSpec
 
@@ -21,13 +22,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Parts:
-    """What a graph file gave: what it says, its compiled graphs, its stage (None where it could not be made), and
-    everything that is wrong with it."""
+    """What a graph file gave: what it says, its compiled graphs, its stage (None where it could not be made),
+    everything that is wrong with it, and what is odd but no hindrance (code, where, message)."""
 
     spec: FileSpec | None
     graphs: list[Graph]
     stage: Usd.Stage | None
     problems: list[Problem]
+    warnings: list[tuple[str, str, str]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +61,11 @@ def build_parts(
     spec, problems = examined.spec, list(examined.problems)
     graphs: list[Graph] = []
     stage = None
+    warnings: list[tuple[str, str, str]] = []
+
+    def warn(code: str, where: str, message: str) -> None:
+        warnings.append((code, where, message))
+
     if spec is not None:
         with _collecting(problems):
             spec = override_inputs(spec, overrides or {})
@@ -69,11 +76,11 @@ def build_parts(
             )
             graphs = compile_graphs(spec.graphs)
         with _collecting(problems):
-            stage = build_stage(spec, allow)
+            stage = build_stage(spec, allow, warn)
         problems += option_problems(spec)
     if spec is not None and stage is not None:
         problems += missing_targets(stage, spec, graphs)
-    return Parts(spec, graphs, stage, sorted(dict.fromkeys(problems), key=_place))
+    return Parts(spec, graphs, stage, sorted(dict.fromkeys(problems), key=_place), warnings)
 
 
 def open_session(
@@ -111,6 +118,8 @@ def open_session(
         seed=seed,
         wall_clock=RealClock() if realtime else None,
     )
+    for warning in parts.warnings:
+        app.warn(*warning)
     runner = GraphRunner(app, parts.graphs, on_error=on_error)
     app.graphs.update(runner.graphs)
     return Session(spec, app, runner)
@@ -121,7 +130,7 @@ def open_app(app_type: type[App], path: str | Path, **options: Any) -> App:
     return open_session(path, **options).app
 
 
-def build_stage(spec: FileSpec, allow: Sequence[Path] = ()) -> Usd.Stage:
+def build_stage(spec: FileSpec, allow: Sequence[Path], warn: Warn) -> Usd.Stage:
     """The file's scene with its inline prims authored on top. Raises UserError with every problem found."""
     from sensors.configs import author_config
 
@@ -132,12 +141,14 @@ def build_stage(spec: FileSpec, allow: Sequence[Path] = ()) -> Usd.Stage:
     if scene.mjcf is not None:
         raise UserError(Problem("scene.mjcf: MJCF scenes cannot be loaded yet; convert the model to USD", scene.mark))
     roots = [root for root in (spec.folder, *allow) if root is not None]
-    stage = open_stage(scene.usd, roots)
+    stage = open_stage(scene.usd, roots, warn=warn)
 
     def where(path: str, key: str | None = None) -> Mark | None:
         return scene.prim_marks.get((path, key) if key else (path,)) or scene.prim_marks.get((path,))
 
-    author_prims(stage, scene.prims, where, sensor_config=author_config, allow_roots=roots)
+    author_prims(
+        stage, scene.prims, where, sensor_config=author_config, allow_roots=roots, folder=spec.folder, warn=warn
+    )
     return stage
 
 

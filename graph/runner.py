@@ -23,10 +23,10 @@ class GraphRunner:
 
     def __init__(self, app: App, graphs: Sequence[Graph], *, on_error: OnError = "stop") -> None:
         self.graphs = {graph.path: graph for graph in graphs}
-        for graph in graphs:
-            graph.on_error = on_error
         self._app = app
         self._context = Context(app=app, warn=app.warn)
+        for graph in graphs:
+            graph.context, graph.on_error = self._context, on_error
         of_stage: dict[str, list[Graph]] = {}
         for graph in graphs:
             of_stage.setdefault(graph.pipeline_stage, []).append(graph)

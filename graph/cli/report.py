@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from rich.console import Console
+    from rich.table import Table
 
     from graph.runner import GraphRunner
     from graph.sim import App
@@ -56,31 +57,60 @@ def to_json(report: Report) -> str:
 
 
 def print_table(report: Report, console: Console) -> None:
-    """Sensors, topics, clocks and warnings of a run, for a person."""
-    from rich.table import Table
-
+    """Sensors, topics and clocks of a run, for a person."""
     if report["sensors"]:
-        table = Table("sensor", "Hz", "due", "rendered", "points", "first stamp [s]", "last stamp [s]")
+        table = _table("sensor", "Hz", "due", "rendered", "points", "first stamp [s]", "last stamp [s]")
         for path, sensor in report["sensors"].items():
             table.add_row(
                 path,
                 f"{sensor['tick_rate']:g}",
                 str(sensor["due"]),
-                str(sensor["frames"]) if sensor["frames"] else "0  (silent)",
+                _amount(sensor["frames"]),
                 f"{sensor['elements']:,}",
                 _seconds(sensor["first_frame_ns"]),
                 _seconds(sensor["last_frame_ns"]),
             )
         console.print(table)
     if report["topics"]:
-        table = Table("topic", "type", "messages")
+        table = _table("topic", "messages")
+        table.add_column("type")
         for topic, count in report["topics"].items():
-            table.add_row(topic, count["type"], str(count["messages"]) if count["messages"] else "0  (silent)")
+            table.add_row(topic, _amount(count["messages"]), count["type"])
         console.print(table)
-    console.print(_clock_line(report), highlight=False)
-    for warning in report["warnings"]:
-        times = f" (x{warning['count']})" if warning["count"] > 1 else ""
-        console.print(f"warning {warning['code']}: {warning['where']}: {warning['message']}{times}", markup=False)
+    clocks = _table("clock", "at the end [s]", "counted")
+    clocks.add_row("timeline", f"{report['timeline_time']:.9f}", f"{report['updates']:,} updates")
+    clocks.add_row("physics", f"{report['simulation_time']:.9f}", f"{report['physics_steps']:,} steps")
+    clocks.add_row("renderer", f"{report['external_time']:.9f}", f"{_frames(report):,} frames")
+    console.print(clocks)
+    console.print(_wall_line(report), highlight=False, soft_wrap=True)
+
+
+def warning_lines(report: Report) -> list[str]:
+    """One line for each warning of a run."""
+    return [
+        f"warning {warning['code']}: {warning['where']}: {warning['message']}"
+        + (f" ({warning['count']} times)" if warning["count"] > 1 else "")
+        for warning in report["warnings"]
+    ]
+
+
+def _table(name: str, *columns: str) -> Table:
+    from rich import box
+    from rich.table import Table
+
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    table.add_column(name, overflow="fold")
+    for column in columns:
+        table.add_column(column, justify="right")
+    return table
+
+
+def _amount(number: int) -> str:
+    return f"{number:,}" if number else "0 (silent)"
+
+
+def _frames(report: Report) -> int:
+    return sum(sensor["frames"] for sensor in report["sensors"].values())
 
 
 def _sensor(product: Any) -> Mapping[str, Any]:
@@ -99,13 +129,9 @@ def _seconds(stamp_ns: int | None) -> str:
     return "-" if stamp_ns is None else f"{stamp_ns / 1e9:.9f}"
 
 
-def _clock_line(report: Report) -> str:
-    timing = ", ".join(f"{name} {seconds:.2f}" for name, seconds in report["timing_s"].items())
+def _wall_line(report: Report) -> str:
+    parts = ", ".join(f"{name} {seconds:.2f}" for name, seconds in report["timing_s"].items())
     factor = report["real_time_factor"]
-    return (
-        f"{report['updates']} updates, {report['physics_steps']} physics steps; "
-        f"timeline {report['timeline_time']:.6f} s, physics {report['simulation_time']:.6f} s, "
-        f"renderer {report['external_time']:.6f} s; "
-        f"{report['wall_time_s']:.2f} s of wall time ({timing})"
-        + (f", real-time factor {factor:.2f}" if factor is not None else "")
+    return f"{report['wall_time_s']:.2f} s of wall time ({parts})" + (
+        f": {factor:.2f} x real time" if factor is not None else ""
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import logging
 import math
 import signal
 import sys
@@ -51,8 +52,11 @@ def run(args: argparse.Namespace) -> int:
     from graph.assembly import open_session
     from graph.sim.bus import CountingSink
 
-    from .report import build_report, print_table, silent_parts, to_json, write_report
+    from .report import build_report, print_table, silent_parts, to_json, warning_lines, write_report
 
+    # Warnings are printed once, with their counts, when the run is over.
+    logging.getLogger("tickgraph").propagate = False
+    logging.getLogger("tickgraph").addHandler(logging.NullHandler())
     session = open_session(
         args.file,
         allow=args.allow,
@@ -87,6 +91,8 @@ def run(args: argparse.Namespace) -> int:
         from rich.console import Console
 
         print_table(report, Console())
+    for line in warning_lines(report):
+        print(line, file=sys.stderr)
     if isinstance(failure, KeyboardInterrupt):
         print(f"interrupted after {report['updates']} of {updates} updates", file=sys.stderr)
         return EXIT_INTERRUPTED
