@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from functools import partial
+from typing import Any
 
 from graph import Attribute, node_type
-from graph.exact import NANOSECONDS, nanoseconds
 
 from .laser_scans import LASER_SCAN
 from .lidar_frames import SCAN_CHANNELS, cloud_channels, frame_cloud, frame_scan
+from .lidar_writers import STRING, FrameWriter, object_id_map, stamps
 from .point_clouds import CLOUD_FIELDS, POINT_CLOUD
 from .publishing import publisher_inputs, topic_name
 
-if TYPE_CHECKING:
-    from sensors.frame import Frame
-
 _MESSAGES = {"laser_scan": LASER_SCAN, "point_cloud": POINT_CLOUD}
+STABLE_IDS = "/rtx-transient/stableIds/enabled"
 
 
 @dataclass(slots=True)
@@ -25,8 +23,7 @@ class _Attached:
     """What the node holds on to between attaching and detaching."""
 
     product: Any = None
-    topic: str = ""
-    write: Callable[[Any], None] | None = None
+    writers: list[FrameWriter] = field(default_factory=list)
     demand: dict[object, tuple[frozenset[str], bool]] = field(default_factory=dict)
     demanding: bool = False
 
@@ -36,9 +33,8 @@ def _detach(db: Any) -> None:
     if memory.product is None:
         return
     _demand(memory, False)
-    if memory.write in memory.product.writers:
-        memory.product.writers.remove(memory.write)
-    memory.product = memory.write = None
+    memory.product.writers[:] = [one for one in memory.product.writers if one not in memory.writers]
+    memory.product, memory.writers = None, []
 
 
 @node_type(
@@ -98,7 +94,7 @@ def rtx_lidar_helper(db: Any) -> bool:
         _detach(db)
         if not _attach(db, path):
             return False
-    subscribed = db.app.bus.has_subscribers(memory.topic)
+    subscribed = db.app.bus.has_subscribers(memory.writers[0].topic)
     if subscribed != memory.demanding:
         _demand(memory, subscribed)
     return True
@@ -120,17 +116,11 @@ def _attach(db: Any, path: str) -> bool:
         db.fail(f"input type is {kind!r}; it must be one of {', '.join(_MESSAGES)}")
     _warn_about_settings(db)
     metadata = _metadata(db) if kind == "point_cloud" else ()
-    memory.topic = topic_name(db, product.camera_path)
-    app.bus.advertise(memory.topic, _MESSAGES[kind], db.path)
-    memory.demand = {db.path: (cloud_channels(name for name in metadata if name != "Ring"), False)}
-    if kind == "laser_scan":
-        memory.demand = {db.path: (SCAN_CHANNELS, False)}
-    elif "Ring" in metadata:
-        # The field is ours, so it is delivered whatever auxiliary level the prim has.
-        memory.demand[db.path, "Ring"] = (frozenset({CLOUD_FIELDS["Ring"].channel}), True)
-    memory.product, memory.write = product, _writer(db, kind, metadata)
-    memory.demanding = False
-    product.writers.append(memory.write)
+    memory.product, memory.writers = product, _writers(db, product, kind, metadata)
+    memory.demand, memory.demanding = _needs(db, kind, metadata), False
+    for writer in memory.writers:
+        app.bus.advertise(writer.topic, writer.type_name, db.path)
+        product.writers.append(writer)
     return True
 
 
@@ -165,34 +155,48 @@ def _warn_about_settings(db: Any) -> None:
         db.warn("debug-view-unavailable", "showDebugView needs a viewer; the clouds can be looked at in the recording")
 
 
-def _writer(db: Any, kind: str, metadata: tuple[str, ...]) -> Callable[[Frame], None]:
-    """What runs for each frame: publishes every (frameSkipCount + 1)-th one, if somebody listens."""
-    app, topic, frame_id = db.app, db.memory.topic, db.inputs.frameId
-    stamp, every = _stamps(db), db.inputs.frameSkipCount + 1
-    frames = 0
-
-    def write(frame: Frame) -> None:
-        nonlocal frames
-        frames += 1
-        if frames % every or not app.bus.has_subscribers(topic):
-            return
-        at = stamp(frame)
-        message = (
-            frame_scan(frame, at, frame_id) if kind == "laser_scan" else frame_cloud(frame, metadata, at, frame_id)
+def _writers(db: Any, product: Any, kind: str, metadata: tuple[str, ...]) -> list[FrameWriter]:
+    """What publishes each frame: scans or clouds and, if wanted, what their object ids stand for."""
+    inputs, app = db.inputs, db.app
+    frame_id, camera = inputs.frameId, product.camera_path
+    stamp = stamps(app.simulation, system_time=inputs.useSystemTime, reset_on_stop=inputs.resetSimulationTimeOnStop)
+    every = inputs.frameSkipCount + 1
+    topic = topic_name(db, camera)
+    if kind == "laser_scan":
+        return [
+            FrameWriter(app.bus, topic, LASER_SCAN, stamp, lambda frame, at: frame_scan(frame, at, frame_id), every)
+        ]
+    writers = [
+        FrameWriter(
+            app.bus, topic, POINT_CLOUD, stamp, lambda frame, at: frame_cloud(frame, metadata, at, frame_id), every
         )
-        app.bus.publish(topic, _MESSAGES[kind], message, at)
+    ]
+    if inputs.enableObjectIdMap:
+        if "ObjectId" in metadata and app.settings.get(STABLE_IDS, False):
+            topic = topic_name(db, camera, inputs.objectIdMapTopicName)
+            make = partial(_ids_message, product.sensor)
+            writers.append(FrameWriter(app.bus, topic, STRING, stamp, make, every))
+        else:
+            db.warn(
+                "object-id-map-unavailable",
+                f"enableObjectIdMap needs ObjectId in selectedMetadata and {STABLE_IDS}: true; no map is published",
+            )
+    return writers
 
-    return write
+
+def _ids_message(sensor: Any, frame: Any, at: int) -> Any:
+    return object_id_map(sensor.object_ids(), at)
 
 
-def _stamps(db: Any) -> Callable[[Frame], int]:
-    """Frame -> the stamp [ns] of its message."""
-    simulation = db.app.simulation
-    if db.inputs.useSystemTime:
-        return lambda frame: round(simulation.system_time * NANOSECONDS)
-    if db.inputs.resetSimulationTimeOnStop:
-        return lambda frame: frame.timestamp_ns
-    return lambda frame: frame.timestamp_ns + nanoseconds(simulation.monotonic_time - simulation.time)
+def _needs(db: Any, kind: str, metadata: tuple[str, ...]) -> dict[object, tuple[frozenset[str], bool]]:
+    """Owner -> the channels to ask the sensor for, and whether also those above the prim's auxiliary level."""
+    if kind == "laser_scan":
+        return {db.path: (SCAN_CHANNELS, False)}
+    needs = {db.path: (cloud_channels(name for name in metadata if name != "Ring"), False)}
+    if "Ring" in metadata:
+        # The field is ours, so it is delivered whatever auxiliary level the prim has.
+        needs[db.path, "Ring"] = (frozenset({CLOUD_FIELDS["Ring"].channel}), True)
+    return needs
 
 
 def _demand(memory: _Attached, wanted: bool) -> None:

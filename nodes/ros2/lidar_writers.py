@@ -1,0 +1,59 @@
+"""What publishes the frames of a render product: a writer for each message made of them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from graph.exact import NANOSECONDS, nanoseconds
+
+from .messages import stamp
+
+if TYPE_CHECKING:
+    from sensors.frame import Frame
+
+STRING = "std_msgs/msg/String"
+
+
+@dataclass(slots=True, eq=False)
+class FrameWriter:
+    """Publishes every `every`-th frame, if somebody listens to the topic.
+
+    stamp: frame -> stamp of its message [ns]; make: frame and stamp -> message.
+    """
+
+    bus: Any
+    topic: str
+    type_name: str
+    stamp: Callable[[Frame], int]
+    make: Callable[[Frame, int], Any]
+    every: int = 1
+    frames: int = 0
+
+    def __call__(self, frame: Frame) -> None:
+        """Takes one frame."""
+        self.frames += 1
+        if self.frames % self.every == 0 and self.bus.has_subscribers(self.topic):
+            at = self.stamp(frame)
+            self.bus.publish(self.topic, self.type_name, self.make(frame, at), at)
+
+
+def stamps(simulation: Any, *, system_time: bool, reset_on_stop: bool) -> Callable[[Frame], int]:
+    """Frame -> stamp [ns]: wall time of the last physics step, time since play, or the time that no stop resets."""
+    if system_time:
+        return lambda frame: round(simulation.system_time * NANOSECONDS)
+    if reset_on_stop:
+        return lambda frame: frame.timestamp_ns
+    return lambda frame: frame.timestamp_ns + nanoseconds(simulation.monotonic_time - simulation.time)
+
+
+def object_id_map(paths: dict[int, str], at: int) -> Any:
+    """`std_msgs/String` with JSON: decimal 128-bit object id -> prim path, and the stamp."""
+    from graph.sim.ros_types import message_type
+
+    time = stamp(at)
+    labels = {str(number): path for number, path in sorted(paths.items())}
+    text = json.dumps({"id_to_labels": labels, "time_stamp": {"sec": time.sec, "nanosec": time.nanosec}})
+    return message_type(STRING)(text)
