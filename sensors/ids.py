@@ -47,7 +47,7 @@ def parse_stable_id_map_data(buffer: Any) -> dict[int, str]:
         if offset + length > len(data):
             return _nothing("an entry points past the end of the buffer")
         text = data[offset : offset + length].tobytes().decode("utf-8", errors="replace")
-        found[sum(word << 32 * place for place, word in enumerate(number))] = text.rstrip()
+        found[sum(int(word) << 32 * place for place, word in enumerate(number))] = text.rstrip()
     return found
 
 

@@ -1,0 +1,233 @@
+"""Configurations by name, by path, and on prims."""
+
+import dataclasses
+import json
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from pxr import Usd
+
+from graph.errors import UserError
+from graph.sim import register_schemas
+from sensors import SUPPORTED_LIDAR_CONFIGS
+from sensors.configs import author_config
+from sensors.configs.catalog import assets, find, load
+from sensors.lidar.pattern import firing_pattern
+from sensors.lidar.prim import read_aux_level, read_config, read_tick_rate, write, write_aux_level, write_config
+from sensors.lidar.vendor import parse_profile
+
+
+@pytest.fixture
+def stage():
+    register_schemas()
+    return Usd.Stage.CreateInMemory()
+
+
+@pytest.mark.parametrize(
+    ("name", "emitters", "ticks", "scan_hz", "near", "far", "returns"),
+    [
+        ("Example_Rotary", 128, 3600, 10, 0.3, 200.0, 2),
+        ("Example_Rotary_2D", 1, 3600, 10, 0.3, 200.0, 2),
+        ("Simple_Example_Solid_State", 12, 1, 30, 1.0, 200.0, 2),
+        ("OS1", 32, 1024, 10, 0.3, 120.0, 2),
+        ("XT32", 32, 2000, 10, 0.05, 120.0, 2),
+        ("picoScan150", 2761, 1, 20, 0.05, 45.0, 1),
+        ("RPLIDAR_S2E", 1, 3200, 10, 0.05, 30.0, 1),
+    ],
+)
+def test_shipped_configs_have_the_published_numbers(name, emitters, ticks, scan_hz, near, far, returns):
+    config = find(name)
+
+    assert (config.number_of_emitters, config.ticks_per_scan, config.scan_rate_base_hz) == (emitters, ticks, scan_hz)
+    assert (config.near_range_m, config.far_range_m, config.max_returns) == (near, far, returns)
+    assert len(firing_pattern(config)) == emitters * ticks
+
+
+def test_emitter_tables_have_the_published_ends():
+    rotary, xt32, os1, pico = (find(n).emitter_states[0] for n in ("Example_Rotary", "XT32", "OS1", "picoScan150"))
+
+    assert sorted(set(rotary.azimuth_deg.tolist())) == [-3.0, -1.0, 1.0, 3.0]
+    assert (rotary.elevation_deg.min(), rotary.elevation_deg.max()) == (-15.0, 10.0)
+    assert sorted(set(rotary.fire_time_ns.tolist())) == list(range(0, 24501, 3500))
+    assert len(set(zip(rotary.azimuth_deg.tolist(), rotary.elevation_deg.tolist(), strict=True))) == 128
+    assert (xt32.fire_time_ns[0], xt32.fire_time_ns[-1]) == (368, 47240)
+    assert (os1.fire_time_ns[0], os1.fire_time_ns[-1]) == (1525, 96106)
+    assert (pico.azimuth_deg[0], pico.azimuth_deg[1380], pico.azimuth_deg[1381]) == (138.0, 0.0, np.float32(359.9))
+
+
+@pytest.mark.parametrize(
+    "spelling",
+    [
+        "/Isaac/Sensors/HESAI/XT32_SD10/HESAI_XT32_SD10.usd",
+        "HESAI_XT32_SD10",
+        "HESAI XT32 SD10",
+        "XT32_SD10",
+        "XT32 SD10",
+        "XT32",
+    ],
+)
+def test_five_spellings_and_the_short_name_find_one_config(spelling):
+    assert find(spelling) == find("HESAI_XT32_SD10")
+
+
+def test_the_table_lists_what_can_be_made_and_nothing_else():
+    assert set(SUPPORTED_LIDAR_CONFIGS) == {asset.path for asset in assets()}
+    for path, variants in SUPPORTED_LIDAR_CONFIGS.items():
+        for variant in variants or [None]:
+            assert find(path, variant).number_of_emitters > 0
+
+
+def test_variants_change_rates_and_fire_times():
+    slow, fast = find("OS1", "OS1_REV6_32ch10hz512res"), find("OS1_REV6_32ch20hz1024res")
+
+    assert (slow.ticks_per_scan, slow.emitter_states[0].fire_time_ns[-1]) == (512, 192_244)
+    assert (fast.scan_rate_base_hz, fast.ticks_per_scan) == (20, 1024)
+
+
+def test_an_unknown_config_offers_close_matches_and_names_the_table():
+    with pytest.raises(UserError, match=r"did you mean Example[_ ]Rotary.*SUPPORTED_LIDAR_CONFIGS"):
+        find("Example_Rotery")
+
+
+def test_an_unknown_variant_lists_the_variants():
+    with pytest.raises(UserError, match=r"no variant 'OS1_REV9'.*OS1_REV6_32ch10hz1024res"):
+        find("OS1", "OS1_REV9")
+
+
+PROFILE = {
+    "class": "sensor",
+    "_comment1": "anything",
+    "profile": {
+        "scanType": "rotary",
+        "comment7": {"even": "this"},
+        "scanRateBaseHz": 7.5,
+        "reportRateBaseHz": 15,
+        "numberOfEmitters": 2,
+        "emitterStates": [{"_comment": 1, "azimuthDeg": [0, 1], "elevationDeg": [2, 3], "fireTimeNs": [0, 10.0]}],
+    },
+}
+
+
+def test_a_profile_needs_little_and_its_comments_are_ignored(tmp_path):
+    path = tmp_path / "mine.json"
+    path.write_text(json.dumps(PROFILE))
+
+    config = load(str(path))
+
+    assert config.scan_rate_base_hz == Fraction(15, 2)
+    assert config.ticks_per_scan == 2
+    assert config.emitter_states[0].elevation_deg.tolist() == [2.0, 3.0]
+    assert firing_pattern(config).channel_id.tolist() == [0, 1, 0, 1]
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"numberOfEmitters": 3}, "numberOfEmitters is 3, but 2 are listed"),
+        ({"scanRateBaseHz": 0}, "scanRateBaseHz must be above 0"),
+        ({"farRangeM": "far"}, "farRangeM is not a finite number"),
+        ({"scanType": "spiral"}, "scanType is 'spiral'"),
+        ({"emitterStates": []}, "no emitters"),
+        ({"emitterStates": [{"azimuthDeg": [0, 1], "elevationDeg": [1]}]}, "azimuth_deg has 2 entries for 1 emitters"),
+        (
+            {"emitterStates": [{"azimuthDeg": [0, 1], "elevationDeg": ["x", 1]}]},
+            "elevationDeg is not a list of numbers",
+        ),
+        ({"emitterStates": [{"azimuthDeg": [0], "elevationDeg": [1], "fireTimeNs": [-1]}]}, "outside 0 to"),
+    ],
+)
+def test_a_bad_profile_says_which_field(change, message):
+    with pytest.raises(UserError, match=message):
+        parse_profile({"profile": {**PROFILE["profile"], **change}}, "mine")
+
+
+@pytest.mark.parametrize("text", ["", "[1]", "{", '{"profile": 3}', "\x00", "[" * 100_000])
+def test_a_file_that_is_no_profile_is_one_clear_error(tmp_path, text):
+    path = tmp_path / "bad.json"
+    path.write_text(text)
+
+    with pytest.raises(UserError, match=r"lidar profile bad.*not (valid JSON|a lidar profile)"):
+        load(str(path))
+
+
+def test_a_profile_outside_the_roots_is_refused(tmp_path):
+    outside = tmp_path / "bad.json"
+    outside.write_text(json.dumps(PROFILE))
+    inside = tmp_path / "project"
+    inside.mkdir()
+
+    with pytest.raises(UserError, match="--allow"):
+        load("../bad.json", base=inside, roots=[inside])
+    assert load("../bad.json", base=inside, roots=[tmp_path]).number_of_emitters == 2
+
+
+@pytest.mark.parametrize("asset", assets(), ids=lambda asset: asset.spellings[1])
+def test_a_config_survives_being_written_to_usd_and_read_again(stage, asset):
+    config = asset.config()
+    prim = stage.DefinePrim("/World/Lidar", "OmniLidar")
+
+    write_config(prim, config)
+    text = stage.GetRootLayer().ExportToString()
+    again = Usd.Stage.CreateInMemory()
+    again.GetRootLayer().ImportFromString(text)
+    found = read_config(again.GetPrimAtPath("/World/Lidar"))
+
+    expected = dataclasses.replace(
+        config, name="/World/Lidar", number_of_channels=config.number_of_channels or config.number_of_emitters
+    )
+    assert found == expected
+    assert read_tick_rate(again.GetPrimAtPath("/World/Lidar")) == config.scan_rate_base_hz
+
+
+def test_every_config_authors_its_scan_rate_as_tick_rate(stage):
+    prim = stage.DefinePrim("/World/Lidar", "OmniLidar")
+
+    author_config(prim, "picoScan150")
+
+    assert read_tick_rate(prim) == 20
+    assert "OmniSensorGenericLidarCoreAPI" in prim.GetAppliedSchemas()
+
+
+def test_a_fractional_scan_rate_survives_the_schemas_whole_hertz(stage):
+    prim = stage.DefinePrim("/World/Lidar", "OmniLidar")
+    config = dataclasses.replace(find("XT32"), scan_rate_base_hz=Fraction(15, 2))
+
+    write_config(prim, config)
+
+    assert read_config(prim).scan_rate_base_hz == Fraction(15, 2)
+    write(prim, "omni:sensor:Core:scanRateBaseHz", "uint", 20)
+    assert read_config(prim).scan_rate_base_hz == 20  # who writes the schema's attribute means it
+
+
+def test_an_attribute_set_after_the_config_wins(stage):
+    prim = stage.DefinePrim("/World/Lidar", "OmniLidar")
+    author_config(prim, "Example_Rotary")
+
+    prim.GetAttribute("omni:sensor:Core:farRangeM").Set(55.5)
+
+    assert read_config(prim).far_range_m == 55.5
+
+
+def test_a_bare_prim_is_the_default_rotary_lidar(stage):
+    prim = stage.DefinePrim("/World/Lidar", "OmniLidar")
+
+    config = read_config(prim)
+
+    assert (config.number_of_emitters, config.ticks_per_scan, config.far_range_m) == (128, 3600, 200.0)
+    assert read_tick_rate(prim) == 0
+
+
+def test_aux_levels_default_to_none(stage):
+    prim = stage.DefinePrim("/World/Lidar", "OmniLidar")
+    assert read_aux_level(prim).name == "NONE"
+
+    write_aux_level(prim, "FULL")
+
+    assert read_aux_level(prim).name == "FULL"
+    assert list(prim.GetAttribute("_replicator:rendervar:GenericModelOutput:channels").Get()) == ["FULL"]
+
+
+def test_only_lidars_take_a_config(stage):
+    with pytest.raises(UserError, match="only OmniLidar does"):
+        author_config(stage.DefinePrim("/World/Cube", "Cube"), "XT32")

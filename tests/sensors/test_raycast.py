@@ -1,0 +1,310 @@
+"""Rays against closed-form geometry, near and far from the origin, standing and moving."""
+
+import math
+
+import numpy as np
+import pytest
+
+from graph.errors import RunError
+from graph.sim.geometry import Mesh, Plane
+from sensors.raycast import triangles
+from sensors.raycast.bodies import HEAVY_TRIANGLES
+from sensors.raycast.rays import AzimuthOrder, RayBundle
+from sensors.raycast.world import CastWorld
+
+OFFSETS = [0.0, 1e3, 1e4, 1e5, 1e6]
+FACES = np.array(
+    [
+        *([0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1]),
+        *([2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]),
+    ],
+    np.uint32,
+)
+
+
+def box(half, centre=(0.0, 0.0, 0.0)):
+    corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], np.float64)
+    return corners * half + centre, FACES
+
+
+def sphere(radius, rings=40):
+    """A sphere of 2 * rings segments round: inscribed, so its facets lie inside."""
+    theta = np.linspace(0, np.pi, rings + 1)
+    phi = np.linspace(0, 2 * np.pi, 2 * rings, endpoint=False)
+    points = np.stack(
+        [
+            np.outer(np.sin(theta), np.cos(phi)),
+            np.outer(np.sin(theta), np.sin(phi)),
+            np.outer(np.cos(theta), np.ones_like(phi)),
+        ],
+        axis=-1,
+    ).reshape(-1, 3)
+    index = np.arange(len(points)).reshape(rings + 1, 2 * rings)
+    a, b = index[:-1], index[1:]
+    c, d = np.roll(b, -1, axis=1), np.roll(a, -1, axis=1)
+    faces = np.concatenate([np.stack([a, b, c], -1).reshape(-1, 3), np.stack([a, c, d], -1).reshape(-1, 3)])
+    return points * radius, faces.astype(np.uint32)
+
+
+def mesh(shape, path="/World/M", body=None):
+    return Mesh(path, body, *shape)
+
+
+def bundle(origin, directions, exclude=frozenset(), offsets=None, ordered=False):
+    directions = np.asarray(directions, np.float64)
+    table = np.zeros((len(directions), 6), np.float32)
+    table[:, 3:6] = directions / np.linalg.norm(directions, axis=1, keepdims=True)
+    order = AzimuthOrder(table[:, 3:6].copy()) if ordered else None
+    return RayBundle(np.asarray(origin, np.float64), table, offsets, exclude, order)
+
+
+def fan(count=4000, seed=1):
+    return np.random.default_rng(seed).normal(size=(count, 3))
+
+
+def pose_at(x, y, z, turn=0.0):
+    pose = np.eye(4)
+    pose[:2, :2] = [[math.cos(turn), -math.sin(turn)], [math.sin(turn), math.cos(turn)]]
+    pose[:3, 3] = x, y, z
+    return pose
+
+
+def room_distance(directions, half):
+    """Distance from the middle of a box to its walls: min over axes of half / |d|."""
+    unit = directions / np.linalg.norm(directions, axis=1, keepdims=True)
+    return (half / np.abs(unit)).min(axis=1)
+
+
+@pytest.mark.parametrize("offset", OFFSETS)
+def test_a_box_is_as_far_as_its_walls_wherever_it_stands(offset):
+    place = np.array([offset, -offset, offset])
+    world = CastWorld([mesh(box((20.0, 30.0, 5.0), place))])
+    directions = fan()
+
+    hits = world.cast(bundle(place, directions), normals=True, surfaces=True)
+
+    np.testing.assert_allclose(hits.distance, room_distance(directions, np.array([20.0, 30.0, 5.0])), atol=1e-4)
+    assert np.all(hits.surface == 0)
+    assert np.allclose(np.abs(hits.normals).max(axis=1), 1.0)
+
+
+def test_ranges_at_any_offset_are_those_at_the_origin_to_the_last_bit():
+    directions = fan()
+
+    def ranges(offset):
+        place = np.array([offset, offset, 0.0])
+        return CastWorld([mesh(box((20.0, 30.0, 5.0), place))]).cast(bundle(place + 0.25, directions)).distance
+
+    for offset in OFFSETS[1:]:
+        np.testing.assert_array_equal(ranges(offset), ranges(0.0))
+
+
+@pytest.mark.parametrize("offset", OFFSETS)
+def test_a_sphere_is_hit_within_its_tessellation_bound(offset):
+    rings, radius = 40, 2.0
+    points, faces = sphere(radius, rings)
+    place = np.array([offset, 10.0, 0.0])
+    world = CastWorld([mesh((points + place, faces))])
+    directions = fan()
+
+    distance = world.cast(bundle(place, directions)).distance
+
+    # A facet spans at most pi / rings both ways; its middle lies at r cos(half the angle to its corners).
+    bound = radius * (1 - math.cos(math.hypot(math.pi / rings, math.pi / rings) / 2))
+    assert np.all(distance <= radius + 1e-5)
+    assert np.all(distance >= radius - bound - 1e-5)
+
+
+@pytest.mark.parametrize("offset", OFFSETS)
+@pytest.mark.parametrize("normal", [(0.0, 0.0, 1.0), (0.0, 1.0, 0.0), (0.6, 0.0, 0.8)])
+def test_an_infinite_plane_is_hit_by_formula_from_both_sides(offset, normal):
+    place = np.array([offset, offset, offset])
+    normal = np.array(normal)
+    world = CastWorld([Plane("/World/Ground", None, place - 1.5 * normal, normal)])
+    directions = fan()
+    unit = directions / np.linalg.norm(directions, axis=1, keepdims=True)
+    approach = unit @ normal
+
+    above = world.cast(bundle(place, directions), normals=True)
+    below = world.cast(bundle(place - 3.0 * normal, directions))
+
+    down, up = approach < -1e-3, approach > 1e-3
+    # Directions are float32: their component along the normal is off by up to 2e-7, more of it the more it grazes.
+    exact = 1.5 / np.abs(approach)
+    error = exact * 2e-7 / np.abs(approach) + 1e-5
+    assert np.all(np.abs(above.distance - exact)[down] <= error[down])
+    assert np.all(np.isinf(above.distance[approach > 0]))
+    np.testing.assert_allclose(above.normals[down], np.broadcast_to(normal, (down.sum(), 3)), atol=1e-6)
+    assert np.all(np.abs(below.distance - exact)[up] <= error[up])
+
+
+@pytest.mark.parametrize("offset", OFFSETS)
+@pytest.mark.parametrize("ordered", [False, True])
+@pytest.mark.parametrize("shape", ["light", "heavy"])
+def test_moving_meshes_are_hit_where_they_are_now(offset, ordered, shape):
+    points, faces = box((0.5, 0.5, 0.5)) if shape == "light" else sphere(0.5, 30)
+    assert (len(faces) >= HEAVY_TRIANGLES) == (shape == "heavy")
+    places = {"now": pose_at(offset + 8.0, 0.0, 0.0)}
+    world = CastWorld([mesh((points, faces), "/World/B/m", "/World/B")], lambda _: places["now"][None])
+    towards = bundle((offset, 0.0, 0.0), [[1, 0, 0.01], [0, 1, 0.01], [-1, 0, 0.01]], ordered=ordered)
+
+    first = world.cast(towards, normals=True, surfaces=True)
+    places["now"] = pose_at(offset, 5.0, 0.0)
+    second = world.cast(towards)
+
+    np.testing.assert_allclose(first.distance, [7.5, np.inf, np.inf], atol=1e-2)
+    np.testing.assert_allclose(first.normals[0], [-1, 0, 0], atol=0.06)
+    assert first.surface.tolist() == [0, -1, -1]
+    np.testing.assert_allclose(second.distance, [np.inf, 4.5, np.inf], atol=1e-2)
+
+
+def test_copies_of_a_heavy_mesh_share_one_scene_and_are_told_apart():
+    shape = sphere(0.5, 30)
+    meshes = [mesh(shape, f"/World/B{i}/m", f"/World/B{i}") for i in range(6)]
+    poses = np.stack([pose_at(5 * math.cos(i), 5 * math.sin(i), 0.0, turn=i) for i in range(6)])
+    world = CastWorld(meshes, lambda _: poses)
+    before = triangles.alive()
+
+    hits = world.cast(bundle((0, 0, 0), poses[:, :3, 3] + [0, 0, 0.01], ordered=True), surfaces=True)
+
+    assert triangles.alive() - before == 1
+    assert hits.surface.tolist() == list(range(6))
+    np.testing.assert_allclose(hits.distance, 4.5, atol=3e-3)
+
+
+def test_a_sensor_inside_a_heavy_body_sees_it_all_around():
+    world = CastWorld([mesh(sphere(3.0, 30), "/World/B/m", "/World/B")], lambda _: pose_at(0.1, 0, 0)[None])
+
+    distance = world.cast(bundle((0.0, 0.0, 0.0), fan(), ordered=True)).distance
+
+    assert np.all((distance > 2.85) & (distance < 3.15))
+
+
+@pytest.mark.parametrize("rings", [4, 30])
+def test_windows_miss_nothing_that_casting_all_rays_hits(rings):
+    points, faces = sphere(1.0, rings)
+    generator = np.random.default_rng(5)
+    poses = np.stack([pose_at(*generator.uniform(-12, 12, 3), turn=i) for i in range(40)])
+    bodies = [mesh((points, faces), f"/World/B{i}/m", f"/World/B{i}") for i in range(40)]
+    standing = [mesh((points @ pose[:3, :3].T + pose[:3, 3], faces), f"/World/B{i}/m") for i, pose in enumerate(poses)]
+    directions = fan(20000)
+
+    moving = CastWorld(bodies, lambda _: poses).cast(bundle((0, 0, 0), directions, ordered=True), surfaces=True)
+    fixed = CastWorld(standing).cast(bundle((0, 0, 0), directions), surfaces=True)
+
+    np.testing.assert_array_equal(np.isfinite(moving.distance), np.isfinite(fixed.distance))
+    np.testing.assert_allclose(moving.distance, fixed.distance, atol=1e-4)
+    assert np.mean(moving.surface == fixed.surface) > 0.999  # overlapping spheres may tie
+
+
+def test_the_moving_scene_is_rebuilt_only_when_something_in_it_moved():
+    places = {"now": pose_at(5.0, 0.0, 0.0)}
+    world = CastWorld([mesh(box((0.5, 0.5, 0.5)), "/World/B", "/World/B")], lambda _: places["now"][None])
+    rays = bundle((0, 0, 0), [[1, 0.01, 0]])
+    for _ in range(3):
+        world.cast(rays)
+    light = next(iter(world._sets.values())).light
+    assert light.builds == 1
+
+    places["now"] = pose_at(6.0, 0.0, 0.0)
+    world.cast(rays)
+
+    assert light.builds == 2
+
+
+def test_what_is_excluded_is_never_hit_nor_what_lies_below_it():
+    meshes = [
+        mesh(box((0.5, 0.5, 0.5), (2.0, 0.01, 0.02)), "/World/Robot/Cover"),
+        mesh(sphere(0.5, 30), "/World/Robot/Arm/m", "/World/Robot/Arm"),
+        mesh(box((0.5, 0.5, 0.5)), "/World/Robot2", "/World/Robot2"),
+        Plane("/World/Robot/Pad", None, np.array([1.0, 0, 0]), np.array([1.0, 0, 0])),
+    ]
+    poses = np.stack([pose_at(4.0, 0.01, 0.02), pose_at(8.0, 0.01, 0.02)])
+    world = CastWorld(meshes, lambda _: poses)
+    forward = [[1.0, 0.0, 0.0]]
+
+    assert world.cast(bundle((0, 0, 0), forward)).distance[0] == pytest.approx(1.0)
+    hits = world.cast(bundle((0, 0, 0), forward, frozenset({"/World/Robot"})), surfaces=True)
+    assert hits.distance[0] == pytest.approx(7.5)
+    assert hits.surface.tolist() == [2]
+
+
+def test_the_nearest_of_static_light_heavy_and_plane_wins():
+    meshes = [
+        mesh(box((0.5, 0.5, 0.5), (8.0, 0.01, 0.02)), "/World/Static"),
+        mesh(box((0.5, 0.5, 0.5)), "/World/Light", "/World/Light"),
+        mesh(sphere(0.5, 30), "/World/Heavy", "/World/Heavy"),
+        Plane("/World/Wall", None, np.array([20.0, 0, 0]), np.array([-1.0, 0, 0])),
+    ]
+    places = {"/World/Light": 10.0, "/World/Heavy": 12.0}
+    world = CastWorld(meshes, lambda _: np.stack([pose_at(x, 0.01, 0.02) for x in places.values()]))
+    ray = bundle((0, 0, 0), [[1.0, 0.0, 0.0]])
+
+    def nearest():
+        hits = world.cast(ray, normals=True, surfaces=True)
+        np.testing.assert_allclose(np.abs(hits.normals[0]), [1, 0, 0], atol=0.1)
+        return int(hits.surface[0]), round(float(hits.distance[0]), 1)
+
+    assert nearest() == (0, 7.5)
+    places["/World/Light"] = 5.0
+    assert nearest() == (1, 4.5)
+    places["/World/Heavy"] = 3.0
+    assert nearest() == (2, 2.5)
+    places.update({"/World/Light": -5.0, "/World/Heavy": -5.0})
+    assert nearest() == (0, 7.5)
+
+
+def test_rays_may_start_beside_the_origin():
+    world = CastWorld([Plane("/World/G", None, np.zeros(3), np.array([0, 0, 1.0])), mesh(box((1, 1, 1), (9, 0, 5)))])
+    offsets = np.array([[0, 0, 0.5], [0.25, 0, 0]], np.float32)
+
+    hits = world.cast(bundle((0, 0.01, 5.02), [[0, 0, -1], [1, 0, 0]], offsets=offsets))
+
+    np.testing.assert_allclose(hits.distance, [5.52, 7.75], atol=1e-5)
+
+
+def test_thread_count_and_other_sensors_change_no_bit():
+    points, faces = sphere(4.0, 40)
+    meshes = [
+        mesh(box((30.0, 30.0, 5.0))),
+        mesh((points, faces), "/World/Heavy", "/World/Heavy"),
+        mesh(box((0.5, 0.5, 0.5)), "/World/Light", "/World/Light"),
+    ]
+    poses = np.stack([pose_at(9.0, 2.0, 0.0, 0.3), pose_at(-4.0, 0.0, 1.0, 1.0)])
+
+    def measured(threads, others):
+        world = CastWorld(meshes, lambda _: poses, lambda: threads)
+        for number in range(others):
+            world.cast(bundle((700.0 * number, 0.1 * number, 0.0), fan(500, number)), normals=True)
+        hits = world.cast(bundle((0.3, 0.2, 0.1), fan(), ordered=True), normals=True)
+        return hits.distance.tobytes() + hits.normals.tobytes()
+
+    alone = measured(1, 0)
+    assert measured(2, 0) == measured(0, 0) == alone
+    assert measured(2, 3) == measured(2, 10) == alone
+
+
+def test_an_empty_world_is_all_misses():
+    hits = CastWorld([]).cast(bundle((0, 0, 0), fan(10)), normals=True, surfaces=True)
+
+    assert np.all(np.isinf(hits.distance))
+    assert np.all(hits.surface == -1)
+    assert not hits.normals.any()
+
+
+def test_too_many_scenes_are_refused_before_the_process_crashes(monkeypatch):
+    monkeypatch.setattr(triangles, "MAX_SCENES", triangles.alive())
+
+    with pytest.raises(RunError, match=r"ray casting: .* scenes are alive"):
+        CastWorld([mesh(box((1, 1, 1)))]).cast(bundle((0, 0, 0), [[1, 0, 0]]))
+
+
+def test_scenes_that_nobody_holds_make_room_again():
+    before = triangles.alive()
+    world = CastWorld([mesh(box((1, 1, 1)))])
+    world.cast(bundle((0, 0, 0), [[1, 0, 0]]))
+    assert triangles.alive() == before + 1
+
+    del world
+
+    assert triangles.alive() == before
