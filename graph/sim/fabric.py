@@ -151,6 +151,10 @@ class Fabric:
         out[:, :3, 3] *= self.meters_per_unit
         return out
 
+    def velocities(self, paths: Sequence[str], poses: Poses | None = None) -> Floats:
+        """(n, 6) of bodies' origins: linear [m/s], angular [rad/s], world axes; 0 for what is no moving body."""
+        return (poses or self.capture()).velocities(paths)
+
     def set_world_matrix(self, path: str, matrix: Floats) -> None:
         """Place one prim, and none below it.
 

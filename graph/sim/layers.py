@@ -60,7 +60,7 @@ def check_scene(file: Path, roots: Sequence[Path], warn: Callable[[str, str, str
                 raise UserError(reason if reason.startswith(path) else f"{file}: USD cannot read this file; {reason}")
             warn("usd-missing-asset", wanted_by, f"{path} cannot be read as a USD layer ({reason}); it is left out.")
             continue
-        for asset in _dependencies(layer):
+        for asset in filter(None, _dependencies(layer)):
             anchored = Sdf.ComputeAssetPathRelativeToLayer(layer, asset)
             found = glob.glob(re.sub("#+", "*", anchored)) if "#" in asset else [Ar.GetResolver().Resolve(anchored)]
             for resolved in map(str, found):
