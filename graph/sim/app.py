@@ -19,7 +19,7 @@ from .options import clock_rates, experience_settings, refuse_unavailable
 from .phases import EVENTS, PHASES, Callback, Subscribers, Unsubscribe
 from .rendering import Rendering
 from .run_loop import RunLoop
-from .settings import Settings
+from .settings import Settings, suggestion
 from .simulation import EXTERNAL_TIME, Simulation
 from .timeline import Change, Timeline
 from .wall_clock import VirtualClock, WallClock
@@ -60,6 +60,8 @@ class App:
         self.experience, self.parity, self.seed = experience, parity, seed
         self.settings = Settings(settings)
         self.warnings = WarningList()
+        for path in self.settings.misspelt():
+            self.warn("setting-unknown", path, f'no part of this run reads it; did you mean "{suggestion(path)}"?')
         if stage is None or isinstance(stage, (str, Path)):
             stage = open_stage(stage, warn=self.warn)
         else:
@@ -78,8 +80,7 @@ class App:
         self.timeline = Timeline(self.settings, self._on_change)
         self.simulation = Simulation(self, physics_rate)
         self.rendering = Rendering(self)
-        self.rendering.capture_at_ticks = self.fidelity.tlas == "sensor" and self.settings.get(keys.SENSOR_TICK_TLAS)
-        self.rendering.multi_tick = self.settings.get(keys.MULTI_TICK)
+        self._read_rendering_settings()
         self.graphs: dict[str, Any] = {}
         """The graphs bound to this App, by path; filled by whoever binds them."""
         self.update_index = 0
@@ -297,10 +298,15 @@ class App:
                 physics.close()
             self._stage_state.restore()
             raise
-        self.rendering.multi_tick = self.settings.get(keys.MULTI_TICK)
+        self._read_rendering_settings()
         self.rendering.capture_state = self.fabric.capture
         self.rendering.begin_play()
         self.simulation.begin(physics)
+
+    def _read_rendering_settings(self) -> None:
+        settings, rendering = self.settings, self.rendering
+        rendering.multi_tick = settings.get(keys.MULTI_TICK)
+        rendering.capture_at_ticks = self.fidelity.tlas == "sensor" and settings.get(keys.SENSOR_TICK_TLAS)
 
     def _end_play(self) -> None:
         self.fabric.unbind()

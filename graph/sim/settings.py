@@ -116,6 +116,10 @@ class Settings:
         """The value as an exact number [Hz]."""
         return exact.rate(self._values[normalised(path)])
 
+    def misspelt(self) -> list[str]:
+        """The settings that the user has set and that look like a known one without being it."""
+        return [path for path in sorted(self._authored) if suggestion(path)]
+
     def subscribe(self, path: str, callback: Callable[[Any], None]) -> Callable[[], None]:
         """Calls `callback(value)` when the value at `path` changes; returns what ends that."""
         callbacks = self._subscribers.setdefault(normalised(path), [])
@@ -185,9 +189,10 @@ def normalised(path: str) -> str:
     return "/" + "/".join(parts)
 
 
-def suggestions(path: str) -> list[str]:
-    """Known settings that `path` may be a misspelling of, nearest first (unknown settings are allowed)."""
-    return [] if path in DEFAULTS else difflib.get_close_matches(path, DEFAULTS, n=3, cutoff=0.85)
+def suggestion(path: str) -> str | None:
+    """The known setting that `path` is likely a misspelling of; None for known ones and for those of other tools."""
+    near = [] if path in DEFAULTS else difflib.get_close_matches(path, DEFAULTS, n=1, cutoff=0.9)
+    return near[0] if near else None
 
 
 def from_mapping(values: Mapping[str, Any], where: Callable[[str], Mark | None] = lambda path: None) -> Settings:

@@ -12,18 +12,15 @@ from graph.errors import RunError
 from . import settings as keys
 from .clocks import Accumulator, PhysicsClock, checked_rate
 from .phases import Subscribers
-from .samples import CAPACITY, Sample, TimeSamples, Which
+from .time_queries import TimeQueries
 
 if TYPE_CHECKING:
     from .app import App
 
-ReferenceTime = Fraction | tuple[int, int]
-"""A time [s] as a fraction, or as (numerator, denominator); denominator 0 means now."""
-
 EXTERNAL_TIME = ("/ExternalSimulationTime", "omni:time")
 
 
-class Simulation:
+class Simulation(TimeQueries):
     """Steps the world on the physics clock.
 
     Each substep: pre-step subscribers, the engine's step, post-step subscribers below order 0, bookkeeping (count,
@@ -32,14 +29,11 @@ class Simulation:
     """
 
     def __init__(self, app: App, steps_per_second: Fraction) -> None:
-        self.clock = PhysicsClock(steps_per_second)
+        super().__init__(app, PhysicsClock(steps_per_second))
         self.physics: Any = None
         self.pre_step = Subscribers()
         self.post_step = Subscribers()
-        self._app = app
         self._accumulator = Accumulator(steps_per_second)
-        self._system_time = app.wall_clock.now()
-        self.samples = TimeSamples()
         self._session = 0
         self._enabled = True
         app.settings.subscribe(keys.PLAY_SIMULATIONS, self._set_enabled)
@@ -48,21 +42,6 @@ class Simulation:
         self._configure()
 
     # -- reading -----------------------------------------------------------------------------------------------------
-
-    @property
-    def time(self) -> Fraction:
-        """The exact simulation time [s]: steps since play / steps per second."""
-        return self.clock.time
-
-    @property
-    def monotonic_time(self) -> Fraction:
-        """The exact time stepped since the App was made [s]; survives stop and changes of rate."""
-        return self.clock.monotonic
-
-    @property
-    def system_time(self) -> float:
-        """Wall-clock time [UNIX s] at the last physics step, before the first one at the App's construction."""
-        return float(self._system_time)
 
     @property
     def steps_per_second(self) -> Fraction:
@@ -74,54 +53,9 @@ class Simulation:
         """Time waiting for its physics step [s]."""
         return self._accumulator.carry
 
-    def get_simulation_time(self) -> float:
-        """Simulation time [s]."""
-        return self.clock.seconds
-
-    def get_simulation_time_monotonic(self) -> float:
-        """Monotonic time [s]."""
-        return float(self.clock.monotonic)
-
     def get_num_physics_steps(self) -> int:
         """Physics steps since play."""
         return self.clock.count
-
-    def get_system_time(self) -> float:
-        """As `system_time`."""
-        return self.system_time
-
-    def get_current_time(self) -> Fraction:
-        """The exact external time [s], the key of time samples."""
-        return self._app.external_time
-
-    def get_simulation_time_at_time(self, time: ReferenceTime) -> float:
-        """Simulation time [s] at reference time `time`; now where no sample answers."""
-        return self._at(time, "simulation", self.clock.time)
-
-    def get_simulation_time_monotonic_at_time(self, time: ReferenceTime) -> float:
-        """Monotonic time [s] at reference time `time`; now where no sample answers."""
-        return self._at(time, "monotonic", self.clock.monotonic)
-
-    def get_system_time_at_time(self, time: ReferenceTime) -> float:
-        """Wall-clock time [UNIX s] of the physics step at reference time `time`; now where no sample answers."""
-        return self._at(time, "system", self._system_time)
-
-    def get_all_samples(self) -> list[Sample]:
-        """The time samples, oldest first."""
-        return self.samples.all()
-
-    def get_sample_count(self) -> int:
-        """How many time samples there are."""
-        return len(self.samples)
-
-    def get_sample_range(self) -> tuple[Fraction, Fraction] | None:
-        """The keys of the oldest and the newest time sample [s]."""
-        samples = self.samples.all()
-        return (samples[0].key, samples[-1].key) if samples else None
-
-    def get_buffer_capacity(self) -> int:
-        """How many time samples are kept."""
-        return CAPACITY
 
     def get_physics_dt(self) -> float:
         """The length of a physics step [s]."""
@@ -254,17 +188,6 @@ class Simulation:
     def _publish_time(self) -> None:
         self._app.fabric.set(*EXTERNAL_TIME, self.clock.seconds)
         self._system_time = self._app.wall_clock.now()
-
-    def _at(self, time: ReferenceTime, which: Which, now: Fraction) -> float:
-        if isinstance(time, tuple):
-            if not time[1]:
-                return float(now)
-            time = Fraction(*time)
-        found = self.samples.at(time, which)
-        if found is None and len(self.samples):
-            message = "no time sample answers a reference time (31 are kept); the present time stood in for it"
-            self._app.warn("time-sample-missing", f"simulation.{which}", message)
-        return float(now if found is None else found)
 
     def _set_enabled(self, value: bool) -> None:
         self._enabled = value

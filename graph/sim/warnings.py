@@ -11,7 +11,7 @@ _log = logging.getLogger("tickgraph")
 
 
 @dataclass(slots=True)
-class Warning:
+class RunWarning:
     """One warning; `count` is how often it was raised."""
 
     code: str
@@ -28,7 +28,7 @@ class WarningList:
     """The distinct warnings of a run in the order of their first appearance; equal code and place are one."""
 
     def __init__(self) -> None:
-        self._seen: dict[tuple[str, str], Warning] = {}
+        self._seen: dict[tuple[str, str], RunWarning] = {}
 
     def add(self, code: str, where: str, message: str) -> None:
         """Notes a warning; its first appearance goes to the log "tickgraph" too."""
@@ -36,10 +36,10 @@ class WarningList:
         if known is not None:
             known.count += 1
             return
-        self._seen[code, where] = Warning(code, where, message)
+        self._seen[code, where] = RunWarning(code, where, message)
         _log.warning("%s: %s: %s", code, where, message)
 
-    def __iter__(self) -> Iterator[Warning]:
+    def __iter__(self) -> Iterator[RunWarning]:
         return iter(self._seen.values())
 
     def __len__(self) -> int:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from fractions import Fraction
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from graph.errors import RunError, UserError
 from graph.sim import App, MemorySink, VirtualClock
@@ -355,6 +357,22 @@ def test_options_that_cannot_be_run(options):
         App(**options)
 
 
+def test_a_misspelt_setting_is_a_warning():
+    with App(settings={"/app/player/playSimulation": False}) as app:
+        assert [(w.code, w.where) for w in app.warnings] == [("setting-unknown", "/app/player/playSimulation")]
+
+
+def test_multi_tick_is_read_when_playing_starts():
+    with App() as app:
+        sensor = FakeSensor(10)
+        add(app, sensor)
+        app.settings.set(keys.MULTI_TICK, False)
+        app.play()
+        app.pause()
+        app.update(12)  # the run loop goes on while physics is paused
+        assert [tick.time for tick in sensor.ticks] == [Fraction(1, 10), Fraction(2, 10)]
+
+
 def test_fixed_stepping_makes_a_slow_loop_slow_motion():
     with App(loop_hz=30, experience="full") as app:
         app.play()
@@ -675,3 +693,26 @@ def test_time_samples_answer_by_reference_time():
         assert not list(app.warnings)
         assert simulation.get_simulation_time_at_time((5, 1)) == 2 / 60
         assert [warning.code for warning in app.warnings] == ["time-sample-missing"]
+
+
+rates = st.fractions(min_value=Fraction(1, 2), max_value=500, max_denominator=1001)
+
+
+@given(physics=rates, loop=rates, sensor=rates, updates=st.integers(1, 80))
+@settings(max_examples=40, deadline=None)
+def test_any_rates_give_the_closed_form_through_the_whole_app(physics, loop, sensor, updates):
+    with App(physics_hz=physics, loop_hz=loop) as app:
+        fake = FakeSensor(sensor)
+        product = add(app, fake)
+        app.play()
+        app.update(updates)
+        steps = [updates_done * physics // loop for updates_done in range(updates + 1)]
+        times = [step / physics for step in steps]
+        newest = [time * sensor // 1 for time in times]
+        assert app.simulation.get_num_physics_steps() == steps[-1]
+        assert app.external_time == times[-1]
+        assert app.timeline.current_time == updates / loop
+        assert [(tick.index, tick.time) for tick in fake.ticks] == [
+            (after, time) for before, after, time in zip(newest, newest[1:], times[1:], strict=False) if after > before
+        ]
+        assert product.due == newest[-1]

@@ -8,7 +8,7 @@ import pytest
 
 from graph.errors import Mark, UserError
 from graph.sim import settings as keys
-from graph.sim.settings import Settings, from_mapping, parse_option, suggestions
+from graph.sim.settings import Settings, from_mapping, parse_option, suggestion
 
 
 @pytest.mark.parametrize(
@@ -129,5 +129,8 @@ def test_a_default_yields_to_what_the_user_set():
 
 
 def test_a_misspelt_known_setting_is_recognised():
-    assert suggestions("/app/player/playSimulation") == ["/app/player/playSimulations"]
-    assert suggestions("/exts/my.tool/size") == []
+    assert suggestion("/app/player/playSimulation") == "/app/player/playSimulations"
+    assert suggestion("/app/player/playSimulations") is None
+    assert suggestion("/exts/my.tool/size") is None
+    settings = Settings({"/app/player/playSimulation": False, "/exts/my.tool/size": 1})
+    assert settings.misspelt() == ["/app/player/playSimulation"]
