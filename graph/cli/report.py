@@ -59,7 +59,7 @@ def to_json(report: Report) -> str:
 def print_table(report: Report, console: Console) -> None:
     """Sensors, topics and clocks of a run, for a person."""
     if report["sensors"]:
-        table = _table("sensor", "Hz", "due", "rendered", "points", "first stamp [s]", "last stamp [s]")
+        table = _table("sensor", "Hz", "due", "rendered", "points", "first stamp (s)", "last stamp (s)")
         for path, sensor in report["sensors"].items():
             table.add_row(
                 path,
@@ -77,7 +77,7 @@ def print_table(report: Report, console: Console) -> None:
         for topic, count in report["topics"].items():
             table.add_row(topic, _amount(count["messages"]), count["type"])
         console.print(table)
-    clocks = _table("clock", "at the end [s]", "counted")
+    clocks = _table("clock", "at the end (s)", "counted")
     clocks.add_row("timeline", f"{report['timeline_time']:.9f}", f"{report['updates']:,} updates")
     clocks.add_row("physics", f"{report['simulation_time']:.9f}", f"{report['physics_steps']:,} steps")
     clocks.add_row("renderer", f"{report['external_time']:.9f}", f"{_frames(report):,} frames")

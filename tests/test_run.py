@@ -1,0 +1,203 @@
+"""The command as a user runs it: whole runs of graph files, what they record, and what bad input gets."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from rosbags.highlevel import AnyReader
+from rosbags.typesys import Stores, get_typestore
+
+from graph.cli.main import main
+
+ROOT = Path(__file__).parents[1]
+TYPES = get_typestore(Stores.ROS2_HUMBLE)
+
+SMALL = """
+tickgraph: 1
+scene:
+  prims:
+    /World/Ground: {type: Plane}
+    /World/Ball: {type: Sphere, radius: 0.25, translate: [3, 0, 2], rigid_body: true, mass: 1.0}
+    /World/Lidar: {type: OmniLidar, config: RPLIDAR_S2E, translate: [0, 0, 0.5], rotate: [0, 10, 0]}
+clock: {physics_hz: 240, loop_hz: 60}
+graphs:
+  /World/Graph:
+    nodes:
+      tick: OnPlaybackTick
+      time: IsaacReadSimulationTime
+      clock: ROS2PublishClock
+      product: {type: IsaacCreateRenderProduct, inputs: {cameraPrim: /World/Lidar}}
+      cloud: {type: ROS2RtxLidarHelper, inputs: {type: point_cloud, topicName: points}}
+    connections:
+      - tick.tick -> [clock.execIn, product.execIn]
+      - time.simulationTime -> clock.timeStamp
+      - product.execOut -> cloud.execIn
+      - product.renderProductPath -> cloud.renderProductPath
+"""
+
+
+@pytest.fixture
+def small(tmp_path):
+    """A small graph file in a folder of its own."""
+    file = tmp_path / "small.yaml"
+    file.write_text(SMALL)
+    return file
+
+
+def messages(recording: Path, topic: str) -> list:
+    """All messages of a topic, decoded, in order."""
+    with AnyReader([recording], default_typestore=TYPES) as reader:
+        wanted = [connection for connection in reader.connections if connection.topic == topic]
+        return [reader.deserialize(raw, c.msgtype) for c, _, raw in reader.messages(connections=wanted)]
+
+
+def test_two_runs_and_any_number_of_ray_threads_record_the_same_bytes(tmp_path, small):
+    recordings = []
+    for name, options in (
+        ("a", []),
+        ("b", []),
+        ("one", ["--/tickgraph/rayThreads=1"]),
+        ("two", ["--/tickgraph/rayThreads=2"]),
+    ):
+        assert main(["run", str(small), "--updates", "60", "--out", str(tmp_path / name), *options]) == 0
+        recordings.append((tmp_path / name / "run.mcap").read_bytes())
+    assert recordings[0] == recordings[1] == recordings[2] == recordings[3]
+
+
+def test_the_report_names_updates_nodes_and_timing(tmp_path, small, capsys):
+    assert main(["run", str(small), "--updates", "30", "--json"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert report["updates"] == 30
+    assert report["physics_steps"] == 120
+    assert report["nodes"]["/World/Graph/tick"] == {"computes": 30}
+    assert set(report["timing_s"]) == {"physics", "render", "graph", "io"}
+    assert report["topics"]["/clock"]["messages"] == 30
+
+
+def test_a_duration_is_rounded_up_to_whole_updates(small, capsys):
+    # 0.51 s x 60 Hz = 30.6
+    assert main(["run", str(small), "--duration", "0.51", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["updates"] == 31
+
+
+def test_set_overrides_an_input(tmp_path, small):
+    assert (
+        main(["run", str(small), "--updates", "30", "--set", "cloud.topicName=other", "--out", str(tmp_path / "o")])
+        == 0
+    )
+    assert "/other" in json.loads((tmp_path / "o" / "report.json").read_text())["topics"]
+
+
+def test_strict_fails_a_run_in_which_a_wired_sensor_stayed_silent(small, capsys):
+    # The first tick of a 10 Hz lidar comes with update 6.
+    assert main(["run", str(small), "--updates", "5", "--strict"]) == 1
+    error = capsys.readouterr().err
+    assert "sensor /World/Lidar rendered no frame" in error
+    assert "topic /points got no message" in error
+    assert main(["run", str(small), "--updates", "6", "--strict"]) == 0
+
+
+BAD_EDITS = {
+    "unknown node type": ("type: ROS2RtxLidarHelper", "type: ROS2RtxLidarHelpr", 'did you mean "ROS2RtxLidarHelper"'),
+    "unknown attribute": ("topicName: points", "topicNam: points", 'did you mean "topicName"'),
+    "unknown prim": ("cameraPrim: /World/Lidar", "cameraPrim: /World/Lydar", "there is no prim /World/Lydar"),
+    "unknown config": ("config: RPLIDAR_S2E", "config: RPLIDAR_S3", "RPLIDAR_S2E"),
+    "unknown prim key": ("radius: 0.25", "radios: 0.25", "radius"),
+    "type mismatch": ("time.simulationTime -> clock.timeStamp", "tick.tick -> clock.timeStamp", "timeStamp"),
+    "zero rate": ("loop_hz: 60", "loop_hz: 0", "loop_hz"),
+    "negative rate": ("physics_hz: 240", "physics_hz: -1", "physics_hz"),
+    "nan rate": ("physics_hz: 240", "physics_hz: .nan", "physics_hz"),
+    "nan position": ("translate: [3, 0, 2]", "translate: [.nan, 0, 2]", "translate"),
+    "missing scene": ("scene:\n", "scene:\n  usd: nowhere.usda\n", "nowhere.usda"),
+    "path outside": ("scene:\n", "scene:\n  usd: ../../../etc/scene.usda\n", "outside"),
+    "malformed": ("tickgraph: 1", "tickgraph: [1", "small.yaml:"),
+}
+
+
+@pytest.mark.parametrize("mistake", BAD_EDITS)
+def test_a_users_mistake_is_told_with_its_place_and_nothing_is_written(mistake, tmp_path, small, capsys):
+    old, new, expected = BAD_EDITS[mistake]
+    assert old in SMALL
+    small.write_text(SMALL.replace(old, new, 1))
+    assert main(["run", str(small), "--out", str(tmp_path / "out")]) == 2
+    error = capsys.readouterr().err
+    assert expected in error
+    assert "Traceback" not in error
+    assert f"{small}:" in error
+    assert not (tmp_path / "out").exists()
+
+
+def test_all_mistakes_of_a_file_are_told_at_once(small, capsys):
+    text = SMALL
+    for mistake in ("unknown node type", "unknown config", "unknown prim key"):
+        old, new, _ = BAD_EDITS[mistake]
+        text = text.replace(old, new, 1)
+    small.write_text(text)
+    assert main(["check", str(small)]) == 2
+    error = capsys.readouterr().err
+    assert all(word in error for word in ("ROS2RtxLidarHelpr", "RPLIDAR_S3", "radios"))
+
+
+def test_an_empty_scene_runs(tmp_path):
+    file = tmp_path / "empty.yaml"
+    file.write_text("tickgraph: 1\n")
+    assert main(["run", str(file), "--updates", "3"]) == 0
+
+
+def test_a_failing_node_ends_the_run_with_1_and_keeps_the_recording(tmp_path, small, capsys):
+    # The helper is asked for a message it does not know once the first 0.5 s are recorded: Countdown 30 updates.
+    text = SMALL.replace(
+        "      cloud:",
+        "      wait: {type: Countdown, inputs: {duration: 30}}\n"
+        "      bad:\n"
+        "        type: IsaacArticulationController\n"
+        "        inputs: {targetPrim: /World/Ball, velocityCommand: [1.0, 2.0]}\n"
+        "      cloud:",
+    ).replace(
+        "    connections:\n",
+        "    connections:\n      - tick.tick -> wait.execIn\n      - wait.finished -> bad.execIn\n",
+    )
+    small.write_text(text)
+    assert main(["run", str(small), "--out", str(tmp_path / "out")]) == 1
+    error = capsys.readouterr().err
+    assert "/World/Graph/bad" in error
+    assert "Traceback" not in error
+    assert len(messages(tmp_path / "out" / "run.mcap", "/clock")) == 30
+    assert json.loads((tmp_path / "out" / "report.json").read_text())["updates"] == 30
+
+
+def test_a_diverging_simulation_ends_the_run_with_1_and_keeps_the_recording(tmp_path, small, capsys):
+    text = SMALL.replace("mass: 1.0", "mass: 1.0, velocity: [1.0e+12, 0, 0]", 1)
+    small.write_text(text)
+    assert main(["run", str(small), "--out", str(tmp_path / "out"), "--updates", "60"]) == 1
+    error = capsys.readouterr().err
+    assert "/World/Ball" in error
+    assert "Traceback" not in error
+    assert (tmp_path / "out" / "report.json").exists()
+
+
+def test_ctrl_c_ends_with_130_and_a_readable_recording(tmp_path, small):
+    out = tmp_path / "out"
+    process = subprocess.Popen(
+        [sys.executable, "-m", "graph", "run", str(small), "--duration", "3600", "--out", str(out)],
+        cwd=ROOT,
+        stderr=subprocess.PIPE,
+        stdout=subprocess.DEVNULL,
+        text=True,
+        env={**os.environ, "COLUMNS": "200"},
+    )
+    recording = out / "run.mcap"
+    deadline = time.monotonic() + 60
+    while not (recording.exists() and recording.stat().st_size > 100_000) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    process.send_signal(signal.SIGINT)
+    _, error = process.communicate(timeout=60)
+    assert process.returncode == 130, error
+    assert "Traceback" not in error
+    report = json.loads((out / "report.json").read_text())
+    assert len(messages(recording, "/clock")) == report["updates"] > 0
