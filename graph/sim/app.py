@@ -112,8 +112,6 @@ class App:
             raise UserError("there is no current App; use `with App(...) as app:` or pass app=")
         return cls._entered[-1]
 
-    # -- reading -----------------------------------------------------------------------------------------------------
-
     @property
     def physics(self) -> Any:
         """The physics engine; None while stopped or when nothing is dynamic."""
@@ -152,8 +150,6 @@ class App:
             self._geometry = collect_geometry(self.stage, self.fidelity.mesh_tolerance, self.warn)
         return self._geometry
 
-    # -- subscribing -------------------------------------------------------------------------------------------------
-
     def on(self, phase: str, callback: Callback, order: int = 0) -> Unsubscribe:
         """Calls `callback()` in a phase of every update or at an event; returns what ends that.
 
@@ -167,8 +163,6 @@ class App:
     def warn(self, code: str, where: str, message: str) -> None:
         """Notes a warning: said once per code and place, counted."""
         self.warnings.add(code, where, message)
-
-    # -- driving -----------------------------------------------------------------------------------------------------
 
     def play(self) -> None:
         """Starts or resumes now, with all callbacks (a committed play)."""
@@ -268,8 +262,6 @@ class App:
         self.settings.set("/app/settings/fabricDefaultSimPeriodNumerator", period.numerator)
         self.settings.set("/app/settings/fabricDefaultSimPeriodDenominator", period.denominator)
 
-    # -- play and stop -----------------------------------------------------------------------------------------------
-
     def _on_change(self, change: Change) -> None:
         if change == "stop":
             self._end_play()
@@ -313,10 +305,9 @@ class App:
         self.simulation.end()
         self.rendering.capture_state = None
         self.rendering.end_play()
+        self.bus.restart()
         self._geometry = None
         self._stage_state.restore()
-
-    # -- life --------------------------------------------------------------------------------------------------------
 
     def close(self) -> None:
         """Stops, tells the "close" subscribers and closes the bus's sinks; each also when one before it fails."""

@@ -12,7 +12,7 @@ from graph.errors import RunError
 
 @dataclass(frozen=True, slots=True)
 class Message:
-    """One published message; `stamp_ns` is simulation time, `sequence` counts from 1 on its topic."""
+    """One published message; `stamp_ns` is simulation time, `sequence` counts from 1 on its topic since play."""
 
     topic: str
     type_name: str
@@ -36,12 +36,13 @@ class Sink(Protocol):
 
 @dataclass(slots=True)
 class Topic:
-    """A topic: its type, who publishes, how many messages so far."""
+    """A topic: its type, who publishes, how many messages so far, the sequence number of the last one."""
 
     name: str
     type_name: str
     owners: list[str] = field(default_factory=list)
     messages: int = 0
+    sequence: int = 0
 
 
 class MessageBus:
@@ -80,12 +81,18 @@ class MessageBus:
         if known is None or known.type_name != type_name:
             known = self.advertise(topic, type_name)
         known.messages += 1
+        known.sequence += 1
         if self._sinks:
-            record = Message(known.name, type_name, message, stamp_ns, known.messages)
+            record = Message(known.name, type_name, message, stamp_ns, known.sequence)
             started = time.perf_counter()
             for sink in tuple(self._sinks):
                 sink.write(record)
             self.io_seconds += time.perf_counter() - started
+
+    def restart(self) -> None:
+        """Sequence numbers begin at 1 again (stop), so that every play publishes the same messages."""
+        for topic in self.topics.values():
+            topic.sequence = 0
 
     def subscribe(self, sink: Sink) -> None:
         """Adds a sink; it learns of the topics advertised so far."""

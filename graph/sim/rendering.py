@@ -43,8 +43,6 @@ class Rendering(SensorScheduler):
         self._callbacks: list[tuple[int, int, Callable[[], Callable[[RenderingEvent], object] | None]]] = []
         self._ids = count()
 
-    # -- RenderingManager --------------------------------------------------------------------------------------------
-
     def set_dt(self, dt: float | Fraction) -> None:
         """Makes every update last `dt` [s]: manual loop step, rate limit, target frame rate and time codes per second.
 
@@ -100,8 +98,6 @@ class Rendering(SensorScheduler):
     def deregister_all_callbacks(self) -> None:
         """Ends all callbacks."""
         self._callbacks = []
-
-    # -- the update --------------------------------------------------------------------------------------------------
 
     def hand_over(self) -> None:
         """Gives this update's frames to the NEW_FRAME callbacks and to the products' writers."""

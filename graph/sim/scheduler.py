@@ -46,8 +46,6 @@ class SensorScheduler:
         self._captures: list[tuple[int, int, RenderProduct]] = []
         self._at_play: list[tuple[RenderProduct, list[Callable[[Any], object]]]] | None = None
 
-    # -- products ----------------------------------------------------------------------------------------------------
-
     @property
     def time(self) -> Fraction:
         """The external time [s] that schedules follow."""
@@ -89,8 +87,6 @@ class SensorScheduler:
         if product is not None:
             product.writers.clear()
             self._sort_products()
-
-    # -- the update --------------------------------------------------------------------------------------------------
 
     def begin_update(self) -> None:
         """Remembers the external time at the start of an update and ends the last update's frames."""
@@ -161,8 +157,6 @@ class SensorScheduler:
             return
         self._find_next_due()
 
-    # -- play and stop -----------------------------------------------------------------------------------------------
-
     def begin_play(self) -> None:
         """Remembers the products and writers there are; only they outlive the next stop."""
         self._at_play = [(product, list(product.writers)) for product in self.products.values()]
@@ -187,8 +181,6 @@ class SensorScheduler:
                 product.restart(self.time)
                 product.sensor.reset()
         self._sort_products()
-
-    # -- inside ------------------------------------------------------------------------------------------------------
 
     def _enabled_changed(self, product: RenderProduct) -> None:
         if product.enabled:

@@ -41,8 +41,6 @@ class Simulation(TimeQueries):
         self._set_enabled(app.settings.get(keys.PLAY_SIMULATIONS))
         self._configure()
 
-    # -- reading -----------------------------------------------------------------------------------------------------
-
     @property
     def steps_per_second(self) -> Fraction:
         """The rate of the next step [Hz]."""
@@ -68,8 +66,6 @@ class Simulation(TimeQueries):
     def is_paused(self) -> bool:
         """Whether the timeline is paused."""
         return self._app.timeline.is_paused()
-
-    # -- driving -----------------------------------------------------------------------------------------------------
 
     def setup_simulation(self, dt: float | Fraction | None = None, device: str | None = None) -> None:
         """Sets the length of a physics step [s], also while playing (the history is then read at the new rate).
@@ -162,8 +158,6 @@ class Simulation(TimeQueries):
             if self._session != session:
                 return
 
-    # -- play and stop -----------------------------------------------------------------------------------------------
-
     def begin(self, physics: Any) -> None:
         """Play: takes the engine (None when nothing moves) and runs the warm-up steps, if any are set."""
         self.physics = physics
@@ -182,8 +176,6 @@ class Simulation(TimeQueries):
         self._app.fabric.set(*EXTERNAL_TIME, 0.0)
         if physics is not None:
             physics.close()
-
-    # -- inside ------------------------------------------------------------------------------------------------------
 
     def _publish_time(self) -> None:
         self._app.fabric.set(*EXTERNAL_TIME, self.clock.seconds)

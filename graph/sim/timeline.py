@@ -49,8 +49,6 @@ class Timeline:
         self._limit_base: Fraction | None = None
         self._limit_step: Fraction | None = None
 
-    # -- state -------------------------------------------------------------------------------------------------------
-
     def play(self) -> None:
         """Asks for playing from the next update (or `commit()`) on."""
         self._pending.append("playing")
@@ -79,8 +77,6 @@ class Timeline:
     def is_paused(self) -> bool:
         """Neither playing nor stopped."""
         return self._state == "paused"
-
-    # -- time --------------------------------------------------------------------------------------------------------
 
     @property
     def current_time(self) -> Fraction:
@@ -136,8 +132,6 @@ class Timeline:
         """Moves back by 1 / timeCodesPerSecond, not before the start."""
         self._clock.set(max(self._start, self._clock.time - self._frame_step))
 
-    # -- rates -------------------------------------------------------------------------------------------------------
-
     @property
     def time_codes_per_second(self) -> Fraction:
         """The exact rate [Hz] that turns seconds into time codes."""
@@ -188,8 +182,6 @@ class Timeline:
         if self._settings.get(keys.FAST_MODE):
             return 1
         return math.ceil(self._settings.rate(keys.TARGET_FRAMERATE) / self._rate)
-
-    # -- the update --------------------------------------------------------------------------------------------------
 
     def advance(self, dt: Fraction) -> Fraction:
         """One update whose loop dt is `dt` [s]; returns what the time moved by (0 unless playing and accepted)."""

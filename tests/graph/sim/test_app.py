@@ -37,9 +37,6 @@ def add(app, sensor, path="/Render/a"):
     return app.rendering.add(RenderProduct(path, "/World/Sensor", (1, 1), sensor))
 
 
-# -- phases --------------------------------------------------------------------------------------------------------
-
-
 def test_an_update_runs_its_phases_in_order():
     with App() as app:
         add(app, FakeSensor())
@@ -140,9 +137,6 @@ def test_an_update_inside_an_update_is_refused():
         app.on("end", app.update)
         with pytest.raises(RunError, match="inside an update"):
             app.update()
-
-
-# -- clocks --------------------------------------------------------------------------------------------------------
 
 
 def test_the_three_clocks_agree_at_equal_rates():
@@ -389,9 +383,6 @@ def test_fixed_stepping_subsamples_a_fast_loop():
         assert app.wall_clock.now() == 1
 
 
-# -- wall clock ----------------------------------------------------------------------------------------------------
-
-
 def test_an_update_lasts_the_rate_limits_period_of_virtual_time():
     with App(loop_hz=120) as app:
         app.update(60)
@@ -411,9 +402,6 @@ def test_without_manual_mode_dt_is_whole_microseconds_of_wall_time():
         app.play()
         app.update(2)
         assert app.timeline.current_time == Fraction(2 * 16_666, 10**6)
-
-
-# -- RenderingManager ----------------------------------------------------------------------------------------------
 
 
 def test_set_dt_moves_every_clock_of_the_loop_and_not_physics():
@@ -524,9 +512,6 @@ def test_the_moment_of_a_product_is_the_start_of_the_update_that_makes_it():
         assert app.rendering.moment == Fraction(6, 60)
 
 
-# -- play and stop -------------------------------------------------------------------------------------------------
-
-
 def test_stop_restores_the_stage():
     with App() as app:
         app.stage.DefinePrim("/World/Before", "Xform")
@@ -590,9 +575,6 @@ def test_events_see_the_world_they_announce():
         app.update()
         app.stop()
         assert seen == [("play", True), ("stop", 0)]
-
-
-# -- several Apps, endings -----------------------------------------------------------------------------------------
 
 
 def test_the_most_recently_entered_app_is_the_current_one():

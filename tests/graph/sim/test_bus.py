@@ -37,6 +37,16 @@ def test_messages_are_counted_also_when_nobody_listens():
     assert bus.topics["/clock"].messages == 1
 
 
+def test_sequence_numbers_begin_again_and_counts_go_on():
+    bus, sink = MessageBus(), MemorySink()
+    bus.subscribe(sink)
+    bus.publish("/clock", "a/msg/B", None, 1)
+    bus.restart()
+    bus.publish("/clock", "a/msg/B", None, 1)
+    assert [message.sequence for message in sink["/clock"]] == [1, 1]
+    assert bus.topics["/clock"].messages == 2
+
+
 def test_a_counting_sink_shows_topics_that_stayed_silent():
     bus, sink = MessageBus(), CountingSink()
     bus.advertise("points", "a/msg/Cloud", "/World/G/cloud")

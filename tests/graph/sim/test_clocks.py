@@ -114,9 +114,6 @@ def test_an_uneven_rate_over_an_hour_ends_exactly():
     assert steps == 3600 * 3333 // 10
 
 
-# -- physics clock -------------------------------------------------------------------------------------------------
-
-
 def test_time_is_count_over_rate():
     clock = PhysicsClock(Fraction(60))
     clock.advance(60)
@@ -220,9 +217,6 @@ def test_beyond_int64_nanoseconds_is_refused():
 def test_rates_that_cannot_be_run(bad):
     with pytest.raises(UserError, match="physics_hz"):
         checked_rate(bad, "physics_hz")
-
-
-# -- counter -------------------------------------------------------------------------------------------------------
 
 
 def test_a_counter_changes_its_step_without_a_jump():

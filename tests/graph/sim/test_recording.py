@@ -15,6 +15,8 @@ from mcap.exceptions import EndOfFile
 from mcap.reader import NonSeekingReader, make_reader
 
 from graph.errors import RunError, UserError
+from graph.exact import nanoseconds
+from graph.sim import App
 from graph.sim.bus import MessageBus
 from graph.sim.recording import CHUNK_BYTES, McapSink
 from graph.sim.ros_types import definition, deserialize, message_type, serialize
@@ -229,6 +231,25 @@ def test_an_interrupt_during_a_flush_is_honoured_after_it(tmp_path, monkeypatch)
     sink.close()
     with (tmp_path / "run.mcap").open("rb") as file:
         assert [message.log_time for _, _, message in make_reader(file).iter_messages()] == [1]
+
+
+def test_stop_then_play_records_the_bytes_of_the_first_play(tmp_path):
+    with App() as app:
+
+        def publish():
+            ns = nanoseconds(app.simulation.time)
+            app.bus.publish("/clock", CLOCK, clock(ns), ns)
+
+        app.on("simulation_graphs", publish)
+        for name in ("first", "second"):
+            sink = McapSink(tmp_path / name)
+            app.bus.subscribe(sink)
+            app.play()
+            app.update(20)
+            app.stop()
+            app.bus.unsubscribe(sink)
+            sink.close()
+    assert (tmp_path / "first").read_bytes() == (tmp_path / "second").read_bytes()
 
 
 def test_an_interrupted_app_closes_its_recording(tmp_path):

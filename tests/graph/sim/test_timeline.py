@@ -122,9 +122,6 @@ def test_without_auto_update_it_holds_still_but_frames_can_be_stepped():
     assert line.current_time == Fraction(1, 60)
 
 
-# -- fixed stepping: the table of clocks ---------------------------------------------------------------------------
-
-
 def fixed(tcps, target=60, fast=False):
     return playing(fixed_stepping=True, time_codes_per_second=tcps, target_framerate=target, fast_mode=fast)
 
