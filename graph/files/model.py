@@ -16,6 +16,7 @@ from pydantic_core import PydanticCustomError
 from graph import exact
 
 from .connections import PATTERN
+from .prim_schema import PRIM
 from .text import described, quoted
 
 VERSION = 1
@@ -116,14 +117,15 @@ def _type_or_mapping(value: Any) -> Any:
 
 
 _SCALAR_SCHEMA = {"type": ["number", "string", "boolean"]}
+_PATH_KEYS: dict[str, Any] = {"propertyNames": {"pattern": "^/"}}
 _NUMBER_OR_FRACTION = {
     "anyOf": [{"type": "number", "exclusiveMinimum": 0}, {"type": "string", "pattern": r"^\s*[0-9.eE+]+(/[0-9]+)?\s*$"}]
 }
 Rate = Annotated[Fraction, PlainValidator(_rate), WithJsonSchema(_NUMBER_OR_FRACTION)]
 Duration = Annotated[Fraction, PlainValidator(_duration), WithJsonSchema(_NUMBER_OR_FRACTION)]
 Identifier = Annotated[str, PlainValidator(_identifier), WithJsonSchema({"type": "string"})]
-PrimPath = Annotated[str, PlainValidator(_prim_path), WithJsonSchema({"type": "string", "pattern": "^/"})]
-SettingPath = Annotated[str, PlainValidator(_setting_path), WithJsonSchema({"type": "string", "pattern": "^/"})]
+PrimPath = Annotated[str, PlainValidator(_prim_path), WithJsonSchema({"type": "string"})]
+SettingPath = Annotated[str, PlainValidator(_setting_path), WithJsonSchema({"type": "string"})]
 Setting = Annotated[
     Any,
     PlainValidator(_setting),
@@ -205,7 +207,9 @@ class Graph(_Part):
 
 
 GraphEntry = Annotated[Graph, BeforeValidator(_empty_if_null, json_schema_input_type=Graph | None)]
-PrimEntry = Annotated[dict[str, Any], BeforeValidator(_empty_if_null, json_schema_input_type=dict[str, Any] | None)]
+PrimEntry = Annotated[
+    dict[str, Any], BeforeValidator(_empty_if_null), WithJsonSchema({"anyOf": [PRIM, {"type": "null"}]})
+]
 
 
 class Scene(_Part):
@@ -220,6 +224,7 @@ class Scene(_Part):
         default_factory=dict,
         description="Prims to author, by path, in order: a type, a transform (translate, orient or rotate, scale), "
         "sizes, physics, and for sensors a config.",
+        json_schema_extra=_PATH_KEYS,
     )
 
 
@@ -258,11 +263,14 @@ class GraphFile(_Part):
     settings: dict[SettingPath, Setting] = Field(
         default_factory=dict,
         description="Values in the settings tree by path, such as /rtx/hydra/supportMultiTickRate.",
+        json_schema_extra=_PATH_KEYS,
     )
     fidelity: dict[str, Knob] = Field(
         default_factory=dict, description="What is approximated and how far, by knob, such as lidar.motion: frozen."
     )
     graphs: dict[PrimPath, GraphEntry] = Field(
-        default_factory=dict, description="Graphs by path on the stage, in order."
+        default_factory=dict,
+        description="Graphs by their paths on the stage, in order.",
+        json_schema_extra=_PATH_KEYS,
     )
     record: Record = Record()
