@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from graph import Attribute, node_type
@@ -120,22 +120,35 @@ def flip_flop(db: Any) -> None:
     memory.next_is_a = not memory.next_is_a
 
 
+@dataclass(slots=True)
+class _Turn:
+    """Whose turn is next, and the outputs there are."""
+
+    next: int = 0
+    outputs: list[str] = field(default_factory=list)
+
+
 @node_type(
     "omni.graph.action.Multisequence",
     version=2,
     inputs={"execIn": EXEC_IN},
     outputs={"output0": OUTPUT},
     dynamic_outputs={"output{n}": OUTPUT},
+    memory=_Turn,
 )
 def multisequence(db: Any) -> None:
     """Follow output0 to its end, then output1, and so on; a latent node behind one does not hold up the next."""
-    for output in db.dynamic_outputs("output"):
+    for output in _outputs(db):
         db.fire(output)
 
 
-@dataclass(slots=True)
-class _Turn:
-    next: int = 0
+def _outputs(db: Any) -> list[str]:
+    """output0, output1, ... as far as the graph has them."""
+    memory = db.memory
+    if not memory.outputs:
+        memory.outputs = db.dynamic_outputs("output")
+    names: list[str] = memory.outputs
+    return names
 
 
 @node_type(
@@ -152,6 +165,25 @@ def multigate(db: Any) -> None:
     if db.triggered("reset"):
         memory.next = 0
     if db.triggered("execIn"):
-        outputs = db.dynamic_outputs("output")
+        outputs = _outputs(db)
         db.fire(outputs[memory.next % len(outputs)])
         memory.next = (memory.next + 1) % len(outputs)
+
+
+@node_type(
+    "omni.graph.action.SwitchToken",
+    version=2,
+    inputs={"execIn": EXEC_IN, "value": Attribute("token", "the text to look for", default="")},
+    dynamic_inputs={
+        "branch{x}": Attribute("token", "a text; the output of the same ending follows when value equals it")
+    },
+    dynamic_outputs={"output{x}": Attribute("execution", "follows when value equals the branch of the same ending")},
+)
+def switch_token(db: Any) -> None:
+    """Follow the output whose branch equals the value; the first of equal branches wins, no match follows nothing."""
+    for name, text in zip(db.dynamic_input_names(), db.dynamic_inputs(), strict=True):
+        if text == db.inputs.value:
+            output = "output" + name.removeprefix("branch")
+            if output in db.dynamic_outputs():
+                db.fire(output)
+            return

@@ -162,3 +162,52 @@ def condition_type(output: str, *names: str) -> Resolve:
         return {f"outputs:{output}": TYPES["bool[]" if any(one.array for one in types) else "bool"]}
 
     return resolve
+
+
+def selected_type(known: Any) -> Answer:
+    """SelectIf: the common type of both values, an array where the condition is one."""
+    condition, *sides = (known[f"inputs:{name}"] for name in ("condition", "ifTrue", "ifFalse"))
+    if condition is None or None in sides:
+        return {}
+    if all(side.numeric for side in sides):
+        chosen = common_type(sides)
+    elif sides[0].element is sides[1].element:
+        chosen = sides[0] if sides[0].array else sides[1]
+    elif all(side.text for side in sides):
+        chosen = TYPES["string"]
+    else:
+        raise ValueError(f"{sides[0]} and {sides[1]} have no common type")
+    return {"outputs:result": chosen.array_of() if condition.array and not chosen.array else chosen}
+
+
+_ROLES = {
+    "Color": "color",
+    "Normal": "normal",
+    "Point": "point",
+    "Quaternion": "quat",
+    "TexCoord": "texcoord",
+    "Vector": "vector",
+    "Matrix": "matrix",
+    "Frame": "frame",
+}
+ROLES = ("None", "Color", "Frame", "Matrix", "Normal", "Point", "Quaternion", "TexCoord", "Timecode", "Vector")
+"""What ToDouble can make of a value; None keeps its shape and takes its role away."""
+
+
+def double_of(known: Any) -> Answer:
+    """ToDouble: the shape of the value in doubles, with the wanted role. Raises ValueError if there is none such."""
+    given = known["inputs:value"]
+    if given is None:
+        return {}
+    wanted = known.value("role")
+    if wanted == "Timecode":
+        name = "timecode" if given.count == 1 else ""
+    elif wanted != "None":
+        name = f"{_ROLES[wanted]}d[{given.count}]" if wanted != "Frame" else f"frame[{given.count}]"
+    elif given.square:
+        name = f"matrixd[{given.count}]"
+    else:
+        name = "double" if given.count == 1 else f"double[{given.count}]"
+    if name not in TYPES or TYPES[name].square != given.square:
+        raise ValueError(f"{given} cannot have the role {wanted}")
+    return {"outputs:converted": TYPES[f"{name}[]"] if given.array else TYPES[name]}

@@ -61,3 +61,20 @@ def test_multigate_takes_its_outputs_in_turn_and_reset_fires_nothing():
     )
     turns = ["output0", "output1", "output2", "output0", "output1", "output0"]
     assert trace.fires == list(zip([0, 1, 2, 3, 4, 6], turns, strict=True))
+
+
+def test_switch_token_follows_the_output_of_the_equal_branch():
+    words = ["left", "right", "up", "left"]
+    trace = run_node(
+        "SwitchToken",
+        inputs={"branch00": "left", "branch01": "right", "branch02": "left", "value": lambda update: words[update]},
+        outputs=["output00", "output01", "output02"],
+        pulses={"execIn": range(4)},
+        updates=4,
+    )
+    assert trace.fires == [(0, "output00"), (1, "output01"), (3, "output00")]
+
+
+def test_switch_token_without_the_output_follows_nothing():
+    trace = run_node("SwitchToken", inputs={"branch00": "left", "value": "left"}, pulses={"execIn": [0]}, updates=1)
+    assert trace.fires == []
