@@ -204,7 +204,7 @@ class App:
         self.timeline.commit()
         for callback in self._timeline_state.after:
             callback()
-        rendering.begin_update()
+        rendering.begin_update(dt)
 
         for callback in self._timeline_phase.before:
             callback()

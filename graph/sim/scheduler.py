@@ -88,9 +88,9 @@ class SensorScheduler:
             product.writers.clear()
             self._sort_products()
 
-    def begin_update(self) -> None:
-        """Remembers the external time at the start of an update and ends the last update's frames."""
-        self._began_at = self._clock.reading() if self.multi_tick else self._loop_time()
+    def begin_update(self, dt: Fraction) -> None:
+        """Remembers the external time at the start of an update of `dt` [s] and ends the last update's frames."""
+        self._began_at = self._clock.reading() if self.multi_tick else self._loop_time() - dt
         if self.new_frames:
             for product in self.new_frames:
                 product.new_frame = False

@@ -59,7 +59,7 @@ class World:
 
     def update(self, steps=None, inside=lambda: None):
         self.updates += 1
-        self.scheduler.begin_update()
+        self.scheduler.begin_update(Fraction(1, 60))
         self.steps(self.per_update if steps is None else steps, renders_there=True)
         inside()
         self.scheduler.render_due()
@@ -319,3 +319,11 @@ def test_without_multi_tick_sensors_follow_the_run_loop():
     assert [tick.index for tick in lidar.log] == [1, 2]
     assert [tick.time for tick in camera.log] == [Fraction(n, 60) for n in range(1, 7)]
     assert [(tick.start, tick.end) for tick in auto.log] == [(Fraction(n, 60), Fraction(n + 1, 60)) for n in range(6)]
+
+
+def test_without_multi_tick_a_product_exists_from_the_loop_time_at_the_start_of_its_update():
+    world, sensor = World(), FakeSensor(60)
+    world.scheduler.multi_tick = False
+    world.update()
+    world.update(inside=lambda: world.add(sensor))
+    assert [(tick.start, tick.end) for tick in sensor.log] == [(Fraction(1, 60), Fraction(2, 60))]
