@@ -49,7 +49,7 @@ def product_name(prim_path: str, resolution: tuple[int, int]) -> str:
 
 def remove_product(app: App, product: RenderProduct) -> None:
     """Takes a product away, its prim included."""
-    from pxr import Usd
+    from graph.sim.usd import Usd
 
     app.rendering.remove(product.path)
     with Usd.EditContext(app.stage, app.stage.GetSessionLayer()):
@@ -80,7 +80,9 @@ def _free_name(app: App, wanted: str) -> str:
 
 def _author(app: App, path: str, camera: str, size: tuple[int, int]) -> None:
     """The product as a RenderProduct prim, in the session layer: it is no part of the scene."""
-    from pxr import Gf, Usd, UsdRender
+    from pxr import UsdRender
+
+    from graph.sim.usd import Gf, Usd
 
     with Usd.EditContext(app.stage, app.stage.GetSessionLayer()):
         prim = UsdRender.Product.Define(app.stage, path)

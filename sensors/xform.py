@@ -92,7 +92,7 @@ def _write(
     prim: Usd.Prim, translation: np.ndarray | None, orientation: np.ndarray | None, scale: np.ndarray | None
 ) -> None:
     """Rewrites the ops as translate, orient, scale; each keeps its present value where no new one is given."""
-    from pxr import Gf
+    from graph.sim.usd import Gf
 
     xformable = _xformable(prim)
     old = from_usd(xformable.GetLocalTransformation())
@@ -111,18 +111,18 @@ def _write(
 
 
 def _double() -> Any:
-    from pxr import UsdGeom
+    from graph.sim.usd import UsdGeom
 
     return UsdGeom.XformOp.PrecisionDouble
 
 
 def _xformable(prim: Usd.Prim) -> Any:
-    from pxr import UsdGeom
+    from graph.sim.usd import UsdGeom
 
     return UsdGeom.Xformable(prim)
 
 
 def _to_world(prim: Usd.Prim) -> np.ndarray:
-    from pxr import Usd, UsdGeom
+    from graph.sim.usd import Usd, UsdGeom
 
     return from_usd(UsdGeom.XformCache(Usd.TimeCode.Default()).GetLocalToWorldTransform(prim))

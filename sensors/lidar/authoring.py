@@ -216,7 +216,7 @@ class Lidar:
 
 def _resolve(stage: Usd.Stage, path: str) -> tuple[str, bool]:
     """(prim path, whether the prim exists) of a path or regular expression."""
-    from pxr import Sdf
+    from graph.sim.usd import Sdf
 
     if Sdf.Path.IsValidPathString(path) and Sdf.Path(path).IsAbsolutePath():
         return path, bool(stage.GetPrimAtPath(path))
@@ -233,7 +233,7 @@ def _resolve(stage: Usd.Stage, path: str) -> tuple[str, bool]:
 
 
 def _define(stage: Usd.Stage, path: str) -> Usd.Prim:
-    from pxr import Sdf, UsdGeom
+    from graph.sim.usd import Sdf, UsdGeom
 
     for ancestor in Sdf.Path(path).GetParentPath().GetPrefixes():
         if not stage.GetPrimAtPath(ancestor):
@@ -265,7 +265,7 @@ def _write_config(stage: Usd.Stage, path: str, config: str, variant: Variant) ->
 
 def _reference(stage: Usd.Stage, path: str, usd_path: str, variant: Variant) -> str:
     """Brings in a USD asset; returns the path of the OmniLidar it holds."""
-    from pxr import Usd
+    from graph.sim.usd import Usd
 
     if not Path(usd_path).is_file():
         raise SensorValueError(f"usd_path {usd_path}: there is no such file")

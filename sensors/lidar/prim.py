@@ -40,7 +40,7 @@ def write_config(prim: Usd.Prim, config: LidarConfig, *, tick_rate: float | Frac
     tick_rate: the scan rate unless given. A rate that is no whole number of Hz does not fit the schema's uint: its
     exact value stands beside it, in `tickgraph:scanRateBaseHz`.
     """
-    from pxr import Sdf
+    from graph.sim.usd import Sdf
 
     instances = [f"s{number:03}" for number in range(1, config.emitter_state_count + 1)]
     apply_schemas(prim, ["OmniSensorAPI", CORE_API, *(f"{STATE_API}:{instance}" for instance in instances)])
@@ -129,7 +129,7 @@ def apply_schemas(prim: Usd.Prim, names: list[str]) -> None:
 
 def write(prim: Usd.Prim, name: str, kind: str, value: Any) -> None:
     """Sets an attribute, creating it with the USD type `kind` where neither the schema nor the prim has it."""
-    from pxr import Sdf, Vt
+    from graph.sim.usd import Sdf, Vt
 
     attribute = prim.GetAttribute(name)
     if not attribute:

@@ -1,0 +1,462 @@
+"""Lidars in a running App: which scans come when, and what they hold."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from pxr import Gf, UsdGeom, UsdPhysics
+
+from graph.sim import App
+from sensors import Lidar, LidarConfig, LidarSensor, parse_generic_model_output_data
+from sensors.lidar.config import EmitterState
+from sensors.lidar.prim import write_aux_level, write_config
+from sensors.products import render_product
+
+NORMALS = "/app/sensors/nv/lidar/publishNormals"
+EVERYTHING = {"xyz", "azimuth", "elevation", "distance", "scalar", "timeOffsetNs", "flags"} | {
+    "emitterId", "channelId", "tickId", "echoId", "tickStates", "hitNormals", "velocities"
+}  # fmt: skip
+
+
+def world(motion="frozen", loop_hz=60, physics_hz=240, settings=None, **options):
+    return App(
+        None,
+        physics_hz=physics_hz,
+        loop_hz=loop_hz,
+        fidelity={"lidar.motion": motion},
+        settings={NORMALS: True, **(settings or {})},
+        **options,
+    )
+
+
+def add_box(app, path, size, position, velocity=None, spin=None):
+    cube = UsdGeom.Cube.Define(app.stage, path)
+    cube.CreateSizeAttr(size)
+    UsdGeom.XformCommonAPI(cube).SetTranslate(Gf.Vec3d(*position))
+    if velocity is not None or spin is not None:
+        body = UsdPhysics.RigidBodyAPI.Apply(cube.GetPrim())
+        body.CreateVelocityAttr(Gf.Vec3f(*(velocity or (0, 0, 0))))
+        body.CreateAngularVelocityAttr(Gf.Vec3f(*(spin or (0, 0, 0))))
+        UsdPhysics.CollisionAPI.Apply(cube.GetPrim())
+        UsdPhysics.MassAPI.Apply(cube.GetPrim()).CreateMassAttr(1.0)
+    return cube.GetPrim()
+
+
+def no_gravity(app):
+    UsdPhysics.Scene.Define(app.stage, "/World/Physics").CreateGravityMagnitudeAttr(1e-12)
+
+
+def lidar_config(ticks=360, scan_hz=Fraction(10), elevations=(0.0,), **fields):
+    state = EmitterState(azimuth_deg=np.zeros(len(elevations)), elevation_deg=elevations)
+    rate = Fraction(scan_hz)
+    return LidarConfig(
+        **{"scan_rate_base_hz": rate, "pattern_firing_rate_hz": rate * ticks, "emitter_states": (state,), **fields}
+    )
+
+
+def add_lidar(
+    app, path="/World/Lidar", position=(0, 0, 0), config=None, channels=EVERYTHING, tick_rate=None, aux="FULL"
+):
+    prim = app.stage.DefinePrim(path, "OmniLidar")
+    write_config(prim, config or lidar_config(), tick_rate=tick_rate)
+    write_aux_level(prim, aux)
+    UsdGeom.XformCommonAPI(prim).SetTranslate(Gf.Vec3d(*position))
+    product = render_product(app, path)
+    product.sensor.require("test", channels)
+    return product
+
+
+def frames_of(app, product, updates):
+    found = []
+    app.play()
+    for _ in range(updates):
+        app.update()
+        if product.new_frame:
+            found.append(product.frame)
+    return found
+
+
+def test_five_seconds_at_ten_hertz_are_fifty_whole_scans():
+    with world() as app:
+        add_box(app, "/World/Room", 20.0, (0, 0, 0))
+        product = add_lidar(app)
+
+        frames = frames_of(app, product, 300)
+
+        assert [frame.timestamp_ns for frame in frames] == [k * 100_000_000 for k in range(50)]
+        assert all(frame.count == 360 and frame.scan_complete for frame in frames)
+        assert [frame.frame_id for frame in frames] == list(range(50))
+        assert frames[3].start.timestamp_ns == 300_000_000
+        assert frames[3].end.timestamp_ns == 400_000_000
+
+
+def test_angles_times_and_ids_of_a_whole_scan():
+    with world() as app:
+        add_box(app, "/World/Room", 20.0, (0, 0, 0))
+        product = add_lidar(app)
+
+        [frame] = frames_of(app, product, 6)
+
+        assert frame.channel("tickId").tolist() == list(range(360))
+        assert frame.channel("timeOffsetNs").tolist() == [round(i * 1e8 / 360) for i in range(360)]
+        assert frame.channel("azimuth")[:3].tolist() == [0.0, -1.0, -2.0]
+        assert np.all(frame.channel("flags") == 128)
+        assert not frame.channel("echoId").any()
+
+
+@pytest.mark.parametrize("offset", [0.0, 1e3, 1e4, 1e5, 1e6])
+def test_ranges_normals_and_intensity_match_the_room_wherever_it_is(offset):
+    with world() as app:
+        add_box(app, "/World/Room", 20.0, (offset, offset, 0))
+        product = add_lidar(app, position=(offset, offset, 0), config=lidar_config(elevations=(0.0, 5.0)))
+
+        [frame] = frames_of(app, product, 6)
+
+        azimuth, elevation = np.deg2rad(-np.arange(360.0)).repeat(2), np.deg2rad(np.tile([0.0, 5.0], 360))
+        beam = np.stack(
+            [np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)], axis=1
+        )
+        exact = (10.0 / np.maximum(np.abs(beam), 1e-12)).min(axis=1)
+        np.testing.assert_allclose(frame.channel("distance"), exact, atol=1e-4)
+        np.testing.assert_allclose(frame.xyz, beam * exact[:, None], atol=1e-4)
+        incidence = 10.0 / exact  # the cosine at the wall that is hit
+        np.testing.assert_allclose(frame.channel("scalar"), 0.5 * incidence, atol=1e-5)
+        clear = np.abs(np.abs(beam[:, 0]) - np.abs(beam[:, 1])) > 1e-3  # not on an edge of the room
+        inwards = np.einsum("ij,ij->i", frame.channel("hitNormals"), beam)
+        np.testing.assert_allclose(inwards[clear], -incidence[clear], atol=1e-5)
+
+
+@pytest.mark.parametrize("loop_hz", [10, 24, 30, 60, 120, 240])
+@pytest.mark.parametrize("ticks", [90, 7])
+def test_update_mode_puts_slices_together_to_the_same_scan(loop_hz, ticks):
+    def scans(motion):
+        with world(motion, loop_hz=loop_hz) as app:
+            add_box(app, "/World/Room", 20.0, (1, 2, 0))
+            product = add_lidar(app, config=lidar_config(ticks, elevations=(0.0, 3.0)))
+            return frames_of(app, product, loop_hz // 2)
+
+    frozen, sliced = scans("frozen"), scans("update")
+
+    assert [f.timestamp_ns for f in sliced] == [f.timestamp_ns for f in frozen]
+    assert len(frozen) >= 4
+    for a, b in zip(frozen, sliced, strict=True):
+        assert b.scan_complete
+        assert a.arrays.keys() == b.arrays.keys()
+        for name in a.arrays:
+            np.testing.assert_array_equal(a.arrays[name], b.arrays[name], err_msg=name)
+
+
+@pytest.mark.parametrize("tick_rate", [0, 5, 20])
+def test_partial_scans_of_a_turn_make_up_the_whole_scan(tick_rate):
+    def run(rate):
+        with world() as app:
+            add_box(app, "/World/Room", 20.0, (1, 2, 0))
+            product = add_lidar(app, config=lidar_config(90, elevations=(0.0, 3.0)), tick_rate=rate)
+            return frames_of(app, product, 60), app.warnings.codes()
+
+    whole, _ = run(10)
+    partial, codes = run(tick_rate)
+
+    assert len(partial) == 60
+    assert codes == ["lidar-partial-scan"]
+    assert not any(frame.scan_complete for frame in partial)
+    for name in ("xyz", "azimuth", "distance", "tickId", "emitterId", "scalar", "hitNormals"):
+        np.testing.assert_array_equal(
+            np.concatenate([frame.channel(name) for frame in partial]),
+            np.concatenate([frame.channel(name) for frame in whole]),
+            err_msg=name,
+        )
+    times = [
+        np.concatenate([f.channel("timeOffsetNs") + f.timestamp_ns for f in frames]) for frames in (partial, whole)
+    ]
+    assert np.abs(times[0] - times[1]).max() <= 1
+    assert np.all(np.diff(times[0]) >= 0)
+
+
+def test_the_partial_warning_names_both_rates():
+    with world() as app:
+        add_lidar(app, tick_rate=5)
+
+        [warning] = app.warnings
+
+        assert warning.where == "/World/Lidar"
+        assert "tickRate is 5 Hz, scanRateBaseHz is 10 Hz" in warning.message
+
+
+def test_a_solid_state_lidar_in_parts_gives_the_emitters_that_fired():
+    state = EmitterState(
+        azimuth_deg=[0.0, 1.0, 2.0, 3.0],
+        elevation_deg=np.zeros(4),
+        fire_time_ns=[0, 20_000_000, 40_000_000, 99_000_000],
+    )
+    config = LidarConfig(scan_type="SOLID_STATE", pattern_firing_rate_hz=Fraction(10), emitter_states=(state,))
+    with world() as app:
+        add_box(app, "/World/Room", 20.0, (0, 0, 0))
+        product = add_lidar(app, config=config, tick_rate=0)
+
+        frames = frames_of(app, product, 6)
+
+        assert [frame.channel("emitterId").tolist() for frame in frames] == [[0], [1], [2], [], [], [3]]
+
+
+def test_without_accumulation_every_update_gives_its_part():
+    with world() as app:
+        add_box(app, "/World/Room", 20.0, (0, 0, 0))
+        product = add_lidar(app, config=lidar_config(60, accumulate_outputs=False))
+
+        frames = frames_of(app, product, 6)
+
+        assert [frame.count for frame in frames] == [10] * 6
+        assert app.warnings.codes() == []
+
+
+def test_a_frozen_scan_shows_the_world_at_the_first_step_at_or_after_its_tick():
+    with world(loop_hz=7, physics_hz=60) as app:  # an update of 8 or 9 steps; tick at 0.1 s is step 6
+        no_gravity(app)
+        add_box(app, "/World/Wall", 1.0, (10, 0, 0), velocity=(3.0, 0, 0))
+        product = add_lidar(app)
+
+        [frame] = frames_of(app, product, 1)
+
+        assert frame.channel("azimuth")[0] == 0.0
+        assert frame.channel("distance")[0] == pytest.approx(9.5 + 3.0 * 0.1, abs=1e-4)
+
+
+def test_update_mode_sees_each_slice_where_the_wall_then_was():
+    with world("update", loop_hz=40, physics_hz=240) as app:
+        no_gravity(app)
+        add_box(app, "/World/Wall", 4.0, (10, 0, 0), velocity=(3.0, 0, 0))
+        state = EmitterState(azimuth_deg=np.zeros(4), elevation_deg=np.zeros(4), fire_time_ns=np.arange(4) * 25_000_000)
+        config = LidarConfig(scan_type="SOLID_STATE", pattern_firing_rate_hz=Fraction(10), emitter_states=(state,))
+        product = add_lidar(app, config=config)
+
+        [frame] = frames_of(app, product, 4)
+
+        np.testing.assert_allclose(frame.channel("distance"), 8.0 + 3.0 * np.array([1, 2, 3, 4]) / 40, atol=1e-4)
+
+
+def test_velocities_are_those_of_the_hit_points_seen_from_the_sensor():
+    with world() as app:
+        no_gravity(app)
+        add_box(app, "/World/Wall", 4.0, (10, 0, 0), velocity=(3.0, 0.5, 0), spin=(0, 0, 90))
+        add_box(app, "/World/Fixed", 4.0, (-10, 0, 0))
+        carrier = add_box(app, "/World/Cart", 0.1, (0, 0, -5), velocity=(1.0, 0, 0))
+        config = lidar_config(90)
+        resting = add_lidar(app, config=config)
+        moving = add_lidar(app, f"{carrier.GetPath()}/Lidar", (0, 0, 5), config=config)
+
+        app.play()
+        app.update(steps=6)
+
+        frame = resting.frame
+        points, speeds = frame.xyz.astype(np.float64), frame.channel("velocities")
+        wall = points[:, 0] > 0
+        centre = np.array([10.3, 0.05, 0.0])
+        arm = points[wall] - centre
+        expected = np.array([3.0, 0.5, 0.0]) + np.pi / 2 * np.stack([-arm[:, 1], arm[:, 0], 0 * arm[:, 0]], axis=1)
+        np.testing.assert_allclose(speeds[wall], expected, atol=2e-3)
+        assert not speeds[~wall].any()
+        fixed = moving.frame.xyz[:, 0] < 0
+        np.testing.assert_allclose(moving.frame.channel("velocities")[fixed], [[-1.0, 0, 0]] * fixed.sum(), atol=1e-4)
+
+
+@pytest.mark.parametrize("frame_of_reference", ["SENSOR", "WORLD"])
+def test_points_are_in_the_frame_of_reference_that_the_prim_asks_for(frame_of_reference):
+    with world() as app:
+        add_box(app, "/World/Room", 20.0, (3, 0, 0))
+        product = add_lidar(
+            app, position=(1, 2, 0), config=lidar_config(4, output_frame_of_reference=frame_of_reference)
+        )
+        UsdGeom.XformCommonAPI(app.stage.GetPrimAtPath("/World/Lidar")).SetRotate(Gf.Vec3f(0, 0, 90))
+
+        [frame] = frames_of(app, product, 6)
+
+        in_sensor = [[8, 0, 0], [0, -12, 0], [-12, 0, 0], [0, 8, 0]]  # forward is the world's +y
+        in_world = [[1, 10, 0], [13, 2, 0], [1, -10, 0], [-7, 2, 0]]
+        np.testing.assert_allclose(frame.xyz, in_world if frame_of_reference == "WORLD" else in_sensor, atol=1e-5)
+        if frame_of_reference == "WORLD":
+            np.testing.assert_allclose(frame.channel("distance"), np.linalg.norm(in_world, axis=1), rtol=1e-6)
+
+
+def test_emitter_offsets_move_the_ray_and_the_points_are_where_it_hit():
+    state = EmitterState(azimuth_deg=[0.0], elevation_deg=[0.0], vert_offset_m=[0.5], hor_offset_m=[0.25])
+    config = LidarConfig(scan_rate_base_hz=Fraction(10), pattern_firing_rate_hz=Fraction(40), emitter_states=(state,))
+    with world() as app:
+        add_box(app, "/World/Room", 20.0, (0, 0, 0))
+        product = add_lidar(app, config=config)
+
+        [frame] = frames_of(app, product, 6)
+
+        np.testing.assert_allclose(
+            frame.xyz, [[10, 0.25, 0.5], [0.25, -10, 0.5], [-10, -0.25, 0.5], [-0.25, 10, 0.5]], atol=1e-5
+        )
+        np.testing.assert_allclose(frame.channel("distance"), np.sqrt(100 + 0.0625 + 0.25), atol=1e-5)
+
+
+def test_near_and_far_gates_drop_returns_unless_invalid_points_are_kept():
+    def frame_with(**fields):
+        with world() as app:
+            add_box(app, "/World/Near", 0.1, (1, 0, 0))
+            add_box(app, "/World/Good", 0.1, (0, -2, 0))
+            add_box(app, "/World/Far", 0.1, (-9, 0, 0))
+            product = add_lidar(app, config=lidar_config(4, near_range_m=1.5, far_range_m=5.0, **fields))
+            return frames_of(app, product, 6)[0]
+
+    dropped, kept = frame_with(), frame_with(skip_dropping_invalid_points=True)
+
+    assert dropped.channel("tickId").tolist() == [1]
+    assert dropped.channel("distance")[0] == pytest.approx(1.95)
+    assert kept.count == 4
+    assert kept.channel("flags").tolist() == [0, 128, 0, 0]
+    assert kept.channel("distance").tolist() == [0.0, dropped.channel("distance")[0], 0.0, 0.0]
+
+
+def test_an_unbounded_plane_reaches_as_far_as_the_sensor():
+    with world() as app:
+        UsdGeom.Plane.Define(app.stage, "/World/Ground")
+        product = add_lidar(app, position=(0, 0, 1), config=lidar_config(8, elevations=(-0.3, -0.2)))
+
+        [frame] = frames_of(app, product, 6)
+
+        assert set(frame.channel("emitterId").tolist()) == {0}  # 1 / sin(0.2 deg) = 286 m, beyond 200 m
+        np.testing.assert_allclose(frame.channel("distance"), 1 / np.sin(np.deg2rad(0.3)), atol=1e-3)
+
+
+def test_a_lidar_never_hits_what_it_excludes():
+    with world() as app:
+        add_box(app, "/World/Mount", 1.0, (0, 0, 0))
+        add_box(app, "/World/Room", 20.0, (0, 0, 0))
+        prim = app.stage.DefinePrim("/World/Lidar", "OmniLidar")
+        prim.CreateRelationship("tickgraph:exclude").SetTargets(["/World/Mount"])
+        product = add_lidar(app, config=lidar_config(4))
+
+        [frame] = frames_of(app, product, 6)
+
+        np.testing.assert_allclose(frame.channel("distance"), 10.0, atol=1e-5)
+
+
+@pytest.mark.parametrize("unit", [1.0, 0.01])
+def test_sensors_work_in_metres_whatever_the_stages_unit(unit):
+    with world() as app:
+        UsdGeom.SetStageMetersPerUnit(app.stage, unit)
+        stage = app.stage
+        scaled = App(stage, physics_hz=240, loop_hz=60)
+        add_box(scaled, "/World/Room", 20.0 / unit, (1.0 / unit, 0, 0))
+        product = add_lidar(scaled, position=(2.0 / unit, 0, 0), config=lidar_config(4), channels={"distance"})
+
+        [frame] = frames_of(scaled, product, 6)
+
+        np.testing.assert_allclose(frame.channel("distance"), [9.0, np.sqrt(100.0), 11.0, 10.0], atol=1e-5)
+        np.testing.assert_allclose(frame.end.position_m, [2.0, 0, 0], atol=1e-9)
+        scaled.close()
+
+
+def scene_with(app, lidars):
+    no_gravity(app)
+    add_box(app, "/World/Room", 40.0, (0, 0, 0))
+    for i in range(6):
+        add_box(
+            app, f"/World/B{i}", 1.0, (5 * np.cos(i), 5 * np.sin(i), 0), velocity=(0.3, -0.2, 0.1), spin=(20, 30, 40)
+        )
+    return [
+        add_lidar(app, f"/World/Lidar{i}", (0.3 * i, 0.1 * i, 0), lidar_config(200, elevations=(-5.0, 0.0, 5.0)))
+        for i in range(lidars)
+    ]
+
+
+def bytes_of_first(lidars, threads=0, motion="frozen"):
+    with world(motion, settings={"/tickgraph/rayThreads": threads}) as app:
+        product, *_ = scene_with(app, lidars)
+        frames = frames_of(app, product, 30)
+        assert len(frames) == 5
+        return [{name: array.tobytes() for name, array in sorted(frame.arrays.items())} for frame in frames]
+
+
+@pytest.mark.parametrize("motion", ["frozen", "update"])
+def test_a_sensors_bytes_depend_on_no_other_sensor_and_no_thread_count(motion):
+    alone = bytes_of_first(1, threads=1, motion=motion)
+
+    assert bytes_of_first(1, threads=2, motion=motion) == alone
+    assert bytes_of_first(3, motion=motion) == alone
+    assert bytes_of_first(10, motion=motion) == alone
+
+
+def test_play_after_stop_gives_the_bytes_of_the_first_play():
+    with world() as app:
+        lidar = Lidar.create("/World/Lidar", config="RPLIDAR_S2E", translations=[0, 0, 0], app=app)
+        sensor = LidarSensor(lidar, annotators=["generic-model-output"])
+        no_gravity(app)
+        add_box(app, "/World/Box", 1.0, (3, 0, 0), velocity=(0, 1, 0))
+
+        def run():
+            app.play()
+            app.update(steps=30)
+            data, info = sensor.get_data("generic-model-output")
+            app.stop()
+            assert info == {}
+            return data.tobytes()
+
+        assert run() == run()
+
+
+def test_only_what_somebody_asks_for_is_computed():
+    with world() as app:
+        add_box(app, "/World/Room", 20.0, (0, 0, 0))
+        product = add_lidar(app, channels={"xyz"})
+        frames_of(app, product, 6)
+        assert product.frame.arrays.keys() == {"xyz"}
+
+        product.sensor.require("second", {"scalar"})
+        app.update(steps=6)
+        assert product.frame.arrays.keys() == {"xyz", "scalar"}
+
+        product.sensor.release("test")
+        app.update(steps=6)
+        assert product.frame.arrays.keys() == {"scalar"}
+        assert product.sensor.demand.consumers() == {"scalar": ["second"]}
+
+
+def test_channels_above_the_aux_level_stay_empty_with_a_warning():
+    with world() as app:
+        add_box(app, "/World/Room", 20.0, (0, 0, 0))
+        product = add_lidar(app, channels={"xyz", "emitterId"}, aux="NONE")
+        frames_of(app, product, 6)
+
+        assert len(product.frame.channel("emitterId")) == 0
+        assert app.warnings.codes() == ["aux-level-too-low"]
+        product.sensor.require("ring", {"channelId"}, ignore_aux=True)
+        app.update(steps=6)
+        assert len(product.frame.channel("channelId")) == 360
+
+
+def test_normals_need_the_setting_that_publishes_them():
+    with world(settings={NORMALS: False}) as app:
+        add_box(app, "/World/Room", 20.0, (0, 0, 0))
+        product = add_lidar(app, channels={"xyz", "hitNormals"})
+        frames_of(app, product, 6)
+
+        assert len(product.frame.channel("hitNormals")) == 0
+        assert app.warnings.codes() == ["normals-off"]
+
+
+def test_a_gmo_holds_what_the_sensor_measured():
+    with world() as app:
+        add_box(app, "/World/Room", 20.0, (0, 0, 0))
+        lidar = Lidar.create(
+            "/World/Lidar", config="Example_Rotary_2D", translations=[1, 0, 0], aux_output_level="BASIC", app=app
+        )
+        sensor = LidarSensor(lidar, annotators="generic-model-output")
+        assert sensor.get_data("generic-model-output") == (None, {})
+
+        app.play()
+        app.update(steps=6)
+        gmo = parse_generic_model_output_data(sensor.get_data("generic-model-output")[0])
+
+        assert (gmo.numElements, gmo.timestampNs, gmo.scanComplete) == (3600, 0, True)
+        assert gmo.z[0] == pytest.approx(9.0)
+        assert gmo.tickId.tolist() == list(range(3600))
+        assert len(gmo.velocities) == 0
+        np.testing.assert_allclose(gmo.frameStart.posM, [1, 0, 0])
+        between = sensor.get_data("generic-model-output")[0]
+        app.update()
+        assert sensor.get_data("generic-model-output")[0] is between  # the same buffer until the next tick
