@@ -11,7 +11,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from graph.errors import Problem, UserError
+from graph.errors import Mark, Problem, UserError
 from graph.spec import FileSpec, GraphSpec
 
 from . import json_text, messages, model, tree
@@ -132,7 +132,8 @@ def _another_format(root: tree.Map) -> str | None:
     if "tickgraph" not in root and not any(key in model.GraphFile.model_fields for key in root):
         return 'this is no graph file: there is no "tickgraph" key; a graph file starts with "tickgraph: 1".'
     if isinstance(version, int) and not isinstance(version, bool) and version > model.VERSION:
-        return f"format {version if version < 10**9 else 'number'} is newer than this tickgraph reads (1); update it."
+        number = described(version).removeprefix("number ")
+        return f"format {number} is newer than this tickgraph reads ({model.VERSION}); update it."
     return None
 
 
@@ -175,5 +176,5 @@ def _without_followers(spec: FileSpec, dropped: Iterable[tree.Location]) -> File
 
 
 def _in_order(problems: Iterable[Problem]) -> tuple[Problem, ...]:
-    marked = [problem for problem in problems if problem.mark is not None]
-    return tuple(sorted(marked, key=lambda problem: (problem.mark, problem.message)))
+    """Problems in the order of the file, those without a place first."""
+    return tuple(sorted(problems, key=lambda problem: (problem.mark or Mark("", 0, 0), problem.message)))

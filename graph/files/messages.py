@@ -89,8 +89,6 @@ def _tree_location(location: Sequence[str | int]) -> tuple[Location, bool]:
 def _version(kind: str, value: Any) -> str:
     if kind == "missing":
         return _NO_VERSION
-    if isinstance(value, int) and not isinstance(value, bool) and value > model.VERSION:
-        return f"format {described(value).removeprefix('number ')} is newer than this tickgraph reads (1); update it."
     return f"tickgraph must be {model.VERSION}, the version of the file format, found {described(value)}."
 
 

@@ -15,9 +15,7 @@ def document(nodes: int) -> dict:
         "tickgraph": 1,
         "graphs": {
             "/World/Graph": {
-                "nodes": {
-                    f"n{i}": {"type": "omni.graph.nodes.Add", "inputs": {"a": i, **inputs}} for i in range(nodes)
-                },
+                "nodes": {f"n{i}": {"type": ADD, "inputs": {"a": i, "b": 1.5}} for i in range(nodes)},
                 "connections": [f"n{i}.sum -> n{i + 1}.a" for i in range(nodes - 1)],
             }
         },

@@ -1,10 +1,12 @@
 import json
+import sys
 
 import pytest
 
 from graph import Attribute
 from graph import registry as registry_module
 from graph.cli.describe import node_type_as_dict
+from graph.cli.main import main
 from graph.declaration import NodeType, declare, node_type
 
 
@@ -45,6 +47,15 @@ def types(monkeypatch):
 
 def test_types_are_listed_one_a_line_with_version_and_purpose(types, graph):
     assert graph("nodes").out == "acme.flow.Wait\t3\tWaits.\nacme.math.Sum\t1\tAdds things.\n"
+
+
+def test_a_terminal_gets_a_table_with_headings(types, capsys, monkeypatch):
+    monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
+    monkeypatch.setenv("COLUMNS", "80")
+    monkeypatch.setenv("TERM", "dumb")
+    assert main(["nodes"]) == 0
+    lines = [line.split() for line in capsys.readouterr().out.splitlines()]
+    assert lines[:2] == [["TYPE", "VERSION", "WHAT", "IT", "DOES"], ["acme.flow.Wait", "3", "Waits."]]
 
 
 @pytest.mark.parametrize(
