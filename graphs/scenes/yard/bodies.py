@@ -11,7 +11,8 @@ from .mesh import Mesh, bind
 from .props import PANEL, add_pallet
 
 Vector = tuple[float, float, float]
-CRATE = 0.6
+CRATE, BALL = 0.6, 0.18
+"""Edge of a crate, radius of a ball [m]."""
 
 
 def build_bodies(stage: Usd.Stage, root: str, looks: dict[str, str]) -> None:
@@ -31,11 +32,11 @@ def build_bodies(stage: Usd.Stage, root: str, looks: dict[str, str]) -> None:
         spin_deg=(0, 286.5, 0),
     )
     collide(cylinder(stage, f"{rolling}/Drum", 0.29, 0.88, "Y"), looks["painted_steel"])
-    for index, (radius, mass, position, velocity) in enumerate(_balls()):
-        spin = (-np.degrees(velocity[1] / radius), np.degrees(velocity[0] / radius), 0.0)
-        ball = rigid(stage, f"{root}/Ball_{index:02d}", position, mass=mass, velocity=velocity, spin_deg=spin)
+    for index, (position, velocity) in enumerate(_balls()):
+        spin = (-np.degrees(velocity[1] / BALL), np.degrees(velocity[0] / BALL), 0.0)
+        ball = rigid(stage, f"{root}/Ball_{index:02d}", position, mass=1.2, velocity=velocity, spin_deg=spin)
         sphere = UsdGeom.Sphere.Define(stage, f"{ball}/Skin")
-        sphere.CreateRadiusAttr(radius)
+        sphere.CreateRadiusAttr(BALL)
         collide(sphere.GetPrim(), looks["rubber"])
     for index, (x, y, push) in enumerate(((2.0, -6.5, 0.9), (2.6, -6.5, 1.6))):
         bottle = rigid(stage, f"{root}/Bottle_{index:02d}", (x, y, 0.561), mass=9.0, velocity=(0, push, 0))
@@ -212,15 +213,15 @@ def _crates() -> list[tuple[Vector, float]]:
     return [*pyramid, ((0.5, 5.0, 1.8), 20.0), ((1.0, 5.3, 2.7), -35.0), ((9.0, 1.0, 1.2), 45.0)]
 
 
-def _balls() -> list[tuple[float, float, Vector, Vector]]:
-    """Radius [m], mass [kg], position [m], velocity [m/s]."""
+def _balls() -> list[tuple[Vector, Vector]]:
+    """Position [m] and velocity [m/s]; all balls are one size, so that sensors can share their mesh."""
     return [
-        (0.12, 0.6, (-9.0, -6.0, 0.12), (2.4, 0.6, 0)),
-        (0.12, 0.6, (-2.0, -9.0, 0.12), (0.3, 1.6, 0)),
-        (0.2, 1.5, (5.0, 6.0, 2.5), (-0.8, -0.4, 0)),
-        (0.25, 3.0, (0.0, 8.0, 0.25), (0.5, -2.6, 0)),
-        (0.16, 1.0, (10.0, -3.0, 0.16), (-1.8, 0.9, 0)),
-        (0.11, 0.45, (-5.0, 1.0, 3.5), (0.7, 0, 0)),
+        ((-9.0, -6.0, BALL), (2.4, 0.6, 0)),
+        ((-2.0, -9.0, BALL), (0.3, 1.6, 0)),
+        ((5.0, 6.0, 2.5), (-0.8, -0.4, 0)),
+        ((0.0, 8.0, BALL), (0.5, -2.6, 0)),
+        ((10.0, -3.0, BALL), (-1.8, 0.9, 0)),
+        ((-5.0, 1.0, 3.5), (0.7, 0, 0)),
     ]
 
 

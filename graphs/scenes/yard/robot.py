@@ -87,8 +87,8 @@ def _trim() -> Mesh:
     trim.add_box((-0.06, 0, 0.196), (0.6, 0.38, 0.012))
     corners = [(0.2, 0.17), (0.2, -0.17), (-0.34, -0.17), (-0.34, 0.17)]
     for (x0, y0), (x1, y1) in zip(corners, [*corners[1:], corners[0]], strict=True):
-        trim.add_tube([(x0, y0, 0.2), (x0, y0, 0.34)], 0.01, sides=8)
-        trim.add_tube([(x0, y0, 0.34), (x1, y1, 0.34)], 0.01, sides=8)
+        trim.add_tube([(x0, y0, 0.2), (x0, y0, 0.34)], 0.01, sides=4)
+        trim.add_tube([(x0, y0, 0.34), (x1, y1, 0.34)], 0.01, sides=4)
     return trim
 
 
@@ -98,5 +98,5 @@ def _spokes(y: float) -> Mesh:
     hub = Mesh().add_tube([(0, face - 0.004, 0), (0, face + 0.004, 0)], 0.04, sides=16)
     for angle in 2 * np.pi * np.arange(5) / 5:
         reach = 0.13 * np.array([np.cos(angle), 0, np.sin(angle)])
-        hub.add_tube([(0, face, 0), reach + (0, face, 0)], 0.012, sides=6)
+        hub.add_tube([(0, face, 0), reach + (0, face, 0)], 0.012, sides=4)
     return hub
