@@ -18,6 +18,7 @@ FAMILIES = (
     "isaac.articulation",
     "isaac.clocks",
     "isaac.gates",
+    "isaac.odometry",
     "isaac.poses",
     "isaac.render_products",
     "lidar.extract",

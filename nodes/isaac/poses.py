@@ -50,20 +50,36 @@ def decompose(
 
     A mirrored pose gets a negative x scale; an axis of scale 0 leaves the rotation as if it were 1.
     """
+    rotation, scale = rotations_and_scales(matrix[None])
+    return matrix[:3, 3].copy(), quaternions_xyzw(rotation)[0], scale[0]
+
+
+def rotations_and_scales(matrices: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Rotation matrices (n, 3, 3) and scales (n, 3) of column-vector poses (n, 4, 4); see `decompose`."""
     import numpy as np
 
-    linear = matrix[:3, :3]
-    scale = np.sqrt((linear * linear).sum(axis=0))
-    rotation = linear / np.where(scale > 0, scale, 1.0)
-    if np.linalg.det(rotation) < 0:
-        scale[0], rotation[:, 0] = -scale[0], -rotation[:, 0]
-    return matrix[:3, 3].copy(), quaternion_xyzw(rotation), scale
+    linear = matrices[:, :3, :3]
+    scales = np.sqrt((linear * linear).sum(axis=1))
+    scales[np.linalg.det(linear) < 0, 0] *= -1
+    return linear / np.where(scales == 0, 1.0, scales)[:, None, :], scales
 
 
-def quaternion_xyzw(rotation: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Quaternion x, y, z, w with w >= 0 of a rotation matrix (3, 3)."""
+def quaternions_xyzw(rotations: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Quaternions x, y, z, w with w >= 0, (n, 4), of rotation matrices (n, 3, 3).
+
+    Each is the row of 4 q q^T that belongs to its largest component, so that nothing cancels.
+    """
     import numpy as np
 
-    from sensors.frame import quaternion_of
-
-    return np.roll(quaternion_of(rotation), -1)
+    m = rotations
+    outer = np.empty((len(m), 4, 4))
+    for row, (a, b, c) in enumerate(((0, 1, 2), (1, 2, 0), (2, 0, 1))):
+        outer[:, row, row] = 1 + m[:, a, a] - m[:, b, b] - m[:, c, c]
+        outer[:, a, b] = outer[:, b, a] = m[:, a, b] + m[:, b, a]
+        outer[:, row, 3] = outer[:, 3, row] = m[:, c, b] - m[:, b, c]
+    outer[:, 3, 3] = 1 + m[:, 0, 0] + m[:, 1, 1] + m[:, 2, 2]
+    largest = np.argmax(np.diagonal(outer, axis1=1, axis2=2), axis=1)
+    chosen: NDArray[np.float64] = outer[np.arange(len(m)), largest]
+    signs = np.where(chosen[:, 3:] < 0, -1.0, 1.0)
+    chosen *= signs / np.linalg.norm(chosen, axis=1, keepdims=True)
+    return chosen

@@ -4,15 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from nodes.isaac.poses import decompose
+from nodes.isaac.poses import quaternions_xyzw, rotations_and_scales
 
 from .messages import FrameTransform
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
 
 WORLD = "world"
 NAME_OVERRIDE = "isaac:nameOverride"
@@ -36,14 +32,14 @@ def edges_of(stage: Any, parent: str, targets: Iterable[str]) -> list[Edge]:
     """
     pairs: dict[str, str] = {}
     for target in targets:
-        for parent_link, child in _links(stage, target):
+        for parent_link, child in links_of(stage, target):
             if child != parent:
                 pairs.setdefault(child, parent_link or parent)
     names = _frame_names(stage, [parent, *pairs.values(), *pairs])
     return [Edge(above, child, names[above], names[child]) for child, above in pairs.items()]
 
 
-def _links(stage: Any, target: str) -> list[tuple[str, str]]:
+def links_of(stage: Any, target: str) -> list[tuple[str, str]]:
     """(parent link or "", link) of an articulation from its root link outwards; just ("", target) for other prims."""
     from pxr import Usd, UsdPhysics
 
@@ -102,34 +98,27 @@ def _frame_names(stage: Any, paths: Sequence[str]) -> dict[str, str]:
     return names
 
 
-def read_transforms(fabric: Any, edges: Sequence[Edge], meters_per_unit: float) -> list[FrameTransform]:
-    """The edges' poses of this moment, translations in metres; scale is taken out of both ends."""
-    import numpy as np
+class TransformTree:
+    """Reads the poses of a list of edges, all at once."""
 
-    poses: dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]] = {"": (np.zeros(3), np.eye(3))}
-    for path in {path for edge in edges for path in (edge.parent, edge.child)} - {""}:
-        poses[path] = _rigid(fabric.world_matrix(path))
-    return [_relative(edge, *poses[edge.parent], *poses[edge.child], meters_per_unit) for edge in edges]
+    def __init__(self, edges: Sequence[Edge]) -> None:
+        self.edges = tuple(edges)
+        self._paths = tuple({path: None for edge in edges for path in (edge.parent, edge.child) if path})
+        rows = {path: row for row, path in enumerate((*self._paths, ""))}
+        self._parents = [rows[edge.parent] for edge in edges]
+        self._children = [rows[edge.child] for edge in edges]
 
+    def read(self, fabric: Any, meters_per_unit: float) -> list[FrameTransform]:
+        """The edges' poses of this moment, translations in metres; scale is taken out of both ends."""
+        import numpy as np
 
-def _rigid(matrix: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Position and rotation matrix of a column-vector pose that may be scaled or mirrored."""
-    import numpy as np
-
-    translation, _, scale = decompose(matrix)
-    return translation, matrix[:3, :3] / np.where(scale == 0, 1.0, scale)
-
-
-def _relative(
-    edge: Edge,
-    position_parent: NDArray[np.float64],
-    rotation_parent: NDArray[np.float64],
-    position_child: NDArray[np.float64],
-    rotation_child: NDArray[np.float64],
-    meters_per_unit: float,
-) -> FrameTransform:
-    from nodes.isaac.poses import quaternion_xyzw
-
-    offset = rotation_parent.T @ (position_child - position_parent) * meters_per_unit
-    x, y, z, w = quaternion_xyzw(rotation_parent.T @ rotation_child).tolist()
-    return FrameTransform(edge.parent_frame, edge.child_frame, tuple(offset.tolist()), (x, y, z, w))
+        matrices = np.concatenate([fabric.world_matrices(self._paths), np.eye(4)[None]])
+        rotations, _ = rotations_and_scales(matrices)
+        to_parent = rotations[self._parents].transpose(0, 2, 1)
+        apart = (matrices[self._children, :3, 3] - matrices[self._parents, :3, 3]) * meters_per_unit
+        offsets = (to_parent @ apart[:, :, None])[:, :, 0].tolist()
+        turns = quaternions_xyzw(to_parent @ rotations[self._children]).tolist()
+        return [
+            FrameTransform(edge.parent_frame, edge.child_frame, (x, y, z), (qx, qy, qz, qw))
+            for edge, (x, y, z), (qx, qy, qz, qw) in zip(self.edges, offsets, turns, strict=True)
+        ]

@@ -10,7 +10,7 @@ from nodes.isaac.clocks import stamp_ns
 
 from .messages import TRANSFORMS, FrameTransform, transforms
 from .publishing import TIME_STAMP, Publisher, publisher_inputs, subscribed_topic
-from .transform_trees import Edge, edges_of, read_transforms
+from .transform_trees import TransformTree, edges_of
 
 GIVEN = "one per transform; with childFrames set, the node publishes these instead of prims"
 
@@ -18,7 +18,7 @@ GIVEN = "one per transform; with childFrames set, the node publishes these inste
 @dataclass(slots=True)
 class _Tree(Publisher):
     key: tuple[str, tuple[str, ...]] = ("", ())
-    edges: list[Edge] = field(default_factory=list)
+    tree: TransformTree | None = None
     latched: list[FrameTransform] = field(default_factory=list)
 
 
@@ -66,14 +66,15 @@ def _of_prims(db: Any) -> list[FrameTransform]:
     inputs, memory, app = db.inputs, db.memory, db.app
     parents, targets = inputs.parentPrim or (), inputs.targetPrims or ()
     key = (str(parents[0]) if parents else "", tuple(map(str, targets)))
-    if key != memory.key or not memory.edges:
+    if memory.tree is None or key != memory.key:
         if not key[1]:
             db.fail("nothing to publish; set targetPrims")
         for path in (*key[1], *filter(None, key[:1])):
             if not app.stage.GetPrimAtPath(path):
                 db.fail(f"there is no prim {path} on the stage; correct the path")
-        memory.key, memory.edges = key, edges_of(app.stage, *key)
-    return read_transforms(app.fabric, memory.edges, app.meters_per_unit)
+        memory.key, memory.tree = key, TransformTree(edges_of(app.stage, *key))
+    poses: list[FrameTransform] = memory.tree.read(app.fabric, app.meters_per_unit)
+    return poses
 
 
 def _given(db: Any) -> list[FrameTransform]:

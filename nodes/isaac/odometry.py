@@ -1,0 +1,102 @@
+"""Odometry of a robot's chassis: its motion since play, from the simulated truth."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+from graph import Attribute, node_type
+
+from .poses import IDENTITY, ZERO, quaternions_xyzw
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+
+@dataclass(slots=True)
+class _Start:
+    """The body, its pose at the first compute, and the velocities (4, 3) and time of the previous one."""
+
+    body: str = ""
+    pose: NDArray[np.float64] | None = None
+    velocities: NDArray[np.float64] | None = None
+    time: Fraction = Fraction(0)
+
+
+def _vector(doc: str, unit: str) -> Attribute:
+    return Attribute("vectord[3]", doc, default=ZERO, unit=unit)
+
+
+@node_type(
+    "isaacsim.core.nodes.IsaacComputeOdometry",
+    version=1,
+    inputs={
+        "execIn": Attribute("execution", "reads the chassis"),
+        "chassisPrim": Attribute("target", "the chassis: a rigid body, or the root of an articulation (its root link)"),
+    },
+    outputs={
+        "execOut": Attribute("execution", "follows every reading"),
+        "position": _vector("position in the frame that the chassis had at the first reading after play", "m"),
+        "orientation": Attribute("quatd[4]", "orientation in that frame, quaternion x, y, z, w", default=IDENTITY),
+        "linearVelocity": _vector("velocity along the chassis' axes", "m/s"),
+        "angularVelocity": _vector("turn rate about the chassis' axes", "rad/s"),
+        "linearAcceleration": _vector("change of linearVelocity over simulation time", "m/s^2"),
+        "angularAcceleration": _vector("change of angularVelocity over simulation time", "rad/s^2"),
+        "globalLinearVelocity": _vector("velocity along the world's axes", "m/s"),
+        "globalLinearAcceleration": _vector("change of globalLinearVelocity over simulation time", "m/s^2"),
+    },
+    memory=_Start,
+)
+def compute_odometry(db: Any) -> bool:
+    """Read the chassis' motion. Accelerations are backward differences; they stay where no simulation time passed."""
+    app, memory = db.app, db.memory
+    if app.timeline.is_stopped():
+        return False
+    if not memory.body:
+        memory.body = _body(db)
+    pose = app.fabric.rigid_matrices((memory.body,))[0]
+    if memory.pose is None:
+        memory.pose = pose
+    velocities = body_velocities(pose, app.fabric.capture().velocities((memory.body,))[0])
+    outputs, turned = db.outputs, memory.pose[:3, :3].T
+    outputs.position = turned @ (pose[:3, 3] - memory.pose[:3, 3])
+    outputs.orientation = quaternions_xyzw((turned @ pose[:3, :3])[None])[0]
+    outputs.linearVelocity, outputs.angularVelocity, outputs.globalLinearVelocity = velocities
+    time = app.simulation.time
+    if memory.velocities is None:
+        memory.velocities, memory.time = velocities, time
+    elif time > memory.time:
+        change = (velocities - memory.velocities) / float(time - memory.time)
+        outputs.linearAcceleration, outputs.angularAcceleration, outputs.globalLinearAcceleration = change
+        memory.velocities, memory.time = velocities, time
+    db.fire("execOut")
+    return True
+
+
+def body_velocities(pose: NDArray[np.float64], motion: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Rows: linear and angular velocity along the body's axes, linear velocity along the world's.
+
+    pose: (4, 4) rigid, column vectors; motion: (6,) linear [m/s] and angular [rad/s] along the world's axes.
+    """
+    import numpy as np
+
+    return np.stack([motion[:3] @ pose[:3, :3], motion[3:] @ pose[:3, :3], motion[:3]])
+
+
+def _body(db: Any) -> str:
+    """The path of the rigid body that chassisPrim stands for. Fails the node where there is none."""
+    from nodes.ros2.transform_trees import links_of
+
+    app, targets = db.app, db.inputs.chassisPrim
+    if len(targets) != 1:
+        db.fail(f"input chassisPrim names {len(targets)} prims; give it one prim path")
+    if not app.stage.GetPrimAtPath(targets[0]):
+        db.fail(f"there is no prim {targets[0]} on the stage; correct the path")
+    bodies = () if app.physics is None else app.physics.body_paths
+    for _, link in links_of(app.stage, targets[0]):
+        if link in bodies:
+            return link
+    db.fail(f"{targets[0]} is no rigid body that can move; give chassisPrim a body or an articulation")
+    return ""
