@@ -128,6 +128,8 @@ class ExecutionEvaluator:
         """
         for name in reversed(db._enabled):
             if name is RETURN:
+                if len(stack) > self._graph.step_limit:
+                    raise self._runaway(db)
                 db._frames.append(steps)
                 stack.append(step_to(db, RETURNED))
                 steps = 0
