@@ -12,6 +12,8 @@ import numpy as np
 
 from graph.errors import UserError
 
+from .names import camel_case
+
 EMITTER_FLOATS = (
     "azimuth_deg",
     "elevation_deg",
@@ -155,21 +157,25 @@ class LidarConfig:
 
     def _bad_scalars(self) -> list[str]:
         problems = [
-            f"{name} = {getattr(self, name)!r} is not one of {', '.join(tokens)}"
+            f"{camel_case(name)} = {getattr(self, name)!r} is not one of {', '.join(tokens)}"
             for name, tokens in _TOKENS.items()
             if getattr(self, name) not in tokens
         ]
-        problems += [f"{f.name} is not finite" for f in dataclasses.fields(self) if _not_finite(getattr(self, f.name))]
+        problems += [
+            f"{camel_case(f.name)} is not finite"
+            for f in dataclasses.fields(self)
+            if _not_finite(getattr(self, f.name))
+        ]
         if self.scan_rate_base_hz < MIN_SCAN_RATE_HZ:
-            problems.append(f"scan_rate_base_hz = {float(self.scan_rate_base_hz):g} Hz; the slowest scan is 0.466 Hz")
+            problems.append(f"scanRateBaseHz = {float(self.scan_rate_base_hz):g} Hz; the slowest scan is 0.466 Hz")
         if self.pattern_firing_rate_hz <= 0:
-            problems.append("pattern_firing_rate_hz must be above 0")
+            problems.append("patternFiringRateHz must be above 0")
         if not 0 <= self.near_range_m < self.far_range_m:
             problems.append(f"the range is {self.near_range_m:g} to {self.far_range_m:g} m; near must be below far")
         if len(self.ranges_min_m) != len(self.ranges_max_m):
-            problems.append("ranges_min_m and ranges_max_m differ in length")
+            problems.append("rangesMinM and rangesMaxM differ in length")
         if self.max_returns < 1:
-            problems.append("max_returns must be at least 1")
+            problems.append("maxReturns must be at least 1")
         return problems
 
     def _bad_states(self) -> list[str]:
@@ -180,13 +186,15 @@ class LidarConfig:
             for name in (*EMITTER_FLOATS, *EMITTER_INTEGERS):
                 array = getattr(state, name)
                 if len(array) != count and (len(array) or name == "azimuth_deg"):
-                    problems.append(f"emitter state s{number:03}: {name} has {len(array)} entries for {count} emitters")
+                    problems.append(
+                        f"emitter state s{number:03}: {camel_case(name)} has {len(array)} entries for {count} emitters"
+                    )
                 if array.dtype == np.float32 and not np.all(np.isfinite(array)):
-                    problems.append(f"emitter state s{number:03}: {name} holds a value that is not finite")
+                    problems.append(f"emitter state s{number:03}: {camel_case(name)} holds a value that is not finite")
             if self.ranges_min_m and len(state.range_id) and state.range_id.max() >= len(self.ranges_min_m):
-                problems.append(f"emitter state s{number:03}: range_id {state.range_id.max()} has no range")
+                problems.append(f"emitter state s{number:03}: rangeId {state.range_id.max()} has no range")
         if self.num_rays_per_line and sum(self.num_rays_per_line) != count:
-            problems.append(f"num_rays_per_line sums to {sum(self.num_rays_per_line)} for {count} emitters")
+            problems.append(f"numRaysPerLine sums to {sum(self.num_rays_per_line)} for {count} emitters")
         return problems
 
 

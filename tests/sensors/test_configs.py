@@ -129,7 +129,7 @@ def test_a_profile_needs_little_and_its_comments_are_ignored(tmp_path):
         ({"farRangeM": "far"}, "farRangeM is not a finite number"),
         ({"scanType": "spiral"}, "scanType is 'spiral'"),
         ({"emitterStates": []}, "no emitters"),
-        ({"emitterStates": [{"azimuthDeg": [0, 1], "elevationDeg": [1]}]}, "azimuth_deg has 2 entries for 1 emitters"),
+        ({"emitterStates": [{"azimuthDeg": [0, 1], "elevationDeg": [1]}]}, "azimuthDeg has 2 entries for 1 emitters"),
         (
             {"emitterStates": [{"azimuthDeg": [0, 1], "elevationDeg": ["x", 1]}]},
             "elevationDeg is not a list of numbers",

@@ -177,9 +177,9 @@ def test_an_interval_longer_than_a_turn_keeps_its_last_turn():
     [
         ({"scan_rate_base_hz": Fraction(1, 10)}, "slowest scan"),
         ({"near_range_m": 5.0, "far_range_m": 4.0}, "near must be below far"),
-        ({"far_range_m": float("nan")}, "far_range_m is not finite"),
-        ({"rotation_direction": "LEFT"}, "rotation_direction = 'LEFT' is not one of CW, CCW"),
-        ({"pattern_firing_rate_hz": Fraction(0)}, "pattern_firing_rate_hz must be above 0"),
+        ({"far_range_m": float("nan")}, "farRangeM is not finite"),
+        ({"rotation_direction": "LEFT"}, "rotationDirection = 'LEFT' is not one of CW, CCW"),
+        ({"pattern_firing_rate_hz": Fraction(0)}, "patternFiringRateHz must be above 0"),
         ({"emitter_states": ()}, "no emitters"),
         ({"num_rays_per_line": (2, 3)}, "sums to 5 for 1 emitters"),
     ],
