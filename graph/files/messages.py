@@ -31,17 +31,20 @@ _NO_VERSION = 'there is no "tickgraph" key; a graph file starts with "tickgraph:
 def problems_of(errors: Iterable[ErrorDetails], source: Source, root: Map) -> list[Problem]:
     """One problem for each error of the models, in the order of the file."""
     errors = [*errors]
-    unknown = [error["loc"] for error in errors if error["type"] == "extra_forbidden"]
+    unknown: dict[Location, list[str]] = {}
+    for error in errors:
+        if error["type"] == "extra_forbidden":
+            unknown.setdefault(error["loc"][:-1], []).append(str(error["loc"][-1]))
     placed = [_problem(error, root) for error in errors if not _only_misspelt(error, unknown)]
     return [source.problem(at, message) for at, message in sorted(placed)]
 
 
-def _only_misspelt(error: ErrorDetails, unknown: Iterable[Location]) -> bool:
+def _only_misspelt(error: ErrorDetails, unknown: Mapping[Location, Sequence[str]]) -> bool:
     """Whether a missing key stands there with a typing error: that is one mistake, not two."""
     if error["type"] != "missing":
         return False
     *parent, name = error["loc"]
-    return any([*other[:-1]] == parent and did_you_mean(str(other[-1]), [str(name)]) for other in unknown)
+    return any(did_you_mean(other, [str(name)]) for other in unknown.get(tuple(parent), ())[:100])
 
 
 def locations_of(errors: Iterable[ErrorDetails]) -> list[Location]:

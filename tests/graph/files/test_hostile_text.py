@@ -113,6 +113,17 @@ def bombs():
         "bad keys": "tickgraph: 1\n" + "".join(f"k{i}: 1\n" for i in range(SIZE // 9)),
         "near names": "tickgraph: 1\n" + "".join(f"graph{i}: 1\n" for i in range(SIZE // 13)),
         "bad nodes": "tickgraph: 1\ngraphs: {/G: {nodes: {" + "".join(f"n{i}: 1, " for i in range(SIZE // 11)) + "}}}",
+        "misspelt": "tickgraph: 1\ngraphs: {/G: {nodes: {"
+        + "".join(f"n{i}: {{typ: X}}, " for i in range(SIZE // 19))
+        + "}}}",
+        "unknown keys of a node": "tickgraph: 1\ngraphs: {/G: {nodes: {n: {"
+        + "".join(f"k{i}: 1, " for i in range(SIZE // 11))
+        + "}}}}",
+        "lost nodes": "tickgraph: 1\ngraphs: {/G: {nodes: {"
+        + "".join(f"n{i}: 1, " for i in range(2000))
+        + "}, connections: ["
+        + "".join(f"n{i}.x -> n.y, " for i in range(2000))
+        + "]}}",
         "directives": "%X\n" * (SIZE // 3),
         "documents": "---\n" * (SIZE // 4),
         "carriage returns": "\r" * SIZE,
