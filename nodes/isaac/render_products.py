@@ -54,11 +54,11 @@ def create_render_product(db: Any) -> bool:
 
 
 def _make(db: Any, wanted: tuple[str, int, int]) -> None:
-    from sensors import render_product
+    from sensors.products import remove_product, render_product
 
     rendering, memory = db.app.rendering, db.memory
     if memory.own and memory.path in rendering.products:
-        rendering.remove(memory.path)
+        remove_product(db.app, rendering.products[memory.path])
     camera, width, height = wanted
     before = set(rendering.products)
     product = render_product(db.app, camera, resolution=(width, height))

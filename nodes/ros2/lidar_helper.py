@@ -52,19 +52,15 @@ def _detach(db: Any) -> None:
             "bool", "stamp with the time since play; if not, with the time that no stop resets", default=True
         ),
         "fullScan": Attribute(
-            "bool",
-            "whole scans come from tickRate = scanRateBaseHz",
-            default=True,
-            deprecated="set the sensor's tickRate to its scanRateBaseHz instead",
+            "bool", "deprecated, without effect: whole scans come from tickRate = scanRateBaseHz", default=True
         ),
         "showDebugView": Attribute("bool", "for a viewer; a run without one does not draw", default=False),
         "useSystemTime": Attribute("bool", "stamp with the wall time of the last physics step", default=False),
         "frameSkipCount": Attribute(
             "uint",
-            "frames to leave out between two messages",
+            "deprecated, lower the tickRate instead: frames left out between two messages",
             default=0,
             unit="frames",
-            deprecated="lower the sensor's tickRate instead",
         ),
         "selectedMetadata": Attribute(
             "token[]", f"quantities of a cloud besides x, y, z: {', '.join(CLOUD_FIELDS)}", default=[]
@@ -141,6 +137,7 @@ def _metadata(db: Any) -> tuple[str, ...]:
 
 
 def _warn_about_settings(db: Any) -> None:
+    # The node warns of its deprecated inputs itself: under codes of their own, and only where their value has a meaning.
     inputs = db.inputs
     if not inputs.fullScan:
         db.warn("full-scan-deprecated", "fullScan has no effect; partial scans come from tickRate or accumulateOutputs")

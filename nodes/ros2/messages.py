@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 from graph.exact import NANOSECONDS
@@ -38,31 +39,24 @@ def clock(nanoseconds: int) -> Any:
     return _type(CLOCK)(stamp(nanoseconds))
 
 
-def vector(xyz: Sequence[float]) -> Any:
-    """`geometry_msgs/Vector3`."""
-    return _type("geometry_msgs/msg/Vector3")(*map(float, xyz))
-
-
-def quaternion(xyzw: Sequence[float]) -> Any:
-    """`geometry_msgs/Quaternion` from x, y, z, w."""
-    return _type("geometry_msgs/msg/Quaternion")(*map(float, xyzw))
-
-
 def transforms(poses: Iterable[FrameTransform], nanoseconds: int) -> Any:
     """`tf2_msgs/TFMessage` with one stamp for all its transforms."""
     stamped, transform = _type("geometry_msgs/msg/TransformStamped"), _type("geometry_msgs/msg/Transform")
+    header_type, time = _type("std_msgs/msg/Header"), stamp(nanoseconds)
+    vector, quaternion = _type("geometry_msgs/msg/Vector3"), _type("geometry_msgs/msg/Quaternion")
     return _type(TRANSFORMS)(
         [
             stamped(
-                header(nanoseconds, pose.parent),
+                header_type(time, pose.parent),
                 pose.child,
-                transform(vector(pose.translation), quaternion(pose.rotation)),
+                transform(vector(*map(float, pose.translation)), quaternion(*map(float, pose.rotation))),
             )
             for pose in poses
         ]
     )
 
 
+@cache
 def _type(name: str) -> Any:
     from graph.sim.ros_types import message_type
 
