@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -65,7 +65,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Runs the command; returns 2 if any file is wrong."""
-    checked = [check(file, allow=args.allow) for file in args.files]
+    checked = [check(file, allow=args.allow, settings=args.settings) for file in args.files]
     if args.json:
         print(json.dumps({"files": [one.as_dict() for one in checked]}, indent=2))
     for one in checked:
@@ -77,12 +77,12 @@ def run(args: argparse.Namespace) -> int:
     return 2 if any(one.problems for one in checked) else 0
 
 
-def check(file: str, *, allow: Sequence[Path] = ()) -> Checked:
-    """Loads, compiles and stages one file, without playing it."""
+def check(file: str, *, allow: Sequence[Path] = (), settings: Mapping[str, Any] | None = None) -> Checked:
+    """Loads, compiles and stages one file, without playing it; `settings` beat the file's."""
     # Only here are the engine, the world and the nodes imported: `graph check --help` needs none of them.
     from graph.assembly import build_parts
 
-    parts = build_parts(file, allow=allow)
+    parts = build_parts(file, allow=allow, settings=settings)
     return Checked(file, parts.spec, tuple(parts.problems))
 
 

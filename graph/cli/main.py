@@ -35,7 +35,7 @@ class Command:
 
 COMMANDS = {
     "run": Command("play a graph file and report what happened", "run", settings=True),
-    "check": Command("validate graph files without running them", "check"),
+    "check": Command("validate graph files without running them", "check", settings=True),
     "nodes": Command("list node types", "nodes"),
     "node": Command("describe one node type", "node"),
     "show": Command("draw the graphs of a file", "show"),

@@ -82,3 +82,14 @@ def test_allow_widens_what_a_file_may_name(folder, graph):
     assert refused.code == 2
     assert "allow its folder with --allow" in refused.err
     assert graph("check", "sub/a.yaml", "--allow", ".").code == 0
+
+
+def test_options_of_the_file_and_the_command_line_are_checked(folder, graph):
+    (folder / "a.yaml").write_text("tickgraph: 1\nfidelity: {lidar.moton: frozen}\n")
+    result = graph("check", "a.yaml")
+    assert result.code == 2
+    assert result.err.startswith("a.yaml:2:12: ")
+    assert 'did you mean "lidar.motion"?' in result.err
+    (folder / "b.yaml").write_text("tickgraph: 1\n")
+    assert graph("check", "b.yaml", "--/rtx/hydra/supportMultiTickRate=true").code == 0
+    assert graph("check", "b.yaml", "--/app/runLoops/main/rateLimitFrequency=-5").code == 2
