@@ -124,10 +124,10 @@ def _dependency(module: str) -> Finding:
     command = [sys.executable, "-P", "-c", PROBE, module]
     probe = subprocess.run(command, capture_output=True, text=True, check=False, env=environment)
     if probe.returncode != 0:
-        said = probe.stderr.strip().splitlines() or [f"ended with status {probe.returncode}"]
-        return Finding(
-            name, "fail", f"{version} does not import: {said[-1]}", f"Run: pip install --force-reinstall {name}"
-        )
+        said = (probe.stderr.strip().splitlines() or [f"ended with status {probe.returncode}"])[-1]
+        _, is_ours, ours = said.partition("UserError: ")  # says itself what to do
+        advice = "" if is_ours else f"Run: pip install --force-reinstall {name}"
+        return Finding(name, "fail", f"{version} does not import: {ours or said}", advice)
     return Finding(name, "ok", f"{version}, imports in {float(probe.stdout.split()[-1]):.2f} s")
 
 
