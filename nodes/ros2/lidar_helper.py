@@ -137,7 +137,7 @@ def _metadata(db: Any) -> tuple[str, ...]:
 
 
 def _warn_about_settings(db: Any) -> None:
-    # The node warns of its deprecated inputs itself: under codes of their own, and only where their value has a meaning.
+    # Deprecated inputs are told here, not by the engine: by codes of their own, and only where the value means something.
     inputs = db.inputs
     if not inputs.fullScan:
         db.warn("full-scan-deprecated", "fullScan has no effect; partial scans come from tickRate or accumulateOutputs")
