@@ -137,7 +137,7 @@ def _metadata(db: Any) -> tuple[str, ...]:
 
 
 def _warn_about_settings(db: Any) -> None:
-    # Deprecated inputs are told here, not by the engine: by codes of their own, and only where the value means something.
+    # Deprecated inputs are told here, not by the engine: under their own codes, and only where the value counts.
     inputs = db.inputs
     if not inputs.fullScan:
         db.warn("full-scan-deprecated", "fullScan has no effect; partial scans come from tickRate or accumulateOutputs")
