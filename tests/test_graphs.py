@@ -43,6 +43,25 @@ def test_an_example_runs_and_everything_it_wires_speaks(path, tmp_path):
     assert json.loads((tmp_path / "report.json").read_text()) == report
 
 
+def test_the_quickstart_gives_the_fifty_scans_that_its_comments_promise():
+    done = graph("run", ROOT / "graphs" / "quickstart.yaml", "--json")
+    assert done.returncode == 0, done.stderr
+    report = json.loads(done.stdout)
+    assert report["updates"] == 300
+    lidar = report["sensors"]["/World/Lidar"]
+    assert (lidar["frames"], lidar["first_frame_ns"], lidar["last_frame_ns"]) == (50, 0, 4_900_000_000)
+
+
+def test_the_yards_recording_is_the_same_to_the_byte_whatever_the_number_of_ray_threads(tmp_path):
+    for threads in (1, 2):
+        out = tmp_path / str(threads)
+        done = graph("run", YARD, "--updates", 20, "--out", out, f"--/tickgraph/rayThreads={threads}")
+        assert done.returncode == 0, done.stderr
+    first, second = ((tmp_path / name / "run.mcap").read_bytes() for name in ("1", "2"))
+    assert first == second
+    assert len(first) > 1_000_000
+
+
 @pytest.fixture(scope="module")
 def yard_run(tmp_path_factory):
     """The main example as `make run` runs it, once for all tests below."""
