@@ -41,7 +41,7 @@ def _vector(doc: str, unit: str) -> Attribute:
         "position": _vector("position in the frame that the chassis had at the first reading after play", "m"),
         "orientation": Attribute("quatd[4]", "orientation in that frame, quaternion x, y, z, w", default=IDENTITY),
         "linearVelocity": _vector("velocity along the chassis' axes", "m/s"),
-        "angularVelocity": _vector("turn rate about the chassis' axes", "rad/s"),
+        "angularVelocity": _vector("turn rate about the world's axes", "rad/s"),
         "linearAcceleration": _vector("change of linearVelocity over simulation time", "m/s^2"),
         "angularAcceleration": _vector("change of angularVelocity over simulation time", "rad/s^2"),
         "globalLinearVelocity": _vector("velocity along the world's axes", "m/s"),
@@ -76,13 +76,13 @@ def compute_odometry(db: Any) -> bool:
 
 
 def body_velocities(pose: NDArray[np.float64], motion: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Rows: linear and angular velocity along the body's axes, linear velocity along the world's.
+    """Rows: linear velocity along the body's axes, angular velocity and linear velocity along the world's.
 
     pose: (4, 4) rigid, column vectors; motion: (6,) linear [m/s] and angular [rad/s] along the world's axes.
     """
     import numpy as np
 
-    return np.stack([motion[:3] @ pose[:3, :3], motion[3:] @ pose[:3, :3], motion[:3]])
+    return np.stack([motion[:3] @ pose[:3, :3], motion[3:], motion[:3]])
 
 
 def _body(db: Any) -> str:
