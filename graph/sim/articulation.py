@@ -71,11 +71,11 @@ class Articulation:
             if values is not None:
                 wanted = ~np.isnan(values) & (self._actuator[chosen] >= 0)
                 rows = chosen[wanted]
-                self._physics.targets[self._actuator[rows], column] = values[wanted] / self._scale[rows]
+                self._physics.drives.targets[self._actuator[rows], column] = values[wanted] / self._scale[rows]
         if commands[2] is not None:
             wanted = ~np.isnan(commands[2])
             self._physics.data.qfrc_applied[self._velocity[chosen[wanted]]] = commands[2][wanted]
-        self._physics.apply_targets()
+        self._physics.drives.apply(self._physics.data)
 
     def _command(self, name: str, values: Sequence[float] | Floats | None, width: int) -> Floats | None:
         if values is None or not len(values):

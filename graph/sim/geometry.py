@@ -73,7 +73,8 @@ class _Collector:
             return out
         if body not in self.body_inverse:
             self.body_inverse[body] = transforms.inverse_rigid(self.scan.body_pose(body))
-        return self.body_inverse[body] @ out
+        local: Floats = np.round(self.body_inverse[body] @ out, 12)
+        return local
 
     def collect(self, prim: Any, path: str, body: str | None, world: Floats) -> Mesh | Plane | None:
         if not transforms.usable(world):
@@ -92,7 +93,7 @@ class _Collector:
             triangles = np.ascontiguousarray(triangles[:, ::-1])
         vertices = transforms.transformed(frame, vertices)
         if body is not None:
-            vertices = np.round(vertices / GRID) * GRID
+            vertices = np.round(vertices / GRID) * GRID + 0.0  # which also makes -0.0 and 0.0 equal in their bytes
         return Mesh(path, body, vertices, triangles)
 
     def _shape(self, prim: Any, path: str, scale: float) -> Shape | None:
@@ -162,7 +163,8 @@ def _instances(scan: Scan, prim: Any, path: str, warn: Warn) -> Iterator[tuple[A
     instancer = UsdGeom.PointInstancer(prim)
     prototypes = instancer.GetPrototypesRel().GetForwardedTargets()
     which = np.asarray(instancer.GetProtoIndicesAttr().Get(EARLIEST) or (), dtype=np.int64)
-    matrices = instancer.ComputeInstanceTransformsAtTime(EARLIEST, EARLIEST, UsdGeom.PointInstancer.IncludeProtoXform)
+    options = UsdGeom.PointInstancer.IncludeProtoXform, UsdGeom.PointInstancer.IgnoreMask
+    matrices = instancer.ComputeInstanceTransformsAtTime(EARLIEST, EARLIEST, *options)
     mask = np.asarray(instancer.ComputeMaskAtTime(EARLIEST) or (), dtype=bool)
     if len(matrices) != len(which) or (which < 0).any() or (which >= len(prototypes)).any():
         warn("bad-geometry", path, "its prototypes, indices and positions do not fit together; rays do not see it.")

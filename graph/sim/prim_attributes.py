@@ -92,17 +92,16 @@ def _scalar(type_name: Any, value: Any) -> Any:
         return Sdf.AssetPath(value) if isinstance(default, Sdf.AssetPath) else value
     if isinstance(default, (float, Sdf.TimeCode)):
         return type(default)(number(value, finite=False))
-    dimensions = type_name.dimension
     if isinstance(default, (Gf.Quatd, Gf.Quatf, Gf.Quath)):
         return type(default)(*numbers(value, 4))
-    if len(dimensions) == 2:
-        rows, columns = dimensions
-        if len(value) != rows:
-            raise ValueError(f"{value!r} is not a list of {rows} rows")
-        return type(default)([numbers(row, columns) for row in value])
-    if len(dimensions) == 1:
+    dimension = getattr(default, "dimension", None)
+    if isinstance(dimension, tuple):
+        if isinstance(value, (str, bytes)) or not hasattr(value, "__len__") or len(value) != dimension[0]:
+            raise ValueError(f"{value!r} is not a list of {dimension[0]} rows")
+        return type(default)([numbers(row, dimension[1]) for row in value])
+    if isinstance(dimension, int):
         kind = int if name.startswith("int") else float
-        return type(default)(*map(kind, numbers(value, dimensions[0])))
+        return type(default)(*map(kind, numbers(value, dimension)))
     raise ValueError(f"attributes of type {name} cannot be set here")
 
 
@@ -110,6 +109,9 @@ def _property(prim: Any, name: str) -> Any:
     existing = _defined(prim, name)
     if existing:
         return existing
+    if name.split(":")[:2] == ["material", "binding"]:  # its schema has no list of properties: purposes are free
+        apply_schema(prim, "MaterialBindingAPI")
+        return prim.CreateRelationship(name, custom=False)
     schemas, templates = _api_properties()
     if name in schemas:
         apply_schema(prim, schemas[name])

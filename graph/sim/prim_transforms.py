@@ -23,7 +23,7 @@ def set_transform(
     prim has no transform, or if its old one has a shear that these parts cannot say.
     """
     if not prim.IsA(UsdGeom.Xformable):
-        raise ValueError(f"a {prim.GetTypeName() or 'prim without type'} has no transform")
+        raise ValueError(f"{prim.GetTypeName() or 'a prim without type'} has no transform")
     schema = UsdGeom.Xformable(prim)
     names = [op.GetOpName() for op in schema.GetOrderedXformOps()]
     old = transforms.from_usd(schema.GetLocalTransformation(EARLIEST)) if names else np.eye(4)

@@ -208,14 +208,9 @@ def _add_joint(handle: Any, branch: Branch) -> None:
 
 
 def _add_drive(spec: Any, joint: Joint) -> None:
-    """An actuator whose control is a force; the engine sets its gains (they depend on the time step)."""
-    drive = joint.drive
-    assert drive is not None
+    """An actuator whose control is a force; `drives` sets its gains, which depend on the time step."""
     actuator = spec.add_actuator(name=joint.path, target=joint.path, trntype=mujoco.mjtTrn.mjTRN_JOINT)
     actuator.gaintype, actuator.biastype = mujoco.mjtGain.mjGAIN_FIXED, mujoco.mjtBias.mjBIAS_AFFINE
-    if math.isfinite(drive.max_force):
-        actuator.forcelimited = mujoco.mjtLimited.mjLIMITED_TRUE
-        actuator.forcerange = [-drive.max_force, drive.max_force]
 
 
 def _add_constraints(spec: Any, world: World, forest: Forest, warn: Warn) -> None:

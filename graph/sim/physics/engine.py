@@ -12,6 +12,7 @@ from graph.sim.articulation import Articulation
 from graph.sim.transforms import Floats
 
 from .compile import Compiled
+from .drives import Drives
 from .library import mujoco
 from .model import Joint
 
@@ -37,14 +38,15 @@ class Physics:
         self._quaternions: Floats = self.data.xquat[1:]
         self._stale = False
         self._articulations: dict[str, Articulation] = {}
-        self._actuators = {joint.path: number for number, joint in enumerate(j for j in self.joints if j.drive)}
-        self._inertia_scaled_gains()
-        self.targets = np.array([[j.drive.position, j.drive.velocity] for j in self.joints if j.drive]).reshape(-1, 2)
+        self.drives = Drives(self.model, self.joints)
+        self._actuators = {joint.path: number for number, joint in enumerate(self.drives.joints)}
         self.set_dt(dt)
         self._start(compiled)
 
     def step(self) -> None:
         """Advance by one dt. Raises RunError if the simulation has diverged, naming the body."""
+        if self.drives.limited:
+            self.drives.limit_forces(self.data)
         mujoco.mj_step(self.model, self.data)
         self._stale = True
         counters = self._counters
@@ -79,7 +81,7 @@ class Physics:
         """Change the time step [s]; the drives keep their meaning."""
         self.dt = dt
         self.model.opt.timestep = float(dt)
-        self._set_gains()
+        self.drives.set_dt(float(dt))
 
     def set_pose(self, path: str, pose: Floats) -> None:
         """Put a free or kinematic body at a rigid (4, 4) world pose [m]. Raises RunError for one held by a joint."""
@@ -94,10 +96,6 @@ class Physics:
         else:
             raise RunError(f"{path}: a joint holds this body; set the joint's position instead of its pose.")
         self._stale = True
-
-    def apply_targets(self) -> None:
-        """Hand `targets` (A, 2), positions and velocities of the driven joints, to the engine."""
-        self.data.ctrl[:] = (self.targets * self._gains).sum(axis=1)
 
     def articulation(self, root: str) -> Articulation:
         """The mechanism at a path: a robot's root prim, or any body or joint of it. RunError if there is none."""
@@ -123,29 +121,6 @@ class Physics:
         joint = self.model.body_jntadr[body]
         return bool(joint >= 0 and self.model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE)
 
-    def _inertia_scaled_gains(self) -> None:
-        """(A, 2) stiffness and damping per actuator; those of acceleration drives times the inertia they move."""
-        self._gains = np.zeros((len(self._actuators), 2))
-        for number, joint in enumerate(j for j in self.joints if j.drive):
-            assert joint.drive is not None
-            factor = 1.0
-            if joint.drive.acceleration:
-                factor = float(self.model.dof_M0[self.dof(joint)])
-                self.model.actuator_forcerange[number] *= factor
-            self._gains[number] = joint.drive.stiffness * factor, joint.drive.damping * factor
-
-    def _set_gains(self) -> None:
-        """Drive force: stiffness (q* - q) + damping (dq* - dq), both taken at the end of the step.
-
-        The integrator `discrete` does so itself. The implicit ones do for the damping only: the spring's share of it,
-        dt times the stiffness, makes the spring implicit too (Tan, Liu and Turk, Stable PD controllers, 2011).
-        """
-        stiffness, damping = self._gains[:, 0], self._gains[:, 1]
-        ahead = 0.0 if self.model.opt.integrator == mujoco.mjtIntegrator.mjINT_DISCRETE else float(self.dt)
-        self.model.actuator_gainprm[:, 0] = 1.0
-        self.model.actuator_biasprm[:, 1] = -stiffness
-        self.model.actuator_biasprm[:, 2] = -(damping + ahead * stiffness)
-
     def _start(self, compiled: Compiled) -> None:
         """Initial velocities and drive targets, and everything that follows from them."""
         mujoco.mj_kinematics(self.model, self.data)
@@ -162,7 +137,7 @@ class Physics:
                 self.data.qvel[address + 3 : address + 6] = turn.T @ body.angular_velocity
         for joint in self.joints:
             self._start_joint(joint, velocities)
-        self.apply_targets()
+        self.drives.apply(self.data)
         mujoco.mj_forward(self.model, self.data)
 
     def _start_joint(self, joint: Joint, velocities: dict[str, tuple[Floats, Floats]]) -> None:

@@ -46,7 +46,7 @@ def test_a_syntax_error_names_file_line_and_column(tmp_path):
     [
         'def "W" (references = @../out.usda@) {}',
         'def "W" (payload = @../out.usda@) {}',
-        '(\n subLayers = [@../out.usda@]\n)',
+        "(\n subLayers = [@../out.usda@]\n)",
         'def "W" (\n variants = {\n string v = "b"\n }\n prepend variantSets = "v"\n)\n{\n variantSet "v" = {\n'
         ' "a" (references = @../out.usda@) {}\n "b" {}\n }\n}',
         'def "W" (\n clips = {\n dictionary default = {\n asset[] assetPaths = [@../out.usda@]\n'
@@ -55,7 +55,16 @@ def test_a_syntax_error_names_file_line_and_column(tmp_path):
         'def "W" (references = @./inner.usda@) {}',
         'def "W" (references = @./link.usda@) {}',
     ],
-    ids=["reference", "payload", "sublayer", "unselected variant", "clip", "clip template", "two hops", "symbolic link"],
+    ids=[
+        "reference",
+        "payload",
+        "sublayer",
+        "unselected variant",
+        "clip",
+        "clip template",
+        "two hops",
+        "symbolic link",
+    ],
 )
 def test_whatever_leads_out_of_the_folder_is_refused(tmp_path, arc):
     outside = write(tmp_path / "out.usda", 'def "O" {}\n')

@@ -22,7 +22,9 @@ def test_an_empty_stage_is_in_metres_and_z_up():
 
 
 def test_units_up_axis_and_default_prim_are_those_of_the_scene(tmp_path):
-    header = '(\n metersPerUnit = 0.01\n upAxis = "Y"\n defaultPrim = "W"\n timeCodesPerSecond = 24\n)\ndef Xform "W" {}\n'
+    header = (
+        '(\n metersPerUnit = 0.01\n upAxis = "Y"\n defaultPrim = "W"\n timeCodesPerSecond = 24\n)\ndef Xform "W" {}\n'
+    )
     stage = open_stage(write(tmp_path / "a.usda", header))
     assert (meters_per_unit(stage), up_axis(stage)) == (0.01, "Y")
     assert stage.GetDefaultPrim().GetName() == "W"

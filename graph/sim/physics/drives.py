@@ -1,0 +1,80 @@
+"""The drives of a model's joints: stiff, limited, and stable at any time step."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from graph.sim.transforms import Floats
+
+from .library import mujoco
+from .model import Joint
+
+
+class Drives:
+    """Sets MuJoCo's actuators so that each joint gets stiffness (q* - q) + damping (dq* - dq), within its limit.
+
+    Both terms are taken at the end of the step: the integrator `discrete` does that by itself, the implicit ones for
+    the damping only, so that there the spring's share of it, dt times the stiffness, is added (Tan, Liu and Turk,
+    Stable proportional-derivative controllers, 2011).
+
+    A force at its limit does not depend on where the joint is, so MuJoCo integrates it explicitly; a stiff drive would
+    then jump from one limit to the other around its target for ever. Such a drive gets here, for that step, just as
+    much of its stiffness and damping as keeps it from overshooting, given the least inertia the joint can have.
+    """
+
+    def __init__(self, model: Any, joints: Sequence[Joint]) -> None:
+        self._model = model
+        self.joints = tuple(joint for joint in joints if joint.drive is not None)
+        handles = [model.joint(joint.path) for joint in self.joints]
+        self._dof = np.array([int(handle.dofadr[0]) for handle in handles], dtype=np.intp)
+        self._coordinate = np.array([int(handle.qposadr[0]) for handle in handles], dtype=np.intp)
+        drives = [joint.drive for joint in self.joints if joint.drive is not None]
+        scale = [model.dof_M0[dof] if drive.acceleration else 1.0 for dof, drive in zip(self._dof, drives, strict=True)]
+        self.stiffness = np.array([drive.stiffness for drive in drives]) * scale
+        self.damping = np.array([drive.damping for drive in drives]) * scale
+        self.limit = np.array([drive.max_force for drive in drives]) * scale
+        self.targets = np.array([[drive.position, drive.velocity] for drive in drives]).reshape(-1, 2)
+        """(A, 2) positions and velocities aimed at [rad or m, per s]; `apply` after writing."""
+        self._inertia = 1 / np.maximum(model.dof_invweight0[self._dof], 1e-12)
+        self.limited = bool(np.isfinite(self.limit).any())
+        self._at_limit = False
+        self._dt = self._ahead = 0.0
+        model.actuator_gainprm[:, 0] = 1.0
+
+    def set_dt(self, dt: float) -> None:
+        """Take a new time step [s]."""
+        self._dt = dt
+        self._ahead = 0.0 if self._model.opt.integrator == mujoco.mjtIntegrator.mjINT_DISCRETE else dt
+        self._set_gains(self.stiffness, self.damping)
+
+    def apply(self, data: Any) -> None:
+        """Hand the targets to the engine."""
+        data.ctrl[:] = self.stiffness * self.targets[:, 0] + self.damping * self.targets[:, 1]
+
+    def limit_forces(self, data: Any) -> None:
+        """Before a step: hold the forces within their limits."""
+        position, velocity = data.qpos[self._coordinate], data.qvel[self._dof]
+        ahead = self.stiffness * self._ahead
+        force = self.stiffness * (self.targets[:, 0] - position) - ahead * velocity
+        force += self.damping * (self.targets[:, 1] - velocity)
+        over = np.abs(force) / self.limit
+        if over.max() <= 1:
+            if self._at_limit:
+                self._set_gains(self.stiffness, self.damping)
+                self.apply(data)
+                self._at_limit = False
+            return
+        self._at_limit = True
+        share = 1 / np.maximum(over, 1)
+        added = self._dt * share * (self.damping + self._dt * self.stiffness)
+        kept = np.where(over > 1, share * np.maximum(0, 1 - self._inertia / np.maximum(added, 1e-300)), 1)
+        stiffness, damping = self.stiffness * kept, self.damping * kept
+        self._set_gains(stiffness, damping)
+        data.ctrl[:] = force * share + stiffness * position + (damping + self._ahead * stiffness) * velocity
+
+    def _set_gains(self, stiffness: Floats, damping: Floats) -> None:
+        self._model.actuator_biasprm[:, 1] = -stiffness
+        self._model.actuator_biasprm[:, 2] = -(damping + self._ahead * stiffness)
