@@ -114,7 +114,7 @@ def differential_controller(db: Any) -> bool:
             change = clamp(angular - memory.angular, drive.max_angular_acceleration * dt)
             angular = memory.angular + change
     memory.linear, memory.angular = linear, angular
-    db.outputs.velocityCommand = drive.wheel_speeds(linear, angular)
+    db.outputs.velocityCommand = list(drive.wheel_speeds(linear, angular))
     return True
 
 
