@@ -1,0 +1,118 @@
+"""Which node types there are, by which names, and what declaring one checks."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+from graph import Attribute, NodeType, UserError, declare, node_type
+from graph.declaration import names_in_order
+from graph.registry import Registry, UnknownNodeTypeError
+
+
+def of(type_id, origin):
+    return NodeType(type_id, origin=origin)
+
+
+def test_a_type_is_found_by_id_and_by_last_part_with_or_without_ogn():
+    registry = Registry()
+    one, two = of("isaacsim.core.nodes.OgnScale", "nodes.a:1"), of("omni.graph.action.Branch", "nodes.b:1")
+    registry.add(one)
+    registry.add(two)
+    assert [registry.get(name) for name in (one.id, "OgnScale", "Scale")] == [one] * 3
+    assert [registry.get(name) for name in (two.id, "Branch", "OgnBranch")] == [two] * 3
+    assert registry.all() == [one, two]
+    assert "Branch" in registry
+    assert "Brunch" not in registry
+
+
+def test_an_unknown_name_suggests_the_nearest():
+    registry = Registry()
+    registry.add(of("omni.graph.action.Branch", "nodes.b:1"))
+    with pytest.raises(UnknownNodeTypeError, match='^no node type "Brunch"; did you mean "Branch"\\?$'):
+        registry.get("Brunch")
+    with pytest.raises(KeyError, match='did you mean "omni.graph.action.Branch"'):
+        registry.get("omni.graph.actions.Branch")
+
+
+def test_shipped_types_win_a_short_name_and_others_must_be_spelled_out():
+    registry = Registry()
+    shipped = of("omni.graph.action.Branch", "nodes.flow:1")
+    for one in (of("mine.Branch", "mine:1"), shipped, of("mine.Odd", "mine:2"), of("yours.Odd", "yours:1")):
+        registry.add(one)
+    assert registry.get("Branch") is shipped
+    with pytest.raises(UnknownNodeTypeError, match='"Odd" is ambiguous; write "mine.Odd" or "yours.Odd"'):
+        registry.get("Odd")
+
+
+def test_a_second_type_of_one_id_names_both_origins():
+    registry = Registry()
+    declare("a.B", "doc", registry=registry)
+    with pytest.raises(
+        UserError, match=r'"a.B" is registered twice: by .*test_registry:\d+ and by .*test_registry:\d+'
+    ):
+        declare("a.B", "doc", registry=registry)
+
+
+def test_the_decorator_keeps_the_function_and_its_docstring():
+    registry = Registry()
+
+    @node_type("a.B", version=3, inputs={"x": Attribute("int", "doc", default=2)}, event=True, registry=registry)
+    def compute(db):
+        """What it does.
+
+        In more words.
+        """
+
+    made = registry.get("a.B")
+    assert made.compute is compute
+    assert (made.version, made.doc, made.event) == (3, "What it does.\n\nIn more words.", 0)
+    assert made.origin.rpartition(":")[0].endswith("test_registry")
+
+
+@pytest.mark.parametrize(
+    ("attribute", "message"),
+    [
+        (Attribute("doubel", "x"), r'inputs x: no attribute type "doubel"; did you mean "double"'),
+        (Attribute("int", "x", default="a"), r"inputs x: expected a whole number \(int\), got 'a'"),
+        (Attribute(("numerics", "nothing"), "x"), 'inputs x: no attribute type "nothing"'),
+    ],
+)
+def test_a_wrong_declaration_is_refused_where_it_is_made(attribute, message):
+    with pytest.raises(ValueError, match=rf"^a.B \(.*\): {message}"):
+        declare("a.B", "doc", inputs={"x": attribute}, registry=Registry())
+
+
+def test_dynamic_names_follow_their_template():
+    outputs = {"output{n}": Attribute("execution", "one of many")}
+    made = declare("a.B", "doc", outputs={}, registry=Registry())
+    made = NodeType("a.C", dynamic_outputs=outputs, dynamic_inputs={"branch{x}": Attribute("token", "case")})
+    assert made.find("outputs", "output10") is outputs["output{n}"]
+    assert [made.find("outputs", name) for name in ("output", "output01", "outputx", "input1")] == [None] * 4
+    assert made.find("inputs", "branchLeft") is not None
+    assert made.has_execution
+
+
+def test_numbered_names_are_in_numeric_order():
+    assert names_in_order(["output10", "output9", "output0"]) == ["output0", "output9", "output10"]
+    assert names_in_order(["b", "a10", "a9"]) == ["b", "a10", "a9"]
+
+
+def test_importing_graph_loads_nothing_heavy():
+    code = (
+        "import sys, graph\n"
+        "heavy = [m for m in ('numpy', 'mujoco', 'open3d', 'pxr', 'networkx', 'pydantic', 'nodes') if m in sys.modules]\n"
+        "assert not heavy, heavy\n"
+        "from graph import Attribute, node_type\n"
+        "import graph.registry, graph.plan\n"
+        "assert callable(node_type)\n"
+        "from graph import node_type as again\n"
+        "assert again is node_type\n"
+        "assert 'numpy' not in sys.modules\n"
+        "try:\n    graph.nonsense\nexcept AttributeError as error:\n    print(error)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.stderr == ""
+    assert done.stdout.strip() == "module 'graph' has no attribute 'nonsense'"
