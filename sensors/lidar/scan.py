@@ -10,8 +10,8 @@ import numpy as np
 
 from sensors.frame import spherical
 from sensors.gmo import ElementFlags
-from sensors.raycast.bodies import turned_back
-from sensors.raycast.rays import AzimuthOrder, Hits, RayBundle, RayCaster
+from sensors.raycast.rays import Hits, RayBundle, RayCaster
+from sensors.raycast.windows import RayGrid
 
 from .pattern import Pattern
 
@@ -68,7 +68,8 @@ class Scanner:
         self._table = np.empty((count, 6), np.float32)
         self._world = np.empty((3, count), np.float32)
         self._turned_by: bytes | None = None
-        self._order: AzimuthOrder | None = None
+        self._grid: RayGrid | None = None
+        self._reach = float(pattern.far_m.max(initial=0.0)) * (1 + 1e-6)
 
     def scan(self, shot: Shot, channels: frozenset[str]) -> dict[str, np.ndarray]:
         """The channels asked for, each with one row per return, in the order of the pattern. Always has "count"."""
@@ -87,7 +88,7 @@ class Scanner:
             self._turned_by = key
         offsets = None if pattern.origins is None else turned_back(pattern.origins[rows], rotation.T.astype(np.float32))
         bundle = RayBundle(
-            shot.pose[:3, 3], table, offsets, self._exclude, self._azimuth_order(rotation) if whole else None
+            shot.pose[:3, 3], table, offsets, self._exclude, self._reach, self._turned_grid(rotation), rows.start
         )
         return self._caster().cast(
             bundle,
@@ -109,11 +110,11 @@ class Scanner:
             column += term
             table[:, 3 + axis] = column
 
-    def _azimuth_order(self, rotation: np.ndarray) -> AzimuthOrder:
-        if self._order is None:
-            self._order = AzimuthOrder(self.pattern.directions)
-        self._order.rotation = rotation
-        return self._order
+    def _turned_grid(self, rotation: np.ndarray) -> RayGrid:
+        if self._grid is None:
+            self._grid = RayGrid(self.pattern.directions)
+        self._grid.rotation = rotation
+        return self._grid
 
     def _returns(self, distance: np.ndarray, rows: slice) -> np.ndarray:
         """Rows with a return between the gates, counted from the start of the slice."""
@@ -296,3 +297,16 @@ _MAKERS: dict[str, Callable[[_Returns], np.ndarray]] = {
     "hitNormals": _Returns.hit_normals,
     "velocities": _Returns.velocities,
 }
+
+
+def turned_back(vectors: np.ndarray, rotation: np.ndarray) -> np.ndarray:
+    """Vectors (n, 3) in the axes of the rotated frame: R^T v, column by column, so that no length changes the sums."""
+    out = np.empty(vectors.shape, np.result_type(vectors, rotation))
+    x, y, z = vectors[:, 0], vectors[:, 1], vectors[:, 2]
+    column, term = np.empty(len(vectors), out.dtype), np.empty(len(vectors), out.dtype)
+    for axis in range(3):
+        np.multiply(x, rotation[0, axis], out=column)
+        column += np.multiply(y, rotation[1, axis], out=term)
+        column += np.multiply(z, rotation[2, axis], out=term)
+        out[:, axis] = column
+    return out

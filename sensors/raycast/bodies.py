@@ -1,20 +1,67 @@
-"""Moving geometry: light bodies together in one scene, heavy meshes each in a scene of their own frame."""
+"""Moving geometry: light meshes together in one scene, heavy meshes each in a scene of their own frame.
+
+Only rays that may meet a body's bounding sphere, and that nothing nearer has stopped yet, are cast. Which rays those
+are changes no result: a ray's hit does not depend on the rays cast with it.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .nearest import Nearest
 from .rays import RayBundle
 from .triangles import TriangleHits, TriangleScene
+from .windows import RayGrid
 
 if TYPE_CHECKING:
     from graph.sim.geometry import Mesh
 
 HEAVY_TRIANGLES = 150
 """From here on casting in the body's frame costs less than rebuilding (raycasting facts, 3)."""
+
+FULL_CAST = 0.6
+"""Share of the rays from which on picking them costs more than casting them all."""
+
+
+class Spheres:
+    """Bounding spheres of meshes in their bodies' frames."""
+
+    def __init__(self, meshes: Sequence[Mesh], bodies: Sequence[int]) -> None:
+        boxes = [(np.min(mesh.vertices, axis=0), np.max(mesh.vertices, axis=0)) for mesh in meshes]
+        self.local = np.array([(low + high) / 2 for low, high in boxes]).reshape(-1, 3)
+        radii = [
+            np.sqrt(((mesh.vertices - centre) ** 2).sum(axis=1).max())
+            for mesh, centre in zip(meshes, self.local, strict=True)
+        ]
+        self.radii = np.array(radii) * (1 + 1e-6) + 1e-6
+        self.bodies = np.asarray(bodies, np.intp)
+
+    def centres(self, poses: np.ndarray) -> np.ndarray:
+        """(m, 3) float64 [m], world, for body poses (b, 4, 4)."""
+        pose = poses[self.bodies]
+        return np.asarray((pose[:, :3, :3] @ self.local[:, :, None])[:, :, 0] + pose[:, :3, 3])
+
+    def windows(
+        self, rays: RayBundle, centres: np.ndarray, blocked: np.ndarray, skip: np.ndarray | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """(index, owner) of rays that may hit a sphere before `blocked` (n,) [m]; sorted by owner."""
+        spread = 0.0 if rays.offsets is None else float(np.sqrt((rays.offsets**2).sum(axis=1).max(initial=0.0)))
+        radii = self.radii + spread
+        towards = centres - rays.origin
+        nearest = np.sqrt((towards**2).sum(axis=1)) - radii
+        seen = nearest <= rays.reach if skip is None else (nearest <= rays.reach) & ~skip
+        which = np.flatnonzero(seen)
+        grid = rays.grid if rays.grid is not None else RayGrid(rays.directions)
+        index, owner = grid.near(towards[which], radii[which])
+        if rays.first or len(rays.table) < grid.count:
+            inside = np.flatnonzero((index >= rays.first) & (index < rays.first + len(rays.table)))
+            index, owner = index[inside] - rays.first, owner[inside]
+        open_ = np.flatnonzero(blocked[index] > (nearest[which] - 1e-3).astype(np.float32)[owner])
+        return index[open_], which[owner[open_]]
 
 
 class LightBodies:
@@ -30,6 +77,7 @@ class LightBodies:
         self._triangles = np.concatenate(
             [np.asarray(mesh.triangles, np.uint32) + np.uint32(s) for mesh, s in zip(meshes, starts, strict=True)]
         )
+        self._spheres = Spheres(meshes, bodies)
         self._used = np.unique(np.asarray(bodies))
         self._vertex_body = np.repeat(np.searchsorted(self._used, bodies), counts)
         self._surface = np.repeat(np.asarray(surfaces, np.int32), [len(mesh.triangles) for mesh in meshes])
@@ -37,8 +85,26 @@ class LightBodies:
         self._scene: TriangleScene | None = None
         self.builds = 0
 
-    def cast(self, table: np.ndarray, anchor: np.ndarray, poses: np.ndarray, threads: int) -> TriangleHits:
-        """Hits of anchored rays with the bodies at `poses`, (b, 4, 4) float64 world [m] of all bodies."""
+    def cast(self, rays: RayBundle, anchor: np.ndarray, poses: np.ndarray, threads: int, nearest: Nearest) -> None:
+        """Adds hits of anchored rays with the bodies at `poses`, (b, 4, 4) float64 world [m] of all bodies."""
+        index, _ = self._spheres.windows(rays, self._spheres.centres(poses), nearest.distance)
+        if not len(index):
+            return
+        count = len(rays.table)
+        chosen = np.zeros(count, bool)
+        chosen[index] = True
+        index = np.flatnonzero(chosen)
+        scene = self._built(poses, anchor)
+        if len(index) > FULL_CAST * count:
+            nearest.add(scene.cast(rays.table, threads), self._surface_of)
+        else:
+            picked = np.take(rays.table, index, axis=0, mode="clip")
+            nearest.add_rows(index, scene.cast(picked, threads), self._surface_of)
+
+    def _surface_of(self, triangle: np.ndarray) -> np.ndarray:
+        return np.asarray(self._surface[triangle])
+
+    def _built(self, poses: np.ndarray, anchor: np.ndarray) -> TriangleScene:
         state = np.ascontiguousarray(poses[self._used])
         key = state.tobytes()
         if self._scene is None or key != self._built_for:
@@ -46,11 +112,7 @@ class LightBodies:
             self._scene = TriangleScene(self._vertices(state, anchor), self._triangles, warm=False)
             self._built_for = key
             self.builds += 1
-        return self._scene.cast(table, threads)
-
-    def surface_of(self, triangle: np.ndarray) -> np.ndarray:
-        """The surface of each triangle index."""
-        return np.asarray(self._surface[triangle])
+        return self._scene
 
     def _vertices(self, poses: np.ndarray, anchor: np.ndarray) -> np.ndarray:
         rotation = poses[self._vertex_body, :3, :3]
@@ -61,95 +123,68 @@ class LightBodies:
         return np.asarray(world, np.float32)
 
 
-class HeavyMesh:
-    """One mesh with many triangles, and every body that carries it: rays are moved into each body's frame.
+class HeavyBodies:
+    """Meshes with many triangles: one scene for each unique mesh, about its centre; rays go into each body's frame."""
 
-    Only rays that may meet a body's bounding sphere are cast; a body whose sphere holds the sensor gets them all.
-    """
+    def __init__(self, groups: Sequence[Sequence[tuple[Mesh, int, int]]]) -> None:
+        """groups: per unique mesh, its copies as (mesh, surface, body)."""
+        copies = [copy for group in groups for copy in group]
+        self._spheres = Spheres([mesh for mesh, _, _ in copies], [body for _, _, body in copies])
+        self._surfaces = np.array([surface for _, surface, _ in copies], np.int32)
+        self._ends = np.cumsum([len(group) for group in groups])
+        self._meshes = [group[0][0] for group in groups]
+        self._scenes: list[TriangleScene | None] = [None] * len(groups)
 
-    def __init__(self, meshes: Sequence[Mesh], surfaces: Sequence[int], bodies: Sequence[int]) -> None:
-        vertices = np.asarray(meshes[0].vertices, np.float64)
-        low, high = vertices.min(axis=0), vertices.max(axis=0)
-        self._centre = (low + high) / 2
-        self._radius = float(np.sqrt(((vertices - self._centre) ** 2).sum(axis=1).max())) * (1 + 1e-6) + 1e-6
-        self._vertices = (vertices - self._centre).astype(np.float32)
-        self._triangles = np.asarray(meshes[0].triangles, np.uint32)
-        self._scene: TriangleScene | None = None
-        self._instances = list(zip(surfaces, bodies, strict=True))
+    def cast(self, rays: RayBundle, poses: np.ndarray, threads: int, skip: frozenset[int], nearest: Nearest) -> None:
+        """Adds hits with the bodies at `poses`; surfaces in `skip` are left out."""
+        spheres = self._spheres
+        centres = spheres.centres(poses)
+        left_out = np.isin(self._surfaces, list(skip)) if skip else None
+        index, owner = spheres.windows(rays, centres, nearest.distance, left_out)
+        if not len(index):
+            return
+        rotations = poses[spheres.bodies, :3, :3]
+        local = _into_bodies(rays, index, owner, rotations, centres)
+        bounds = np.searchsorted(owner, np.concatenate([[0], self._ends]))
+        parts = [
+            self._scene(number).cast(local[low:high], threads)
+            for number, (low, high) in enumerate(pairwise(bounds))
+            if high > low
+        ]
+        found = parts[0] if len(parts) == 1 else TriangleHits.joined(parts)
+        nearest.add_bodies(index, owner, found, rotations.astype(np.float32), self._surfaces)
 
-    def cast(
-        self, rays: RayBundle, poses: np.ndarray, threads: int, skip: frozenset[int]
-    ) -> tuple[list[tuple[int, np.ndarray, slice, np.ndarray]], TriangleHits] | None:
-        """All bodies' windows in one call.
-
-        skip: surfaces left out. Returns per body (surface, indices into the bundle, rows of the hits, rotation of the
-        body), and the hits with normals in body frames; None where no ray comes near.
-        """
-        windows, blocks, start = [], [], 0
-        spread = 0.0 if rays.offsets is None else float(np.sqrt((rays.offsets**2).sum(axis=1).max(initial=0.0)))
-        for surface, body in self._instances:
-            if surface in skip:
-                continue
-            rotation = poses[body, :3, :3]
-            centre = poses[body, :3, 3] + rotation @ self._centre
-            index = _window(rays, centre - rays.origin, self._radius + spread)
-            if len(index):
-                blocks.append(_into_body(rays, index, rotation, centre))
-                windows.append((surface, index, slice(start, start + len(index)), rotation))
-                start += len(index)
-        if not windows:
-            return None
-        if self._scene is None:
-            self._scene = TriangleScene(self._vertices, self._triangles)
-        return windows, self._scene.cast(blocks[0] if len(blocks) == 1 else np.concatenate(blocks), threads)
+    def _scene(self, number: int) -> TriangleScene:
+        scene = self._scenes[number]
+        if scene is None:
+            mesh = self._meshes[number]
+            first = 0 if number == 0 else int(self._ends[number - 1])
+            vertices = (mesh.vertices - self._spheres.local[first]).astype(np.float32)
+            scene = self._scenes[number] = TriangleScene(vertices, mesh.triangles)
+        return scene
 
 
-def _window(rays: RayBundle, to_centre: np.ndarray, radius: float) -> np.ndarray:
-    """Indices of the rays that may meet a sphere: those within its apparent radius, a little widened."""
-    distance = float(np.linalg.norm(to_centre))
-    if distance <= radius * 1.001:
-        return np.arange(len(rays.directions))
-    half_angle = float(np.arcsin(radius / distance)) + 1e-4
-    towards = to_centre / distance
-    if rays.order is None:
-        return np.flatnonzero(_along(rays.directions, towards) >= np.float32(np.cos(half_angle)))
-    index = rays.order.near(towards, half_angle)
-    near = _along(rays.directions[index], towards) >= np.float32(np.cos(half_angle))
-    return np.asarray(np.sort(index[near]))
-
-
-def _along(directions: np.ndarray, towards: np.ndarray) -> np.ndarray:
-    x, y, z = towards.astype(np.float32)
-    cosine = directions[:, 0] * x
-    cosine += directions[:, 1] * y
-    cosine += directions[:, 2] * z
-    return np.asarray(cosine)
-
-
-def _into_body(rays: RayBundle, index: np.ndarray, rotation: np.ndarray, centre: np.ndarray) -> np.ndarray:
-    """Rays (k, 6) float32 in the body's frame about its centre; the shift is worked out in float64."""
-    block = np.empty((len(index), 6), np.float32)
-    turn = rotation.astype(np.float32)
-    block[:, 0:3] = rotation.T @ (rays.origin - centre)
-    if rays.offsets is not None:
-        block[:, 0:3] += turned_back(rays.offsets[index], turn)
-    block[:, 3:6] = turned_back(rays.directions[index], turn)
-    return block
-
-
-def turned_back(vectors: np.ndarray, rotation: np.ndarray) -> np.ndarray:
-    """Vectors (n, 3) in the axes of the rotated frame: R^T v, column by column, so that no length changes the sums."""
-    out = np.empty(vectors.shape, np.result_type(vectors, rotation))
-    x, y, z = vectors[:, 0], vectors[:, 1], vectors[:, 2]
-    column, term = np.empty(len(vectors), out.dtype), np.empty(len(vectors), out.dtype)
+def _into_bodies(
+    rays: RayBundle, index: np.ndarray, owner: np.ndarray, rotations: np.ndarray, centres: np.ndarray
+) -> np.ndarray:
+    """Rays (k, 6) float32, each in its owner's frame about its centre; the shift is worked out in float64."""
+    counts = np.bincount(owner, minlength=len(centres))
+    start = (np.swapaxes(rotations, 1, 2) @ (rays.origin - centres)[:, :, None])[:, :, 0].astype(np.float32)
+    turn = rotations.astype(np.float32)
+    picked = np.take(rays.table, index, axis=0, mode="clip")
+    local = np.empty_like(picked)
+    offsets = None if rays.offsets is None else np.take(rays.offsets, index, axis=0, mode="clip")
     for axis in range(3):
-        np.multiply(x, rotation[0, axis], out=column)
-        column += np.multiply(y, rotation[1, axis], out=term)
-        column += np.multiply(z, rotation[2, axis], out=term)
-        out[:, axis] = column
-    return out
+        columns = [np.repeat(turn[:, row, axis], counts) for row in range(3)]
+        local[:, 3 + axis] = _dot(columns, picked[:, 3:6])
+        local[:, axis] = np.repeat(start[:, axis], counts)
+        if offsets is not None:
+            local[:, axis] += _dot(columns, offsets)
+    return local
 
 
-def turned(vectors: np.ndarray, rotation: np.ndarray) -> np.ndarray:
-    """Vectors (n, 3) of the rotated frame in the outer axes: R v, column by column."""
-    return turned_back(vectors, rotation.T)
+def _dot(columns: list[np.ndarray], vectors: np.ndarray) -> np.ndarray:
+    total = columns[0] * vectors[:, 0]
+    total += columns[1] * vectors[:, 1]
+    total += columns[2] * vectors[:, 2]
+    return np.asarray(total)

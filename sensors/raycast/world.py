@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from .bodies import HEAVY_TRIANGLES, HeavyMesh, LightBodies, turned
-from .planes import cast_plane
-from .rays import NO_SURFACE, Hits, RayBundle
-from .triangles import TriangleHits, TriangleScene
+from graph.sim.geometry import Mesh, Plane
 
-if TYPE_CHECKING:
-    from graph.sim.geometry import Mesh, Plane
+from .bodies import HEAVY_TRIANGLES, HeavyBodies, LightBodies
+from .nearest import Nearest
+from .planes import cast_plane
+from .rays import Hits, RayBundle
+from .triangles import TriangleScene
 
 GRID_M = 1000.0
 """Scenes are built around the points of this grid, each sensor using the one nearest to it: rays and vertices are
@@ -45,8 +45,8 @@ class CastWorld:
         self._poses = poses
         self._threads = threads
         self._sets: OrderedDict[tuple[bytes, frozenset[str]], _Scenes] = OrderedDict()
-        self._heavy = self._heavy_meshes()
-        self._planes = [(index, s) for index, s in enumerate(self.surfaces) if not hasattr(s, "triangles")]
+        self._heavy = self._heavy_bodies()
+        self._planes = [(index, s) for index, s in enumerate(self.surfaces) if isinstance(s, Plane)]
 
     def cast(self, rays: RayBundle, poses: Any = None, *, normals: bool = False, surfaces: bool = False) -> Hits:
         """Nearest hits; see `RayCaster`. Normals follow the winding, in world axes."""
@@ -58,24 +58,21 @@ class CastWorld:
             start = (rays.origin - anchor).astype(np.float32)
             for axis in range(3):  # by columns: five times as fast as rows of three
                 table[:, axis] = start[axis] if rays.offsets is None else rays.offsets[:, axis] + start[axis]
-        merged = _Merge(len(table), normals, surfaces)
+        nearest = Nearest(len(table), normals=normals, surfaces=surfaces)
         if scenes.static:
-            merged.add(scenes.static.cast(table, threads), scenes.static_surface)
+            nearest.add(scenes.static.cast(table, threads), scenes.static_surface)
         body_poses = self._poses(poses) if self.bodies and self._poses else None
-        if scenes.light and body_poses is not None:
-            merged.add(scenes.light.cast(table, anchor, body_poses, threads), scenes.light.surface_of)
-        if body_poses is not None:
-            for mesh in self._heavy:
-                found = mesh.cast(rays, body_poses, threads, scenes.skip)
-                if found:
-                    merged.add_windows(*found)
         for index, plane in self._planes:
             if index not in scenes.skip:
-                self._add_plane(merged, index, plane, rays, body_poses)
-        return merged.hits()
+                self._add_plane(nearest, index, plane, rays, body_poses)
+        if scenes.light and body_poses is not None:
+            scenes.light.cast(rays, anchor, body_poses, threads, nearest)
+        if self._heavy and body_poses is not None:
+            self._heavy.cast(rays, body_poses, threads, scenes.skip, nearest)
+        return nearest.hits()
 
     def _add_plane(
-        self, merged: _Merge, index: int, plane: Plane, rays: RayBundle, body_poses: np.ndarray | None
+        self, nearest: Nearest, index: int, plane: Plane, rays: RayBundle, body_poses: np.ndarray | None
     ) -> None:
         origin, normal = np.asarray(plane.origin, np.float64), np.asarray(plane.normal, np.float64)
         body = self.body_of[index]
@@ -83,7 +80,7 @@ class CastWorld:
             pose = body_poses[body]
             origin, normal = pose[:3, :3] @ origin + pose[:3, 3], pose[:3, :3] @ normal
         height = float((rays.origin - origin) @ normal)
-        merged.add_surface(cast_plane(height, rays.offsets, rays.directions, normal), normal, index)
+        nearest.add_surface(cast_plane(height, rays.offsets, rays.directions, normal), normal, index)
 
     def _scenes(self, anchor: np.ndarray, exclude: frozenset[str]) -> _Scenes:
         key = (anchor.tobytes(), exclude)
@@ -96,15 +93,12 @@ class CastWorld:
             self._sets.move_to_end(key)
         return scenes
 
-    def _heavy_meshes(self) -> list[HeavyMesh]:
-        groups: dict[Any, list[int]] = {}
+    def _heavy_bodies(self) -> HeavyBodies | None:
+        groups: dict[Any, list[tuple[Any, int, int]]] = {}
         for index, surface in enumerate(self.surfaces):
-            if is_heavy(surface):
-                groups.setdefault(surface.unique_key, []).append(index)  # type: ignore[union-attr]
-        return [
-            HeavyMesh([self.surfaces[i] for i in group], group, [int(self.body_of[i]) for i in group])  # type: ignore[misc]
-            for group in groups.values()
-        ]
+            if not isinstance(surface, Plane) and is_heavy(surface):
+                groups.setdefault(surface.unique_key, []).append((surface, index, int(self.body_of[index])))
+        return HeavyBodies(list(groups.values())) if groups else None
 
 
 def is_heavy(surface: Mesh | Plane) -> bool:
@@ -148,81 +142,3 @@ class _Scenes:
     def static_surface(self, triangle: np.ndarray) -> np.ndarray:
         """The surface of each triangle index of the static scene."""
         return np.asarray(self._surface[triangle])
-
-
-class _Merge:
-    """Keeps the nearest of several casts; earlier ones win ties, so the order is part of the result."""
-
-    def __init__(self, count: int, normals: bool, surfaces: bool) -> None:
-        self._count = count
-        self._distance: np.ndarray | None = None
-        self._normals: np.ndarray | None = None
-        self._surface: np.ndarray | None = None
-        self._want_normals, self._want_surfaces = normals, surfaces
-
-    def add(self, hits: TriangleHits, surface_of: Callable[[np.ndarray], np.ndarray]) -> None:
-        """A cast of all rays."""
-        if self._distance is None:
-            self._distance, self._normals = hits.distance, hits.normals
-            if self._want_surfaces:
-                self._surface = np.full(self._count, NO_SURFACE, np.int32)
-                self._set_surface(np.flatnonzero(np.isfinite(hits.distance)), hits.triangle, surface_of)
-            return
-        if not (self._want_normals or self._want_surfaces):
-            np.minimum(self._distance, hits.distance, out=self._distance)
-            return
-        nearer = np.flatnonzero(hits.distance < self._distance)
-        self._distance[nearer] = hits.distance[nearer]
-        if self._want_normals and self._normals is not None:
-            self._normals[nearer] = np.take(hits.normals, nearer, axis=0, mode="clip")
-        if self._want_surfaces:
-            self._set_surface(nearer, hits.triangle, surface_of)
-
-    def add_windows(self, windows: list[tuple[int, np.ndarray, slice, np.ndarray]], hits: TriangleHits) -> None:
-        """A cast of some rays in body frames."""
-        self._start()
-        assert self._distance is not None
-        for surface, index, rows, rotation in windows:
-            near = np.flatnonzero(hits.distance[rows] < self._distance[index])
-            target, source = index[near], near + rows.start
-            self._distance[target] = hits.distance[source]
-            if self._want_normals and self._normals is not None:
-                self._normals[target] = turned(hits.normals[source], rotation.astype(np.float32))
-            if self._want_surfaces and self._surface is not None:
-                self._surface[target] = surface
-
-    def add_surface(self, distance: np.ndarray, normal: np.ndarray, surface: int) -> None:
-        """Distances of all rays to one flat surface."""
-        self._start()
-        assert self._distance is not None
-        if not (self._want_normals or self._want_surfaces):
-            np.minimum(self._distance, distance, out=self._distance)
-            return
-        nearer = np.flatnonzero(distance < self._distance)
-        self._distance[nearer] = distance[nearer]
-        if self._want_normals and self._normals is not None:
-            self._normals[nearer] = normal.astype(np.float32)
-        if self._want_surfaces and self._surface is not None:
-            self._surface[nearer] = surface
-
-    def hits(self) -> Hits:
-        """What is nearest."""
-        self._start()
-        assert self._distance is not None
-        return Hits(
-            self._distance,
-            self._normals if self._want_normals else None,
-            self._surface if self._want_surfaces else None,
-        )
-
-    def _start(self) -> None:
-        if self._distance is None:
-            self._distance = np.full(self._count, np.inf, np.float32)
-            self._normals = np.zeros((self._count, 3), np.float32) if self._want_normals else None
-            self._surface = np.full(self._count, NO_SURFACE, np.int32) if self._want_surfaces else None
-
-    def _set_surface(
-        self, rows: np.ndarray, triangle: np.ndarray, surface_of: Callable[[np.ndarray], np.ndarray]
-    ) -> None:
-        if self._surface is not None:
-            self._surface[rows] = surface_of(triangle[rows])

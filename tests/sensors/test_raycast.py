@@ -9,7 +9,8 @@ from graph.errors import RunError
 from graph.sim.geometry import Mesh, Plane
 from sensors.raycast import triangles
 from sensors.raycast.bodies import HEAVY_TRIANGLES
-from sensors.raycast.rays import AzimuthOrder, RayBundle
+from sensors.raycast.rays import RayBundle
+from sensors.raycast.windows import RayGrid
 from sensors.raycast.world import CastWorld
 
 OFFSETS = [0.0, 1e3, 1e4, 1e5, 1e6]
@@ -54,8 +55,8 @@ def bundle(origin, directions, exclude=frozenset(), offsets=None, ordered=False)
     directions = np.asarray(directions, np.float64)
     table = np.zeros((len(directions), 6), np.float32)
     table[:, 3:6] = directions / np.linalg.norm(directions, axis=1, keepdims=True)
-    order = AzimuthOrder(table[:, 3:6].copy()) if ordered else None
-    return RayBundle(np.asarray(origin, np.float64), table, offsets, exclude, order)
+    grid = RayGrid(table[:, 3:6].copy()) if ordered else None
+    return RayBundle(np.asarray(origin, np.float64), table, offsets, exclude, grid=grid)
 
 
 def fan(count=4000, seed=1):

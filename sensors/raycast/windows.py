@@ -1,0 +1,82 @@
+"""Which rays may meet which spheres: directions sorted into cells of one degree."""
+
+from __future__ import annotations
+
+import numpy as np
+
+COLUMNS = 360
+MARGIN_DEG = 0.01
+"""Windows are this much wider than they need be, so that rounding loses no ray."""
+
+
+class RayGrid:
+    """Directions by azimuth and elevation, to find at once those near any number of spheres.
+
+    local: (n, 3) float32 unit directions, in a frame that `rotation` (3, 3) turns into the world's; z is up in it.
+    """
+
+    def __init__(self, local: np.ndarray) -> None:
+        x, y, z = local.astype(np.float64).T
+        elevation = np.floor(np.rad2deg(np.arctan2(z, np.hypot(x, y)))).astype(np.int64)
+        column = np.clip(np.floor(np.rad2deg(np.arctan2(y, x))).astype(np.int64) + 180, 0, COLUMNS - 1)
+        self._lowest = int(elevation.min(initial=90))
+        self._rows = max(0, int(elevation.max(initial=-91)) - self._lowest + 1)
+        cell = (elevation - self._lowest) * COLUMNS + column
+        self._index = np.argsort(cell, kind="stable")
+        self._start = np.concatenate([[0], np.cumsum(np.bincount(cell, minlength=self._rows * COLUMNS))])
+        self.rotation: np.ndarray = np.eye(3)
+        self.count = len(local)
+        """Number of directions."""
+
+    def near(self, centres: np.ndarray, radii: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(index, owner), each (k,): every ray that may meet a sphere, and some more, with the sphere's number.
+
+        centres: (m, 3) float64 [m], world axes, from where the rays start; radii (m,). Sorted by owner; a ray comes
+        once for each sphere that it may meet. A sphere that holds the origin gets all rays.
+        """
+        half, elevation, azimuth = self._angles(centres, radii)
+        low = np.clip(np.floor(elevation - half).astype(np.int64) - self._lowest, 0, self._rows)
+        high = np.clip(np.floor(elevation + half).astype(np.int64) - self._lowest, -1, self._rows - 1)
+        owner, first, last = _columns(azimuth, _width(elevation, half))
+        segment, row = _expand(low[owner], np.maximum(high - low + 1, 0)[owner])
+        base = row * COLUMNS
+        start, end = self._start[base + first[segment]], self._start[base + last[segment] + 1]
+        which, position = _expand(start, end - start)
+        return self._index[position], owner[segment][which]
+
+    def _angles(self, centres: np.ndarray, radii: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Apparent radius, elevation and azimuth [deg] of spheres; an apparent radius of 180 for one around us."""
+        x, y, z = (centres @ self.rotation).T
+        level = np.hypot(x, y)
+        distance = np.maximum(np.hypot(level, z), 1e-12)
+        half = np.rad2deg(np.arcsin(np.minimum(radii / distance, 1.0))) + MARGIN_DEG
+        half[distance <= radii * 1.001] = 180.0
+        return half, np.rad2deg(np.arctan2(z, level)), np.rad2deg(np.arctan2(y, x))
+
+
+def _width(elevation: np.ndarray, half: np.ndarray) -> np.ndarray:
+    """Half the azimuth [deg] that a cone takes up: all round where it reaches the pole."""
+    polar = np.abs(elevation) + half >= 89.9
+    sine = np.sin(np.deg2rad(np.minimum(half, 90.0))) / np.maximum(np.cos(np.deg2rad(elevation)), 1e-9)
+    return np.where(polar, 180.0, np.rad2deg(np.arcsin(np.minimum(sine, 1.0))) + MARGIN_DEG)
+
+
+def _columns(azimuth: np.ndarray, width: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(owner, first, last) runs of columns, sorted by owner; a window that crosses the seam is two runs."""
+    low = np.floor(azimuth - width).astype(np.int64) + 180
+    high = np.floor(azimuth + width).astype(np.int64) + 180
+    around = high - low >= COLUMNS - 1
+    low[around], high[around] = 0, COLUMNS - 1
+    below, above = np.flatnonzero(low < 0), np.flatnonzero(high >= COLUMNS)
+    owner = np.concatenate([np.arange(len(low)), below, above])
+    first = np.concatenate([np.maximum(low, 0), low[below] + COLUMNS, np.zeros(len(above), np.int64)])
+    last = np.concatenate([np.minimum(high, COLUMNS - 1), np.full(len(below), COLUMNS - 1), high[above] - COLUMNS])
+    order = np.argsort(owner, kind="stable")
+    return owner[order], first[order], last[order]
+
+
+def _expand(start: np.ndarray, count: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(number of the run, value) of every value in the runs start .. start + count - 1, run after run."""
+    run = np.repeat(np.arange(len(count)), count)
+    offset = start - (np.cumsum(count) - count)
+    return run, np.arange(len(run)) + offset[run]
