@@ -36,8 +36,15 @@ def _reference(db: Any) -> Fraction | None:
     outputs={"simulationTime": Attribute("double", "physics time", unit="s")},
 )
 def read_simulation_time(db: Any) -> None:
-    """Read the physics clock: the number of steps divided by the steps per second."""
-    simulation, moment = db.app.simulation, _reference(db)
+    """Read the physics clock: the number of steps divided by the steps per second.
+
+    In a test without a world the time of the updates stands in for it.
+    """
+    context, moment = db.context, _reference(db)
+    if context.app is None and moment is None:
+        db.outputs.simulationTime = float(context.exact_time if db.inputs.resetOnStop else context.absolute)
+        return
+    simulation = db.app.simulation
     if db.inputs.resetOnStop:
         time = simulation.time if moment is None else simulation.get_simulation_time_at_time(moment)
     else:

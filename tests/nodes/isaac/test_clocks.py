@@ -11,6 +11,14 @@ def test_simulation_time_is_steps_over_rate(world):
     assert trace.values("simulationTime") == [1 / 60, 2 / 60, 3 / 60, 4 / 60]
 
 
+def test_without_a_world_simulation_time_is_that_of_the_updates():
+    assert run_node("IsaacReadSimulationTime", updates=3, loop_hz=30).values("simulationTime") == [
+        1 / 30,
+        2 / 30,
+        3 / 30,
+    ]
+
+
 def test_a_stop_resets_simulation_time_unless_told_otherwise(world):
     app = world(physics_hz=100, loop_hz=50)
     run_node("IsaacReadSimulationTime", updates=5, app=app)
