@@ -30,35 +30,41 @@ class Poses:
     """The poses of all bodies at one moment, and what users had written: immutable, valid after the world moved on."""
 
     def __init__(
-        self,
-        stamp: int,
-        positions: Floats,
-        quaternions: Floats,
-        motion: Floats,
-        index: Mapping[str, int],
-        written: Mapping[str, Floats],
+        self, stamp: int, physics: Physics | None, index: Mapping[str, int], written: Mapping[str, Floats]
     ) -> None:
         self.stamp = stamp
-        self.positions, self.quaternions = positions, quaternions
         self.written = written
-        self._motion = motion
         self._index = index
-        for array in (positions, quaternions, motion):
-            array.flags.writeable = False
+        self._physics = physics
+        if physics is None:
+            self.positions, self._rotations, self._state = np.zeros((0, 3)), np.zeros((0, 3, 3)), None
+        else:
+            self.positions, self._rotations = physics.positions.copy(), physics.rotations.copy()
+            self._state = physics.state()
+        self.positions.flags.writeable = False
 
     @cached_property
     def matrices(self) -> Floats:
         """(B + 1, 4, 4) rigid body poses [m], the identity last: for what hangs on no body."""
-        out = np.empty((len(self.positions) + 1, 4, 4))
-        out[:-1] = transforms.pose_matrices(self.positions, self.quaternions)
-        out[-1] = np.eye(4)
+        out = np.zeros((len(self.positions) + 1, 4, 4))
+        out[:-1, :3, :3] = self._rotations
+        out[:-1, :3, 3] = self.positions
+        out[:, 3, 3] = 1
+        out[-1, :3, :3] = np.eye(3)
+        out.flags.writeable = False
         return out
 
     def velocities(self, bodies: Iterable[str]) -> Floats:
         """(n, 6) of the origins of bodies: linear [m/s], angular [rad/s], world axes; 0 if it does not move."""
-        rows = [self._index.get(path, -1) for path in bodies]
-        padded = np.concatenate([self._motion, np.zeros((1, 6))])
-        return padded[np.array(rows, dtype=np.intp)]
+        rows = np.array([self._index.get(path, -1) for path in bodies], dtype=np.intp)
+        return self._motion[rows]
+
+    @cached_property
+    def _motion(self) -> Floats:
+        """(B + 1, 6) of all bodies, zeros last. Once the physics is freed there is nothing that moves."""
+        if self._physics is None or self._state is None or self._physics.closed:
+            return np.zeros((len(self.positions) + 1, 6))
+        return np.concatenate([self._physics.velocities(self._state), np.zeros((1, 6))])
 
 
 @dataclass(frozen=True)
@@ -114,12 +120,7 @@ class Fabric:
     def capture(self) -> Poses:
         """The poses of this moment; free if nothing moved since the last capture."""
         if self._latest is None:
-            physics = self._physics
-            if physics is None:
-                poses = np.zeros((0, 3)), np.zeros((0, 4)), np.zeros((0, 6))
-            else:
-                poses = physics.positions.copy(), physics.quaternions.copy(), physics.velocities()
-            self._latest = Poses(self.stamp, *poses, self._index, self._written)
+            self._latest = Poses(self.stamp, self._physics, self._index, self._written)
         return self._latest
 
     def world_matrices(self, paths: Sequence[str], poses: Poses | None = None) -> Floats:

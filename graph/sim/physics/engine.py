@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 
@@ -22,6 +23,10 @@ _BAD = tuple(
 )
 
 
+State = tuple[Floats, Floats, Floats, Floats]
+"""Coordinates, their velocities, and the places and turns of kinematic bodies."""
+
+
 class Physics:
     """The bodies of a playing world, metres and seconds. `body_paths` orders every array over bodies."""
 
@@ -36,7 +41,9 @@ class Physics:
         self._counters = memoryview(self.data.warning.number)
         self._positions: Floats = self.data.xpos[1:]
         self._quaternions: Floats = self.data.xquat[1:]
-        self._stale = False
+        self._rotations: Floats = self.data.xmat[1:].reshape(-1, 3, 3)
+        self._aside: Any = None
+        self._stale = self.closed = False
         self._articulations: dict[str, Articulation] = {}
         self.drives = Drives(self.model, self.joints)
         self._actuators = {joint.path: number for number, joint in enumerate(self.drives.joints)}
@@ -67,15 +74,35 @@ class Physics:
             self._refresh()
         return self._quaternions
 
-    def velocities(self) -> Floats:
-        """(B, 6) of each body's origin: linear [m/s], then angular [rad/s], both along world axes."""
+    @property
+    def rotations(self) -> Floats:
+        """(B, 3, 3) of the bodies in the world; a live view of the engine's memory."""
         if self._stale:
             self._refresh()
-        mujoco.mj_comPos(self.model, self.data)
-        mujoco.mj_comVel(self.model, self.data)
-        angular, linear = self.data.cvel[1:, :3], self.data.cvel[1:, 3:]
-        arm = self._positions - self.data.subtree_com[self.model.body_rootid[1:]]
+        return self._rotations
+
+    def velocities(self, state: State | None = None) -> Floats:
+        """(B, 6) of each body's origin: linear [m/s], then angular [rad/s], both along world axes.
+
+        Now, or in a copied `state`; then a second set of MuJoCo's data does the work, which the motion never sees.
+        """
+        data = self.data
+        if state is not None:
+            if self._aside is None:
+                self._aside = mujoco.MjData(self.model)
+            data = self._aside
+            data.qpos[:], data.qvel[:], data.mocap_pos[:], data.mocap_quat[:] = state
+        mujoco.mj_kinematics(self.model, data)
+        mujoco.mj_comPos(self.model, data)
+        mujoco.mj_comVel(self.model, data)
+        angular, linear = data.cvel[1:, :3], data.cvel[1:, 3:]
+        arm = data.xpos[1:] - data.subtree_com[self.model.body_rootid[1:]]
         return np.concatenate([linear + np.cross(angular, arm), angular], axis=1)
+
+    def state(self) -> State:
+        """A copy of what the poses and velocities of all bodies follow from."""
+        data = self.data
+        return data.qpos.copy(), data.qvel.copy(), data.mocap_pos.copy(), data.mocap_quat.copy()
 
     def set_dt(self, dt: Fraction) -> None:
         """Change the time step [s]; the drives keep their meaning."""
@@ -109,7 +136,9 @@ class Physics:
     def close(self) -> None:
         """Free the engine's memory; nothing may be asked of it afterwards."""
         self._positions, self._quaternions = self._positions.copy(), self._quaternions.copy()
+        self._rotations, self._aside = self._rotations.copy(), None
         self._counters.release()
+        self.closed = True
         del self.data, self.model
 
     def _refresh(self) -> None:
