@@ -87,7 +87,7 @@ class Context:
         self.is_playing = timeline.is_playing()
         self.delta = timeline.delta
         self.exact_time = timeline.current_time
-        self.frames_per_second = exact.rate(timeline.get_time_codes_per_second())
+        self.frames_per_second = timeline.time_codes_per_second
         self.loop_delta = loop_time - self.since_start if self.update + 1 == app.update_index else 1 / app.loop_rate
         self.since_start = loop_time
         self.absolute = app.simulation.monotonic_time

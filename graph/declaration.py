@@ -52,7 +52,7 @@ class Attribute:
     type: an OGN type name, or a tuple of names and groups (a union); unit: shown to people, never used to compute;
     optional: an open type may stay unset; literal_only: cannot be connected; output_only: an input that is only a
     source (constants); allowed_tokens: the choices a file may write; minimum, maximum: bounds of what a file may
-    write; deprecated: what to use instead, "" if it is not.
+    write; deprecated: what to use instead, "" if it is not; warns_itself: of its deprecation, the node does.
     """
 
     type: str | tuple[str, ...]
@@ -66,6 +66,7 @@ class Attribute:
     minimum: float | None = field(default=None, kw_only=True)
     maximum: float | None = field(default=None, kw_only=True)
     deprecated: str = field(default="", kw_only=True)
+    warns_itself: bool = field(default=False, kw_only=True)
 
     @cached_property
     def parsed(self) -> AnyType:

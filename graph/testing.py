@@ -45,7 +45,7 @@ class Trace:
         return [update for update, name in self.fires if name == output]
 
     def values(self, name: str) -> list[Any]:
-        """The value of an attribute after each update."""
+        """The value of an attribute after each update, as a reader of it gets it."""
         return self.recorded[self._full(name)]
 
     def value(self, name: str) -> Any:
@@ -261,14 +261,15 @@ def _record(trace: Trace, update: int) -> None:
         value = node.get(full)
         type_ = node.types[full]
         if full.startswith("outputs:") and type_ is not None:
-            _check_output(node, full, type_, value, update)
+            value = _as_read(node, full, type_, value, update)
         values.append(value)
 
 
-def _check_output(node: Node, full: str, type_: Type, value: Any, update: int) -> None:
-    if type_.storage in ("bundle", "execution"):
-        return
+def _as_read(node: Node, full: str, type_: Type, value: Any, update: int) -> Any:
+    """The value of an output as a reader gets it: a tuple written to a double[] as an array."""
+    if type_.storage == "bundle":
+        return value
     try:
-        coerce(type_, value)
+        return coerce(type_, value)
     except ValueError as error:
         raise AssertionError(f"{node.type.id} wrote a wrong value to {full} in update {update}: {error}") from None

@@ -65,7 +65,7 @@ class Graph:
         self.notes: tuple[tuple[str, str, str], ...] = ()
         """Warnings of the compiler (code, where, message); given to the context at the first evaluation."""
         self.starts: list[Copy] = []
-        """Copies along every data connection that ends in this graph."""
+        """Copies along every data connection that begins or ends in this graph."""
         self._told = False
         self._evaluator: EvaluatorProtocol | None = None
         self._running = False
@@ -108,14 +108,10 @@ class Graph:
         self.variables.reset()
         for node in self.nodes.values():
             node.reset()
-        self.start()
-        if self._evaluator is not None:
-            self._evaluator.reset()
-
-    def start(self) -> None:
-        """Brings every connected input to the present value of its source."""
         for copy in self.starts:
             copy()
+        if self._evaluator is not None:
+            self._evaluator.reset()
 
     def close(self) -> None:
         """Releases what the nodes hold; calling it twice is harmless."""

@@ -85,11 +85,10 @@ def _compile(specs: Sequence[GraphSpec], registry: Registry) -> list[Graph]:
         types = shape.types if draft.types == shape.types else draft.types
         draft.node.build(all_names(draft, shape), types, initial)
         draft.node.graph.nodes[draft.node.name] = draft.node
-    wire(drafts, links, found)
+    wire(drafts, links, found, report)
+    report.raise_if_any()
     for graph in graphs:
         graph.notes = tuple(_deprecations(draft for draft in drafts if draft.node.graph is graph))
-    for graph in graphs:
-        graph.start()
     return graphs
 
 
@@ -141,5 +140,5 @@ def _deprecations(drafts: Iterable[Draft]) -> list[tuple[str, str, str]]:
         ("deprecated-attribute", draft.node.path, f"{full} is deprecated: {instead}")
         for draft in drafts
         for full in (*draft.authored, *draft.fed)
-        if (instead := draft.attribute(full).deprecated)
+        if (instead := draft.attribute(full).deprecated) and not draft.attribute(full).warns_itself
     ]

@@ -115,8 +115,11 @@ class _Wiring:
     readers: dict[Node, None]
 
 
-def wire(drafts: Sequence[Draft], links: Sequence[Link], found: dict[End, Flow]) -> None:
-    """Connects the built nodes: data by copies from each origin to all its readers, execution by wires."""
+def wire(drafts: Sequence[Draft], links: Sequence[Link], found: dict[End, Flow], report: Report) -> None:
+    """Connects the built nodes: data by copies from each origin to all its readers, execution by wires.
+
+    Every reader gets the starting value of its source; one that does not fit is reported.
+    """
     wirings = {draft: _Wiring([], {}, {}, {}) for draft in drafts}
     for (target, name), flow in found.items():
         copy = _copy(flow, target, name)
@@ -130,7 +133,7 @@ def wire(drafts: Sequence[Draft], links: Sequence[Link], found: dict[End, Flow])
             if _needs_telling(flow.origin.node, target.node):
                 origin.pushes.append(_teller(target.node))
         if flow.origin.types[flow.name] is not None:
-            target.node.graph.starts.append(copy)
+            _start(copy, flow, target, report)
     for draft, wiring in wirings.items():
         passes: dict[str, Any] = {full: all_of(copies) for full, copies in wiring.passes.items()}
         draft.node.connect(
@@ -143,6 +146,17 @@ def wire(drafts: Sequence[Draft], links: Sequence[Link], found: dict[End, Flow])
         )
 
     _lead_wires(links)
+
+
+def _start(copy: Copy, flow: Flow, target: Draft, report: Report) -> None:
+    """Makes a copy for the first time, and notes that either graph makes it again when it starts afresh."""
+    try:
+        copy()
+    except ValueError as error:
+        source, reader = flow.link.ends()
+        report(f"{source} cannot feed {reader}: {error}", flow.link.mark)
+    for graph in {flow.origin.node.graph, target.node.graph}:
+        graph.starts.append(copy)
 
 
 def _lead_wires(links: Sequence[Link]) -> None:

@@ -1,6 +1,6 @@
 """The evaluators against plain Python: the same work as a list of calls, and as a graph sorted in every update."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 
 from measure import Row, ratio, seconds
 
@@ -86,9 +86,7 @@ def compiled(spec: GraphSpec) -> Callable[[], None]:
     return lambda: graph.evaluate(context)
 
 
-def sorting_each_update(
-    graph: Graph, order_of: Callable[[Sequence[tuple[str, str]]], Iterable[str]]
-) -> Callable[[], None]:
+def sorting_each_update(graph: Graph, order_of: Callable[[list[tuple[str, str]]], Iterable[str]]) -> Callable[[], None]:
     """What a graph library invites to: sort, then compute and look the sources up."""
     edges = [(f"n{i}", f"n{i + 1}") for i in range(CHAIN - 1)]
 
@@ -109,9 +107,7 @@ def measure(quick: bool) -> Iterable[Row]:
     yield Row("push graph / plain calls that hand results on", ratio(push, plain_calls(_plain), rounds))
     yield Row("push graph / bare calls", ratio(push, _bare_calls(_plain), rounds), 5)
     yield Row("action graph / plain calls that hand results on", ratio(execution, plain_calls(_plain_step), rounds))
-    yield Row(
-        "action graph / bare calls that note what they fire", ratio(execution, _bare_calls(_plain_step), rounds), 5
-    )
+    yield Row("action graph / bare calls that note what fired", ratio(execution, _bare_calls(_plain_step), rounds), 5)
     yield Row("push graph, a node", min(seconds(push) for _ in range(rounds)) / CHAIN * 1e6, 0.3, "us")
     yield Row(
         "action graph, a node with a value handed on",

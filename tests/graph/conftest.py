@@ -228,7 +228,9 @@ def spec_of(
 def build(library: Registry) -> Build:
     """Compiles one graph over the test library; see `spec_of`."""
 
-    def make(nodes: Mapping[str, Any], connections: Sequence[str] = (), evaluator: Any = "execution", **more: Any) -> Graph:
+    def make(
+        nodes: Mapping[str, Any], connections: Sequence[str] = (), evaluator: Any = "execution", **more: Any
+    ) -> Graph:
         return compile_graphs([spec_of(nodes, connections, evaluator, **more)], library)[0]
 
     return make

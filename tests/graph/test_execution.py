@@ -77,7 +77,13 @@ def test_nothing_runs_without_an_event(build, journal, playing):
 
 def test_data_nodes_compute_before_the_node_that_reads_them_and_only_then(build, journal, playing):
     graph = build(
-        {"tick": "test.Tick", "inner": ("test.Inc", {"a": 40}), "outer": "test.Inc", "idle": "test.Inc", "r": "test.Record"},
+        {
+            "tick": "test.Tick",
+            "inner": ("test.Inc", {"a": 40}),
+            "outer": "test.Inc",
+            "idle": "test.Inc",
+            "r": "test.Record",
+        },
         ["tick.tick -> r.execIn", "inner.y -> outer.a", "outer.y -> r.value", "outer.y -> idle.a"],
     )
     run(graph, playing)
@@ -147,7 +153,12 @@ def test_a_loop_walks_its_body_to_the_end_in_each_pass_and_pulls_data_again(buil
 
 def test_loops_nest(build, playing):
     graph = build(
-        {"tick": "test.Tick", "outer": ("test.Loop", {"times": 4}), "inner": ("test.Loop", {"times": 5}), "n": "test.Count"},
+        {
+            "tick": "test.Tick",
+            "outer": ("test.Loop", {"times": 4}),
+            "inner": ("test.Loop", {"times": 5}),
+            "n": "test.Count",
+        },
         ["tick.tick -> outer.execIn", "outer.body -> inner.execIn", "inner.body -> n.execIn"],
     )
     run(graph, playing)
@@ -185,20 +196,26 @@ def test_a_loop_that_finishes_into_itself_is_a_runaway_too(build, playing):
         ["tick.tick -> loop.execIn", "loop.finished -> loop.execIn"],
     )
     graph.step_limit = 1000
-    with pytest.raises(RunawayError, match="loop -> loop"):
+    with pytest.raises(RunawayError, match=r"loop -> loop"):
         run(graph, playing)
 
 
 def test_a_loop_that_enters_itself_from_its_body_is_a_runaway_too(build, playing):
     graph = build({"tick": "test.Tick", "loop": "test.Loop"}, ["tick.tick -> loop.execIn", "loop.body -> loop.execIn"])
     graph.step_limit = 1000
-    with pytest.raises(RunawayError, match="loop -> loop"):
+    with pytest.raises(RunawayError, match=r"loop -> loop"):
         run(graph, playing)
 
 
 def test_a_long_loop_is_no_runaway_for_what_its_body_does(build, playing):
     graph = build(
-        {"tick": "test.Tick", "loop": ("test.Loop", {"times": 900}), "a": "test.Step", "b": "test.Step", "n": "test.Count"},
+        {
+            "tick": "test.Tick",
+            "loop": ("test.Loop", {"times": 900}),
+            "a": "test.Step",
+            "b": "test.Step",
+            "n": "test.Count",
+        },
         ["tick.tick -> loop.execIn", "loop.body -> a.execIn", "a.execOut -> b.execIn", "b.execOut -> n.execIn"],
     )
     graph.step_limit = 1000
@@ -232,7 +249,7 @@ def test_firing_an_output_that_does_not_exist_names_the_nearest(build, library, 
     def typo(db):
         db.fire("finishd")
 
-    with pytest.raises(ComputeError, match='has no execution output "finishd"; did you mean "finished"'):
+    with pytest.raises(ComputeError, match=r'has no execution output "finishd"; did you mean "finished"'):
         run(build({"t": "test.Typo"}), playing)
 
 
@@ -251,5 +268,5 @@ def test_a_node_cannot_evaluate_its_own_graph(build, library):
     def evaluates_itself(db):
         db.node.graph.evaluate(db.context)
 
-    with pytest.raises(ComputeError, match="being evaluated already"):
+    with pytest.raises(ComputeError, match=r"being evaluated already"):
         build({"s": "test.Self"}).evaluate(Context.standalone())

@@ -58,16 +58,20 @@ def test_set_refuses_what_would_not_last(build, node, name, value, message):
 
 def test_unknown_names_suggest_the_nearest(build):
     graph = build({"count": "test.Count"})
-    with pytest.raises(KeyError, match='graph /World/G has no node "cuont"; did you mean "count"'):
+    with pytest.raises(KeyError, match=r'graph /World/G has no node "cuont"; did you mean "count"'):
         graph.node("cuont")
-    with pytest.raises(KeyError, match=r'node /World/G/count \(Count\) has no attribute "execout"; did you mean "execOut"'):
+    with pytest.raises(
+        KeyError, match=r'node /World/G/count \(Count\) has no attribute "execout"; did you mean "execOut"'
+    ):
         graph.node("count").get("execout")
 
 
 def test_release_is_called_on_stop_and_close_once_for_each_use(build, library, playing):
     released = []
 
-    @node_type("test.Holder", event=True, memory=list, release=lambda db: released.append(list(db.memory)), registry=library)
+    @node_type(
+        "test.Holder", event=True, memory=list, release=lambda db: released.append(list(db.memory)), registry=library
+    )
     def holder(db):
         db.memory.append(db.context.update)
 
@@ -131,7 +135,7 @@ def test_with_continue_a_failing_node_has_nothing_to_do_and_is_counted(build, jo
 def test_a_value_that_does_not_fit_its_reader_fails_the_node_that_wrote_it(build, library, playing):
     declare("test.Int", "An int.", inputs={"n": Attribute("int", "")}, registry=library)
     graph = build({"big": ("test.Inc", {"a": 1e20}), "i": "test.Int"}, ["big.y -> i.n"], "push")
-    with pytest.raises(ComputeError, match="node /World/G/big .* does not fit int"):
+    with pytest.raises(ComputeError, match=r"node /World/G/big .* does not fit int"):
         graph.evaluate(playing)
 
 
@@ -140,7 +144,7 @@ def test_a_node_that_needs_a_world_says_so(build, library, playing):
     def worldly(db):
         db.outputs.x = db.app
 
-    with pytest.raises(ComputeError, match="this node needs a world; run its graph in an App"):
+    with pytest.raises(ComputeError, match=r"this node needs a world; run its graph in an App"):
         run(build({"w": "test.Worldly"}), playing)
 
 
@@ -153,9 +157,9 @@ def test_nodes_read_and_write_the_variables_of_their_graph(build, library, playi
     run(graph, playing, 2)
     assert graph.variables["gain"] == 6.0
     assert graph.variables["v"].tolist() == [0, 0, 0]
-    with pytest.raises(KeyError, match='the graph has no variable "gian"; did you mean "gain"'):
+    with pytest.raises(KeyError, match=r'the graph has no variable "gian"; did you mean "gain"'):
         graph.variables["gian"]
-    with pytest.raises(ValueError, match="expected a number"):
+    with pytest.raises(ValueError, match=r"expected a number"):
         graph.variables["gain"] = "x"
 
 

@@ -67,6 +67,18 @@ def test_values_cross_graphs_and_survive_a_stop_of_either(library, make_spec, pl
     assert graphs[1].node("b").get("y") == 6.0
 
 
+@pytest.mark.parametrize("reader_first", [True, False])
+def test_a_stop_takes_back_what_crossed_graphs_in_whatever_order_they_stop(library, make_spec, playing, reader_first):
+    one = make_spec({"a": ("test.Inc", {"a": 1})}, (), "push", path="/A")
+    two = make_spec({"b": "test.Inc"}, ["/A/a.y -> b.a"], "push", path="/B")
+    graphs = compile_graphs([one, two], library)
+    graphs[0].evaluate(playing)
+    assert graphs[1].node("b").get("a") == 2.0
+    for graph in reversed(graphs) if reader_first else graphs:
+        graph.reset()
+    assert graphs[1].node("b").get("a") == 0.0
+
+
 def test_a_data_node_of_another_action_graph_is_pulled(library, make_spec, playing):
     one = make_spec({"a": ("test.Inc", {"a": 1})}, path="/A")
     two = make_spec({"t": "test.Tick", "r": "test.Record"}, ["t.tick -> r.execIn", "/A/a.y -> r.value"], path="/B")
@@ -141,7 +153,11 @@ def test_an_open_input_that_nobody_sets_is_reported(library, make_spec):
         ({"a": ("Inc", {"b": 1})}, [], '1:1: node "a" (Inc) has no input "b"'),
         ({"a": ("Wait", {"update": 1})}, [], '1:1: node "a" (Wait) has no input "update"; did you mean "updates"?'),
         ({"a": ("Inc", {"y": 1})}, [], '1:1: node "a" (Inc) has no input "y"; it is an output'),
-        ({"a": ("Inc", {"outputs:y": 1})}, [], '1:1: node "a": outputs:y is an output; only inputs and state can be set'),
+        (
+            {"a": ("Inc", {"outputs:y": 1})},
+            [],
+            '1:1: node "a": outputs:y is an output; only inputs and state can be set',
+        ),
         ({"a": ("Inc", {"a": "x"})}, [], "1:1: node \"a\": a: expected a number (double), got 'x'"),
         ({"a": ("Inc", {"a": 1, "inputs:a": 2})}, [], '1:1: node "a": inputs:a is set twice; keep one'),
         ({"a": ("Step", {"execIn": True})}, [], '1:1: node "a": execIn: execution attributes hold no value'),
@@ -149,9 +165,17 @@ def test_an_open_input_that_nobody_sets_is_reported(library, make_spec):
         ({"a": "Inc"}, ["a -> a.a"], '101:1: "a" is no end of a connection; write node.attribute'),
         ({"abc": "Inc"}, ["abd.y -> abc.a"], '101:1: no node "abd" in graph /World/G; did you mean "abc"?'),
         ({"a": "Inc"}, ["/World/H/a.y -> a.a"], '101:1: no node "/World/H/a"; did you mean "/World/G/a"?'),
-        ({"a": "Wait"}, ["a.finishd -> a.execIn"], '101:1: node "a" (Wait) has no output "finishd"; did you mean "finished"?'),
+        (
+            {"a": "Wait"},
+            ["a.finishd -> a.execIn"],
+            '101:1: node "a" (Wait) has no output "finishd"; did you mean "finished"?',
+        ),
         ({"a": "Inc", "b": "Inc"}, ["a.y -> b.y"], '101:1: node "b" (Inc) has no input "y"; it is an output'),
-        ({"a": "Inc", "b": "Inc"}, ["a.y -> b.outputs:y"], "101:1: b.outputs:y is an output; a connection ends at an input"),
+        (
+            {"a": "Inc", "b": "Inc"},
+            ["a.y -> b.outputs:y"],
+            "101:1: b.outputs:y is an output; a connection ends at an input",
+        ),
         (
             {"a": "Inc", "b": "Step"},
             ["a.y -> b.execIn"],
@@ -242,24 +266,34 @@ def test_bounds_and_choices_are_held_against_what_is_written(library, make_spec)
     nodes = {
         "low": ("Bounded", {"n": 0}),
         "high": ("Bounded", {"n": 10}),
-        "kind": ("Bounded", {"kind": "pointcloud"}),
+        "kind": ("Bounded", {"kind": "cloud"}),
         "fine": ("Bounded", {"n": 9, "kind": ""}),
         "w": "Word",
     }
     assert problems(library, make_spec(nodes, ["w.value -> fine.fixed"])) == [
         'g.yaml:1:1: node "low": n: 0 is below the minimum 1',
         'g.yaml:2:1: node "high": n: 10 is above the maximum 9',
-        'g.yaml:3:1: node "kind": kind: \'pointcloud\' is none of "laser_scan", "point_cloud"; did you mean "point_cloud"?',
+        'g.yaml:3:1: node "kind": kind: \'cloud\' is none of "laser_scan", "point_cloud"; did you mean "point_cloud"?',
         "g.yaml:101:1: fine.inputs:fixed cannot be connected; write its value under inputs",
+    ]
+
+
+def test_a_constant_that_does_not_fit_its_reader_is_reported(library, make_spec):
+    nodes = {"c": ("Constant", {"value": 1e20}), "w": "Wait"}
+    assert problems(library, make_spec(nodes, ["c.value -> w.updates"])) == [
+        "g.yaml:101:1: c.inputs:value cannot feed w.inputs:updates: 1e+20 does not fit int (-2147483648 to 2147483647)"
     ]
 
 
 def test_deprecated_attributes_work_and_warn_once(library, make_spec, playing):
     from graph import Attribute, declare
 
-    old = {"old": Attribute("int", "old", default=0, deprecated="use new")}
+    old = {
+        "old": Attribute("int", "old", default=0, deprecated="use new"),
+        "older": Attribute("int", "older", default=0, deprecated="use new", warns_itself=True),
+    }
     declare("test.Old", "Old.", inputs=old, registry=library)
-    graph = compile_graphs([make_spec({"o": ("Old", {"old": 1})})], library)[0]
+    graph = compile_graphs([make_spec({"o": ("Old", {"old": 1, "older": 1})})], library)[0]
     graph.evaluate(playing)
     graph.evaluate(playing)
     assert [(w.code, w.where, w.message, w.count) for w in playing.warn] == [

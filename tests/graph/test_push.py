@@ -49,7 +49,9 @@ def test_a_lazy_graph_stops_where_a_value_stays_the_same(build, library, journal
         journal.append(db.node.name)
         db.outputs.y = 1.0 if db.inputs.a > 0 else -1.0
 
-    graph = build({"a": ("test.Inc", {"a": 3}), "s": "test.Sign", "z": "test.Inc"}, ["a.y -> s.a", "s.y -> z.a"], "dirty_push")
+    graph = build(
+        {"a": ("test.Inc", {"a": 3}), "s": "test.Sign", "z": "test.Inc"}, ["a.y -> s.a", "s.y -> z.a"], "dirty_push"
+    )
     graph.evaluate(playing)
     journal.clear()
     graph.node("a").set("a", 4)
@@ -133,7 +135,10 @@ def test_all_evaluators_give_what_the_formula_gives(library, graph, evaluator):
     if evaluator == "execution":
         nodes += [NodeSpec("tick", "test.Tick"), *(NodeSpec(f"r{rank}", "test.Record") for rank in range(count))]
         for rank in range(count):
-            connections += [ConnectionSpec("tick.tick", f"r{rank}.execIn"), ConnectionSpec(f"n{rank}.sum", f"r{rank}.value")]
+            connections += [
+                ConnectionSpec("tick.tick", f"r{rank}.execIn"),
+                ConnectionSpec(f"n{rank}.sum", f"r{rank}.value"),
+            ]
     made = compile_graphs([GraphSpec("/G", tuple(nodes), tuple(connections), evaluator)], library)[0]
     made.evaluate(Context.standalone())
     expected = [float(one) for one in constants]

@@ -51,6 +51,14 @@ def test_open_inputs_take_a_typed_value_or_what_it_looks_like(run):
     assert run("test.Sum", inputs={"a": 1, "b": 2, "c": 3}).value("sum") == 6
 
 
+def test_values_are_as_a_reader_gets_them(run, library):
+    @node_type("test.Pair", outputs={"v": Attribute("double[]", "")}, registry=library)
+    def pair(db):
+        db.outputs.v = (1, 2)
+
+    assert run("test.Pair").value("v").tolist() == [1.0, 2.0]
+
+
 def test_connected_inputs_count_as_connected_and_get_their_values_all_the_same(run, library):
     @node_type(
         "test.Asks",
@@ -95,7 +103,7 @@ def test_an_output_of_the_wrong_kind_fails_the_test(run, library):
     def wrong(db):
         db.outputs.n = "seven"
 
-    with pytest.raises(AssertionError, match="test.Wrong wrote a wrong value to outputs:n in update 0"):
+    with pytest.raises(AssertionError, match=r"test.Wrong wrote a wrong value to outputs:n in update 0"):
         run("test.Wrong", consumed=[])
 
 
@@ -110,22 +118,22 @@ def test_variables_and_interrupts(run, library):
 
 
 def test_mistakes_in_the_test_are_told(run):
-    with pytest.raises(UserError, match='no node type "test.Wiat"; did you mean "test.Wait"'):
+    with pytest.raises(UserError, match=r'no node type "test.Wiat"; did you mean "test.Wait"'):
         run("test.Wiat")
-    with pytest.raises(UserError, match='has no input "update"; did you mean "updates"'):
+    with pytest.raises(UserError, match=r'has no input "update"; did you mean "updates"'):
         run("test.Wait", inputs={"update": 1})
-    with pytest.raises(KeyError, match='has no attribute "inputs:execInn"'):
+    with pytest.raises(KeyError, match=r'has no attribute "inputs:execInn"'):
         run("test.Wait", pulses={"execInn": [0]})
-    with pytest.raises(KeyError, match="is no execution input"):
+    with pytest.raises(KeyError, match=r"is no execution input"):
         run("test.Wait", pulses={"updates": [0]})
     trace = run("test.Count", pulses={"execIn": [0]})
-    with pytest.raises(KeyError, match="is no execution output"):
+    with pytest.raises(KeyError, match=r"is no execution output"):
         trace.fired("count")
-    with pytest.raises(KeyError, match='has no attribute "outputs:execuot"'):
+    with pytest.raises(KeyError, match=r'has no attribute "outputs:execuot"'):
         trace.fired("execuot")
-    with pytest.raises(KeyError, match="is an execution attribute"):
+    with pytest.raises(KeyError, match=r"is an execution attribute"):
         trace.values("execOut")
-    with pytest.raises(ComputeError, match="stop it"):
+    with pytest.raises(ComputeError, match=r"stop it"):
         run("test.Fail", inputs={"message": "stop it"}, pulses={"execIn": [0]})
 
 
@@ -139,6 +147,7 @@ class _App:
         self.delta = Fraction(1, 50)
         self.loop_rate = Fraction(50)
         self.loop_time = self.current_time = self.monotonic_time = Fraction(0)
+        self.time_codes_per_second = Fraction(60)
         self.update_index = 0
         self.subscribers = {}
         self.playing = False
@@ -148,9 +157,6 @@ class _App:
 
     def is_stopped(self):
         return not self.playing
-
-    def get_time_codes_per_second(self):
-        return 60.0
 
     def play(self):
         self.playing = True

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -44,9 +45,11 @@ def test_an_unknown_name_suggests_the_nearest():
         concrete_type("doubel[3]")
 
 
-@pytest.mark.parametrize("name", ["string[]", "target[]", "execution[]", "uint[3]", "double[5]", "pointd[4]", "matrixf[4]"])
+@pytest.mark.parametrize(
+    "name", ["string[]", "target[]", "execution[]", "uint[3]", "double[5]", "pointd[4]", "matrixf[4]"]
+)
 def test_types_that_ogn_does_not_have_are_refused(name):
-    with pytest.raises(ValueError, match="no attribute type"):
+    with pytest.raises(ValueError, match=r"no attribute type"):
         parse_type(name)
 
 
@@ -74,7 +77,14 @@ def test_a_union_accepts_its_members_and_any_all_but_execution():
 
 
 def test_zeros():
-    assert [zero(TYPES[name]) for name in ("bool", "int", "double", "token", "target", "bundle")] == [False, 0, 0.0, "", [], {}]
+    assert [zero(TYPES[name]) for name in ("bool", "int", "double", "token", "target", "bundle")] == [
+        False,
+        0,
+        0.0,
+        "",
+        [],
+        {},
+    ]
     assert zero(TYPES["quatd[4]"]).tolist() == [0, 0, 0, 1]
     assert zero(TYPES["matrixd[3]"]).tolist() == np.eye(3).tolist()
     assert zero(TYPES["pointf[3][]"]).shape == (0, 3)
@@ -128,9 +138,9 @@ def test_arrays_that_fit_have_the_types_own_dtype_and_are_read_only(name, writte
 def test_nan_is_a_number_for_reals_alone():
     assert math.isnan(coerce(TYPES["double"], math.nan))
     assert np.isnan(coerce(TYPES["float[]"], [math.nan])).all()
-    with pytest.raises(ValueError, match="expected a whole number"):
+    with pytest.raises(ValueError, match=r"expected a whole number"):
         coerce(TYPES["int"], math.nan)
-    with pytest.raises(ValueError, match="expected a whole number"):
+    with pytest.raises(ValueError, match=r"expected a whole number"):
         coerce(TYPES["int[]"], [math.nan])
 
 
@@ -164,9 +174,8 @@ def test_nan_is_a_number_for_reals_alone():
     ],
 )
 def test_values_that_do_not_fit_are_refused_in_one_line(name, written, message):
-    with pytest.raises(ValueError, match=".") as caught:
+    with pytest.raises(ValueError, match=re.escape(message)) as caught:
         coerce(TYPES[name], written)
-    assert message in str(caught.value)
     assert "\n" not in str(caught.value)
 
 
@@ -210,7 +219,7 @@ def test_conversions_that_omnigraph_allows(source, target):
 @pytest.mark.parametrize(("source", "target"), REFUSED)
 def test_conversions_that_omnigraph_does_not_allow(source, target):
     assert not convertible(TYPES[source], TYPES[target])
-    with pytest.raises(TypeError, match="cannot feed"):
+    with pytest.raises(TypeError, match=r"cannot feed"):
         converter(TYPES[source], TYPES[target])
 
 
@@ -218,7 +227,7 @@ def test_numbers_are_converted_towards_zero_and_never_wrap():
     to_int = converter(TYPES["double"], TYPES["int"])
     assert [to_int(one) for one in (2.9, -2.9, 0.0)] == [2, -2, 0]
     for value in (math.nan, math.inf, 2.0**31):
-        with pytest.raises(ValueError, match="does not fit int"):
+        with pytest.raises(ValueError, match=r"does not fit int"):
             to_int(value)
     assert converter(TYPES["int"], TYPES["int64"]) is None
     assert converter(TYPES["int"], TYPES["double"])(3) == 3.0
@@ -260,7 +269,7 @@ def test_a_value_may_carry_its_type():
     assert type_ is TYPES["float[3]"]
     assert value.dtype == np.float32
     assert typed_value({"value": 1}) is None
-    with pytest.raises(ValueError, match="no attribute type"):
+    with pytest.raises(ValueError, match=r"no attribute type"):
         typed_value({"type": "flaot", "value": 1})
 
 
@@ -273,24 +282,28 @@ def test_integers_are_kept_exactly_or_refused(storage, value):
         assert coerce(TYPES[f"{storage}[]"], [value]).tolist() == [value]
     else:
         for name, written in ((storage, value), (f"{storage}[]", [value])):
-            with pytest.raises(ValueError, match="does not fit"):
+            with pytest.raises(ValueError, match=r"does not fit"):
                 coerce(TYPES[name], written)
 
 
-@given(st.sampled_from(sorted(TYPES)), st.recursive(
-    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5),
-    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=3), inner, max_size=2),
-    max_leaves=8,
-))
+@given(
+    st.sampled_from(sorted(TYPES)),
+    st.recursive(
+        st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5),
+        lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=3), inner, max_size=2),
+        max_leaves=8,
+    ),
+)
 @settings(max_examples=300, deadline=None)
 def test_any_value_is_taken_or_refused_with_one_line_and_taken_values_are_stable(name, value):
     try:
         coerced = coerce(TYPES[name], value)
     except ValueError as error:
-        assert "\n" not in str(error)
+        refused = str(error)
     else:
-        again = coerce(TYPES[name], coerced)
-        np.testing.assert_array_equal(again, coerced)
+        refused = "refused"
+        np.testing.assert_array_equal(coerce(TYPES[name], coerced), coerced)
+    assert len(refused.splitlines()) == 1
 
 
 @given(st.sampled_from(sorted(TYPES)), st.sampled_from(sorted(TYPES)))
