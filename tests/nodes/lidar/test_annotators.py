@@ -66,16 +66,18 @@ def test_a_scan_buffer_fires_once_for_every_new_frame(lidar, world, runner):
 
 
 FLAGS = {
-    "outputAzimuth": ("azimuth", np.float32),
-    "outputElevation": ("elevation", np.float32),
-    "outputDistance": ("distance", np.float32),
-    "outputIntensity": ("intensity", np.float32),
-    "outputTimestamp": ("timestamp", np.uint64),
-    "outputEmitterId": ("emitterId", np.uint32),
-    "outputChannelId": ("channelId", np.uint32),
-    "outputTickId": ("tickId", np.uint32),
-    "outputEchoId": ("echoId", np.uint8),
-    "outputTickState": ("tickState", np.uint8),
+    "outputAzimuth": ("azimuth", np.float32, 1),
+    "outputElevation": ("elevation", np.float32, 1),
+    "outputDistance": ("distance", np.float32, 1),
+    "outputIntensity": ("intensity", np.float32, 1),
+    "outputTimestamp": ("timestamp", np.uint64, 1),
+    "outputEmitterId": ("emitterId", np.uint32, 1),
+    "outputChannelId": ("channelId", np.uint32, 1),
+    "outputTickId": ("tickId", np.uint32, 1),
+    "outputHitNormal": ("hitNormal", np.float32, 3),
+    "outputVelocity": ("velocity", np.float32, 3),
+    "outputEchoId": ("echoId", np.uint8, 1),
+    "outputTickState": ("tickState", np.uint8, 1),
 }
 
 
@@ -87,16 +89,16 @@ def test_a_buffer_is_filled_only_when_asked_for(stage, lidar, world, runner, fla
     level = stage.GetPrimAtPath("/World/Lidar").CreateAttribute(
         "_replicator:rendervar:GenericModelOutput:channels", Sdf.ValueTypeNames.TokenArray
     )
-    level.Set(["BASIC"])
-    app = world(physics_hz=240)
+    level.Set(["FULL"])
+    app = world(physics_hz=240, settings={"/app/sensors/nv/lidar/publishNormals": True})
     node = runner(app, {"buffer": (BUFFER, {flag: True})})["buffer"]
     app.update(7)
-    name, dtype = FLAGS[flag]
+    name, dtype, width = FLAGS[flag]
     buffer, count = array(node, f"{name}Ptr"), node.get("outputs:width")
     assert buffer.dtype == dtype
-    assert buffer.shape == (count,)
+    assert buffer.size == width * count > 0
     assert node.get(f"outputs:{name}BufferSize") == buffer.nbytes
-    filled = [one for one, _ in FLAGS.values() if node.get(f"outputs:{one}Ptr")]
+    filled = [one for one, *_ in FLAGS.values() if node.get(f"outputs:{one}Ptr")]
     assert filled == [name]
 
 
