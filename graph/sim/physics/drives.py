@@ -42,32 +42,34 @@ class Drives:
         self.limited = bool(np.isfinite(self.limit).any())
         self._at_limit = False
         self._dt = self._ahead = 0.0
+        self._aim = self._resistance = np.zeros(len(self.joints))
         model.actuator_gainprm[:, 0] = 1.0
 
     def set_dt(self, dt: float) -> None:
         """Take a new time step [s]."""
         self._dt = dt
         self._ahead = 0.0 if self._model.opt.integrator == mujoco.mjtIntegrator.mjINT_DISCRETE else dt
+        self._resistance = self.damping + self._ahead * self.stiffness
         self._set_gains(self.stiffness, self.damping)
 
     def apply(self, data: Any) -> None:
         """Hand the targets to the engine."""
-        data.ctrl[:] = self.stiffness * self.targets[:, 0] + self.damping * self.targets[:, 1]
+        self._aim = self.stiffness * self.targets[:, 0] + self.damping * self.targets[:, 1]
+        data.ctrl[:] = self._aim
 
     def limit_forces(self, data: Any) -> None:
         """Before a step: hold the forces within their limits."""
         position, velocity = data.qpos[self._coordinate], data.qvel[self._dof]
-        ahead = self.stiffness * self._ahead
-        force = self.stiffness * (self.targets[:, 0] - position) - ahead * velocity
-        force += self.damping * (self.targets[:, 1] - velocity)
-        over = np.abs(force) / self.limit
-        if over.max() <= 1:
+        force = self._aim - self.stiffness * position - self._resistance * velocity
+        size = np.abs(force)
+        if (size <= self.limit).all():
             if self._at_limit:
                 self._set_gains(self.stiffness, self.damping)
                 self.apply(data)
                 self._at_limit = False
             return
         self._at_limit = True
+        over = size / self.limit
         share = 1 / np.maximum(over, 1)
         added = self._dt * share * (self.damping + self._dt * self.stiffness)
         kept = np.where(over > 1, share * np.maximum(0, 1 - self._inertia / np.maximum(added, 1e-300)), 1)
