@@ -12,14 +12,14 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
 
-from .context import Context, Warned, WarningLog
-from .declaration import Attribute, NodeType, declare, node_type
-from .evaluate import Graph, Node
-from .plan import compile_graphs
-from .registry import DEFAULT, Registry
-from .spec import ConnectionSpec, GraphSpec, NodeSpec, VariableSpec
-from .types import Type
-from .values import coerce
+from graph.context import Context, Warned, WarningLog
+from graph.declaration import Attribute, NodeType, declare, node_type
+from graph.evaluate import Graph, Node
+from graph.plan import compile_graphs
+from graph.registry import DEFAULT, Registry
+from graph.spec import ConnectionSpec, GraphSpec, NodeSpec, VariableSpec
+from graph.types import Type
+from graph.values import coerce
 
 _PROBE = "tickgraph.testing.Probe"
 _SOURCE = "tickgraph.testing.Source"

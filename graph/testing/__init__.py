@@ -1,0 +1,35 @@
+"""Tests of nodes and graphs, in Python and as data.
+
+    from graph.testing import run_node, run_graph
+
+    trace = run_node("Countdown", inputs={"duration": 10, "period": 3}, pulses={"execIn": [0]}, updates=12)
+    assert trace.fired("tick") == [3, 6, 9]
+
+    trace = run_graph("graphs/quickstart.yaml", updates=6)
+    assert trace.fired("tick.tick") == [0, 1, 2, 3, 4, 5]
+
+The same as data stands in `*.test.yaml` files: `graph.testing.model` describes them, `graph test` and pytest run them.
+Names are imported when first used.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .graphs import run_graph
+    from .node import Trace, run_node
+    from .trace import GraphTrace
+
+__all__ = ["GraphTrace", "Trace", "run_graph", "run_node"]
+
+_HOMES = {"GraphTrace": "trace", "Trace": "node", "run_graph": "graphs", "run_node": "node"}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = getattr(import_module(f".{_HOMES[name]}", __name__), name)
+    globals()[name] = value
+    return value
