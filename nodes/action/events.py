@@ -6,7 +6,6 @@ from typing import Any
 
 from graph import Attribute, node_type
 
-DELTA = Attribute("double", "time since the previous update", unit="s")
 TIME = Attribute("double", "timeline time", unit="s")
 FRAME = Attribute("double", "timeline time as a frame number", unit="frames")
 ONLY_PLAYBACK = Attribute("bool", "ignore events while the timeline does not play", default=True, literal_only=True)
@@ -18,7 +17,7 @@ ONLY_PLAYBACK = Attribute("bool", "ignore events while the timeline does not pla
     event=True,
     outputs={
         "tick": Attribute("execution", "fires in every update while the timeline plays"),
-        "deltaSeconds": DELTA,
+        "deltaSeconds": Attribute("double", "what the timeline moved since the previous update", unit="s"),
         "time": TIME,
         "frame": FRAME,
     },
@@ -29,7 +28,7 @@ def on_playback_tick(db: Any) -> bool:
     if not context.is_playing:
         return False
     outputs = db.outputs
-    outputs.deltaSeconds = context.delta_seconds
+    outputs.deltaSeconds = float(context.delta)
     outputs.time = context.time
     outputs.frame = context.frame
     db.fire("tick")
@@ -48,7 +47,7 @@ def on_playback_tick(db: Any) -> bool:
     },
     outputs={
         "tick": Attribute("execution", "fires in every (framePeriod + 1)-th update, the first one included"),
-        "deltaSeconds": Attribute("double", "time since the previous firing", unit="s"),
+        "deltaSeconds": Attribute("double", "update time since the previous firing, playing or not", unit="s"),
         "time": TIME,
         "frame": FRAME,
         "timeSinceStart": Attribute("double", "time since the App was made, playing or not", unit="s"),
@@ -56,7 +55,7 @@ def on_playback_tick(db: Any) -> bool:
         "isPlaying": Attribute("bool", "whether the timeline plays"),
     },
     state={
-        "accumulatedSeconds": Attribute("double", "time gathered since the previous firing", default=0.0, unit="s"),
+        "accumulatedSeconds": Attribute("double", "update time gathered since the previous firing", default=0.0, unit="s"),
         "frameCount": Attribute("uint", "updates since the previous firing", default=0, unit="updates"),
     },
 )
