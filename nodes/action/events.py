@@ -55,7 +55,9 @@ def on_playback_tick(db: Any) -> bool:
         "isPlaying": Attribute("bool", "whether the timeline plays"),
     },
     state={
-        "accumulatedSeconds": Attribute("double", "update time gathered since the previous firing", default=0.0, unit="s"),
+        "accumulatedSeconds": Attribute(
+            "double", "update time gathered since the previous firing", default=0.0, unit="s"
+        ),
         "frameCount": Attribute("uint", "updates since the previous firing", default=0, unit="updates"),
     },
 )
