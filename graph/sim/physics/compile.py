@@ -233,7 +233,7 @@ def _add_loop(spec: Any, joint: Joint, warn: Warn) -> None:
         relative = joint.frames[0] @ transforms.inverse_rigid(joint.frames[1])
         weld = spec.add_equality(type=mujoco.mjtEq.mjEQ_WELD, objtype=mujoco.mjtObj.mjOBJ_BODY)
         weld.name1, weld.name2 = names
-        weld.data[:] = [*joint.frames[1][:3, 3], *relative[:3, 3], *transforms.quaternion(relative[:3, :3]), 1.0]
+        weld.data[:11] = [0, 0, 0, *relative[:3, 3], *transforms.quaternion(relative[:3, :3]), 1.0]
         return
     ends = (0.0,) if joint.kind == "spherical" else (-0.1, 0.1)
     for end in ends:

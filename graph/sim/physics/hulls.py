@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -31,7 +33,7 @@ def convex_parts(vertices: Floats, triangles: Triangles) -> tuple[list[Floats], 
     return parts, concave
 
 
-def with_depth(part: Floats, points: Floats, faces: NDArray[np.int64]) -> Floats:
+def with_depth(part: Floats, points: Floats, faces: NDArray[np.integer[Any]]) -> Floats:
     """The part; if all its points lie in one plane, with a copy of them 5 % of its size behind."""
     normals = _normals(points, faces)
     normal = normals.sum(axis=0)
@@ -45,7 +47,7 @@ def with_depth(part: Floats, points: Floats, faces: NDArray[np.int64]) -> Floats
     return np.concatenate([part, part - normal * extent * 0.05])
 
 
-def _normals(points: Floats, faces: NDArray[np.int64]) -> Floats:
+def _normals(points: Floats, faces: NDArray[np.integer[Any]]) -> Floats:
     a, b, c = (points[faces[:, i]] for i in range(3))
     return np.cross(b - a, c - a)
 

@@ -17,7 +17,7 @@ from graph.sim.transforms import Floats
 from graph.sim.usd import EARLIEST, UsdGeom, UsdPhysics, UsdShade
 
 from .attributes import authored, kilograms_per_unit
-from .hulls import convex_parts
+from .hulls import convex_parts, with_depth
 from .model import DEFAULT_FRICTION, Collider
 
 HULL_TOLERANCE = 1e-3
@@ -147,9 +147,9 @@ class _Reader:
         return self._make("mesh", np.eye(4), vertices=transforms.transformed(self.frame, corners))
 
     def _hull(self, vertices: Floats, triangles: Triangles) -> Collider:
-        return self._make(
-            "mesh", np.eye(4), vertices=transforms.transformed(self.frame, vertices[np.unique(triangles)])
-        )
+        points = transforms.transformed(self.frame, vertices)
+        used = with_depth(points[np.unique(triangles)], points, triangles)
+        return self._make("mesh", np.eye(4), vertices=used)
 
     def _parts(self, vertices: Floats, triangles: Triangles) -> list[Collider]:
         """Each connected part on its own; those that are not convex by themselves collide as their hulls."""

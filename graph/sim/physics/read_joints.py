@@ -42,6 +42,9 @@ def _joint(scan: Scan, prim: JointPrim, warn: Warn) -> Joint | None:
             "joint-not-supported", prim.path, f"a {prim.prim.GetTypeName()} is not simulated; its bodies are not tied."
         )
         return None
+    for target in prim.targets:
+        if target is not None and not scan.stage.GetPrimAtPath(target):
+            warn("bad-joint", prim.path, f"there is no prim {target}; that end of the joint is tied to the world.")
     frames = _frame(scan, prim, 0, first), _frame(scan, prim, 1, second)
     schema = UsdPhysics.Joint(prim.prim)
     common: dict[str, Any] = {

@@ -288,3 +288,35 @@ def test_a_ball_joint_and_a_fixed_joint_hold_their_bodies(world):
     assert np.linalg.norm(physics.positions[1] - [0, 0, 2]) == pytest.approx(1.0)
     assert physics.positions[1, 2] < 1.9
     assert warnings == []
+
+
+def test_two_fixed_joints_between_two_bodies_are_one_weld(world):
+    ball = {"type": "Sphere", "radius": 0.1, "rigid_body": True}
+    prims = {
+        "/A": ball,
+        "/B": {**ball, "translate": [3, 0, 0]},
+        "/J": joint("Fixed", "/A", "/B", (3, 0, 0)),
+        "/K": joint("Fixed", "/B", "/A", (-3, 0, 0)),
+    }
+    physics, _, warnings = world(prims)
+    steps(physics, 100)
+    assert physics.positions[1] - physics.positions[0] == pytest.approx([3, 0, 0], abs=1e-9)
+    assert physics.positions[0, 2] == pytest.approx(-9.81 * 5050 / 240**2)
+    assert warnings == []
+
+
+def test_what_is_wrong_with_a_joint_is_said(world):
+    body = {"/A": {"type": "Cube", "size": 0.1, "rigid_body": True}}
+    for wrong, code, said in (
+        (joint("Revolute", "/A", "/A"), "bad-joint", "ties /A to itself"),
+        (joint("Revolute", "/Nowhere", "/A"), "bad-joint", "there is no prim /Nowhere"),
+        (
+            joint("Revolute", None, "/A", physics__lowerLimit=10.0, physics__upperLimit=-10.0),
+            "bad-joint",
+            "lower limit",
+        ),
+        (joint("Distance", None, "/A"), "joint-not-supported", "PhysicsDistanceJoint is not simulated"),
+    ):
+        _, _, warnings = world({**body, "/J": wrong})
+        assert [(each[0], each[1]) for each in warnings] == [(code, "/J")]
+        assert said in warnings[0][2]

@@ -280,6 +280,14 @@ def test_a_body_without_colliders_falls_and_says_what_inertia_it_has(world):
     assert [code for code, _, _ in warnings] == ["body-without-volume"]
 
 
+def test_a_flat_mesh_that_moves_collides_with_a_little_depth(world):
+    sheet = {"type": "Mesh", "points": [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], "faces": [[0, 1, 2, 3]]}
+    physics, _, warnings = world({**GROUND, "/A": {**sheet, "rigid_body": True, "translate": [0, 0, 0.5]}})
+    steps(physics, 480)
+    assert physics.positions[0, 2] == pytest.approx(0.05, abs=2e-3)
+    assert warnings == []
+
+
 def test_a_step_is_one_mujoco_step(world):
     prims = {**GROUND, "/A": ball(translate=[0, 0, 1]), "/B": ball(translate=[0, 0, 2])}
     ours, raw = world(prims)[0], world(prims)[0]
