@@ -104,7 +104,10 @@ def _refuse(message: str) -> Any:
 
 def shown(value: Any) -> str:
     """The value as error messages show it: short, on one line."""
-    text = " ".join(repr(value).split())
+    try:
+        text = " ".join(repr(value).split())
+    except ValueError:  # Python does not print integers of more than 4,300 digits
+        text = "a number of thousands of digits"
     return text if len(text) <= 60 else text[:57] + "..."
 
 

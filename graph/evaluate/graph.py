@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Literal, Protocol
 
 from graph.context import Context
 from graph.db import Database, NodeError
+from graph.declaration import Compute
 from graph.errors import Mark
 from graph.spec import Evaluator, PipelineStage
 from graph.suggest import did_you_mean
@@ -102,6 +103,22 @@ class Graph:
             self._evaluator.run([(self._of(node), name) for node, name in activations] if activations else ())
         finally:
             self._running = False
+
+    def observe(self, wrap: Callable[[Node, Compute], Compute]) -> None:
+        """Puts `wrap(node, compute)` in the place of every node's compute, for tools that measure or trace.
+
+        Raises RuntimeError during an evaluation.
+        """
+        if self._running:
+            raise RuntimeError(f"graph {self.path} is being evaluated; observe it before or after")
+        for node in self.nodes.values():
+            if node.db._compute is not None:
+                node.db._compute = wrap(node, node.db._compute)
+        for node in self.nodes.values():
+            for wire in node.db._wires.values():
+                wire.renew()
+        if self.evaluator == "push":
+            self._evaluator = None  # its plan holds the functions; it keeps nothing else
 
     def reset(self) -> None:
         """What a timeline stop does: values as authored, fresh memory, everybody awake. Compute counts go on."""

@@ -41,6 +41,11 @@ class Wire:
         self.targets = tuple(step_to(db, name) for db, name in reversed(targets))
         self.only = self.targets[0] if len(self.targets) == 1 else None
 
+    def renew(self) -> None:
+        """Takes up the present compute functions of the targets."""
+        self.targets = tuple(step_to(db, cause) for db, cause, *_ in self.targets)
+        self.only = self.targets[0] if len(self.targets) == 1 else None
+
 
 def storage(owner: str, names: Sequence[str]) -> Any:
     """An object with just these attributes; any other name is an AttributeError that tells whose it would be."""

@@ -12,6 +12,9 @@ from graph.suggest import did_you_mean
 
 from .draft import Draft, Report, no_attribute
 
+MOST_SUGGESTIONS = 100
+"""How many unknown nodes get a suggestion: each is compared with every node there is."""
+
 
 @dataclass(eq=False, slots=True)
 class Link:
@@ -51,6 +54,7 @@ class Nodes:
         self.drafts: dict[str, Draft] = {}
         self.broken: set[str] = set()
         self.of_graph: dict[str, list[str]] = {}
+        self._suggestions = MOST_SUGGESTIONS
 
     def find(self, graph: str, name: str) -> Draft | str | None:
         """The node that `name` means in a graph; its path if it is broken; None if there is none.
@@ -69,7 +73,10 @@ class Nodes:
         return None
 
     def near(self, graph: str, name: str) -> str:
-        """The tail of a message about an unknown node."""
+        """The tail of a message about an unknown node; empty after the first hundred of a file."""
+        self._suggestions -= 1
+        if self._suggestions < 0:
+            return ""
         if name.startswith("/"):
             return did_you_mean(name, (*self.drafts, *(path[::-1].replace("/", ".", 1)[::-1] for path in self.drafts)))
         return did_you_mean(name, self.of_graph.get(graph, ()))

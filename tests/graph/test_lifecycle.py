@@ -221,3 +221,28 @@ def test_a_standalone_context_counts_exact_updates():
         context.advance()
     assert (context.time, context.update, context.is_playing) == (100.0, 2996, True)
     assert context.frame == 6000.0
+
+
+@pytest.mark.parametrize("evaluator", ["execution", "push", "dirty_push"])
+def test_tools_may_wrap_every_compute_even_after_the_first_evaluation(build, playing, evaluator):
+    graph = build(
+        {"c": "test.Constant", "t": "test.Tick", "s": "test.Record", "i": "test.Inc"},
+        ["t.tick -> s.execIn", "c.value -> i.a", "i.y -> s.value"],
+        evaluator,
+    )
+    run(graph, playing)
+    seen = []
+
+    def wrap(node, compute):
+        def observed(db):
+            seen.append(node.name)
+            return compute(db)
+
+        return observed
+
+    graph.observe(wrap)
+    graph.node("c").set("value", 3)
+    run(graph, playing)
+    expected = {"execution": ["t", "i", "s"], "push": ["t", "i", "s"], "dirty_push": ["t", "i", "s"]}
+    assert seen == expected[evaluator]
+    assert graph.node("s").db.memory == [1.0, 4.0]

@@ -319,3 +319,9 @@ def test_a_hundred_thousand_nodes_are_ordered_without_recursion():
     count = 100_000
     readers = [[node - 1] if node else [] for node in range(count)]
     assert dependency_order(count, readers) == list(range(count))[::-1]
+
+
+def test_a_thousand_mistakes_are_told_without_delay(library, make_spec):
+    nodes = {f"node{i}": f"test.Inx{i}" if i % 2 else "test.Inc" for i in range(1000)}
+    found = problems(library, make_spec(nodes, [f"nose{i}.y -> node{i}.a" for i in range(1000)]))
+    assert len(found) == 1500

@@ -155,6 +155,8 @@ def test_nan_is_a_number_for_reals_alone():
         ("half", 65505, "65505 does not fit half"),
         ("float", 1e39, "1e+39 does not fit float"),
         ("double", 10**400, "does not fit double"),
+        pytest.param("double", 10**5000, "a number of thousands of digits does not fit double", id="huge real"),
+        pytest.param("int", 10**5000, "a number of thousands of digits does not fit int", id="huge integer"),
         ("double", "fast", "expected a number (double), got 'fast'"),
         ("bool", 1, "expected true or false, got 1"),
         ("token", 5, "expected text, got 5; put it in quotes"),
