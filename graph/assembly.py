@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from pxr import Usd
 
     from .evaluate import Graph
+    from .registry import Registry
     from .runner import GraphRunner, OnError
     from .sim import App
 
@@ -42,23 +43,30 @@ class Session:
 
 
 def build_parts(
-    path: str | Path,
+    path: str | Path | FileSpec,
     *,
     allow: Sequence[Path] = (),
     overrides: Mapping[str, str] | None = None,
     settings: Mapping[str, Any] | None = None,
     fidelity: Mapping[str, Any] | None = None,
+    registry: Registry | None = None,
 ) -> Parts:
     """Loads, compiles and stages a graph file; each step works on what the one before found right.
 
-    `allow` names folders besides the file's own that it may read; `overrides` maps NODE.ATTR to a value as in YAML;
-    `settings` and `fidelity` beat the file's.
+    A `FileSpec` is taken as it is. `allow` names folders besides the file's own that it may read; `overrides` maps NODE.ATTR to a value as in YAML;
+    `settings` and `fidelity` beat the file's; `registry` has the node types (default: all there are).
     """
     from .files import examine
     from .plan import compile_graphs
+    from .registry import DEFAULT
 
-    examined = examine(path, allow=allow)
-    spec, problems = examined.spec, list(examined.problems)
+    spec: FileSpec | None
+    problems: list[Problem] = []
+    if isinstance(path, FileSpec):
+        spec = path
+    else:
+        examined = examine(path, allow=allow)
+        spec, problems = examined.spec, list(examined.problems)
     graphs: list[Graph] = []
     stage = None
     warnings: list[tuple[str, str, str]] = []
@@ -74,7 +82,7 @@ def build_parts(
                 settings={**spec.settings, **(settings or {})},
                 fidelity={**spec.fidelity, **(fidelity or {})},
             )
-            graphs = compile_graphs(spec.graphs)
+            graphs = compile_graphs(spec.graphs, registry or DEFAULT)
         with _collecting(problems):
             stage = build_stage(spec, allow, warn)
         problems += option_problems(spec)
@@ -84,7 +92,7 @@ def build_parts(
 
 
 def open_session(
-    path: str | Path,
+    path: str | Path | FileSpec,
     *,
     allow: Sequence[Path] = (),
     settings: Mapping[str, Any] | None = None,
@@ -93,8 +101,9 @@ def open_session(
     seed: int = 0,
     realtime: bool = False,
     on_error: OnError = "stop",
+    registry: Registry | None = None,
 ) -> Session:
-    """Loads, checks and builds everything that `path` names; nothing plays yet.
+    """Loads, checks and builds everything that `path` names (or a loaded file says); nothing plays yet.
 
     `settings` and `fidelity` beat the file's; `on_error` is "stop" or "continue". Raises UserError with every problem
     found.
@@ -103,7 +112,9 @@ def open_session(
     from .sim import App
     from .sim.wall_clock import RealClock
 
-    parts = build_parts(path, allow=allow, overrides=overrides, settings=settings, fidelity=fidelity)
+    parts = build_parts(
+        path, allow=allow, overrides=overrides, settings=settings, fidelity=fidelity, registry=registry
+    )
     if parts.problems or parts.spec is None:
         raise UserError(parts.problems)
     spec = parts.spec
