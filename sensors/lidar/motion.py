@@ -9,7 +9,7 @@ import numpy as np
 
 from sensors.raycast.shared import cast_world
 
-from .scan import Velocities
+from .returns import Velocities
 
 if TYPE_CHECKING:
     from graph.sim import App

@@ -20,7 +20,8 @@ from sensors.raycast.shared import cast_world
 from .motion import surface_velocities
 from .pattern import firing_pattern
 from .prim import read_aux_level, read_config, read_exclude, read_tick_rate
-from .scan import Scanner, Shot
+from .returns import Shot
+from .scan import Scanner
 
 if TYPE_CHECKING:
     from graph.sim import App

@@ -7,6 +7,7 @@ are changes no result: a ray's hit does not depend on the rays cast with it.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -27,10 +28,20 @@ FULL_CAST = 0.6
 """Share of the rays from which on picking them costs more than casting them all."""
 
 
+@dataclass(frozen=True, slots=True)
+class Moving:
+    """A mesh that moves, its surface number and its body's."""
+
+    mesh: Mesh
+    surface: int
+    body: int
+
+
 class Spheres:
     """Bounding spheres of meshes in their bodies' frames."""
 
-    def __init__(self, meshes: Sequence[Mesh], bodies: Sequence[int]) -> None:
+    def __init__(self, moving: Sequence[Moving]) -> None:
+        meshes = [entry.mesh for entry in moving]
         boxes = [(np.min(mesh.vertices, axis=0), np.max(mesh.vertices, axis=0)) for mesh in meshes]
         self.local = np.array([(low + high) / 2 for low, high in boxes]).reshape(-1, 3)
         radii = [
@@ -38,7 +49,8 @@ class Spheres:
             for mesh, centre in zip(meshes, self.local, strict=True)
         ]
         self.radii = np.array(radii) * (1 + 1e-6) + 1e-6
-        self.bodies = np.asarray(bodies, np.intp)
+        self.bodies = np.array([entry.body for entry in moving], np.intp)
+        self.surfaces = np.array([entry.surface for entry in moving], np.int32)
 
     def centres(self, poses: np.ndarray) -> np.ndarray:
         """(m, 3) float64 [m], world, for body poses (b, 4, 4)."""
@@ -46,14 +58,19 @@ class Spheres:
         return np.asarray((pose[:, :3, :3] @ self.local[:, :, None])[:, :, 0] + pose[:, :3, 3])
 
     def windows(
-        self, rays: RayBundle, centres: np.ndarray, blocked: np.ndarray, skip: np.ndarray | None = None
+        self, rays: RayBundle, centres: np.ndarray, blocked: np.ndarray, skip: frozenset[int]
     ) -> tuple[np.ndarray, np.ndarray]:
-        """(index, owner) of rays that may hit a sphere before `blocked` (n,) [m]; sorted by owner."""
+        """(index, owner) of rays that may hit a sphere before `blocked` (n,) [m]; sorted by owner.
+
+        Spheres of the surfaces in `skip` are left out.
+        """
         spread = 0.0 if rays.offsets is None else float(np.sqrt((rays.offsets**2).sum(axis=1).max(initial=0.0)))
         radii = self.radii + spread
         towards = centres - rays.origin
         nearest = np.sqrt((towards**2).sum(axis=1)) - radii
-        seen = nearest <= rays.reach if skip is None else (nearest <= rays.reach) & ~skip
+        seen = nearest <= rays.reach
+        if skip:
+            seen &= ~np.isin(self.surfaces, list(skip))
         which = np.flatnonzero(seen)
         grid = rays.grid if rays.grid is not None else RayGrid(rays.directions)
         index, owner = grid.near(towards[which], radii[which])
@@ -70,24 +87,33 @@ class LightBodies:
     The scene depends on the anchor, the meshes and their poses alone, never on who casts.
     """
 
-    def __init__(self, meshes: Sequence[Mesh], surfaces: Sequence[int], bodies: Sequence[int]) -> None:
+    def __init__(self, moving: Sequence[Moving]) -> None:
+        meshes, bodies = [entry.mesh for entry in moving], [entry.body for entry in moving]
         counts = [len(mesh.vertices) for mesh in meshes]
         starts = np.cumsum([0, *counts[:-1]])
         self._local = np.concatenate([np.asarray(mesh.vertices, np.float64) for mesh in meshes])
         self._triangles = np.concatenate(
             [np.asarray(mesh.triangles, np.uint32) + np.uint32(s) for mesh, s in zip(meshes, starts, strict=True)]
         )
-        self._spheres = Spheres(meshes, bodies)
         self._used = np.unique(np.asarray(bodies))
         self._vertex_body = np.repeat(np.searchsorted(self._used, bodies), counts)
-        self._surface = np.repeat(np.asarray(surfaces, np.int32), [len(mesh.triangles) for mesh in meshes])
+        self._surface = np.repeat(
+            np.array([entry.surface for entry in moving], np.int32), [len(mesh.triangles) for mesh in meshes]
+        )
         self._built_for: bytes | None = None
         self._scene: TriangleScene | None = None
         self.builds = 0
 
-    def cast(self, rays: RayBundle, anchor: np.ndarray, poses: np.ndarray, threads: int, nearest: Nearest) -> None:
-        """Adds hits of anchored rays with the bodies at `poses`, (b, 4, 4) float64 world [m] of all bodies."""
-        index, _ = self._spheres.windows(rays, self._spheres.centres(poses), nearest.distance)
+    def cast(
+        self,
+        rays: RayBundle,
+        index: np.ndarray,
+        anchor: np.ndarray,
+        poses: np.ndarray,
+        threads: int,
+        nearest: Nearest,
+    ) -> None:
+        """Adds hits of the anchored rays `index` (with repeats) with the bodies at `poses`, (b, 4, 4) float64 [m]."""
         if not len(index):
             return
         count = len(rays.table)
@@ -126,24 +152,33 @@ class LightBodies:
 class HeavyBodies:
     """Meshes with many triangles: one scene for each unique mesh, about its centre; rays go into each body's frame."""
 
-    def __init__(self, groups: Sequence[Sequence[tuple[Mesh, int, int]]]) -> None:
-        """groups: per unique mesh, its copies as (mesh, surface, body)."""
+    def __init__(self, groups: Sequence[Sequence[Moving]], spheres: Spheres, first: int) -> None:
+        """groups: the copies of each unique mesh; spheres: theirs begin at number `first`, group after group."""
         copies = [copy for group in groups for copy in group]
-        self._spheres = Spheres([mesh for mesh, _, _ in copies], [body for _, _, body in copies])
-        self._surfaces = np.array([surface for _, surface, _ in copies], np.int32)
+        self._surfaces = np.array([copy.surface for copy in copies], np.int32)
+        self._bodies = np.array([copy.body for copy in copies], np.intp)
+        self._centres = spheres.local[first:]
         self._ends = np.cumsum([len(group) for group in groups])
-        self._meshes = [group[0][0] for group in groups]
+        self._meshes = [group[0].mesh for group in groups]
         self._scenes: list[TriangleScene | None] = [None] * len(groups)
 
-    def cast(self, rays: RayBundle, poses: np.ndarray, threads: int, skip: frozenset[int], nearest: Nearest) -> None:
-        """Adds hits with the bodies at `poses`; surfaces in `skip` are left out."""
-        spheres = self._spheres
-        centres = spheres.centres(poses)
-        left_out = np.isin(self._surfaces, list(skip)) if skip else None
-        index, owner = spheres.windows(rays, centres, nearest.distance, left_out)
+    def cast(
+        self,
+        rays: RayBundle,
+        windows: tuple[np.ndarray, np.ndarray],
+        centres: np.ndarray,
+        poses: np.ndarray,
+        threads: int,
+        nearest: Nearest,
+    ) -> None:
+        """Adds hits with the copies at `poses`, whose sphere centres are `centres` (m, 3) [m, world].
+
+        windows: rays, and the copy that each may meet, sorted by copy.
+        """
+        index, owner = windows
         if not len(index):
             return
-        rotations = poses[spheres.bodies, :3, :3]
+        rotations = poses[self._bodies, :3, :3]
         local = _into_bodies(rays, index, owner, rotations, centres)
         bounds = np.searchsorted(owner, np.concatenate([[0], self._ends]))
         parts = [
@@ -159,7 +194,7 @@ class HeavyBodies:
         if scene is None:
             mesh = self._meshes[number]
             first = 0 if number == 0 else int(self._ends[number - 1])
-            vertices = (mesh.vertices - self._spheres.local[first]).astype(np.float32)
+            vertices = (mesh.vertices - self._centres[first]).astype(np.float32)
             scene = self._scenes[number] = TriangleScene(vertices, mesh.triangles)
         return scene
 

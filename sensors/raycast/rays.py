@@ -22,6 +22,8 @@ class RayBundle:
     world [m], near all ray origins. offsets: (n, 3) float32 [m], world axes, each ray's origin less `origin`; None
     where all start there. exclude: prim paths that are never hit, nor what lies below them. reach: farther hits [m]
     may be left out. grid: a `RayGrid` of directions of which the bundle's are those from `first` on; only a speed-up.
+    written: (4,) float32 that belongs to the table's memory, at first NaN: the origin that its first rows hold, and of
+    how many; None where the caller does not keep the table.
     """
 
     origin: np.ndarray
@@ -31,11 +33,22 @@ class RayBundle:
     reach: float = math.inf
     grid: RayGrid | None = None
     first: int = 0
+    written: np.ndarray | None = None
 
     @property
     def directions(self) -> np.ndarray:
         """(n, 3) float32 unit directions, world axes: a view of the table."""
         return self.table[:, 3:6]
+
+    def start_at(self, start: np.ndarray) -> None:
+        """Writes the ray origins, `start` (3,) float32 plus the offsets; does nothing where they stand already."""
+        count, known = len(self.table), self.written
+        if known is not None and self.offsets is None and known[3] >= count and np.array_equal(known[:3], start):
+            return
+        for axis in range(3):  # by columns: five times as fast as rows of three
+            self.table[:, axis] = start[axis] if self.offsets is None else self.offsets[:, axis] + start[axis]
+        if known is not None:
+            known[:3], known[3] = start, count if self.offsets is None else 0
 
 
 @dataclass(slots=True)

@@ -1,0 +1,235 @@
+"""The returns of one shot of a lidar: each channel worked out from hits and beams, and only if somebody asks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from sensors.frame import spherical
+from sensors.gmo import ElementFlags
+from sensors.raycast.rays import Hits
+
+from .pattern import Pattern
+
+REFLECTANCE = 0.5
+"""Reflectance of a surface whose material says nothing."""
+
+Velocities = Callable[[np.ndarray, Callable[[np.ndarray], np.ndarray], Any], tuple[np.ndarray, np.ndarray]]
+"""Surfaces (k,) hit, a function from rows to hit points (m, 3) float64 [m, world], a state -> the rows that move (m,)
+and their velocities (m, 3) float64 [m/s], along world axes."""
+
+
+@dataclass(slots=True)
+class Shot:
+    """One geometry state to look at: the firings, from where, at what, in which state of the world.
+
+    rows: firings of the pattern. pose: (4, 4) float64 sensor to world [m]. poses: snapshot for the caster (None: now).
+    base_ns: what the turn's start lies after the frame's timestamp [ns].
+    """
+
+    rows: slice
+    pose: np.ndarray
+    poses: Any = None
+    base_ns: int = 0
+
+
+class Returns:
+    """The returns of one shot; each channel is a method, called only when somebody wants it."""
+
+    def __init__(
+        self,
+        *,
+        pattern: Pattern,
+        shot: Shot,
+        hits: Hits,
+        index: np.ndarray,
+        valid: np.ndarray | None,
+        columns: np.ndarray,
+        world: np.ndarray,
+        in_world: bool,
+        velocities: Velocities | None,
+    ) -> None:
+        """index: rows that are kept, counted from the shot's first; valid: which rows are returns, None where all kept
+        ones are; columns, world: (3, n) float32 ray directions of the shot, in sensor and world axes.
+        """
+        self._pattern, self._shot, self._hits, self._index = pattern, shot, hits, index
+        self._rows = shot.rows
+        self._invalid = None if valid is None else ~valid
+        self._columns, self._world, self._in_world, self._measure = columns, world, in_world, velocities
+        self._beam_angles = not in_world and pattern.origins is None
+        self._cached: dict[str, Any] = {}
+        self._range = np.take(hits.distance, index, mode="clip")
+        if self._invalid is not None:
+            self._range[self._invalid] = 0.0
+
+    def arrays(self, channels: frozenset[str]) -> dict[str, np.ndarray]:
+        """The channels that are returns' to give, and "count"."""
+        found: dict[str, np.ndarray] = {"count": np.array(len(self._index))}
+        for name in channels:
+            if name in _BEAM_CHANNELS:
+                found[name] = self._of_pattern(getattr(self._pattern, _BEAM_CHANNELS[name]))
+            elif name in _MAKERS:
+                found[name] = _MAKERS[name](self)
+        return found
+
+    def _of_pattern(self, array: np.ndarray) -> np.ndarray:
+        return np.take(array[self._rows], self._index, axis=0, mode="clip")
+
+    def xyz(self) -> np.ndarray:
+        """Hit points, (k, 3) [m]."""
+        if "xyz" not in self._cached:
+            self._cached["xyz"] = self._points()
+        return np.asarray(self._cached["xyz"])
+
+    def _points(self) -> np.ndarray:
+        pattern = self._pattern
+        points = self._along_beams()
+        if pattern.origins is not None:
+            points += self._of_pattern(pattern.origins)
+        if self._in_world:
+            points = self._to_world(points).astype(np.float32)
+        if self._invalid is not None:
+            points[self._invalid] = 0.0
+        return points
+
+    def _along_beams(self) -> np.ndarray:
+        """Range times direction, (k, 3) float32, sensor frame: from where each ray starts."""
+        points = np.empty((len(self._index), 3), np.float32)
+        column = np.empty(len(self._index), np.float32)
+        for axis in range(3):
+            np.take(self._columns[axis], self._index, out=column, mode="clip")
+            np.multiply(column, self._range, out=points[:, axis])
+        return points
+
+    def _to_world(self, points: np.ndarray) -> np.ndarray:
+        """(k, 3) float64 [m], world, of points in the sensor frame; column by column, whatever their number."""
+        rotation, origin = self._shot.pose[:3, :3], self._shot.pose[:3, 3]
+        x, y, z = points.astype(np.float64).T
+        return np.stack([rotation[i, 0] * x + rotation[i, 1] * y + rotation[i, 2] * z + origin[i] for i in range(3)], 1)
+
+    def azimuth(self) -> np.ndarray:
+        """Azimuths [deg]: the beams' own, where points lie on them."""
+        return self._of_pattern(self._pattern.azimuth_deg) if self._beam_angles else self._spherical()[0]
+
+    def elevation(self) -> np.ndarray:
+        """Elevations [deg], as azimuth."""
+        return self._of_pattern(self._pattern.elevation_deg) if self._beam_angles else self._spherical()[1]
+
+    def distance(self) -> np.ndarray:
+        """Distances [m] from the origin of the frame of reference."""
+        return self._range if self._beam_angles else self._spherical()[2]
+
+    def _spherical(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        if "spherical" not in self._cached:
+            self._cached["spherical"] = spherical(self.xyz())
+        a, e, d = self._cached["spherical"]
+        return a, e, d
+
+    def _facing(self) -> tuple[np.ndarray, np.ndarray]:
+        """(cosine of incidence, unsigned (k,) float32; unit normals towards the sensor (k, 3), world axes)."""
+        if "facing" not in self._cached:
+            assert self._hits.normals is not None
+            normals = np.take(self._hits.normals, self._index, axis=0, mode="clip")
+            cosine, column = np.zeros(len(normals), np.float32), np.empty(len(normals), np.float32)
+            for axis in range(3):
+                np.take(self._world[axis], self._index, out=column, mode="clip")
+                cosine += np.multiply(column, normals[:, axis], out=column)
+            self._cached["facing"] = cosine, normals
+        cosine, normals = self._cached["facing"]
+        return cosine, normals
+
+    def scalar(self) -> np.ndarray:
+        """Reflectance times cosine of incidence."""
+        scalar = np.abs(self._facing()[0])
+        scalar *= np.float32(REFLECTANCE)
+        if self._invalid is not None:
+            scalar[self._invalid] = 0.0
+        return np.asarray(scalar)
+
+    def hit_normals(self) -> np.ndarray:
+        """Unit normals towards the sensor, (k, 3)."""
+        cosine, normals = self._facing()
+        towards = np.where(cosine > 0, np.float32(-1.0), np.float32(1.0))
+        facing = np.empty((3, len(cosine)), np.float32)
+        for axis in range(3):
+            np.multiply(normals[:, axis], towards, out=facing[axis])
+        facing += np.float32(0.0)  # no negative zeros
+        if self._in_world:
+            return np.ascontiguousarray(facing.T)
+        return turned_back(facing.T, self._shot.pose[:3, :3].astype(np.float32))
+
+    def velocities(self) -> np.ndarray:
+        """Velocities of the hit points [m/s], (k, 3), float32."""
+        found = np.zeros((len(self._index), 3), np.float32)
+        measure = self._measure
+        if measure is None or self._hits.surface is None or not len(found):
+            return found
+        surfaces = np.take(self._hits.surface, self._index, mode="clip")
+        rows, world = measure(surfaces, self._world_points, self._shot.poses)
+        velocities = world if self._in_world else turned_back(world, self._shot.pose[:3, :3])
+        found[rows] = velocities
+        if self._invalid is not None:
+            found[self._invalid] = 0.0
+        return found
+
+    def _world_points(self, rows: np.ndarray) -> np.ndarray:
+        points = self._along_beams()[rows]
+        if self._pattern.origins is not None:
+            points += self._of_pattern(self._pattern.origins)[rows]
+        return self._to_world(points)
+
+    def time_offset(self) -> np.ndarray:
+        """Firing times after the frame's timestamp [ns]."""
+        offset = self._of_pattern(self._pattern.offset_ns)
+        if self._shot.base_ns:
+            offset = np.maximum(offset + np.int64(self._shot.base_ns), 0).astype(np.int32)
+        return offset
+
+    def flags(self) -> np.ndarray:
+        """VALID where there is a return."""
+        flags = np.full(len(self._index), int(ElementFlags.VALID), np.uint8)
+        if self._invalid is not None:
+            flags[self._invalid] = 0
+        return flags
+
+    def echo_id(self) -> np.ndarray:
+        """0: every ray has one return."""
+        return np.zeros(len(self._index), np.uint8)
+
+
+_BEAM_CHANNELS = {
+    "emitterId": "emitter_id",
+    "channelId": "channel_id",
+    "tickId": "tick_id",
+    "tickStates": "tick_state",
+}
+"""Channels that only say which firing it was -> the pattern's array."""
+
+_MAKERS: dict[str, Callable[[Returns], np.ndarray]] = {
+    "xyz": Returns.xyz,
+    "azimuth": Returns.azimuth,
+    "elevation": Returns.elevation,
+    "distance": Returns.distance,
+    "scalar": Returns.scalar,
+    "timeOffsetNs": Returns.time_offset,
+    "flags": Returns.flags,
+    "echoId": Returns.echo_id,
+    "hitNormals": Returns.hit_normals,
+    "velocities": Returns.velocities,
+}
+
+
+def turned_back(vectors: np.ndarray, rotation: np.ndarray) -> np.ndarray:
+    """Vectors (n, 3) in the axes of the rotated frame: R^T v, column by column, so that no length changes the sums."""
+    out = np.empty(vectors.shape, np.result_type(vectors, rotation))
+    x, y, z = vectors[:, 0], vectors[:, 1], vectors[:, 2]
+    column, term = np.empty(len(vectors), out.dtype), np.empty(len(vectors), out.dtype)
+    for axis in range(3):
+        np.multiply(x, rotation[0, axis], out=column)
+        column += np.multiply(y, rotation[1, axis], out=term)
+        column += np.multiply(z, rotation[2, axis], out=term)
+        out[:, axis] = column
+    return out
