@@ -52,15 +52,21 @@ def _detach(db: Any) -> None:
             "bool", "stamp with the time since play; if not, with the time that no stop resets", default=True
         ),
         "fullScan": Attribute(
-            "bool", "deprecated, without effect: whole scans come from tickRate = scanRateBaseHz", default=True
+            "bool",
+            "without effect",
+            default=True,
+            deprecated="whole scans come from tickRate = scanRateBaseHz",
+            warns_itself=True,
         ),
         "showDebugView": Attribute("bool", "for a viewer; a run without one does not draw", default=False),
         "useSystemTime": Attribute("bool", "stamp with the wall time of the last physics step", default=False),
         "frameSkipCount": Attribute(
             "uint",
-            "deprecated, lower the tickRate instead: frames left out between two messages",
+            "frames left out between two messages",
             default=0,
             unit="frames",
+            deprecated="lower the sensor's tickRate",
+            warns_itself=True,
         ),
         "selectedMetadata": Attribute(
             "token[]", f"quantities of a cloud besides x, y, z: {', '.join(CLOUD_FIELDS)}", default=[]
@@ -137,7 +143,7 @@ def _metadata(db: Any) -> tuple[str, ...]:
 
 
 def _warn_about_settings(db: Any) -> None:
-    # Deprecated inputs are told here, not by the engine: under their own codes, and only where the value counts.
+    # Deprecated inputs are told under codes of their own, and only where their value says something.
     inputs = db.inputs
     if not inputs.fullScan:
         db.warn("full-scan-deprecated", "fullScan has no effect; partial scans come from tickRate or accumulateOutputs")
