@@ -53,8 +53,9 @@ def build_parts(
 ) -> Parts:
     """Loads, compiles and stages a graph file; each step works on what the one before found right.
 
-    A `FileSpec` is taken as it is. `allow` names folders besides the file's own that it may read; `overrides` maps NODE.ATTR to a value as in YAML;
-    `settings` and `fidelity` beat the file's; `registry` has the node types (default: all there are).
+    A `FileSpec` is taken as it is. `allow` names folders besides the file's own that it may read; `overrides` maps
+    NODE.ATTR to a value as in YAML; `settings` and `fidelity` beat the file's; `registry` has the node types (default:
+    all there are).
     """
     from .files import examine
     from .plan import compile_graphs
@@ -112,9 +113,7 @@ def open_session(
     from .sim import App
     from .sim.wall_clock import RealClock
 
-    parts = build_parts(
-        path, allow=allow, overrides=overrides, settings=settings, fidelity=fidelity, registry=registry
-    )
+    parts = build_parts(path, allow=allow, overrides=overrides, settings=settings, fidelity=fidelity, registry=registry)
     if parts.problems or parts.spec is None:
         raise UserError(parts.problems)
     spec = parts.spec
