@@ -21,6 +21,9 @@ Velocities = Callable[[np.ndarray, Callable[[np.ndarray], np.ndarray], Any], tup
 """Surfaces (k,) hit, a function from rows to hit points (m, 3) float64 [m, world], a state -> the rows that move (m,)
 and their velocities (m, 3) float64 [m/s], along world axes."""
 
+Materials = Callable[[], np.ndarray]
+"""The encoded non-visual material of every surface, (number of surfaces,) uint32."""
+
 
 @dataclass(slots=True)
 class Shot:
@@ -51,6 +54,7 @@ class Returns:
         world: np.ndarray,
         in_world: bool,
         velocities: Velocities | None,
+        materials: Materials | None,
     ) -> None:
         """index: rows that are kept, counted from the shot's first; valid: which rows are returns, None where all kept
         ones are; columns, world: (3, n) float32 ray directions of the shot, in sensor and world axes.
@@ -58,7 +62,8 @@ class Returns:
         self._pattern, self._shot, self._hits, self._index = pattern, shot, hits, index
         self._rows = shot.rows
         self._invalid = None if valid is None else ~valid
-        self._columns, self._world, self._in_world, self._measure = columns, world, in_world, velocities
+        self._columns, self._world, self._in_world = columns, world, in_world
+        self._measure, self._materials = velocities, materials
         self._beam_angles = not in_world and pattern.origins is None
         self._cached: dict[str, Any] = {}
         self._range = np.take(hits.distance, index, mode="clip")
@@ -181,6 +186,17 @@ class Returns:
             points += self._of_pattern(self._pattern.origins)[rows]
         return self._to_world(points)
 
+    def material(self) -> np.ndarray:
+        """Encoded non-visual materials; 0 where the surface has none."""
+        found = np.zeros(len(self._index), np.uint32)
+        if self._materials is not None and self._hits.surface is not None:
+            surface = np.take(self._hits.surface, self._index, mode="clip")
+            hit = np.flatnonzero(surface >= 0)
+            found[hit] = self._materials()[surface[hit]]
+        if self._invalid is not None:
+            found[self._invalid] = 0
+        return found
+
     def time_offset(self) -> np.ndarray:
         """Firing times after the frame's timestamp [ns]."""
         offset = self._of_pattern(self._pattern.offset_ns)
@@ -217,6 +233,7 @@ _MAKERS: dict[str, Callable[[Returns], np.ndarray]] = {
     "timeOffsetNs": Returns.time_offset,
     "flags": Returns.flags,
     "echoId": Returns.echo_id,
+    "matId": Returns.material,
     "hitNormals": Returns.hit_normals,
     "velocities": Returns.velocities,
 }

@@ -15,7 +15,7 @@ from graph.sim.schedule import EveryUpdate, Tick, TickSchedule
 from graph.sim.transforms import rigid_part
 from sensors.channels import CHANNELS, AuxLevel, Demand
 from sensors.frame import Frame, FramePose
-from sensors.raycast.shared import cast_world
+from sensors.raycast.shared import cast_world, surface_materials
 
 from .motion import surface_velocities
 from .pattern import firing_pattern
@@ -83,6 +83,7 @@ class LidarRuntime:
             exclude=read_exclude(prim),
             keep_invalid=config.skip_dropping_invalid_points,
             velocities=surface_velocities(app, prim_path, config.output_frame_of_reference == "WORLD"),
+            materials=lambda: surface_materials(app),
         )
         self._aux = read_aux_level(prim)
         self._channels: frozenset[str] = frozenset()

@@ -10,7 +10,7 @@ from sensors.raycast.rays import Hits, RayBundle, RayCaster
 from sensors.raycast.windows import RayGrid
 
 from .pattern import Pattern
-from .returns import Returns, Shot, Velocities, turned_back
+from .returns import Materials, Returns, Shot, Velocities, turned_back
 
 
 class Scanner:
@@ -32,13 +32,14 @@ class Scanner:
         exclude: frozenset[str] = frozenset(),
         keep_invalid: bool = False,
         velocities: Velocities | None = None,
+        materials: Materials | None = None,
     ) -> None:
         self.pattern = pattern
         self._caster = caster
         self._in_world = frame == "WORLD"
         self._exclude = exclude
         self._keep_invalid = keep_invalid
-        self._velocities = velocities
+        self._velocities, self._materials = velocities, materials
         count = len(pattern)
         self._columns = np.ascontiguousarray(pattern.directions.T)
         self._table = np.empty((count, 6), np.float32)
@@ -63,6 +64,7 @@ class Scanner:
             world=self._world[:, : len(valid)],
             in_world=self._in_world,
             velocities=self._velocities,
+            materials=self._materials,
         )
         return returns.arrays(channels)
 
@@ -90,7 +92,7 @@ class Scanner:
             bundle,
             shot.poses,
             normals="scalar" in channels or "hitNormals" in channels,
-            surfaces="velocities" in channels,
+            surfaces="velocities" in channels or "matId" in channels,
         )
 
     def _turn(self, table: np.ndarray, rows: slice, rotation: np.ndarray) -> None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from graph.sim.settings import RAY_THREADS
+from sensors.materials import PREFIX, PREFIX_SETTING, material_of
 
 from .world import CastWorld
 
@@ -32,3 +33,14 @@ def cast_world(app: App) -> CastWorld:
     world = CastWorld(geometry, poses, lambda: int(settings.get(RAY_THREADS)))
     _worlds[app] = (geometry, world)
     return world
+
+
+def surface_materials(app: App) -> np.ndarray:
+    """The encoded non-visual material of every surface of the App's cast world, (n,) uint32."""
+    world = cast_world(app)
+    found: np.ndarray | None = world.cache.get("materials")
+    if found is None:
+        prefix = str(app.settings.get(PREFIX_SETTING) or PREFIX)
+        numbers = [material_of(app.stage, surface.material, prefix) for surface in world.surfaces]
+        found = world.cache["materials"] = np.array(numbers, np.uint32)
+    return found

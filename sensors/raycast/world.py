@@ -42,6 +42,8 @@ class CastWorld:
         self.bodies = tuple(dict.fromkeys(str(surface.body) for surface in geometry if surface.body is not None))
         number = {body: index for index, body in enumerate(self.bodies)}
         self.body_of = np.array([number.get(str(s.body), -1) if s.body else -1 for s in geometry] or [-1], np.int32)
+        self.cache: dict[str, Any] = {}
+        """What users of the world have worked out about its surfaces."""
         self._poses = poses
         self._threads = threads
         self._sets: OrderedDict[tuple[bytes, frozenset[str]], _Scenes] = OrderedDict()

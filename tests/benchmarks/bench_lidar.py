@@ -35,7 +35,7 @@ def measure(quick: bool) -> Iterator[Row]:
     rounds = 5 if quick else 25
     cloud = frozenset({"xyz"})
     basic = channels_for(AuxLevel.BASIC, "SPHERICAL")
-    everything = frozenset(CHANNELS) - {"objId", "matId"}
+    everything = frozenset(CHANNELS) - {"objId"}
     for scene, make in (("yard", yard), ("boxes", boxes)):
         for what, channels, bound in (
             ("point cloud only", cloud, 1.25),
