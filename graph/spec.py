@@ -15,17 +15,24 @@ from .errors import Mark
 
 Evaluator = Literal["execution", "push", "dirty_push"]
 PipelineStage = Literal["simulation", "pre_render", "post_render", "on_demand"]
+Note = tuple[str, str, str]
+"""A warning before there is an App to take it: its code, where, the message."""
 
 
 @dataclass(frozen=True, slots=True)
 class NodeSpec:
-    """A node of a graph: its name, its type id as written, the inputs (and state) that the file sets."""
+    """A node of a graph: its name, its type id as written, the inputs (and state) that the file sets.
+
+    `attributes` are those the file adds to the node, full name to OGN type: `inputs:gain` to `double`. A node of a
+    compound lies below it and is named by its path from the graph: `compound/Subgraph/add`.
+    """
 
     name: str
     type: str
     inputs: Mapping[str, Any] = field(default_factory=dict)
     mark: Mark | None = None
     input_marks: Mapping[str, Mark] = field(default_factory=dict)
+    attributes: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,3 +104,7 @@ class FileSpec:
     record_mcap: str = "run.mcap"
     marks: Mapping[tuple[str, ...], Mark] = field(default_factory=dict)
     """Marks by key path, e.g. ("settings", "/a/b") or ("fidelity", "lidar.motion")."""
+    notes: tuple[Note, ...] = ()
+    """What loading found odd but no hindrance."""
+    lenient: bool = False
+    """Whether what cannot be compiled is left out with a note, as it is of scenes that people saved."""

@@ -140,7 +140,7 @@ class Builder:
             if isinstance(written, Map):
                 self._values(name, written.get("inputs"), "inputs:", inputs, marks)
                 self._values(name, written.get("state"), "state:", inputs, marks)
-            yield NodeSpec(name, node.type, inputs, mark(tree.places[name][0]), marks)
+            yield NodeSpec(name, node.type, inputs, mark(tree.places[name][0]), marks, node.attributes)
 
     def _values(
         self, node: str, written: Map | None, prefix: str, values: dict[str, Any], marks: dict[str, Mark]

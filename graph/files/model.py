@@ -6,6 +6,7 @@ prims and fidelity values when the scene is built; both name the same places.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from fractions import Fraction
 from typing import Annotated, Any, Literal
@@ -14,12 +15,14 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainValidat
 from pydantic_core import PydanticCustomError
 
 from graph import exact
+from graph.types import parse_type
 
 from .connections import PATTERN
 from .prim_schema import PRIM
 from .text import described, quoted
 
 VERSION = 1
+_ATTRIBUTE = re.compile(r"[^\s.\[\],>]+")
 HIGHEST_RATE = 10**9
 """Hertz; the stamps are whole nanoseconds."""
 LONGEST_DURATION = 10**9
@@ -63,6 +66,30 @@ def _positive(value: Any, convert: Callable[[int | float | str], Fraction], limi
 def _identifier(name: str) -> str:
     if not name.isidentifier():
         raise problem(f"{quoted(name)} cannot be a name; use letters, digits and _, not starting with a digit.")
+    return name
+
+
+def _attribute_name(name: str) -> str:
+    prefix, _, rest = name.partition(":")
+    if prefix not in ("inputs", "outputs", "state") or not rest or not _ATTRIBUTE.fullmatch(rest):
+        raise problem(f"{quoted(name)} cannot be an attribute; write inputs:name, outputs:name or state:name.")
+    return name
+
+
+def _attribute_type(value: Any) -> str:
+    if not isinstance(value, str):
+        raise problem(f"must be the name of a type such as double or float[3], found {described(value)}.")
+    try:
+        parse_type(value)
+    except ValueError as error:
+        raise problem(f"{error}.") from None
+    return value
+
+
+def _node_name(name: str) -> str:
+    """A name; or, for a node inside a compound, names parted by `/`."""
+    for part in name.split("/"):
+        _identifier(part)
     return name
 
 
@@ -124,6 +151,11 @@ _NUMBER_OR_FRACTION = {
 Rate = Annotated[Fraction, PlainValidator(_rate), WithJsonSchema(_NUMBER_OR_FRACTION)]
 Duration = Annotated[Fraction, PlainValidator(_duration), WithJsonSchema(_NUMBER_OR_FRACTION)]
 Identifier = Annotated[str, PlainValidator(_identifier), WithJsonSchema({"type": "string"})]
+AttributeName = Annotated[
+    str, PlainValidator(_attribute_name), WithJsonSchema({"type": "string", "pattern": "^(inputs|outputs|state):."})
+]
+AttributeType = Annotated[str, PlainValidator(_attribute_type), WithJsonSchema({"type": "string"})]
+NodeName = Annotated[str, PlainValidator(_node_name), WithJsonSchema({"type": "string"})]
 PrimPath = Annotated[str, PlainValidator(_prim_path), WithJsonSchema({"type": "string"})]
 SettingPath = Annotated[str, PlainValidator(_setting_path), WithJsonSchema({"type": "string"})]
 Setting = Annotated[
@@ -170,6 +202,10 @@ class Node(_Part):
         default_factory=dict, description="Values of inputs by name. What is not set has the node type's default."
     )
     state: dict[str, Any] = Field(default_factory=dict, description="Values of state attributes by name.")
+    attributes: dict[AttributeName, AttributeType] = Field(
+        default_factory=dict,
+        description="Attributes that this node has beside those of its type: inputs:x or outputs:x to their types.",
+    )
 
 
 class Variable(_Part):
@@ -199,7 +235,10 @@ class Graph(_Part):
         "of a render product, or when something asks for it.",
     )
     variables: dict[Identifier, Variable] = Field(default_factory=dict, description="Variables of the graph by name.")
-    nodes: dict[Identifier, NodeEntry] = Field(default_factory=dict, description="Nodes by name, in order.")
+    nodes: dict[NodeName, NodeEntry] = Field(
+        default_factory=dict,
+        description="Nodes by name, in order. A name may be a path below the graph, as of a compound's inner nodes.",
+    )
     connections: list[Connection] = Field(
         default_factory=list,
         description="Connections in order, such as tick.tick -> wait.execIn, or a.x -> [b.y, c.z].",

@@ -134,7 +134,7 @@ def test_files_of_another_kind_or_version(text, line):
         ("graphs: {/G: {nodes: {n: {typ: X}}}}", '2:27: unknown key "typ" in node "n"; did you mean "type"?'),
         (
             "graphs: {/G: {nodes: {n: {type: X, duration: 5}}}}",
-            '2:36: unknown key "duration" in node "n"; known are type, inputs, state.',
+            '2:36: unknown key "duration" in node "n"; known are type, inputs, state, attributes.',
         ),
         ("graphs: {/G: {nodes: {n: {type: 5}}}}", '2:33: node "n": type must be text, found number 5.'),
         ("graphs: {/G: {nodes: {n: ''}}}", '2:26: node "n": type is empty; give it a value.'),
