@@ -54,9 +54,7 @@ def run(args: argparse.Namespace) -> int:
 
     from .report import build_report, print_table, silent_parts, to_json, warning_lines, write_report
 
-    # Warnings are printed once, with their counts, when the run is over.
-    logging.getLogger("tickgraph").propagate = False
-    logging.getLogger("tickgraph").addHandler(logging.NullHandler())
+    _show_log()
     session = open_session(
         args.file,
         allow=args.allow,
@@ -102,6 +100,17 @@ def run(args: argparse.Namespace) -> int:
     for line in silent:
         print(f"strict: {line}", file=sys.stderr)
     return 1 if silent else 0
+
+
+def _show_log() -> None:
+    """What nodes print goes to stderr as it comes; warnings wait for the end of the run, when they are counted."""
+    log = logging.getLogger("tickgraph")
+    if not log.handlers:
+        log.addHandler(logging.StreamHandler())
+        log.setLevel(logging.INFO)
+        counted = logging.getLogger("tickgraph.warnings")
+        counted.propagate = False
+        counted.addHandler(logging.NullHandler())
 
 
 def _number_of_updates(args: argparse.Namespace, session: Session) -> int:

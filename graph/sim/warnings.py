@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-_log = logging.getLogger("tickgraph")
+_log = logging.getLogger("tickgraph.warnings")
 
 
 @dataclass(slots=True)
@@ -31,7 +31,7 @@ class WarningList:
         self._seen: dict[tuple[str, str], RunWarning] = {}
 
     def add(self, code: str, where: str, message: str) -> None:
-        """Notes a warning; its first appearance goes to the log "tickgraph" too."""
+        """Notes a warning; its first appearance goes to the log "tickgraph.warnings" too."""
         known = self._seen.get((code, where))
         if known is not None:
             known.count += 1
