@@ -2,13 +2,44 @@
 
 from __future__ import annotations
 
+import hashlib
 import warnings
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
 
 _WORDS = {np.dtype(np.uint8): 16, np.dtype(np.uint32): 4, np.dtype(np.uint64): 2}
 ENTRY = np.dtype([("id", "<u4", 4), ("length", "<u4"), ("offset", "<u4")])
+
+
+def stable_id(path: str) -> bytes:
+    """The 16 bytes of a surface's id, the same in every session: 12 that its prim path decides, then the high 32 bits.
+
+    These are 0 for a prim, and 1 + n for copy n of a point instancer ("/World/Rocks[7]"), whose ids are therefore not
+    in the map.
+    """
+    prim, bracket, rest = path.partition("[")
+    copy = int(rest.rstrip("]")) + 1 if bracket else 0
+    return hashlib.blake2b(prim.encode(), digest_size=12).digest() + copy.to_bytes(4, "little")
+
+
+def stable_id_map(paths: Iterable[str]) -> dict[int, str]:
+    """Id -> path of the prims among surfaces; copies of point instancers have no entry."""
+    return {int.from_bytes(stable_id(path), "little"): path for path in paths if "[" not in path}
+
+
+def pack_stable_id_map(entries: Mapping[int, str]) -> np.ndarray:
+    """A StableIdMap buffer, (size,) uint8, that `parse_stable_id_map_data` reads."""
+    texts = [path.encode() for path in entries.values()]
+    table = np.zeros(len(texts), ENTRY)
+    lengths = np.array([len(text) for text in texts], np.uint32)
+    for row, number in zip(table, entries, strict=True):
+        row["id"] = np.frombuffer(number.to_bytes(16, "little"), "<u4")
+    table["length"] = lengths
+    table["offset"] = table.nbytes + np.cumsum(lengths) - lengths
+    data = table.tobytes() + b"".join(texts) + len(texts).to_bytes(4, "little")
+    return np.frombuffer(data, np.uint8).copy()
 
 
 def parse_object_ids(array: Any) -> list[int]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import re
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from .errors import SensorValueError
 
@@ -37,8 +37,22 @@ def render_product(
     path = f"{ROOT}/{_free_name(app, name or product_name(prim_path, size))}"
     product = RenderProduct(path, prim_path, size, sensor)
     _author(app, path, prim_path, size)
-    added: RenderProduct = app.rendering.add(product)
-    return added
+    app.rendering.add(product)
+    _follow_prim(app, product)
+    return product
+
+
+def _follow_prim(app: App, product: RenderProduct) -> None:
+    """At each play the sensor takes over what was authored on its prim since."""
+
+    def refresh() -> None:
+        if app.rendering.products.get(product.path) is not product:
+            unsubscribe()
+        elif cast("Any", product.sensor).refresh() and product.enabled:
+            product.enabled = False  # off and on: the scheduler takes up the new schedule
+            product.enabled = True
+
+    unsubscribe = app.on("play", refresh)
 
 
 def product_name(prim_path: str, resolution: tuple[int, int]) -> str:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from sensors.channels import CHANNELS
 from sensors.frame import spherical
 from sensors.gmo import ElementFlags
-from sensors.raycast.rays import Hits
+from sensors.raycast.rays import NO_SURFACE, Hits
 
 from .pattern import Pattern
 
@@ -21,8 +22,8 @@ Velocities = Callable[[np.ndarray, Callable[[np.ndarray], np.ndarray], Any], tup
 """Surfaces (k,) hit, a function from rows to hit points (m, 3) float64 [m, world], a state -> the rows that move (m,)
 and their velocities (m, 3) float64 [m/s], along world axes."""
 
-Materials = Callable[[], np.ndarray]
-"""The encoded non-visual material of every surface, (number of surfaces,) uint32."""
+SurfaceTable = Callable[[], np.ndarray]
+"""One row for every surface: encoded materials (n,) uint32, or ids (n, 16) uint8."""
 
 
 @dataclass(slots=True)
@@ -54,7 +55,7 @@ class Returns:
         world: np.ndarray,
         in_world: bool,
         velocities: Velocities | None,
-        materials: Materials | None,
+        tables: Mapping[str, SurfaceTable],
     ) -> None:
         """index: rows that are kept, counted from the shot's first; valid: which rows are returns, None where all kept
         ones are; columns, world: (3, n) float32 ray directions of the shot, in sensor and world axes.
@@ -63,7 +64,7 @@ class Returns:
         self._rows = shot.rows
         self._invalid = None if valid is None else ~valid
         self._columns, self._world, self._in_world = columns, world, in_world
-        self._measure, self._materials = velocities, materials
+        self._measure, self._tables = velocities, tables
         self._beam_angles = not in_world and pattern.origins is None
         self._cached: dict[str, Any] = {}
         self._range = np.take(hits.distance, index, mode="clip")
@@ -76,6 +77,8 @@ class Returns:
         for name in channels:
             if name in _BEAM_CHANNELS:
                 found[name] = self._of_pattern(getattr(self._pattern, _BEAM_CHANNELS[name]))
+            elif name in self._tables:
+                found[name] = self._of_surface(name)
             elif name in _MAKERS:
                 found[name] = _MAKERS[name](self)
         return found
@@ -186,15 +189,17 @@ class Returns:
             points += self._of_pattern(self._pattern.origins)[rows]
         return self._to_world(points)
 
-    def material(self) -> np.ndarray:
-        """Encoded non-visual materials; 0 where the surface has none."""
-        found = np.zeros(len(self._index), np.uint32)
-        if self._materials is not None and self._hits.surface is not None:
+    def _of_surface(self, name: str) -> np.ndarray:
+        """Rows of a surface table; 0 where nothing was hit."""
+        channel = CHANNELS[name]
+        shape = (len(self._index), channel.width) if channel.width > 1 else len(self._index)
+        found = np.zeros(shape, channel.dtype)
+        if self._hits.surface is not None:
             surface = np.take(self._hits.surface, self._index, mode="clip")
+            if self._invalid is not None:
+                surface[self._invalid] = NO_SURFACE
             hit = np.flatnonzero(surface >= 0)
-            found[hit] = self._materials()[surface[hit]]
-        if self._invalid is not None:
-            found[self._invalid] = 0
+            found[hit] = np.take(self._tables[name](), surface[hit], axis=0, mode="clip")
         return found
 
     def time_offset(self) -> np.ndarray:
@@ -233,7 +238,6 @@ _MAKERS: dict[str, Callable[[Returns], np.ndarray]] = {
     "timeOffsetNs": Returns.time_offset,
     "flags": Returns.flags,
     "echoId": Returns.echo_id,
-    "matId": Returns.material,
     "hitNormals": Returns.hit_normals,
     "velocities": Returns.velocities,
 }

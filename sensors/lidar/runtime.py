@@ -15,7 +15,8 @@ from graph.sim.schedule import EveryUpdate, Tick, TickSchedule
 from graph.sim.transforms import rigid_part
 from sensors.channels import CHANNELS, AuxLevel, Demand
 from sensors.frame import Frame, FramePose
-from sensors.raycast.shared import cast_world, surface_materials
+from sensors.ids import stable_id_map
+from sensors.raycast.shared import cast_world, surface_ids, surface_materials
 
 from .motion import surface_velocities
 from .pattern import firing_pattern
@@ -50,15 +51,28 @@ class LidarRuntime:
     """
 
     def __init__(self, app: App, prim_path: str) -> None:
+        self.path = prim_path
+        self.demand = Demand()
+        self._app = app
+        self._authored: Any = None
+        self.refresh()
+
+    def refresh(self) -> bool:
+        """Reads the prim anew; whether it describes another lidar than before. Scans begin anew if so.
+
+        Raises UserError if the prim no longer describes one.
+        """
+        app, prim_path = self._app, self.path
         prim = app.stage.GetPrimAtPath(prim_path)
         if not prim or prim.GetTypeName() != "OmniLidar":
             raise UserError(f"{prim_path} is no OmniLidar prim; give the path of one")
-        self.path = prim_path
-        self.config = read_config(prim)
-        self.rate = read_tick_rate(prim)
-        self.demand = Demand()
-        self._app = app
-        config = self.config
+        self._aux = read_aux_level(prim)
+        self._known_demand = -1
+        config, rate, exclude = authored = read_config(prim), read_tick_rate(prim), read_exclude(prim)
+        if authored == self._authored:
+            return False
+        self._authored = authored
+        self.config, self.rate = config, rate
         if config.output_frame_of_reference == "CUSTOM":
             raise UserError(f"{prim_path}: outputFrameOfReference CUSTOM is not available; use SENSOR or WORLD")
         if config.output_motion_compensation_state == "COMPENSATED":
@@ -80,15 +94,14 @@ class LidarRuntime:
             self.pattern,
             lambda: cast_world(app),
             frame=config.output_frame_of_reference,
-            exclude=read_exclude(prim),
+            exclude=exclude,
             keep_invalid=config.skip_dropping_invalid_points,
             velocities=surface_velocities(app, prim_path, config.output_frame_of_reference == "WORLD"),
-            materials=lambda: surface_materials(app),
+            tables={"matId": lambda: surface_materials(app), "objId": lambda: surface_ids(app)},
         )
-        self._aux = read_aux_level(prim)
         self._channels: frozenset[str] = frozenset()
-        self._known_demand = -1
         self.reset()
+        return True
 
     # -- demand ------------------------------------------------------------------------------------------------------
 
@@ -120,18 +133,18 @@ class LidarRuntime:
             self._channels = wanted - self._withheld(wanted)
         return self._channels
 
-    def warn_without_stable_ids(self) -> None:
-        """Says once why there are no object ids, where somebody asks for them."""
+    def has_stable_ids(self) -> bool:
+        """Whether frames can hold object ids; says once why not, where somebody asks for them."""
         if self._app.settings.get(STABLE_IDS, False):
-            self._app.warn(
-                "stable-ids-unavailable", self.path, "object ids stay empty: this version does not fill them"
-            )
-        else:
-            self._app.warn("stable-ids-off", self.path, f"object ids stay empty: the setting {STABLE_IDS} is off")
+            return True
+        self._app.warn("stable-ids-off", self.path, f"object ids stay empty; switch them on with --{STABLE_IDS}=true")
+        return False
 
     def object_ids(self) -> dict[int, str]:
         """128-bit object id -> prim path of what frames may hold; empty while stable ids are off."""
-        return {}
+        if not self.has_stable_ids():
+            return {}
+        return stable_id_map(surface.path for surface in cast_world(self._app).surfaces)
 
     def _withheld(self, wanted: frozenset[str]) -> frozenset[str]:
         withheld = set()

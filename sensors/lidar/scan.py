@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from sensors.raycast.rays import Hits, RayBundle, RayCaster
 from sensors.raycast.windows import RayGrid
 
 from .pattern import Pattern
-from .returns import Materials, Returns, Shot, Velocities, turned_back
+from .returns import Returns, Shot, SurfaceTable, Velocities, turned_back
 
 
 class Scanner:
@@ -32,14 +32,14 @@ class Scanner:
         exclude: frozenset[str] = frozenset(),
         keep_invalid: bool = False,
         velocities: Velocities | None = None,
-        materials: Materials | None = None,
+        tables: Mapping[str, SurfaceTable] | None = None,
     ) -> None:
         self.pattern = pattern
         self._caster = caster
         self._in_world = frame == "WORLD"
         self._exclude = exclude
         self._keep_invalid = keep_invalid
-        self._velocities, self._materials = velocities, materials
+        self._velocities, self._tables = velocities, dict(tables or {})
         count = len(pattern)
         self._columns = np.ascontiguousarray(pattern.directions.T)
         self._table = np.empty((count, 6), np.float32)
@@ -64,7 +64,7 @@ class Scanner:
             world=self._world[:, : len(valid)],
             in_world=self._in_world,
             velocities=self._velocities,
-            materials=self._materials,
+            tables=self._tables,
         )
         return returns.arrays(channels)
 
@@ -92,7 +92,7 @@ class Scanner:
             bundle,
             shot.poses,
             normals="scalar" in channels or "hitNormals" in channels,
-            surfaces="velocities" in channels or "matId" in channels,
+            surfaces="velocities" in channels or not channels.isdisjoint(self._tables),
         )
 
     def _turn(self, table: np.ndarray, rows: slice, rotation: np.ndarray) -> None:

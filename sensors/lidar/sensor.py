@@ -11,6 +11,7 @@ from sensors.channels import AuxLevel
 from sensors.errors import SensorValueError
 from sensors.frame import Frame
 from sensors.gmo import channels_for, pack
+from sensors.ids import pack_stable_id_map
 from sensors.products import render_product
 from sensors.writers import WRITERS, Writer, find_writer
 
@@ -41,15 +42,20 @@ class LidarAnnotator:
             level = AuxLevel[sensor.lidar.aux_output_level]
             runtime.require(self._owner, channels_for(level, runtime.config.elements_coords_type))
         else:
-            runtime.warn_without_stable_ids()
+            runtime.has_stable_ids()
 
     def get_data(self) -> np.ndarray | None:
         """The buffer of the newest frame, uint8; None before the first one. Between ticks the same buffer again."""
         frame = self._sensor.render_product.frame
-        if frame is None or self.name != "generic-model-output":
+        if frame is None:
             return None
         if self._packed is None or self._packed[0] is not frame:
-            self._packed = (frame, pack(frame))
+            if self.name == "generic-model-output":
+                self._packed = (frame, pack(frame))
+            elif self._sensor.runtime.has_stable_ids():
+                self._packed = (frame, pack_stable_id_map(self._sensor.runtime.object_ids()))
+            else:
+                return None
         return self._packed[1]
 
     def detach(self) -> None:

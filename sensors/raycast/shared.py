@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from graph.sim.settings import RAY_THREADS
+from sensors.ids import stable_id
 from sensors.materials import PREFIX, PREFIX_SETTING, material_of
 
 from .world import CastWorld
@@ -43,4 +44,14 @@ def surface_materials(app: App) -> np.ndarray:
         prefix = str(app.settings.get(PREFIX_SETTING) or PREFIX)
         numbers = [material_of(app.stage, surface.material, prefix) for surface in world.surfaces]
         found = world.cache["materials"] = np.array(numbers, np.uint32)
+    return found
+
+
+def surface_ids(app: App) -> np.ndarray:
+    """The 128-bit id of every surface of the App's cast world, (n, 16) uint8, little-endian."""
+    world = cast_world(app)
+    found: np.ndarray | None = world.cache.get("ids")
+    if found is None:
+        data = b"".join(stable_id(surface.path) for surface in world.surfaces)
+        found = world.cache["ids"] = np.frombuffer(data, np.uint8).reshape(-1, 16)
     return found

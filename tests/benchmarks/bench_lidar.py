@@ -27,7 +27,7 @@ from sensors.lidar.prim import write_aux_level, write_config
 
 TITLE = "Lidar: 32 x 1800 rays; graphs/scenes/yard.usda, and 50,000 static triangles with 20 moving boxes"
 YARD = Path(__file__).parents[2] / "graphs" / "scenes" / "yard.usda"
-NORMALS = "/app/sensors/nv/lidar/publishNormals"
+EVERYTHING_ON = {"/app/sensors/nv/lidar/publishNormals": True, "/rtx-transient/stableIds/enabled": True}
 
 
 def measure(quick: bool) -> Iterator[Row]:
@@ -35,7 +35,7 @@ def measure(quick: bool) -> Iterator[Row]:
     rounds = 5 if quick else 25
     cloud = frozenset({"xyz"})
     basic = channels_for(AuxLevel.BASIC, "SPHERICAL")
-    everything = frozenset(CHANNELS) - {"objId"}
+    everything = frozenset(CHANNELS)
     for scene, make in (("yard", yard), ("boxes", boxes)):
         for what, channels, bound in (
             ("point cloud only", cloud, 1.25),
@@ -94,12 +94,12 @@ def idle_cost(rounds: int) -> float:
 
 def yard(loop_hz: int) -> App:
     """The yard of the main example, physics at 240 Hz."""
-    return App(str(YARD), physics_hz=240, loop_hz=loop_hz, settings={NORMALS: True})
+    return App(str(YARD), physics_hz=240, loop_hz=loop_hz, settings=EVERYTHING_ON)
 
 
 def boxes(loop_hz: int) -> App:
     """Rough ground of 50,000 triangles, 20 boxes that slide without friction on a smooth floor, physics at 240 Hz."""
-    app = App(None, physics_hz=240, loop_hz=loop_hz, settings={NORMALS: True})
+    app = App(None, physics_hz=240, loop_hz=loop_hz, settings=EVERYTHING_ON)
     stage = app.stage
     side = 159
     axis = np.linspace(-100, 100, side)

@@ -7,7 +7,14 @@ import pytest
 from pxr import Gf, UsdGeom, UsdPhysics
 
 from graph.sim import App
-from sensors import Lidar, LidarConfig, LidarSensor, parse_generic_model_output_data
+from sensors import (
+    Lidar,
+    LidarConfig,
+    LidarSensor,
+    parse_generic_model_output_data,
+    parse_object_ids,
+    parse_stable_id_map_data,
+)
 from sensors.lidar.config import EmitterState
 from sensors.lidar.prim import write_aux_level, write_config
 from sensors.products import render_product
@@ -437,6 +444,51 @@ def test_normals_need_the_setting_that_publishes_them():
 
         assert len(product.frame.channel("hitNormals")) == 0
         assert app.warnings.codes() == ["normals-off"]
+
+
+def test_object_ids_name_what_was_hit_when_stable_ids_are_on():
+    with world(settings={"/rtx-transient/stableIds/enabled": True}) as app:
+        add_box(app, "/World/Front", 2.0, (5, 0, 0))
+        add_box(app, "/World/Back", 2.0, (-5, 0, 0), velocity=(0, 0, 0))
+        no_gravity(app)
+        lidar = Lidar.create("/World/Lidar", config="RPLIDAR_S2E", aux_output_level="EXTRA", app=app)
+        sensor = LidarSensor(lidar, annotators=["generic-model-output", "stable-id-map"])
+
+        app.play()
+        app.update(steps=6)
+        gmo = parse_generic_model_output_data(sensor.get_data("generic-model-output")[0])
+        paths = parse_stable_id_map_data(sensor.get_data("stable-id-map")[0])
+
+        named = [paths[number] for number in parse_object_ids(gmo.objId)]
+        assert set(paths.values()) == {"/World/Front", "/World/Back"}
+        assert named == ["/World/Front" if abs(azimuth) < 90 else "/World/Back" for azimuth in gmo.x]
+        assert sensor.runtime.object_ids() == paths
+        assert app.warnings.codes() == []
+
+
+def test_without_stable_ids_object_ids_are_empty_and_one_warning_says_so():
+    with world() as app:
+        add_box(app, "/World/Front", 2.0, (5, 0, 0))
+        product = add_lidar(app, channels={"objId", "xyz"})
+
+        frames_of(app, product, 12)
+
+        assert len(product.frame.channel("objId")) == 0
+        assert app.warnings.codes() == ["stable-ids-off"]
+
+
+def test_what_is_authored_before_play_counts_even_after_the_product_was_made():
+    with world() as app:
+        add_box(app, "/World/Room", 20.0, (0, 0, 0))
+        product = add_lidar(app, channels={"xyz"})
+        prim = app.stage.GetPrimAtPath("/World/Lidar")
+        prim.GetAttribute("omni:sensor:tickRate").Set(20.0)
+        prim.GetAttribute("omni:sensor:Core:scanRateBaseHz").Set(20)
+
+        frames = frames_of(app, product, 60)
+
+        assert [frame.timestamp_ns for frame in frames] == [k * 50_000_000 for k in range(20)]
+        assert frames[0].arrays.keys() == {"xyz"}
 
 
 def test_a_gmo_holds_what_the_sensor_measured():
