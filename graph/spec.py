@@ -55,7 +55,7 @@ class VariableSpec:
 
 @dataclass(frozen=True, slots=True)
 class GraphSpec:
-    """One graph: a path on the stage, how and when it is evaluated, its variables, nodes and connections in file order."""
+    """One graph: its path, how and when it is evaluated, its variables, nodes and connections in file order."""
 
     path: str
     nodes: tuple[NodeSpec, ...] = ()

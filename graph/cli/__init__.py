@@ -1,0 +1,1 @@
+"""The command `graph`: one module a subcommand."""
