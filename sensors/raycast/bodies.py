@@ -57,18 +57,14 @@ class Spheres:
         pose = poses[self.bodies]
         return np.asarray((pose[:, :3, :3] @ self.local[:, :, None])[:, :, 0] + pose[:, :3, 3])
 
-    def windows(
-        self, rays: RayBundle, centres: np.ndarray, blocked: np.ndarray, skip: frozenset[int]
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """(index, owner) of rays that may hit a sphere before `blocked` (n,) [m]; sorted by owner.
+    def windows(self, rays: RayBundle, centres: np.ndarray, skip: frozenset[int]) -> tuple[np.ndarray, np.ndarray]:
+        """(index, owner) of rays that may hit a sphere within their reach, and some more; sorted by owner.
 
         Spheres of the surfaces in `skip` are left out.
         """
-        spread = 0.0 if rays.offsets is None else float(np.sqrt((rays.offsets**2).sum(axis=1).max(initial=0.0)))
-        radii = self.radii + spread
+        radii = self.radii + spread_of(rays)
         towards = centres - rays.origin
-        nearest = np.sqrt((towards**2).sum(axis=1)) - radii
-        seen = nearest <= rays.reach
+        seen = np.sqrt((towards**2).sum(axis=1)) - radii <= rays.reach
         if skip:
             seen &= ~np.isin(self.surfaces, list(skip))
         which = np.flatnonzero(seen)
@@ -77,8 +73,12 @@ class Spheres:
         if rays.first or len(rays.table) < grid.count:
             inside = np.flatnonzero((index >= rays.first) & (index < rays.first + len(rays.table)))
             index, owner = index[inside] - rays.first, owner[inside]
-        open_ = np.flatnonzero(blocked[index] > (nearest[which] - 1e-3).astype(np.float32)[owner])
-        return index[open_], which[owner[open_]]
+        return index, which[owner]
+
+
+def spread_of(rays: RayBundle) -> float:
+    """How far [m] the farthest ray starts from the bundle's origin."""
+    return 0.0 if rays.offsets is None else float(np.sqrt((rays.offsets**2).sum(axis=1).max(initial=0.0)))
 
 
 class LightBodies:
@@ -157,7 +157,7 @@ class HeavyBodies:
         copies = [copy for group in groups for copy in group]
         self._surfaces = np.array([copy.surface for copy in copies], np.int32)
         self._bodies = np.array([copy.body for copy in copies], np.intp)
-        self._centres = spheres.local[first:]
+        self._centres, self._radii = spheres.local[first:], spheres.radii[first:]
         self._ends = np.cumsum([len(group) for group in groups])
         self._meshes = [group[0].mesh for group in groups]
         self._scenes: list[TriangleScene | None] = [None] * len(groups)
@@ -179,7 +179,10 @@ class HeavyBodies:
         if not len(index):
             return
         rotations = poses[self._bodies, :3, :3]
-        local = _into_bodies(rays, index, owner, rotations, centres)
+        index, owner, picked = self._narrowed(rays, index, owner, centres, nearest.distance)
+        if not len(index):
+            return
+        local = _into_bodies(rays, picked, index, owner, rotations, centres)
         bounds = np.searchsorted(owner, np.concatenate([[0], self._ends]))
         parts = [
             self._scene(number).cast(local[low:high], threads)
@@ -188,6 +191,24 @@ class HeavyBodies:
         ]
         found = parts[0] if len(parts) == 1 else TriangleHits.joined(parts)
         nearest.add_bodies(index, owner, found, rotations.astype(np.float32), self._surfaces)
+
+    def _narrowed(
+        self, rays: RayBundle, index: np.ndarray, owner: np.ndarray, centres: np.ndarray, blocked: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Rays that point at their owner's sphere and are not stopped before it, with their rows of the table."""
+        towards = centres - rays.origin
+        distance = np.maximum(np.sqrt((towards**2).sum(axis=1)), 1e-12)
+        radii = self._radii + spread_of(rays)
+        cosine = np.cos(np.arcsin(np.minimum(radii / distance, 1.0)) + 1e-4)
+        cosine[distance <= radii * 1.001] = -2.0
+        open_ = np.flatnonzero(blocked[index] > (distance - radii - 1e-3).astype(np.float32)[owner])
+        index, owner = index[open_], owner[open_]
+        picked = np.take(rays.table, index, axis=0, mode="clip")
+        unit = (towards / distance[:, None]).astype(np.float32)
+        counts = np.bincount(owner, minlength=len(centres))
+        along = _dot([np.repeat(unit[:, axis], counts) for axis in range(3)], picked[:, 3:6])
+        near = np.flatnonzero(along >= np.repeat(cosine.astype(np.float32), counts))
+        return index[near], owner[near], np.take(picked, near, axis=0, mode="clip")
 
     def _scene(self, number: int) -> TriangleScene:
         scene = self._scenes[number]
@@ -200,13 +221,20 @@ class HeavyBodies:
 
 
 def _into_bodies(
-    rays: RayBundle, index: np.ndarray, owner: np.ndarray, rotations: np.ndarray, centres: np.ndarray
+    rays: RayBundle,
+    picked: np.ndarray,
+    index: np.ndarray,
+    owner: np.ndarray,
+    rotations: np.ndarray,
+    centres: np.ndarray,
 ) -> np.ndarray:
-    """Rays (k, 6) float32, each in its owner's frame about its centre; the shift is worked out in float64."""
+    """Rays (k, 6) float32, rows `picked` of the table, each in its owner's frame about its centre.
+
+    The shift is worked out in float64.
+    """
     counts = np.bincount(owner, minlength=len(centres))
     start = (np.swapaxes(rotations, 1, 2) @ (rays.origin - centres)[:, :, None])[:, :, 0].astype(np.float32)
     turn = rotations.astype(np.float32)
-    picked = np.take(rays.table, index, axis=0, mode="clip")
     local = np.empty_like(picked)
     offsets = None if rays.offsets is None else np.take(rays.offsets, index, axis=0, mode="clip")
     for axis in range(3):

@@ -86,7 +86,7 @@ class CastWorld:
     ) -> None:
         threads, spheres = self._threads(), self._spheres
         centres = spheres.centres(poses)
-        index, owner = spheres.windows(rays, centres, nearest.distance, scenes.skip)
+        index, owner = spheres.windows(rays, centres, scenes.skip)
         lights = len(self.lights)
         split = int(np.searchsorted(owner, lights))
         if scenes.light:
