@@ -14,6 +14,7 @@ from typing import Any
 
 from graph.context import Context, Warned, WarningLog
 from graph.declaration import Attribute, NodeType, declare, node_type
+from graph.errors import RunError
 from graph.evaluate import Graph, Node
 from graph.plan import compile_graphs
 from graph.registry import DEFAULT, Registry
@@ -21,13 +22,19 @@ from graph.spec import ConnectionSpec, GraphSpec, NodeSpec, VariableSpec
 from graph.types import Type
 from graph.values import coerce
 
+from .trace import held
+from .updates import count_updates
+
 _PROBE = "tickgraph.testing.Probe"
 _SOURCE = "tickgraph.testing.Source"
 
 
 @dataclass
 class Trace:
-    """What a node did, by update index. Attribute names are short (`tick`; outputs go first) or full (`inputs:x`)."""
+    """What a node did, by update index. Attribute names are short (`tick`; outputs go first) or full (`inputs:x`).
+
+    updates: how many updates were completed.
+    """
 
     node: Node
     graph: Graph
@@ -36,6 +43,8 @@ class Trace:
     fires: list[tuple[int, str]] = field(default_factory=list)
     """Every execution output that was followed, as (update, name), in order."""
     recorded: dict[str, list[Any]] = field(default_factory=dict)
+    error: RunError | None = None
+    """What ended the run early (with `run_node(..., catch=True)`)."""
 
     def fired(self, output: str) -> list[int]:
         """The updates in which this execution output was followed, one entry each time."""
@@ -46,7 +55,7 @@ class Trace:
 
     def values(self, name: str) -> list[Any]:
         """The value of an attribute after each update, as a reader of it gets it."""
-        return self.recorded[self._full(name)]
+        return self.recorded[self.full_name(name)]
 
     def value(self, name: str) -> Any:
         """The value of an attribute after the last update."""
@@ -62,7 +71,8 @@ class Trace:
         """How often the node computed."""
         return self.node.computes
 
-    def _full(self, name: str) -> str:
+    def full_name(self, name: str) -> str:
+        """`outputs:x` for `x`. Raises KeyError for an unknown attribute and for an execution attribute."""
         full = f"outputs:{name}" if f"outputs:{name}" in self.recorded else self.node.full_name(name)
         if full not in self.recorded:
             raise KeyError(f'"{name}" of {self.node.type.id} is an execution attribute; ask when it fired')
@@ -86,6 +96,7 @@ def run_node(
     phase: str = "simulation_graphs",
     on_update: Callable[[int, Node], None] | None = None,
     interrupts: bool = False,
+    catch: bool = False,
     registry: Registry = DEFAULT,
 ) -> Trace:
     """Runs one node for some updates and tells what it did.
@@ -99,7 +110,8 @@ def run_node(
     for a data node, unless given. playing: whether the timeline plays, or a function of the update index.
     app: an App to run in, one app update for each update; it is played first if it is stopped. phase: the App's phase
     in which the node is evaluated. on_update: called with index and node before each update.
-    interrupts: see `Graph.interrupts`.
+    interrupts: see `Graph.interrupts`. catch: a failure of the run ends it and stands in `trace.error` instead of being
+    raised.
 
     Outputs are held against their declared types after every compute: a value that is not of its type raises
     AssertionError. Raises UserError for a wrong type id, name or value, and ComputeError when the node fails.
@@ -109,8 +121,7 @@ def run_node(
         kind, inputs or {}, pulses or {}, connect or {}, outputs, consumed, variables or {}, evaluator
     )
     graph.interrupts = interrupts
-    trace.updates = updates
-    schedule = {name: _counts(times) for name, times in (pulses or {}).items()}
+    schedule = {name: count_updates(times) for name, times in (pulses or {}).items()}
     node = trace.node
     context = Context.standalone(loop_hz)
     context.warn = trace.log
@@ -128,22 +139,21 @@ def run_node(
         graph.nodes["probe"].db.memory.update = update
         graph.evaluate(context, activations)
         _record(trace, update)
+        trace.updates = update + 1
 
-    if app is None:
-        for update in range(updates):
-            if on_update is not None:
-                on_update(update, node)
-            evaluate(update)
-    else:
-        _run_in_app(app, phase, updates, evaluate, node, on_update)
+    try:
+        if app is None:
+            for update in range(updates):
+                if on_update is not None:
+                    on_update(update, node)
+                evaluate(update)
+        else:
+            _run_in_app(app, phase, updates, evaluate, node, on_update)
+    except RunError as error:
+        trace.error = error
+        if not catch:
+            raise
     return trace
-
-
-def _counts(times: Iterable[int]) -> dict[int, int]:
-    counted: dict[int, int] = {}
-    for update in times:
-        counted[update] = counted.get(update, 0) + 1
-    return counted
 
 
 def _run_in_app(
@@ -246,13 +256,20 @@ def _first(value: Any) -> Any:
 
 def _set_inputs(node: Node, inputs: Mapping[str, Any], update: int) -> None:
     for name, value in inputs.items():
-        full = node.full_name(name)
-        if node.connected(full):
-            type_ = node.types[full]
-            now = value(update) if callable(value) else value
-            setattr(node.db.inputs, full.partition(":")[2], coerce(type_, now) if type_ else now)
-        elif callable(value):
-            node.set(name, value(update))
+        if callable(value):
+            set_input(node, name, value(update))
+        elif node.connected(name):
+            set_input(node, name, value)
+
+
+def set_input(node: Node, name: str, value: Any) -> None:
+    """Sets an input or state attribute of a node under test, one that counts as connected too."""
+    full = node.full_name(name)
+    if node.connected(full):
+        type_ = node.types[full]
+        setattr(node.db.inputs, full.partition(":")[2], coerce(type_, value) if type_ else value)
+    else:
+        node.set(name, value)
 
 
 def _record(trace: Trace, update: int) -> None:
@@ -262,7 +279,7 @@ def _record(trace: Trace, update: int) -> None:
         type_ = node.types[full]
         if full.startswith("outputs:") and type_ is not None:
             value = _as_read(node, full, type_, value, update)
-        values.append(value)
+        values.append(held(value))
 
 
 def _as_read(node: Node, full: str, type_: Type, value: Any, update: int) -> Any:

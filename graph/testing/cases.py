@@ -1,0 +1,220 @@
+"""From the text of a `*.test.yaml` file to its cases, every problem with its place."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from graph.errors import Mark, Problem, UserError
+from graph.files import messages as file_messages
+from graph.files import model as file_model
+from graph.files import paths
+from graph.files.build import Builder
+from graph.files.loading import _parser
+from graph.files.source import Source, decode, file_format
+from graph.files.text import described
+from graph.files.tree import Location, Map, offset, without
+from graph.spec import FileSpec
+
+from . import messages, model
+
+SUFFIXES = (".test.yaml", ".test.yml", ".test.json")
+_JOINED = ("inputs", "pulses", "changes", "settings", "fidelity", "connect", "variables")
+_GRAPH_FILES = (".yaml", ".yml", ".json", ".usda", ".usd")
+
+
+@dataclass(frozen=True)
+class Case:
+    """One test of a file. What runs is one of: `node` (a type), `file` (a graph file), `spec` alone (written out).
+
+    `spec` holds the case's own scene, clock, settings and fidelity, with the graph if it is written out.
+    """
+
+    name: str
+    setup: model.Case
+    spec: FileSpec
+    file: Path | None
+    node: str | None
+    tree: Map
+    source: Source
+
+    @property
+    def mark(self) -> Mark:
+        """Where the case stands."""
+        return self.source.mark(self.tree.at)
+
+    def at(self, *location: str | int) -> Mark:
+        """Where a part of the case stands, in the case or in what holds for all cases."""
+        return self.source.mark(offset(self.tree, location, key=not isinstance(location[-1], int)))
+
+
+@dataclass(frozen=True)
+class CaseFile:
+    """A test file: its name as given, its cases, and everything that is wrong with it."""
+
+    name: str
+    cases: tuple[Case, ...]
+    problems: tuple[Problem, ...]
+
+
+def is_test_file(path: Path) -> bool:
+    """Whether a file's name is that of a test file."""
+    return path.name.lower().endswith(SUFFIXES)
+
+
+def read_cases(path: str | Path, allow: Iterable[str | Path] = ()) -> CaseFile:
+    """Reads a test file; graph files that it names lie below its folder or below one of `allow`."""
+    name, path = str(path), Path(path)
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        return CaseFile(name, (), (Problem(f"{name} cannot be read: {error.strerror or error}."),))
+    return parse_cases(data, name, path.absolute(), allow)
+
+
+def parse_cases(data: bytes, name: str, path: Path, allow: Iterable[str | Path] = ()) -> CaseFile:
+    """The cases of a text; `path` is where it lies, or would."""
+    kind = file_format(name) or "yaml"
+    problems: list[Problem] = []
+    if not data.strip():
+        return CaseFile(name, (), (Problem(_empty(), Mark(name, 1, 1)),))
+    try:
+        source = decode(data, name, kind)
+        root, at = _parser(kind)(source, problems)
+    except UserError as error:
+        return CaseFile(name, (), (*problems, *error.problems))
+    if not isinstance(root, Map):
+        problems.append(source.problem(at, f"{_start()}, found {described(root)}."))
+        return CaseFile(name, (), tuple(problems))
+    if model.KEY not in root and not any(key in model.CaseFile.model_fields for key in root):
+        problems.append(source.problem(at, f'this is no test file: there is no "{model.KEY}" key; {_start()}.'))
+        return CaseFile(name, (), tuple(problems))
+    root = _valid_part(source, root, problems)
+    folder = path.parent
+    cases = tuple(_cases(source, root, folder, [Path(one) for one in allow], _sibling(path), problems))
+    return CaseFile(name, cases, _in_order(problems))
+
+
+def _start() -> str:
+    return f'a test file is a mapping that starts with "{model.KEY}: {model.VERSION}"'
+
+
+def _empty() -> str:
+    return f"the file is empty; {_start()}."
+
+
+def _valid_part(source: Source, root: Map, problems: list[Problem]) -> Map:
+    """The tree without what is wrong in it, which is reported."""
+    reported = False
+    for _ in range(4):  # leaving a part out can leave its parent incomplete, but not for ever
+        try:
+            model.CaseFile.model_validate(root)
+            return root
+        except ValidationError as error:
+            errors = error.errors(include_url=False)
+        if not reported:
+            problems += messages.problems_of(errors, source, root)
+            reported = True
+        dropped: list[Location] = file_messages.locations_of(errors)
+        root = without(root, [location for location in dropped if location != ()])
+        if model.KEY not in root:
+            root.add(model.KEY, root.at, model.VERSION, root.at)
+    return Map(root.at)
+
+
+def _cases(
+    source: Source, root: Map, folder: Path, allow: Sequence[Path], sibling: Path | None, problems: list[Problem]
+) -> Iterator[Case]:
+    shared = Map(root.at)
+    for key, value in root.items():
+        if key not in (model.KEY, "cases"):
+            shared.add(key, root.places[key][0], value, root.places[key][1])
+    for name, written in root.get("cases", Map()).items():
+        at = root["cases"].places[name][0]
+        tree = _joined(shared, written if isinstance(written, Map) else Map(), at)
+        found: list[Problem] = []
+        case = _case(source, name, tree, folder, allow, sibling, found)
+        problems += [Problem(messages.named(name, one.message), one.mark) for one in found]
+        if case is not None:
+            yield case
+
+
+def _joined(shared: Map, own: Map, at: int) -> Map:
+    """What holds for a case: its own keys, and the shared ones that it does not give."""
+    joined = Map(at)
+    of_graph = "graph" in own or "node" in own
+    for key, value in shared.items():
+        if key not in own and not (of_graph and key in ("graph", "node")):
+            joined.add(key, shared.places[key][0], value, shared.places[key][1])
+    for key, value in own.items():
+        before = shared.get(key)
+        if key in _JOINED and isinstance(before, Map) and isinstance(value, Map):
+            value = _united(before, value)
+        joined.add(key, own.places[key][0], value, own.places[key][1])
+    return joined
+
+
+def _united(before: Map, after: Map) -> Map:
+    united = Map(after.at)
+    for one in (before, after):
+        for key, value in one.items():
+            united.add(key, one.places[key][0], value, one.places[key][1])
+    return united
+
+
+def _case(
+    source: Source,
+    name: str,
+    tree: Map,
+    folder: Path,
+    allow: Sequence[Path],
+    sibling: Path | None,
+    problems: list[Problem],
+) -> Case | None:
+    def wrong(message: str, *location: str) -> None:
+        problems.append(source.problem(offset(tree, location, key=True), message))
+
+    setup = model.Case.model_validate(tree)
+    written_out = setup.graph is not None and not isinstance(setup.graph, str)
+    file: Path | None = None
+    if setup.graph is not None and setup.node is not None:
+        wrong("give graph or node, not both.", "node")
+        return None
+    if isinstance(setup.graph, str):
+        try:
+            file = paths.confined(setup.graph, folder, allow)
+        except ValueError as error:
+            problems.append(source.problem(offset(tree, ("graph",)), f"graph: {error}"))
+            return None
+    elif setup.graph is None and setup.node is None:
+        file = sibling
+        if file is None:
+            wrong('names neither graph nor node, and no graph file of this name stands beside; add "graph" or "node".')
+            return None
+    if file is not None and setup.scene is not None:
+        wrong("scene: the graph file has its own; leave it out.", "scene")
+    for key in ("connect", "variables") if setup.node is None else ():
+        if getattr(setup, key):
+            wrong(f"{key}: only the test of a node takes it; leave it out.", key)
+    graph_file = messages.graph_tree(tree, tree["graph"] if written_out else None)
+    spec = Builder(source, graph_file, problems, None, folder, allow).build(
+        file_model.GraphFile.model_validate(graph_file)
+    )
+    return Case(name, setup, spec, file, setup.node, tree, source)
+
+
+def _sibling(path: Path) -> Path | None:
+    """The graph file that a test file stands beside: NAME.yaml for NAME.test.yaml."""
+    stem = path.name[: path.name.lower().rindex(".test.")] if ".test." in path.name.lower() else ""
+    for suffix in _GRAPH_FILES:
+        beside = path.with_name(stem + suffix)
+        if stem and beside.is_file():
+            return beside
+    return None
+
+
+def _in_order(problems: Iterable[Problem]) -> tuple[Problem, ...]:
+    return tuple(sorted(dict.fromkeys(problems), key=lambda one: (one.mark or Mark("", 0, 0), one.message)))

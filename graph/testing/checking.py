@@ -1,0 +1,126 @@
+"""What of a case can be judged without running it: the node type, and every name it uses."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+
+from graph.declaration import Attribute
+from graph.errors import Problem, UserError
+from graph.files import examine
+from graph.registry import DEFAULT, Registry
+from graph.spec import GraphSpec
+
+from .cases import Case
+from .messages import named
+from .references import GraphNames, NodeNames, UnsettledError
+from .updates import read_range
+
+Wrong = Callable[[str, Attribute], str | None]
+"""Says what is wrong with naming an attribute (its full name) in some place, if anything."""
+
+
+def check_cases(cases: Iterable[Case], allow: Iterable[str | Path] = (), registry: Registry = DEFAULT) -> list[Problem]:
+    """What is wrong with the names and updates of cases.
+
+    Mistakes of graph files are left to the run, and so is all of a case that expects wrong input.
+    """
+    known: dict[Path, tuple[GraphSpec, ...]] = {}
+    folders = [Path(one) for one in allow]
+    problems: list[Problem] = []
+    for case in cases:
+        error = case.setup.expect.error
+        if error is not None and error.exit != 1:
+            continue
+        if case.file is not None and case.file not in known:
+            spec = examine(case.file, allow=folders).spec
+            known[case.file] = () if spec is None else spec.graphs
+        graphs = known[case.file] if case.file is not None else case.spec.graphs
+        found = [*_check(case, graphs, registry), *_late(case)]
+        problems += [Problem(named(case.name, one.message), one.mark) for one in found]
+    return problems
+
+
+def _check(case: Case, graphs: tuple[GraphSpec, ...], registry: Registry) -> Iterator[Problem]:
+    names: GraphNames | NodeNames
+    if case.node is not None:
+        try:
+            names = NodeNames(registry.get(case.node))
+        except UserError as error:
+            yield Problem(error.problems[0].message, case.at("node"))
+            return
+    elif not graphs:
+        return
+    else:
+        names = GraphNames(graphs, registry)
+    expect = case.setup.expect
+    tolerances = case.setup.tolerance if isinstance(case.setup.tolerance, dict) else ()
+    written: list[tuple[tuple[str | int, ...], str, str, Wrong]] = [
+        *((("inputs", one), one, "inputs", _settable) for one in case.setup.inputs),
+        *((("changes", at, one), one, "inputs", _settable) for at, many in case.setup.changes.items() for one in many),
+        *((("pulses", one), one, "inputs", _triggerable) for one in case.setup.pulses),
+        *((("connect", one), one, "inputs", _data_input) for one in case.setup.connect),
+        *((("expect", "fired", one), one, "outputs", _follows) for one in expect.fired),
+        *((("expect", "outputs", one), one, "outputs", _has_value) for one in expect.outputs),
+        *((("expect", "values", one), one, "outputs", _has_value) for one in expect.values),
+        *((("tolerance", one), one, "outputs", _has_value) for one in tolerances),
+    ]
+    for location, reference, prefix, wrong in written:
+        try:
+            message = wrong(*names.attribute(reference, prefix))
+            message = message and f'"{reference}" {message}'
+        except KeyError as error:
+            message = str(error.args[0])
+        except UnsettledError:
+            continue
+        if message:
+            yield Problem(f"{'.'.join(map(str, location[:-1]))}: {message}.", case.at(*location))
+    for reference in expect.computes:
+        try:
+            names.node(reference)
+        except KeyError as error:
+            yield Problem(f"expect.computes: {error.args[0]}.", case.at("expect", "computes", reference))
+
+
+def _late(case: Case) -> Iterator[Problem]:
+    """Pulses and changes that would come after the last update."""
+    total = case.setup.updates
+    if total is None:
+        return
+    runs = f"the case runs {total} updates, 0 to {total - 1}; give it more" if total else "the case runs no update"
+    for reference, updates in case.setup.pulses.items():
+        late = [update for update in updates if update >= total]
+        if late:
+            yield Problem(
+                f"pulses: {reference} is to be triggered in update {late[0]}, but {runs}.", case.at("pulses", reference)
+            )
+    for key in case.setup.changes:
+        span = read_range(key, 10**9)
+        if span is not None and span[0] >= total:
+            yield Problem(f"changes: update {key} never comes: {runs}.", case.at("changes", key))
+
+
+def _settable(full: str, attribute: Attribute) -> str | None:
+    if attribute.is_execution:
+        return "is an execution attribute; trigger it by pulses"
+    return "is an output; only inputs and state can be set" if full.startswith("outputs:") else None
+
+
+def _triggerable(full: str, attribute: Attribute) -> str | None:
+    if full.startswith("inputs:") and attribute.is_execution:
+        return None
+    return "is no execution input; set it by inputs"
+
+
+def _data_input(full: str, attribute: Attribute) -> str | None:
+    return None if full.startswith("inputs:") and not attribute.is_execution else "is no data input"
+
+
+def _follows(full: str, attribute: Attribute) -> str | None:
+    if full.startswith("outputs:") and attribute.is_execution:
+        return None
+    return "is no execution output; look at its values"
+
+
+def _has_value(full: str, attribute: Attribute) -> str | None:
+    return "is an execution attribute; look at when it fired" if attribute.is_execution else None

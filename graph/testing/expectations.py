@@ -1,0 +1,221 @@
+"""What of a case's expectations was not met, each with the line that says it."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from graph.errors import Problem
+from graph.suggest import did_you_mean
+from graph.types import Type
+
+from . import model
+from .cases import Case
+from .comparing import difference, show
+from .seen import Seen
+from .updates import read_range, show_updates
+
+
+def failures_of(case: Case, seen: Seen) -> Iterator[Problem]:
+    """Every expectation that was not met: expected against got, with its place in the test file."""
+    expect = case.setup.expect
+    unexpected = seen.error is not None and expect.error is None
+    yield from _error(case, expect.error, seen)
+    if unexpected:
+        # It did not run to its end: what else is missing would only hide the reason.
+        return
+    if seen.exit == 2:
+        for section in sorted(expect.model_fields_set - {"error"}):
+            yield Problem(f"{section}: nothing ran, so nothing of it came", case.at("expect", section))
+        return
+    for reference, wanted in expect.fired.items():
+        yield from _counted(case, ("fired", reference), wanted, lambda name=reference: seen.fired(name))
+    for reference, value in expect.outputs.items():
+        yield from _output(case, reference, value, seen)
+    for reference, values in expect.values.items():
+        yield from _values(case, reference, values, seen)
+    for reference, wanted in expect.computes.items():
+        got = seen.computes(reference)
+        if got != wanted:
+            yield Problem(
+                f"computes {reference}: expected {wanted}, got {got}", case.at("expect", "computes", reference)
+            )
+    for section, came in (("messages", seen.messages), ("frames", seen.frames)):
+        for name, wanted in getattr(expect, section).items():
+            yield from _counted(case, (section, name), wanted, lambda name=name, came=came: _named(came, name, seen))
+    if expect.warnings is not None:
+        yield from _warnings(case, expect.warnings, seen)
+
+
+def _error(case: Case, wanted: model.ExpectedError | None, seen: Seen) -> Iterator[Problem]:
+    if wanted is None:
+        if seen.error is not None:
+            what = "the run failed" if seen.exit == 1 else "this cannot be run"
+            yield Problem(
+                f"expected no error, but {what} (exit {seen.exit}): {_text(seen)}{_advice(case, seen)}", case.mark
+            )
+        return
+    mark = case.at("expect", "error")
+    if seen.error is None:
+        yield Problem(f"error: expected {_described(wanted)}, but {seen.updates} updates ran without one", mark)
+        return
+    text = _text(seen)
+    if wanted.exit is not None and wanted.exit != seen.exit:
+        yield Problem(f"error: expected exit {wanted.exit}, got exit {seen.exit}: {text}", mark)
+    for piece in wanted.message or ():
+        if piece not in text:
+            yield Problem(f'error: expected "{piece}" in it, got: {text}', mark)
+    if wanted.update is not None and (seen.exit != 1 or wanted.update != seen.updates):
+        when = f"in update {seen.updates}" if seen.exit == 1 else "before the first update"
+        yield Problem(f"error: expected in update {wanted.update}, came {when}: {text}", mark)
+
+
+def _text(seen: Seen) -> str:
+    return "; ".join(str(seen.error).splitlines())
+
+
+def _advice(case: Case, seen: Seen) -> str:
+    if "needs a world" in str(seen.error) and not seen.in_world:
+        return '; set "world: true" in the test'
+    return ""
+
+
+def _described(wanted: model.ExpectedError) -> str:
+    parts = [f'"{piece}"' for piece in wanted.message or ()]
+    if wanted.exit is not None:
+        parts.append(f"exit {wanted.exit}")
+    if wanted.update is not None:
+        parts.append(f"update {wanted.update}")
+    return f"an error ({', '.join(parts)})" if parts else "an error"
+
+
+def _named(came: Mapping[str, Sequence[int]], name: str, seen: Seen) -> Sequence[int]:
+    if name in came:
+        return came[name]
+    if not seen.in_world:
+        raise KeyError('this ran without a world; set "world: true"')
+    raise KeyError(f"nothing of that name{did_you_mean(name, came)}")
+
+
+def _counted(case: Case, where: tuple[str, str], wanted: Any, get: Any) -> Iterator[Problem]:
+    """Compares a count, or a list of updates, with the updates that were seen."""
+    name = " ".join(where)
+    mark = case.at("expect", *where)
+    try:
+        got = list(get())
+    except KeyError as error:
+        # A name that nothing stands behind came never, which may be what is expected.
+        if wanted not in (0, []) or "without a world" in str(error):
+            yield Problem(f"{name}: expected {_shown(wanted)}, got none: {error.args[0]}", mark)
+        return
+    if isinstance(wanted, int):
+        if len(got) != wanted:
+            yield Problem(f"{name}: expected {wanted}, got {len(got)} {show_updates(got)}", mark)
+    elif sorted(wanted) != got:
+        yield Problem(f"{name}: expected {show_updates(wanted)}, got {show_updates(got)}{_apart(wanted, got)}", mark)
+
+
+def _shown(wanted: Any) -> str:
+    return str(wanted) if isinstance(wanted, int) else show_updates(wanted)
+
+
+def _apart(wanted: Sequence[int], got: Sequence[int]) -> str:
+    """Which updates are missing and which are too many, where the lists are long."""
+    if max(len(wanted), len(got)) <= 8:
+        return ""
+    missing, extra = Counter(wanted) - Counter(got), Counter(got) - Counter(wanted)
+    parts = [
+        f"{word} {show_updates(sorted(one.elements()), 12)}"
+        for word, one in (("missing", missing), ("extra", extra))
+        if one
+    ]
+    return f" ({', '.join(parts)})"
+
+
+def _tolerance(case: Case, reference: str) -> float:
+    tolerance = case.setup.tolerance
+    if isinstance(tolerance, dict):
+        tolerance = tolerance.get(reference)
+    return model.DEFAULT_TOLERANCE if tolerance is None else tolerance
+
+
+def _output(case: Case, reference: str, wanted: Any, seen: Seen) -> Iterator[Problem]:
+    mark = case.at("expect", "outputs", reference)
+    try:
+        values, type_ = seen.values(reference)
+    except KeyError as error:
+        yield Problem(f"outputs {reference}: expected {show(wanted)}, got none: {error.args[0]}", mark)
+        return
+    if not values:
+        yield Problem(f"outputs {reference}: expected {show(wanted)}, but no update was completed", mark)
+    elif wrong := difference(wanted, values[-1], type_, _tolerance(case, reference)):
+        yield Problem(f"outputs {reference}: {wrong}", mark)
+
+
+def _values(case: Case, reference: str, wanted: Any, seen: Seen) -> Iterator[Problem]:
+    where = ("expect", "values", reference)
+    try:
+        values, type_ = seen.values(reference)
+    except KeyError as error:
+        yield Problem(f"values {reference}: {error.args[0]}", case.at(*where))
+        return
+    if isinstance(wanted, list) and len(wanted) != len(values):
+        message = f"expected one value for each of {len(wanted)} updates, got {len(values)} updates"
+        yield Problem(f"values {reference}: {message}", case.at(*where))
+    wrong = [*_differences(wanted, values, type_, _tolerance(case, reference))]
+    if wrong:
+        key, update, message = wrong[0]
+        more = f" (and {len(wrong) - 1} more that differ)" if len(wrong) > 1 else ""
+        yield Problem(f"values {reference}, update {update}: {message}{more}", case.at(*where, key))
+
+
+def _differences(
+    wanted: Any, values: Sequence[Any], type_: Type | None, tolerance: float
+) -> Iterator[tuple[str | int, int, str]]:
+    """The key (or list index) of each expected value that differs, the update, and how."""
+    entries: list[tuple[str | int, range, Any]]
+    if isinstance(wanted, list):
+        entries = [(index, range(index, index + 1), value) for index, value in enumerate(wanted[: len(values)])]
+    else:
+        entries = [(key, read_range(key, 10**9) or range(0), value) for key, value in wanted.items()]
+    for key, updates, value in entries:
+        for update in updates:
+            if update >= len(values):
+                yield key, update, f"expected {show(value)}, but only {len(values)} updates were completed"
+                break
+            if message := difference(value, values[update], type_, tolerance):
+                yield key, update, message
+
+
+def _warnings(case: Case, wanted: Sequence[model.ExpectedWarning], seen: Seen) -> Iterator[Problem]:
+    left = list(seen.warnings)
+    # Those that say most choose first: a bare code would take what only they fit.
+    order = sorted(range(len(wanted)), key=lambda index: -len(wanted[index].model_fields_set))
+    for index in order:
+        one = wanted[index]
+        found = next((warning for warning in left if _is(warning, one)), None)
+        if found is None:
+            got = (
+                ", ".join(f"{warning.code} ({warning.where}, {warning.count}x)" for warning in seen.warnings) or "none"
+            )
+            yield Problem(f"warnings: expected {_warning(one)}, got {got}", case.at("expect", "warnings", index))
+        else:
+            left.remove(found)
+    for warning in left:
+        message = f"warnings: not expected: {warning.code}: {warning.where}: {warning.message}"
+        yield Problem(message, case.at("expect", "warnings"))
+
+
+def _is(warning: Any, wanted: model.ExpectedWarning) -> bool:
+    return (
+        warning.code == wanted.code
+        and wanted.where in (None, warning.where)
+        and (wanted.message is None or wanted.message in warning.message)
+        and wanted.count in (None, warning.count)
+    )
+
+
+def _warning(wanted: model.ExpectedWarning) -> str:
+    extra = [f"{key}: {value}" for key, value in wanted.model_dump(exclude={"code"}).items() if value is not None]
+    return wanted.code + (f" ({', '.join(extra)})" if extra else "")

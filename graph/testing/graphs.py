@@ -1,0 +1,135 @@
+"""Runs whole graphs for some updates, with a world or without one, and tells what they did.
+
+trace = run_graph("graphs/quickstart.yaml", updates=60)
+assert trace.fired("tick.tick") == list(range(60))
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable, Mapping
+from contextlib import ExitStack
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+from graph.context import Context, WarningLog
+from graph.errors import Problem, RunError, UserError
+from graph.evaluate import Graph
+from graph.plan import compile_graphs
+from graph.registry import DEFAULT, Registry
+from graph.spec import FileSpec, GraphSpec, PipelineStage
+
+from .driving import Driver
+from .source import changed, length_in_updates, load_source
+from .trace import GraphTrace
+from .world import Observed, observe
+
+_STAGES: tuple[PipelineStage, ...] = ("simulation", "pre_render", "on_demand", "post_render")
+
+
+def run_graph(
+    source: str | Path | FileSpec | GraphSpec,
+    *,
+    updates: int | None = None,
+    inputs: Mapping[str, Any] | None = None,
+    pulses: Mapping[str, Iterable[int]] | None = None,
+    app: bool | None = None,
+    loop_hz: float | str | Fraction | None = None,
+    playing: bool | Callable[[int], bool] = True,
+    settings: Mapping[str, Any] | None = None,
+    fidelity: Mapping[str, Any] | None = None,
+    seed: int = 0,
+    record: Collection[str] | None = None,
+    on_update: Callable[[int, GraphTrace], None] | None = None,
+    catch: bool = False,
+    allow: Iterable[str | Path] = (),
+    registry: Registry = DEFAULT,
+) -> GraphTrace:
+    """Runs the graphs of a file, of a text (YAML or JSON of more than one line), or of a specification.
+
+    updates: how many (default: the file's duration, else 1). inputs: values by `node.attr`; they beat the file's; a
+    callable is asked for the value of each update by its index. pulses: for each execution input (`node.execIn`) the
+    updates in which it is triggered, after the graph's own events; several in one update come in this order.
+    app: True runs in an App without a window, False without a world; else an App is made if the file has a scene.
+    In an App graphs are evaluated as in `graph run`. Without one every graph is evaluated once per update (simulation,
+    pre_render, on_demand, post_render; in file order) and time is a clock of `loop_hz` (default: the file's, else 60).
+    playing: whether the timeline plays, or a function of the update index. seed: of an App's random streams.
+    record: the data attributes to keep the values of (default: all). on_update: called with the index and the trace
+    so far before each update. catch: a failure of the run ends it and stands in `trace.error` instead of being raised.
+    allow: folders besides the file's own that it may name files in.
+
+    Raises UserError with every problem of the file, of `inputs` and of `pulses`, and RunError when the run fails.
+    """
+    folders = [Path(folder) for folder in allow]
+    spec = changed(load_source(source, folders), inputs or {}, loop_hz, settings or {}, fidelity or {})
+    in_world = bool(spec.scene.usd or spec.scene.mjcf or spec.scene.prims) if app is None else app
+    with ExitStack() as cleanup:
+        world: Observed | None = None
+        warnings: Any = WarningLog()
+        if in_world:
+            world = observe(spec, folders, seed, registry, cleanup)
+            warnings, graphs = world.app.warnings, list(world.app.graphs.values())
+        else:
+            graphs = compile_graphs(spec.graphs, registry)
+            cleanup.callback(_close, graphs)
+        trace = _trace(graphs, record)
+        driver = Driver(trace, inputs or {}, pulses or {})
+        rate = spec.clock.loop_hz or Fraction(60)
+        total = updates if updates is not None else length_in_updates(spec, world.app.loop_rate if world else rate)
+        step = _world_step(world, trace, playing) if world else _standalone_step(graphs, rate, warnings, playing)
+        try:
+            for update in range(total):
+                if on_update is not None:
+                    on_update(update, trace)
+                driver.begin(update)
+                step(update)
+                driver.end()
+                trace.note(update)
+                trace.updates += 1
+        except RunError as error:
+            trace.error = error
+            if not catch:
+                raise
+        finally:
+            trace.warnings = list(warnings)
+    return trace
+
+
+def _trace(graphs: list[Graph], record: Collection[str] | None) -> GraphTrace:
+    try:
+        return GraphTrace(graphs, record)
+    except KeyError as error:
+        raise UserError(Problem(f"record: {error.args[0]}")) from None
+
+
+def _standalone_step(
+    graphs: list[Graph], rate: Fraction, warnings: WarningLog, playing: bool | Callable[[int], bool]
+) -> Callable[[int], None]:
+    context = Context.standalone(rate)
+    context.warn = warnings
+    ordered = sorted(graphs, key=lambda graph: _STAGES.index(graph.pipeline_stage))
+
+    def step(update: int) -> None:
+        context.is_playing = playing(update) if callable(playing) else playing
+        context.advance()
+        for graph in ordered:
+            graph.evaluate(context)
+
+    return step
+
+
+def _world_step(world: Observed, trace: GraphTrace, playing: bool | Callable[[int], bool]) -> Callable[[int], None]:
+    app = world.app
+    trace.in_world, trace.messages, trace.frames = True, world.messages, world.frames
+
+    def step(update: int) -> None:
+        world.play(playing(update) if callable(playing) else playing)
+        world.update = update
+        app.update()
+
+    return step
+
+
+def _close(graphs: Iterable[Graph]) -> None:
+    for graph in graphs:
+        graph.close()

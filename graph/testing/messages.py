@@ -1,0 +1,190 @@
+"""What is wrong with a test file, in its own words and with its places."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any
+
+from pydantic import BaseModel
+from pydantic_core import ErrorDetails
+
+from graph.errors import Problem
+from graph.files import messages as file_messages
+from graph.files.source import Source
+from graph.files.text import described, quoted, shown, suggestion
+from graph.files.tree import Location, Map, offset, value_at
+from graph.suggest import did_you_mean
+
+from . import model
+
+GRAPH_PATH = "/Graph"
+"""The path of a graph that is written out in a test file."""
+
+_FILE_SECTIONS = ("scene", "clock", "settings", "fidelity")
+_WANTED = {
+    "dict_type": "a mapping",
+    "model_type": "a mapping",
+    "list_type": "a list",
+    "string_type": "text",
+    "int_type": "a whole number",
+    "bool_type": "true or false",
+}
+
+
+def problems_of(errors: Iterable[ErrorDetails], source: Source, root: Map) -> list[Problem]:
+    """One problem for each error of the models."""
+    errors = [*errors]
+    found: list[Problem] = []
+    unknown = [error["loc"] for error in errors if error["type"] == "extra_forbidden"]
+    of_graph_file: dict[tuple[str | None, str], list[ErrorDetails]] = {}
+    for error in errors:
+        case, rest = split(error["loc"])
+        if as_graph_file(setup_at(root, case), rest) is not None:
+            of_graph_file.setdefault((case, str(rest[0])), []).append(error)
+        elif error["type"] != "missing" or not _misspelt(error["loc"], unknown):
+            at, message = _problem(error, case, rest, root)
+            found.append(source.problem(at, message))
+    for (case, _), group in of_graph_file.items():
+        found += _in_the_words_of_graph_files(case, group, source, root)
+    return found
+
+
+def _in_the_words_of_graph_files(
+    case: str | None, errors: Iterable[ErrorDetails], source: Source, root: Map
+) -> Iterator[Problem]:
+    moved: list[ErrorDetails] = []
+    file = root
+    for error in errors:
+        section = as_graph_file(setup_at(root, case), split(error["loc"])[1])
+        if section is not None:
+            file, location = section
+            moved.append({**error, "loc": location})
+    for one in file_messages.problems_of(moved, source, file):
+        yield Problem(named(case, one.message), one.mark)
+
+
+def _misspelt(missing: Location, unknown: Iterable[Location]) -> bool:
+    """Whether a missing key stands there with a typing error: that is one mistake, not two."""
+    near = (str(other[-1]) for other in unknown if other[:-1] == missing[:-1])
+    return any(did_you_mean(other, [str(missing[-1])]) for other in near)
+
+
+def named(case: str | None, message: str) -> str:
+    """The message, led by the case it is about."""
+    return message if case is None else f"case {quoted(case)}: {message}"
+
+
+def split(location: Location) -> tuple[str | None, Location]:
+    """The case that a location lies in (None: beside the cases) and the rest of it."""
+    if len(location) > 1 and location[0] == "cases":
+        return str(location[1]), tuple(location[2:])
+    return None, tuple(location)
+
+
+def setup_at(root: Map, case: str | None) -> Map:
+    """The mapping of a case, or the whole file for what stands beside the cases."""
+    found = root if case is None else value_at(root, ("cases", case))
+    return found if isinstance(found, Map) else Map()
+
+
+def as_graph_file(setup: Map, rest: Location) -> tuple[Map, Location] | None:
+    """The part of a setup that graph files have too, as a graph file's tree with the location in it; None if not."""
+    if rest and rest[0] in _FILE_SECTIONS and (len(rest) > 1 or isinstance(setup.get(str(rest[0])), Map)):
+        return setup, rest
+    if len(rest) > 1 and rest[0] == "graph":
+        return graph_tree(setup, setup["graph"]), ("graphs", GRAPH_PATH, *rest[1:])
+    if len(rest) > 1 and rest[0] == "variables":
+        graph = Map(setup.places["variables"][0])
+        graph.add("variables", *_entry(setup, "variables"))
+        return graph_tree(setup, graph), ("graphs", GRAPH_PATH, *rest)
+    return None
+
+
+def graph_tree(setup: Map, graph: Any) -> Map:
+    """A graph file's tree with this one graph in it and the setup's scene, clock, settings and fidelity."""
+    root = Map(setup.at)
+    root.add("tickgraph", setup.at, 1, setup.at)
+    for section in _FILE_SECTIONS:
+        if section in setup:
+            root.add(section, *_entry(setup, section))
+    if graph is not None:
+        at = graph.at if isinstance(graph, Map) else setup.at
+        graphs = Map(at)
+        graphs.add(GRAPH_PATH, at, graph, at)
+        root.add("graphs", at, graphs, at)
+    return root
+
+
+def _entry(setup: Map, key: str) -> tuple[int, Any, int]:
+    key_at, value_at = setup.places[key]
+    return key_at, setup[key], value_at
+
+
+def _problem(error: ErrorDetails, case: str | None, rest: Location, root: Map) -> tuple[int, str]:
+    location = error["loc"]
+    kind, value = error["type"], value_at(root, location)
+    if location == (model.KEY,):
+        return offset(root, location), _version(kind, value)
+    if kind == "extra_forbidden":
+        *parents, key = rest
+        place = f" in {label(parents)}" if parents else ""
+        known = suggestion(str(key), _fields(case, parents))
+        return offset(root, location, key=True), named(case, f"unknown key {quoted(str(key))}{place}{known}")
+    if kind == "missing":
+        message = f'"{rest[-1]}" is missing; add it.'
+        where = f"{label(rest[:-1])}: " if rest[:-1] else ""
+        return offset(root, location[:-1], key=True), named(case, where + message)
+    at = offset(root, location)
+    name = label(rest)
+    if kind == "tickgraph":
+        text = error["msg"]
+        return at, named(case, f"{name} {text}" if text.startswith(("must ", "is ", "names ")) else f"{name}: {text}")
+    limits = error.get("ctx", {})
+    if kind == "greater_than_equal":
+        return at, named(case, f"{name} must be {limits['ge']} or more, found {described(value)}.")
+    if kind == "less_than_equal":
+        return at, named(case, f"{name} must be at most {limits['le']:,}, found {described(value)}.")
+    if kind == "literal_error":
+        return at, named(case, f"{name} must be {limits['expected']}, found {described(value)}.")
+    if kind in ("string_too_short", "too_short"):
+        return at, named(case, f"{name} is empty; give it a value.")
+    wanted = _WANTED.get(kind)
+    if wanted is None and not rest and case is not None:
+        wanted = "a mapping"
+    if wanted is None:
+        return at, named(case, f"{name}: {error['msg']}.")
+    return at, named(case, f"{name} must be {wanted}, found {described(value)}.")
+
+
+def _version(kind: str, value: Any) -> str:
+    if kind == "missing":
+        return f'there is no "{model.KEY}" key; a test file starts with "{model.KEY}: {model.VERSION}".'
+    return f"{model.KEY} must be {model.VERSION}, the version of the format, found {described(value)}."
+
+
+def _fields(case: str | None, parents: Sequence[str | int]) -> Mapping[str, Any]:
+    """The fields of the model that describes the mapping at a location."""
+    kind: type[BaseModel] = model.CaseFile if case is None else model.Case
+    match [*parents]:
+        case ["expect"]:
+            kind = model.Expect
+        case ["expect", "error"]:
+            kind = model.ExpectedError
+        case ["expect", "warnings", _]:
+            kind = model.ExpectedWarning
+    return kind.model_fields
+
+
+def label(location: Sequence[str | int]) -> str:
+    """A location in the words of the format: `expect.fired tick.tick`, `pulses wait.execIn`, `updates`."""
+    parts = [shown(part) if isinstance(part, str) else str(part) for part in location]
+    match parts:
+        case []:
+            return "the case"
+        case ["expect", "warnings", _, *rest]:
+            return ".".join(["a warning", *rest])
+        case ["expect", "fired" | "values" | "outputs" | "computes" | "messages" | "frames" as section, name, *_]:
+            return f"expect.{section} {name}"
+        case ["inputs" | "pulses" | "changes" | "connect" | "tolerance" as section, name, *_]:
+            return f"{section} {name}"
+    return ".".join(parts)

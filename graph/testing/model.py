@@ -1,0 +1,307 @@
+"""The format of `*.test.yaml` files: tests of graphs and of single nodes, as data.
+
+    tickgraph_tests: 1
+    graph: quickstart.yaml            # default: the graph file beside it, quickstart.yaml for quickstart.test.yaml
+    cases:
+      the clock is published in every update:
+        updates: 12
+        expect:
+          fired: {tick.tick: [0..11]}
+          messages: {/clock: 12, /points: [5, 11]}
+          warnings: []
+      a countdown of ten, every third update:
+        node: omni.graph.action.Countdown
+        inputs: {duration: 10, period: 3}
+        pulses: {execIn: [0]}         # execution inputs, and the updates in which they are triggered
+        updates: 12
+        expect:
+          fired: {tick: [3, 6, 9], finished: [10]}
+          outputs: {alpha: 1.0}       # after the last update
+          values: {alpha: {0: 0.0, 3: 0.3, 11: 1.0}}
+      a duration below zero is told:
+        node: Countdown
+        inputs: {duration: -1}
+        pulses: {execIn: [0]}
+        expect:
+          error: {message: duration, exit: 1, update: 0}
+
+What stands beside `cases` holds for every case that does not say it anew; mappings such as `inputs` and `pulses` are
+joined entry by entry. `graph` names a file below the test file's folder or is a graph written out (`nodes`,
+`connections`, ...). References are `node.attribute` in a graph and `attribute` in the test of a node; lists of updates
+may hold ranges such as `0..11`, ends included. Update 0 is the first.
+
+A case runs in an App, without a window, if there is a scene, or with `world: true`; else on a plain clock of
+`clock.loop_hz` (60 Hz). What a case does not expect is not looked at, except errors: a case without `error` must run to
+its end. Numbers are first made values of the attribute's type and then compared to within `tolerance` (default 1e-9),
+absolute up to 1 and relative above; whole numbers, text and booleans exactly.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BeforeValidator, Field, PlainValidator, WithJsonSchema, WrapValidator
+
+from graph.files.model import Clock, Graph, Knob, Scene, Setting, SettingPath, Variable, _Part, problem
+from graph.files.text import described, quoted
+
+from .updates import read_range
+
+VERSION = 1
+KEY = "tickgraph_tests"
+DEFAULT_TOLERANCE = 1e-9
+
+MOST_UPDATES = 1_000_000
+
+
+def _whole(value: Any) -> Any:
+    if type(value) is not int:
+        raise problem("must be a whole number.")
+    return value
+
+
+def _update_list(value: Any) -> list[int]:
+    if not isinstance(value, list):
+        raise problem(f"must be a list of updates such as [0, 3, 6..9], found {described(value)}.")
+    updates: list[int] = []
+    for item in value:
+        updates += _range(item)
+        if len(updates) > MOST_UPDATES:
+            raise problem(f"names more than {MOST_UPDATES:,} updates; write fewer.")
+    return updates
+
+
+def _range(item: Any) -> range:
+    found = read_range(item, MOST_UPDATES)
+    if found is None:
+        raise problem(f"{_shown(item)} is no update; write its index, 0 or more, or a range such as 0..11.")
+    return found
+
+
+def _shown(item: Any) -> str:
+    return quoted(item) if isinstance(item, str) else described(item)
+
+
+def _by_update(value: Any) -> Any:
+    if not isinstance(value, dict):
+        raise problem(f"must be a mapping from updates to values by attribute, found {described(value)}.")
+    for key, changes in value.items():
+        _range(key)
+        if not isinstance(changes, dict):
+            raise problem(f"update {key}: must be a mapping from attributes to values, found {described(changes)}.")
+    return value
+
+
+def _values(value: Any) -> Any:
+    if isinstance(value, dict):
+        for key in value:
+            _range(key)
+    elif not isinstance(value, list):
+        raise problem(
+            f"must be a list with the value after each update, or a mapping from updates to values, "
+            f"found {described(value)}."
+        )
+    return value
+
+
+def _count_or_updates(value: Any) -> Any:
+    if type(value) is int and value >= 0:
+        return value
+    if isinstance(value, list):
+        return _update_list(value)
+    raise problem(f"must be a count or a list of updates such as [0, 3, 6..9], found {described(value)}.")
+
+
+def _playing(value: Any) -> Any:
+    return value if isinstance(value, bool) else _update_list(value)
+
+
+def _tolerance(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _one_tolerance(one) for key, one in value.items()}
+    return _one_tolerance(value)
+
+
+def _one_tolerance(value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not value >= 0:
+        raise problem(f"must be a number of 0 or more, or a mapping from attributes to such, found {described(value)}.")
+    return float(value)
+
+
+def _texts(value: Any) -> tuple[str, ...]:
+    texts = value if isinstance(value, list) else [value]
+    if not texts or not all(isinstance(text, str) and text for text in texts):
+        raise problem(f"must be a piece of the error's text, or a list of such, found {described(value)}.")
+    return tuple(texts)
+
+
+def _text_as(key: str) -> BeforeValidator:
+    """A text stands for the mapping that has it as `key`."""
+    return BeforeValidator(lambda value: {key: value} if isinstance(value, (str, list)) else value)
+
+
+def _empty_if_null(value: Any) -> Any:
+    return {} if value is None else value
+
+
+def _name_or_graph(value: Any, graph: Any) -> Any:
+    if isinstance(value, str):
+        if not value:
+            raise problem("is empty; give it a value.")
+        return value
+    return graph(value)
+
+
+_UPDATE: dict[str, Any] = {
+    "anyOf": [{"type": "integer", "minimum": 0}, {"type": "string", "pattern": r"^[0-9]+\.\.[0-9]+$"}]
+}
+_UPDATES: dict[str, Any] = {"type": "array", "items": _UPDATE}
+_UPDATE_KEYS: dict[str, Any] = {"propertyNames": {"pattern": r"^[0-9]+(\.\.[0-9]+)?$"}}
+PATH_KEYS: dict[str, Any] = {"propertyNames": {"pattern": "^/"}}
+_NUMBER: dict[str, Any] = {"type": "number", "minimum": 0}
+_COUNT = {"type": "integer", "minimum": 0}
+_TEXT = {"type": "string", "minLength": 1}
+
+Updates = Annotated[list[int], PlainValidator(_update_list), WithJsonSchema(_UPDATES)]
+CountOrUpdates = Annotated[Any, PlainValidator(_count_or_updates), WithJsonSchema({"anyOf": [_COUNT, _UPDATES]})]
+Changes = Annotated[
+    Any,
+    PlainValidator(_by_update),
+    WithJsonSchema({"type": "object", "additionalProperties": {"type": "object"}, **_UPDATE_KEYS}),
+]
+Playing = Annotated[Any, PlainValidator(_playing), WithJsonSchema({"anyOf": [{"type": "boolean"}, _UPDATES]})]
+Values = Annotated[
+    Any, PlainValidator(_values), WithJsonSchema({"anyOf": [{"type": "array"}, {"type": "object", **_UPDATE_KEYS}]})
+]
+Tolerance = Annotated[
+    Any,
+    PlainValidator(_tolerance),
+    WithJsonSchema({"anyOf": [_NUMBER, {"type": "object", "additionalProperties": _NUMBER}]}),
+]
+Texts = Annotated[
+    tuple[str, ...],
+    PlainValidator(_texts),
+    WithJsonSchema({"anyOf": [_TEXT, {"type": "array", "items": _TEXT, "minItems": 1}]}),
+]
+
+
+class ExpectedWarning(_Part):
+    """A warning that must come: its stable code and, where given, what else it must say."""
+
+    code: str = Field(min_length=1, description="Stable code, such as aux-level-too-low.")
+    where: str | None = Field(default=None, description="The node or prim it is about.")
+    message: str | None = Field(default=None, description="A piece of its message.")
+    count: int | None = Field(default=None, ge=1, description="How often it was raised.")
+
+
+class ExpectedError(_Part):
+    """The error that must end the run; the other expectations then hold for the updates before it."""
+
+    message: Texts | None = Field(default=None, description="A piece of its text, or a list of pieces, all of them.")
+    exit: Literal[1, 2] | None = Field(
+        default=None, description="Exit code of `graph run`: 1 the run failed, 2 the input is wrong."
+    )
+    update: int | None = Field(default=None, ge=0, description="The update in which it comes.")
+
+
+WarningEntry = Annotated[ExpectedWarning, _text_as("code")]
+ErrorEntry = Annotated[ExpectedError, _text_as("message")]
+GraphEntry = Annotated[Graph, WrapValidator(_name_or_graph, json_schema_input_type=str | Graph)]
+
+
+class Expect(_Part):
+    """What must have happened. What is not named is not looked at, except errors."""
+
+    fired: dict[str, CountOrUpdates] = Field(
+        default_factory=dict,
+        description="Execution outputs: exactly the updates in which each was followed (one entry each time), or how "
+        "often.",
+    )
+    outputs: dict[str, Any] = Field(
+        default_factory=dict, description="Values after the last update, of outputs or any other attribute."
+    )
+    values: dict[str, Values] = Field(
+        default_factory=dict,
+        description="Values by update: a list with the value after each update, or a mapping such as {0: 1, 3..5: 2}.",
+    )
+    computes: dict[str, Annotated[int, Field(ge=0)]] = Field(
+        default_factory=dict, description="How often nodes computed; in the test of a node its name is `node`."
+    )
+    messages: dict[str, CountOrUpdates] = Field(
+        default_factory=dict, description="Messages published, by topic: how many, or exactly in which updates."
+    )
+    frames: dict[str, CountOrUpdates] = Field(
+        default_factory=dict, description="Frames rendered, by sensor prim: how many, or exactly in which updates."
+    )
+    warnings: list[WarningEntry] | None = Field(
+        default=None, description="Exactly these warnings, in any order; [] allows none. Left out: not looked at."
+    )
+    error: ErrorEntry | None = Field(default=None, description="The error that must end the run.")
+
+
+class Setup(_Part):
+    """What is run, and how. Beside `cases` it holds for every case that does not say it anew."""
+
+    graph: GraphEntry | None = Field(
+        default=None,
+        description="The graph file to test, below this file's folder, or a graph written out. Left out: the graph "
+        "file beside this one.",
+    )
+    node: str | None = Field(default=None, min_length=1, description="The node type to test by itself.")
+    scene: Scene | None = Field(
+        default=None, description="The world of a node, or of a graph written out, as in a graph file."
+    )
+    clock: Clock | None = Field(default=None, description="Clocks, as in a graph file; rates beat the file's.")
+    world: bool | None = Field(default=None, description="Whether to run in an App. Left out: if there is a scene.")
+    updates: Annotated[int, Field(ge=0, le=MOST_UPDATES)] | None = Field(
+        default=None, description="How many updates to run. Left out: the graph file's duration, else 1."
+    )
+    seed: int | None = Field(default=None, description="Seed of the world's random streams. Left out: 0.")
+    inputs: dict[str, Any] = Field(
+        default_factory=dict,
+        description="Values of inputs and state attributes from the start; they beat the file's.",
+    )
+    changes: Changes = Field(
+        default_factory=dict,
+        description="Values that are set before an update and stay, such as {3: {wait.duration: 2}}.",
+    )
+    pulses: dict[str, Updates] = Field(
+        default_factory=dict,
+        description="Execution inputs and the updates in which they are triggered; an update that stands twice "
+        "triggers twice.",
+    )
+    playing: Playing = Field(
+        default=True,
+        description="Whether the timeline plays, or the updates in which it does; it pauses in the others.",
+    )
+    settings: dict[SettingPath, Setting] = Field(
+        default_factory=dict, description="Settings of the App; they beat the file's.", json_schema_extra=PATH_KEYS
+    )
+    fidelity: dict[str, Knob] = Field(default_factory=dict, description="Fidelity knobs; they beat the file's.")
+    connect: dict[str, str] = Field(
+        default_factory=dict,
+        description="For a node: inputs that count as connected, with the types of their sources; their values still "
+        "come from inputs and changes.",
+    )
+    variables: dict[str, Variable] = Field(default_factory=dict, description="For a node: variables of its graph.")
+    tolerance: Tolerance = Field(
+        default=None,
+        description="How far numbers may be off, absolute up to 1 and relative above; or a mapping from attributes "
+        "to that. Left out: 1e-9.",
+    )
+
+
+class Case(Setup):
+    """One test: what is run, and what must have happened."""
+
+    expect: Expect = Expect()
+
+
+CaseEntry = Annotated[Case, BeforeValidator(_empty_if_null, json_schema_input_type=Case | None)]
+
+
+class CaseFile(Setup):
+    """A TickGraph test file: tests of graphs and nodes as data, run by `graph test` and by pytest."""
+
+    tickgraph_tests: Annotated[Literal[1], BeforeValidator(_whole)] = Field(description="Version of the format.")
+    cases: dict[str, CaseEntry] = Field(min_length=1, description="The tests by name, in order.")

@@ -1,0 +1,166 @@
+"""Runs a case and tells every expectation that was not met."""
+
+from __future__ import annotations
+
+import time
+from contextlib import ExitStack
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from graph.errors import Problem, UserError
+from graph.evaluate import Node
+from graph.files import load
+from graph.files.tree import Map
+from graph.registry import DEFAULT, Registry
+from graph.spec import ClockSpec, FileSpec
+
+from .cases import Case
+from .expectations import failures_of
+from .graphs import run_graph
+from .node import Trace, run_node, set_input
+from .seen import Seen, of_graphs, of_node
+from .trace import GraphTrace
+from .updates import read_range
+from .world import observe
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a case went: what was not as expected (nothing: it passed), and how long it took [s]."""
+
+    case: Case
+    failures: tuple[Problem, ...]
+    seconds: float
+
+    @property
+    def passed(self) -> bool:
+        """Whether everything was as expected."""
+        return not self.failures
+
+
+@dataclass(frozen=True)
+class Options:
+    """What holds for all cases of a run: folders that files may lie in, settings that beat all others."""
+
+    allow: tuple[Path, ...] = ()
+    settings: dict[str, Any] = field(default_factory=dict)
+    registry: Registry = DEFAULT
+
+
+def run_case(case: Case, options: Options | None = None) -> Outcome:
+    """Runs one case. Raises nothing that a test could be about."""
+    options = options or Options()
+    started = time.perf_counter()
+    try:
+        seen = (_run_graph if case.node is None else _run_node)(case, options)
+    except UserError as error:
+        seen = Seen(error=error, exit=2)
+    except AssertionError as error:  # a node wrote a value that is not of its output's type
+        return Outcome(case, (Problem(str(error), case.mark),), time.perf_counter() - started)
+    except (KeyError, ValueError) as error:
+        seen = Seen(error=UserError(str(error.args[0] if error.args else error)), exit=2)
+    return Outcome(case, tuple(failures_of(case, seen)), time.perf_counter() - started)
+
+
+def _run_graph(case: Case, options: Options) -> Seen:
+    setup = case.setup
+    spec = case.spec if case.file is None else _with_own(case, load(case.file, allow=options.allow))
+    changes = _changes(case)
+
+    def change(update: int, trace: GraphTrace) -> None:
+        for reference, value in changes.get(update, ()):
+            node, full = trace.attribute(reference, "inputs")
+            _set(node, full, value, update)
+
+    trace = run_graph(
+        spec,
+        updates=setup.updates,
+        inputs=setup.inputs,
+        pulses=setup.pulses,
+        app=setup.world,
+        playing=_playing(case),
+        settings=options.settings,
+        seed=setup.seed or 0,
+        record=[*setup.expect.outputs, *setup.expect.values],
+        on_update=change if changes else None,
+        catch=True,
+        allow=options.allow,
+        registry=options.registry,
+    )
+    return of_graphs(trace)
+
+
+def _run_node(case: Case, options: Options) -> Seen:
+    setup = case.setup
+    assert case.node is not None
+    changes = _changes(case)
+    playing = _playing(case)
+    spec = replace(case.spec, settings={**case.spec.settings, **options.settings})
+    with ExitStack() as cleanup:
+        world = None
+        if setup.world or (setup.world is None and spec.scene.prims) or spec.scene.usd:
+            world = observe(spec, options.allow, setup.seed or 0, options.registry, cleanup)
+
+        def before(update: int, node: Node) -> None:
+            for reference, value in changes.get(update, ()):
+                _set(node, reference, value, update)
+            if world is not None:
+                world.update = update
+                world.play(playing(update))
+
+        trace: Trace = run_node(
+            case.node,
+            inputs=setup.inputs,
+            pulses=setup.pulses,
+            updates=1 if setup.updates is None else setup.updates,
+            connect=setup.connect,
+            variables={name: (one.type, one.value) for name, one in setup.variables.items()},
+            playing=playing,
+            loop_hz=spec.clock.loop_hz or 60,
+            app=world.app if world else None,
+            on_update=before,
+            catch=True,
+            registry=options.registry,
+        )
+        return of_node(trace, world)
+
+
+def _with_own(case: Case, spec: FileSpec) -> FileSpec:
+    """A graph file with the case's clock, settings and fidelity instead of its own."""
+    own = case.spec
+    return replace(
+        spec,
+        clock=_clock(spec.clock, own.clock, case.tree.get("clock")),
+        settings={**spec.settings, **own.settings},
+        fidelity={**spec.fidelity, **own.fidelity},
+        marks={**spec.marks, **own.marks},
+    )
+
+
+def _clock(clock: ClockSpec, own: ClockSpec, written: Any) -> ClockSpec:
+    given = {key: getattr(own, key) for key in written} if isinstance(written, Map) else {}
+    return replace(clock, **given)
+
+
+def _changes(case: Case) -> dict[int, list[tuple[str, Any]]]:
+    """What is to be set before each update."""
+    changes: dict[int, list[tuple[str, Any]]] = {}
+    for key, values in case.setup.changes.items():
+        for update in read_range(key, 10**9) or ():
+            changes.setdefault(update, []).extend(values.items())
+    return changes
+
+
+def _set(node: Node, name: str, value: Any, update: int) -> None:
+    try:
+        set_input(node, name, value)
+    except ValueError as error:
+        raise UserError(f"changes: update {update}: {error}") from None
+
+
+def _playing(case: Case) -> Any:
+    playing = case.setup.playing
+    if isinstance(playing, bool):
+        return lambda update: playing
+    return frozenset(playing).__contains__

@@ -1,0 +1,46 @@
+"""Update indices as people write them: `3`, `0..11`."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from typing import Any
+
+_RANGE = re.compile(r"([0-9]{1,9})(?:\.\.([0-9]{1,9}))?")
+
+
+def read_range(item: Any, most: int) -> range | None:
+    """The updates that an index, or a range with its ends, stands for; None if it is neither.
+
+    Both may be text (keys of mappings are). Indices are 0 or more and below `most`, ranges do not run backwards.
+    """
+    found = _RANGE.fullmatch(str(item)) if type(item) in (int, str) else None
+    if found is None:
+        return None
+    first = int(found[1])
+    last = first if found[2] is None else int(found[2])
+    return range(first, last + 1) if first <= last < most else None
+
+
+def count_updates(times: Iterable[int]) -> dict[int, int]:
+    """How often each update stands in a list."""
+    counted: dict[int, int] = {}
+    for update in times:
+        counted[update] = counted.get(update, 0) + 1
+    return counted
+
+
+def show_updates(updates: Iterable[int], most: int = 40) -> str:
+    """A list of updates as they are written, neighbours joined to ranges; the middle of a long list is left out."""
+    parts: list[str] = []
+    runs: list[list[int]] = []
+    for update in updates:
+        if runs and update == runs[-1][-1] + 1:
+            runs[-1][1:] = [update]
+        else:
+            runs.append([update])
+    for run in runs:
+        parts += [f"{run[0]}..{run[1]}"] if len(run) == 2 and run[1] - run[0] > 1 else [str(update) for update in run]
+    if len(parts) > most:
+        parts = [*parts[: most - 4], "...", *parts[-3:]]
+    return f"[{', '.join(parts)}]"

@@ -1,0 +1,62 @@
+"""An App under test: what it published and rendered, by update."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from graph.registry import Registry
+from graph.spec import FileSpec
+
+if TYPE_CHECKING:
+    from graph.sim import App
+    from graph.sim.bus import Message
+
+
+@dataclass(slots=True)
+class Observed:
+    """An App and what came out of it; `update` is the index of the running update. It is a sink of the App's bus."""
+
+    app: App
+    update: int = 0
+    messages: dict[str, list[tuple[int, Any]]] = field(default_factory=dict)
+    frames: dict[str, list[int]] = field(default_factory=dict)
+
+    def advertise(self, topic: str, type_name: str) -> None:
+        """A publisher of `topic` exists."""
+        self.messages.setdefault(topic, [])
+
+    def write(self, message: Message) -> None:
+        """Takes one message."""
+        self.messages.setdefault(message.topic, []).append((self.update, message.message))
+
+    def close(self) -> None:
+        """Nothing to close."""
+
+    def play(self, playing: bool) -> None:
+        """Plays or pauses the timeline, if it does not already."""
+        if playing != self.app.timeline.is_playing():
+            (self.app.play if playing else self.app.pause)()
+
+    def note_frames(self) -> None:
+        """Takes down whose frame came in this update; products without one yet have an empty list."""
+        rendering = self.app.rendering
+        for product in rendering.products.values():
+            self.frames.setdefault(product.camera_path, [])
+        for product in rendering.new_frames:
+            self.frames[product.camera_path].append(self.update)
+
+
+def observe(spec: FileSpec, allow: Sequence[Path], seed: int, registry: Registry, cleanup: ExitStack) -> Observed:
+    """Opens the App of a file and watches it; `cleanup` closes it. Raises UserError with every problem."""
+    from graph.assembly import open_session
+
+    app = open_session(spec, allow=allow, seed=seed, registry=registry).app
+    cleanup.enter_context(app)
+    observed = Observed(app)
+    app.bus.subscribe(observed)
+    app.on("end", observed.note_frames)
+    return observed
