@@ -42,6 +42,7 @@ UNSET: Any = _Unset()
 
 Compute = Callable[[Any], "bool | None"]
 Resolve = Callable[[Any], Mapping[str, Any]]
+Specialize = Callable[[Any], "Compute | None"]
 ComputeFunction = TypeVar("ComputeFunction", bound=Callable[..., Any])
 
 
@@ -112,6 +113,8 @@ class NodeType:
     memory: makes the private memory of a node, afresh after every timeline stop. release: called with db before that
     memory is dropped. prepare: called with db before the world's next frames, to ask for what compute will need; cheap
     and repeatable. resolve: settles open types from the known ones (see `graph.plan.types.Known`).
+    specialize: called with db once, when the graph is compiled: this node's own compute, made for its settled types, or
+    None for the common one; it may keep db.inputs and db.outputs, which last as long as the node.
     volatile: reads more than its inputs (time, the world, variables), so a dirty_push graph always computes it.
     dynamic_inputs, dynamic_outputs: attributes that a file may add, by name template: `{n}` stands for digits,
     `{x}` for any word, as in `input{n}`. origin: module:line of the declaration.
@@ -133,6 +136,7 @@ class NodeType:
     dynamic_outputs: Mapping[str, Attribute] = field(default_factory=dict)
     doc: str = ""
     origin: str = ""
+    specialize: Specialize | None = None
 
     def __post_init__(self) -> None:
         for kind in ("inputs", "outputs", "state", "dynamic_inputs", "dynamic_outputs"):
@@ -198,6 +202,7 @@ def node_type(
     release: Callable[[Any], None] | None = None,
     prepare: Callable[[Any], None] | None = None,
     resolve: Resolve | None = None,
+    specialize: Specialize | None = None,
     volatile: bool = False,
     dynamic_inputs: Mapping[str, Attribute] | None = None,
     dynamic_outputs: Mapping[str, Attribute] | None = None,
@@ -229,6 +234,7 @@ def node_type(
                 dynamic_outputs or {},
                 inspect.cleandoc(compute.__doc__ or ""),
                 f"{compute.__module__}:{line}",
+                specialize,
             )
         )
         return compute

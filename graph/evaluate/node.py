@@ -195,6 +195,10 @@ class Node:
         self.db._push = push
         # Found at the first compute: most nodes of a large graph may never be asked.
         self.db._pulls = True if sources else ()
+        # Before any wire takes the compute up.
+        own = self.type.specialize and self.type.specialize(self.db)
+        if own:
+            self.db._compute = own
 
     def release(self) -> None:
         """Lets the type release what the node's memory holds, if the node has computed since it started."""
