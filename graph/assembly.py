@@ -50,15 +50,16 @@ def build_parts(
     settings: Mapping[str, Any] | None = None,
     fidelity: Mapping[str, Any] | None = None,
     registry: Registry | None = None,
+    skip_unknown: bool = False,
 ) -> Parts:
     """Loads, compiles and stages a graph file; each step works on what the one before found right.
 
     A `FileSpec` is taken as it is. `allow` names folders besides the file's own that it may read; `overrides` maps
     NODE.ATTR to a value as in YAML; `settings` and `fidelity` beat the file's; `registry` has the node types (default:
-    all there are).
+    all there are); `skip_unknown` leaves nodes of other types out.
     """
     from .files import examine
-    from .plan import compile_graphs
+    from .leniency import compile_file
     from .registry import DEFAULT
 
     spec: FileSpec | None
@@ -83,13 +84,18 @@ def build_parts(
                 settings={**spec.settings, **(settings or {})},
                 fidelity={**spec.fidelity, **(fidelity or {})},
             )
-            graphs = compile_graphs(spec.graphs, registry or DEFAULT)
+            graphs, spec = compile_file(spec, registry or DEFAULT, skip_unknown=skip_unknown)
         with _collecting(problems):
             stage = build_stage(spec, allow, warn)
         problems += option_problems(spec)
     if spec is not None and stage is not None:
-        problems += missing_targets(stage, spec, graphs)
-    return Parts(spec, graphs, stage, sorted(dict.fromkeys(problems), key=_place), warnings)
+        missing = missing_targets(stage, spec, graphs)
+        if spec.lenient:
+            warnings += [("prim-missing", str(one.mark), one.message) for one in missing]
+        else:
+            problems += missing
+    warnings[:0] = spec.notes if spec else ()
+    return Parts(spec, graphs, stage, sorted(dict.fromkeys(problems), key=_place), [*dict.fromkeys(warnings)])
 
 
 def open_session(
@@ -103,6 +109,7 @@ def open_session(
     realtime: bool = False,
     on_error: OnError = "stop",
     registry: Registry | None = None,
+    skip_unknown: bool = False,
 ) -> Session:
     """Loads, checks and builds everything that `path` names (or a loaded file says); nothing plays yet.
 

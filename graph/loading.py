@@ -28,23 +28,24 @@ class LoadedFile:
         raise KeyError(f'no graph "{path}"{did_you_mean(path, (graph.path for graph in self.graphs))}')
 
 
-def load_graph(path: str | Path, allow: Iterable[Path] = ()) -> LoadedFile:
-    """Loads a YAML or JSON graph file and compiles its graphs.
+def load_graph(path: str | Path, allow: Iterable[Path] = (), *, skip_unknown: bool = False) -> LoadedFile:
+    """Loads a graph file (YAML, JSON or a USD scene with OmniGraph prims) and compiles its graphs.
 
-    allow: folders, beside the file's own, that it may name files in. Raises UserError with every problem of the file
-    and of its graphs together.
+    allow: folders, beside the file's own, that it may name files in. skip_unknown: nodes of unknown types are left out.
+    Raises UserError with every problem of the file and of its graphs together; `spec.notes` has what is only odd.
     """
     from .files import examine
-    from .plan import compile_graphs
+    from .leniency import compile_file
 
     examined = examine(path, allow=tuple(allow))
     problems: list[Problem] = list(examined.problems)
     graphs: list[Graph] = []
-    if examined.spec is not None:
+    spec = examined.spec
+    if spec is not None:
         try:
-            graphs = compile_graphs(examined.spec.graphs)
+            graphs, spec = compile_file(spec, skip_unknown=skip_unknown)
         except UserError as error:
             problems += error.problems
-    if problems or examined.spec is None:
+    if problems or spec is None:
         raise UserError(problems)
-    return LoadedFile(examined.spec, tuple(graphs))
+    return LoadedFile(spec, tuple(graphs))

@@ -73,26 +73,44 @@ REMOVED: Mapping[str, str] = {
 """Attributes that old type versions had, wherever the present type has none of that name, and what to do instead."""
 
 
+MEANT_NOTHING: Mapping[str, tuple[int, Mapping[str, Any]]] = {
+    "omni.graph.nodes.ReadPrimAttribute": (3, {"usdTimecode": -1}),
+    "omni.graph.nodes.ReadPrimAttributes": (3, {"usdTimecode": -1}),
+}
+"""By type: the version from which on these values mean what they say; before, files had them as the unset ones."""
+
+
+def upgraded(type_id: str, version: int | None, inputs: Mapping[str, Any]) -> Mapping[str, Any]:
+    """The inputs that a file of an old type version sets, as the present version would have them."""
+    since, unset = MEANT_NOTHING.get(type_id, (0, {}))
+    if version is None or version >= since:
+        return inputs
+    return {name: value for name, value in inputs.items() if name not in unset or value != unset[name]}
+
+
 @dataclass(slots=True)
-class _Notes:
+class Notes:
     """Notes of one file: each said once, for the first place it holds, with how many more there are."""
 
-    first: dict[tuple[str, str], str] = field(default_factory=dict)
+    first: dict[tuple[str, str], tuple[Mark | None, str]] = field(default_factory=dict)
     more: dict[tuple[str, str], int] = field(default_factory=dict)
 
-    def add(self, code: str, message: str, where: str) -> None:
+    def add(self, code: str, message: str, mark: Mark | None, path: str) -> None:
+        """Notes what holds at `mark`, or where there is none at the prim path."""
         key = (code, message)
         if key in self.first:
             self.more[key] = self.more.get(key, 0) + 1
         else:
-            self.first[key] = where
+            self.first[key] = mark, path
 
     def all(self) -> tuple[Note, ...]:
+        """Every note, in the order they came up."""
+
         def line(key: tuple[str, str]) -> str:
             count = self.more.get(key)
             return f"{key[1]} (and {count} more)" if count else key[1]
 
-        return tuple((key[0], where, line(key)) for key, where in self.first.items())
+        return tuple((key[0], str(mark or path), line(key)) for key, (mark, path) in self.first.items())
 
 
 def migrated_type(type_id: str, registry: Registry = DEFAULT) -> tuple[str, str | None]:
@@ -124,14 +142,14 @@ def _by_prefix(type_id: str, registry: Registry) -> str | None:
 
 def migrate(spec: FileSpec, registry: Registry = DEFAULT) -> FileSpec:
     """The file with every old id and attribute brought up to date; each change is noted once for the whole file."""
-    notes = _Notes()
+    notes = Notes()
     graphs = tuple(_graph(graph, registry, notes) for graph in spec.graphs)
     if not notes.first and all(new is old for new, old in zip(graphs, spec.graphs, strict=True)):
         return spec
     return replace(spec, graphs=graphs, notes=(*spec.notes, *notes.all()))
 
 
-def _graph(graph: GraphSpec, registry: Registry, notes: _Notes) -> GraphSpec:
+def _graph(graph: GraphSpec, registry: Registry, notes: Notes) -> GraphSpec:
     types: dict[str, tuple[str, str | None]] = {}
     changes: dict[str, Mapping[str, str]] = {}
     nodes = []
@@ -140,7 +158,7 @@ def _graph(graph: GraphSpec, registry: Registry, notes: _Notes) -> GraphSpec:
             types[node.type] = migrated_type(node.type, registry)
         type_id, sentence = types[node.type]
         if sentence:
-            notes.add("type-renamed", sentence, where(node.mark, f"{graph.path}/{node.name}"))
+            notes.add("type-renamed", sentence, node.mark, f"{graph.path}/{node.name}")
             node = replace(node, type=type_id)
         renamed = _renamed(node, graph, registry, notes)
         if renamed:
@@ -157,7 +175,7 @@ def _graph(graph: GraphSpec, registry: Registry, notes: _Notes) -> GraphSpec:
     return replace(graph, nodes=tuple(nodes), connections=tuple(_connections(graph, changes)))
 
 
-def _renamed(node: NodeSpec, graph: GraphSpec, registry: Registry, notes: _Notes) -> dict[str, str]:
+def _renamed(node: NodeSpec, graph: GraphSpec, registry: Registry, notes: Notes) -> dict[str, str]:
     """The attributes of a node that have another name now, or none ("")."""
     table = RENAMED.get(node.type, {})
     found: dict[str, str] = {}
@@ -170,13 +188,13 @@ def _renamed(node: NodeSpec, graph: GraphSpec, registry: Registry, notes: _Notes
             continue
         new = table.get(full, "")
         found[full] = new
-        at = where(node.input_marks.get(key, node.mark), f"{graph.path}/{node.name}")
+        at = node.input_marks.get(key, node.mark), f"{graph.path}/{node.name}"
         kind = node.type.rpartition(".")[2]
         if new:
-            notes.add("attribute-renamed", f"{kind}: {full} is now called {new}; the new name is used", at)
+            notes.add("attribute-renamed", f"{kind}: {full} is now called {new}; the new name is used", *at)
         else:
             advice = REMOVED.get(full, "remove it")
-            notes.add("attribute-removed", f"{kind}: {full} is gone and is left out; {advice}", at)
+            notes.add("attribute-removed", f"{kind}: {full} is gone and is left out; {advice}", *at)
     return found
 
 
@@ -209,8 +227,3 @@ def _connections(graph: GraphSpec, changes: Mapping[str, Mapping[str, str]]) -> 
             yield connection
         elif renamed[full]:
             yield replace(connection, target=f"{node}.{renamed[full]}")
-
-
-def where(mark: Mark | None, path: str) -> str:
-    """Where a note points: the place in the file, else the path."""
-    return str(mark) if mark else path

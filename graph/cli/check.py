@@ -12,19 +12,20 @@ from typing import TYPE_CHECKING, Any
 
 from graph.errors import Problem
 
-from .printing import problem_line, safe_line
+from .printing import note_line, problem_line, safe_line
 
 if TYPE_CHECKING:
-    from graph.spec import FileSpec
+    from graph.spec import FileSpec, Note
 
 
 @dataclass(frozen=True, slots=True)
 class Checked:
-    """One file: what it holds (None if its text cannot be read at all) and what is wrong with it."""
+    """One file: what it holds (None if its text cannot be read at all), what is wrong with it and what is only odd."""
 
     file: str
     spec: FileSpec | None
     problems: tuple[Problem, ...]
+    notes: tuple[Note, ...] = ()
 
     def counts(self) -> dict[str, int]:
         """How many graphs, nodes, connections and inline prims the file has."""
@@ -51,12 +52,14 @@ class Checked:
                 }
                 for problem in self.problems
             ],
+            "warnings": [{"code": code, "where": where, "message": message} for code, where, message in self.notes],
         }
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the command's options."""
-    parser.add_argument("files", metavar="FILE", nargs="+", help="graph file (.yaml, .yml or .json)")
+    parser.add_argument("files", metavar="FILE", nargs="+", help="graph file (.yaml, .json or .usda)")
+    parser.add_argument("--skip-unknown", action="store_true", help="leave nodes of unknown types out, with a warning")
     parser.add_argument("--json", action="store_true", help="print the result as JSON and nothing else on stdout")
     parser.add_argument(
         "--allow", action="append", default=[], type=Path, metavar="DIR", help="also allow files below DIR"
@@ -65,10 +68,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Runs the command; returns 2 if any file is wrong."""
-    checked = [check(file, allow=args.allow, settings=args.settings) for file in args.files]
+    checked = [check(file, allow=args.allow, settings=args.settings, skip_unknown=args.skip_unknown) for file in args.files]
     if args.json:
         print(json.dumps({"files": [one.as_dict() for one in checked]}, indent=2))
     for one in checked:
+        for note in one.notes:
+            print(note_line(note), file=sys.stderr)
         for problem in one.problems:
             print(problem_line(problem), file=sys.stderr)
         if not args.json and not one.problems:
@@ -77,13 +82,15 @@ def run(args: argparse.Namespace) -> int:
     return 2 if any(one.problems for one in checked) else 0
 
 
-def check(file: str, *, allow: Sequence[Path] = (), settings: Mapping[str, Any] | None = None) -> Checked:
+def check(
+    file: str, *, allow: Sequence[Path] = (), settings: Mapping[str, Any] | None = None, skip_unknown: bool = False
+) -> Checked:
     """Loads, compiles and stages one file, without playing it; `settings` beat the file's."""
     # Only here are the engine, the world and the nodes imported: `graph check --help` needs none of them.
     from graph.assembly import build_parts
 
-    parts = build_parts(file, allow=allow, settings=settings)
-    return Checked(file, parts.spec, tuple(parts.problems))
+    parts = build_parts(file, allow=allow, settings=settings, skip_unknown=skip_unknown)
+    return Checked(file, parts.spec, tuple(parts.problems), tuple(parts.warnings))
 
 
 def _counted(number: int, plural: str) -> str:

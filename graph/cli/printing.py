@@ -13,6 +13,12 @@ def problem_line(problem: Problem) -> str:
     return safe_line(str(problem) if problem.mark else f"graph: {problem}")
 
 
+def note_line(note: tuple[str, str, str]) -> str:
+    """A warning (code, where, message) as one line of printable text."""
+    code, where, message = note
+    return safe_line(f"warning {code}: {where}: {message}")
+
+
 def safe_line(text: str) -> str:
     """Text on one line: line breaks become spaces, other control characters are shown as escapes."""
     return "".join(c if c.isprintable() else " " if c in "\n\t" else f"\\u{ord(c):04x}" for c in text.strip())

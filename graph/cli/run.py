@@ -28,7 +28,8 @@ EXIT_INTERRUPTED = 130
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the command's options."""
-    parser.add_argument("file", metavar="FILE", type=Path, help="graph file (.yaml, .yml or .json)")
+    parser.add_argument("file", metavar="FILE", type=Path, help="graph file (.yaml, .json or .usda)")
+    parser.add_argument("--skip-unknown", action="store_true", help="leave nodes of unknown types out, with a warning")
     length = parser.add_mutually_exclusive_group()
     length.add_argument("--updates", type=int, metavar="N", help="run N app updates")
     length.add_argument("--duration", metavar="S", help="run S seconds of updates (default: the file's, else 5)")
@@ -64,6 +65,7 @@ def run(args: argparse.Namespace) -> int:
         seed=args.seed,
         realtime=args.realtime,
         on_error=args.on_error,
+        skip_unknown=args.skip_unknown,
     )
     app = session.app
     updates = _number_of_updates(args, session)

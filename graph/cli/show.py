@@ -8,12 +8,13 @@ from pathlib import Path
 
 from graph.errors import UserError
 
-from .printing import problem_line
+from .printing import note_line, problem_line
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the command's options."""
-    parser.add_argument("file", metavar="FILE", help="graph file (.yaml, .yml or .json)")
+    parser.add_argument("file", metavar="FILE", help="graph file (.yaml, .json or .usda)")
+    parser.add_argument("--skip-unknown", action="store_true", help="leave nodes of unknown types out of the drawing")
     parser.add_argument(
         "--format",
         choices=("text", "mermaid", "dot"),
@@ -28,15 +29,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Runs the command. What is wrong with the file is told, and the rest drawn: a drawing helps to find mistakes."""
     from graph.files import examine
+    from graph.leniency import without_unknown_types
 
     from . import drawing
 
     examined = examine(args.file, allow=args.allow)
     if examined.spec is None:
         raise UserError(examined.problems)
+    spec = without_unknown_types(examined.spec) if args.skip_unknown else examined.spec
     draw = {"text": drawing.as_text, "mermaid": drawing.as_mermaid, "dot": drawing.as_dot}[args.format]
-    for line in draw(drawing.read(examined.spec)):
+    for line in draw(drawing.read(spec)):
         print(line)
+    for note in spec.notes:
+        print(note_line(note), file=sys.stderr)
     for problem in examined.problems:
         print(problem_line(problem), file=sys.stderr)
     return 2 if examined.problems else 0

@@ -6,6 +6,7 @@ import gc
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -16,8 +17,10 @@ from graph.spec import FileSpec, GraphSpec
 
 from . import json_text, messages, model, tree
 from .build import Builder
-from .source import Source, decode, file_format, read
+from .source import Source, decode, file_format, is_usd, read
 from .text import described
+
+_USD = "graph.usd_files.reading"
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +36,7 @@ class Examined:
 
 
 def load(path: str | Path, *, allow: Iterable[str | Path] = ()) -> FileSpec:
-    """Reads a graph file (.yaml, .yml, .json).
+    """Reads a graph file (.yaml, .yml, .json, or a USD scene with OmniGraph prims: .usda, .usd, .usdc).
 
     Files that it names must lie below its own folder or below one of `allow`. Raises UserError with every problem.
     """
@@ -47,22 +50,50 @@ def loads(
 
     File names in it are relative to `folder` (default: the current one). Raises UserError with every problem.
     """
-    kind = file_format(name) or "yaml"
     folder = Path.cwd() if folder is None else Path(folder)
-    source = decode(text, name, kind)
-    return _complete(_examine(source, kind, None, folder.absolute(), [Path(root) for root in allow]))
+    return _complete(migrated(examine_text(text, name, folder, [Path(root) for root in allow])))
 
 
 def examine(path: str | Path, *, allow: Iterable[str | Path] = ()) -> Examined:
     """Like `load`, but returns what is right beside what is wrong, for a command that reports several stages."""
+    return migrated(_examined(path, [Path(root) for root in allow]))
+
+
+def migrated(examined: Examined) -> Examined:
+    """The same with old type ids and attributes brought up to date, and what only USD files carry left out."""
+    from graph.migration import migrate
+
+    if examined.spec is None:
+        return examined
+    spec = migrate(examined.spec)
+    if spec.lenient:
+        spec = import_module(_USD).finished(spec)
+    return replace(examined, spec=spec)
+
+
+def _examined(path: str | Path, allow: Sequence[Path]) -> Examined:
     name, path = str(path), Path(path)
+    if is_usd(name) and path.is_file():
+        # By name, as it is above this package: it knows the world's USD.
+        found: Examined = import_module(_USD).examine(path.absolute(), name, allow)
+        return found
     try:
         source = read(path, name)
     except UserError as error:
         return Examined(None, error.problems)
     # The folder of the file as named, not of what a link points to: its neighbours are what the user sees.
     path = path.absolute()
-    return _examine(source, file_format(name) or "yaml", path, path.parent, [Path(root) for root in allow])
+    return _examine(source, file_format(name) or "yaml", path, path.parent, allow)
+
+
+def examine_text(text: str | bytes, name: str, folder: Path, allow: Sequence[Path] = ()) -> Examined:
+    """Like `loads`, with what is right beside what is wrong; old ids stay as they are."""
+    kind = file_format(name) or "yaml"
+    try:
+        source = decode(text, name, kind)
+    except UserError as error:
+        return Examined(None, error.problems)
+    return _examine(source, kind, None, folder.absolute(), allow)
 
 
 def parse_value(text: str) -> Any:

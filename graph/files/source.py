@@ -17,6 +17,7 @@ JSON_LIMIT = 64 * 2**20
 DEPTH_LIMIT = 100
 """Mappings and lists that may lie inside one another."""
 
+_USD_SUFFIXES = {".usd", ".usda", ".usdc", ".usdz"}
 _SUFFIXES = {".yaml": "yaml", ".yml": "yaml", ".json": "json"}
 _LINE_BREAK = re.compile("\r\n|\n|\r")
 _NOT_TEXT = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f]")
@@ -55,12 +56,17 @@ def file_format(name: str) -> str | None:
     return _SUFFIXES.get(Path(name).suffix.lower())
 
 
+def is_usd(name: str) -> bool:
+    """Whether a file's name is that of a USD scene that may hold graphs."""
+    return Path(name).suffix.lower() in _USD_SUFFIXES
+
+
 def read(path: Path, name: str) -> Source:
     """Reads a graph file from disk; raises UserError for what is no readable text of a sensible size."""
     kind = file_format(path.name)
     try:
         if path.is_dir():
-            raise UserError(f"{name} is a folder; name a graph file (.yaml or .json) in it.")
+            raise UserError(f"{name} is a folder; name a graph file (.yaml, .json or .usda) in it.")
         if not path.exists():
             raise UserError(f"{name}: no such file{_near(path) or '.'}")
         if kind is None:
@@ -106,11 +112,9 @@ def _decode_bytes(data: bytes, name: str) -> str:
 
 def _no_graph_file(path: Path) -> str:
     suffix = path.suffix.lower()
-    if suffix in {".usd", ".usda", ".usdc", ".usdz"}:
-        return "graphs inside USD files are not read yet; name the scene in a graph file: scene: {usd: ...}."
     if suffix == ".xml":
         return "this is no graph file; name an MJCF model in a graph file: scene: {mjcf: ...}."
-    return "a graph file ends in .yaml, .yml or .json."
+    return "a graph file ends in .yaml, .yml, .json, .usda, .usd or .usdc."
 
 
 def _near(path: Path) -> str:

@@ -20,7 +20,8 @@ _TOKEN = re.compile(
     r"""|(?P<prim>\b(?:def|over|class)\b\s+(?:[\w:]+\s+)?"(?P<name>[^"\n]*)")"""
     r"""|(?P<open>[{(\[])|(?P<close>[})\]])"""
     r"""|^[ \t]*(?:(?:custom|uniform|varying|config|prepend|append|delete|add|reorder)[ \t]+)*"""
-    r"""(?!(?:def|over|class)\b)[^\W\d]\w*(?:\[\])?[ \t]+(?P<property>[^\W\d][\w:]*)(?P<connect>\.connect)?(?=[ \t.=(\r\n;]|$)""",
+    r"""(?!(?:def|over|class)\b)[^\W\d]\w*(?:\[\])?[ \t]+(?P<property>[^\W\d][\w:]*)"""
+    r"""(?P<connect>\.connect)?(?=[ \t.=(\r\n;]|$)""",
     re.DOTALL | re.MULTILINE,
 )
 

@@ -1,0 +1,141 @@
+"""Running what is right of a file: unknown node types left out on request, saved scenes compiled as far as they go."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+from .errors import Problem, UserError
+from .evaluate import Graph
+from .plan import compile_graphs
+from .registry import DEFAULT, Registry
+from .spec import ConnectionSpec, FileSpec, GraphSpec, NodeSpec, Note
+
+_ROUNDS = 20
+"""Leaving a part out can lay another mistake bare, but not for ever."""
+
+
+def compile_file(
+    spec: FileSpec, registry: Registry = DEFAULT, *, skip_unknown: bool = False
+) -> tuple[list[Graph], FileSpec]:
+    """The compiled graphs of a file, and the file without what was left out for it, each with a note.
+
+    skip_unknown: nodes of unknown types are left out with their connections. In a lenient file (a saved scene) what
+    cannot be compiled otherwise is left out too: a value, a connection, else the node. Raises UserError with every
+    other problem.
+    """
+    if skip_unknown:
+        spec = without_unknown_types(spec, registry)
+    for _ in range(_ROUNDS):
+        try:
+            return compile_graphs(spec.graphs, registry), spec
+        except UserError as error:
+            if not spec.lenient:
+                raise
+            rest, spec = _left_out(spec, error.problems, registry)
+            if rest:
+                raise UserError(rest) from None
+    return compile_graphs(spec.graphs, registry), spec
+
+
+def without_unknown_types(spec: FileSpec, registry: Registry = DEFAULT) -> FileSpec:
+    """The file without nodes of types that are not registered; one note for each type says how many there were."""
+    lost: dict[str, list[tuple[GraphSpec, NodeSpec]]] = {}
+    for graph in spec.graphs:
+        for node in graph.nodes:
+            if node.type not in registry:
+                lost.setdefault(node.type, []).append((graph, node))
+    if not lost:
+        return spec
+    notes: list[Note] = []
+    for type_id, places in lost.items():
+        graph, node = places[0]
+        names = ", ".join(node.name for _, node in places[:3]) + (", ..." if len(places) > 3 else "")
+        what = f"{len(places)} node{'' if len(places) == 1 else 's'} of it left out ({names})"
+        at = str(node.mark or f"{graph.path}/{node.name}")
+        notes.append(("node-type-unknown", at, f'there is no node type "{type_id}" here; {what}'))
+    gone = {f"{graph.path}/{node.name}" for places in lost.values() for graph, node in places}
+    return _without_nodes(replace(spec, notes=(*spec.notes, *notes)), gone)
+
+
+def _left_out(spec: FileSpec, problems: Iterable[Problem], registry: Registry) -> tuple[list[Problem], FileSpec]:
+    """The problems that no leaving out solves, and the file without the parts that have the others."""
+    nodes: dict[int, str] = {}
+    unknown: set[int] = set()
+    values: dict[int, tuple[str, str]] = {}
+    connections: set[int] = set()
+    for graph in spec.graphs:
+        for node in graph.nodes:
+            path = f"{graph.path}/{node.name}"
+            nodes[id(node.mark)] = path
+            values |= {id(mark): (path, key) for key, mark in node.input_marks.items()}
+            if node.type not in registry:
+                unknown.add(id(node.mark))
+        connections |= {id(connection.mark) for connection in graph.connections}
+    rest: list[Problem] = []
+    notes: list[Note] = []
+    lost_nodes: set[str] = set()
+    lost_values: set[tuple[str, str]] = set()
+    lost_connections: set[int] = set()
+    for problem in problems:
+        mark = id(problem.mark)
+        if problem.mark is None or mark in unknown:
+            rest.append(problem)
+        elif mark in connections:
+            lost_connections.add(mark)
+            notes.append(_note("connection-left-out", problem, "the connection is left out"))
+        elif mark in values:
+            lost_values.add(values[mark])
+            notes.append(_note("value-left-out", problem, "the value is left out"))
+        elif mark in nodes and nodes[mark] in lost_nodes:
+            continue  # one line for a node is enough
+        elif mark in nodes:
+            lost_nodes.add(nodes[mark])
+            notes.append(_note("node-left-out", problem, "the node is left out"))
+        else:
+            rest.append(problem)
+    spec = replace(
+        spec,
+        notes=(*spec.notes, *dict.fromkeys(notes)),
+        graphs=tuple(_without(graph, lost_values, lost_connections) for graph in spec.graphs),
+    )
+    return rest, _without_nodes(spec, lost_nodes)
+
+
+def _note(code: str, problem: Problem, what: str) -> Note:
+    return code, str(problem.mark), f"{problem.message.rstrip('.')}; {what}"
+
+
+def _without(graph: GraphSpec, values: set[tuple[str, str]], connections: set[int]) -> GraphSpec:
+    def node(one: NodeSpec) -> NodeSpec:
+        kept = {key: value for key, value in one.inputs.items() if (f"{graph.path}/{one.name}", key) not in values}
+        return one if len(kept) == len(one.inputs) else replace(one, inputs=kept)
+
+    kept = tuple(one for one in graph.connections if id(one.mark) not in connections)
+    return replace(graph, nodes=tuple(map(node, graph.nodes)) if values else graph.nodes, connections=kept)
+
+
+def _without_nodes(spec: FileSpec, gone: set[str]) -> FileSpec:
+    """The file without some nodes, by path, and the connections from and to them."""
+    if not gone:
+        return spec
+
+    def stands(connection: ConnectionSpec, graph: GraphSpec) -> bool:
+        return not ({_node_path(connection.source, graph), _node_path(connection.target, graph)} & gone)
+
+    return replace(
+        spec,
+        graphs=tuple(
+            replace(
+                graph,
+                nodes=tuple(node for node in graph.nodes if f"{graph.path}/{node.name}" not in gone),
+                connections=tuple(one for one in graph.connections if stands(one, graph)),
+            )
+            for graph in spec.graphs
+        ),
+    )
+
+
+def _node_path(end: str, graph: GraphSpec) -> str:
+    node = end.rpartition(".")[0]
+    return node.replace(".", "/") if node.startswith("/") else f"{graph.path}/{node}"

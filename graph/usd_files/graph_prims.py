@@ -1,0 +1,186 @@
+"""Finding the graphs of a stage: their prims, settings, variables and nodes, compounds and old layouts included."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+from graph.spec import Evaluator, PipelineStage
+
+from .node_prims import (
+    GRAPH_TYPES,
+    KEY,
+    NODE_TYPES,
+    RawAttribute,
+    RawNode,
+    has_node_properties,
+    read_node,
+    read_properties,
+)
+from .values import plain
+
+COMPOUND = "omni.graph.nodes.CompoundSubgraph"
+_VARIABLE = "graph:variable:"
+_EVALUATORS: dict[str, Evaluator] = {"execution": "execution", "push": "push", "dirty_push": "dirty_push"}
+_GONE_EVALUATORS: dict[str, Evaluator] = {"pull": "dirty_push", "execution_pull": "execution"}
+_STAGES: dict[str, PipelineStage] = {
+    "pipelineStageSimulation": "simulation",
+    "pipelineStagePreRender": "pre_render",
+    "pipelineStagePostRender": "post_render",
+    "pipelineStageOnDemand": "on_demand",
+}
+
+Tell = Callable[[str, str, str], None]
+"""Takes a code, the path of what it is about, and a message."""
+
+
+@dataclass(slots=True)
+class RawGraph:
+    """A graph prim with everything below it that is a node; nodes inside compounds are among `nodes`."""
+
+    path: str
+    evaluator: Evaluator = "push"
+    pipeline_stage: PipelineStage = "simulation"
+    variables: list[RawAttribute] = field(default_factory=list)
+    nodes: list[RawNode] = field(default_factory=list)
+    compounds: list[RawNode] = field(default_factory=list)
+    custom: dict[str, Any] = field(default_factory=dict)
+    """Our own customData of the prim."""
+    overs: list[str] = field(default_factory=list)
+    """Paths of prims below it that only override nodes which nothing defines."""
+
+
+def read_graphs(stage: Any, tell: Tell) -> list[RawGraph]:
+    """Every graph of a composed stage, in stage order."""
+    from graph.sim.usd import Usd
+
+    found: list[RawGraph] = []
+    overs: dict[str, list[str]] = {}
+    predicate = Usd.TraverseInstanceProxies(Usd.PrimIsActive & Usd.PrimIsLoaded & ~Usd.PrimIsAbstract)
+    prims = iter(Usd.PrimRange(stage.GetPseudoRoot(), predicate))
+    for prim in prims:
+        if is_graph(prim):
+            prims.PruneChildren()
+            for graph in _graph_and_nested(prim, predicate, tell):
+                found.append(graph)
+                for path in graph.overs:
+                    overs.setdefault(graph.path, []).append(path)
+        elif not prim.IsDefined() and _over_of_node(prim):
+            overs.setdefault(str(prim.GetPath().GetParentPath()), []).append(str(prim.GetPath()))
+    for parent, paths in overs.items():
+        names = ", ".join(path.rpartition("/")[2] for path in paths[:3]) + (", ..." if len(paths) > 3 else "")
+        message = f"{parent}: {_some(len(paths), 'prim')} ({names}) only override nodes that no file defines; left out"
+        tell("usd-over-only", paths[0], message)
+    return found
+
+
+def _some(count: int, noun: str) -> str:
+    return f"{count} {noun}{'' if count == 1 else 's'}"
+
+
+def is_graph(prim: Any) -> bool:
+    """Whether a prim is a graph, of today's layout or of the old one."""
+    return prim.GetTypeName() in GRAPH_TYPES and prim.IsDefined()
+
+
+def is_node(prim: Any) -> bool:
+    """Whether a prim is a node: by its type, or by a `node:type` where the type is lost."""
+    if not prim.IsDefined():
+        return False
+    return prim.GetTypeName() in NODE_TYPES or (not prim.GetTypeName() and prim.HasAttribute("node:type"))
+
+
+def _over_of_node(prim: Any) -> bool:
+    return not prim.GetTypeName() and has_node_properties(prim)
+
+
+def _graph_and_nested(prim: Any, predicate: Any, tell: Tell) -> Iterator[RawGraph]:
+    graph = RawGraph(str(prim.GetPath()))
+    nested: list[Any] = []
+    _settings(prim, graph, tell)
+    _collect(prim, graph, "", nested, predicate)
+    yield graph
+    for inner in nested:
+        yield from _graph_and_nested(inner, predicate, tell)
+
+
+def _collect(prim: Any, graph: RawGraph, prefix: str, nested: list[Any], predicate: Any) -> None:
+    """Adds the nodes below a prim, those of compounds too; other graphs below it come to `nested`."""
+    pending = deque((child, prefix) for child in prim.GetFilteredChildren(predicate))
+    while pending:
+        child, before = pending.popleft()
+        name = f"{before}{child.GetName()}"
+        if is_node(child):
+            node = read_node(child, name)
+            subgraph = _subgraph(child, node.type)
+            if subgraph is None:
+                graph.nodes.append(node)
+            else:
+                graph.compounds.append(node)
+                inner = f"{name}/{subgraph.GetName()}/" if subgraph.GetParent() == child else f"{name}/"
+                _collect(subgraph, graph, inner, nested, predicate)
+        elif is_graph(child):
+            nested.append(child)
+        elif not child.IsDefined() and _over_of_node(child):
+            graph.overs.append(str(child.GetPath()))
+        elif child.GetTypeName() != "ComputeGraphSettings":
+            pending.extendleft([(one, f"{name}/") for one in child.GetFilteredChildren(predicate)][::-1])
+
+
+def _subgraph(prim: Any, type_id: str) -> Any | None:
+    """The graph inside a compound node; None for any other node."""
+    applied = "OmniGraphCompoundNodeAPI" in prim.GetAppliedSchemas() or prim.HasAttribute("omni:graph:compoundType")
+    if type_id != COMPOUND and not applied:
+        return None
+    kind = prim.GetAttribute("omni:graph:compoundType")
+    if kind and kind.Get() == "nodetype":
+        return None
+    relationship = prim.GetRelationship("omni:graph:compoundGraph")
+    for target in relationship.GetTargets() if relationship else ():
+        inner = prim.GetStage().GetPrimAtPath(target)
+        if inner and is_graph(inner) and inner.GetPath().HasPrefix(prim.GetPath()):
+            return inner
+    return next((child for child in prim.GetChildren() if is_graph(child)), None)
+
+
+def _settings(prim: Any, graph: RawGraph, tell: Tell) -> None:
+    values: dict[str, Any] = {}
+    for holder in (prim, *(child for child in prim.GetChildren() if child.GetTypeName() == "ComputeGraphSettings")):
+        for attribute in read_properties(holder):
+            if attribute.name.startswith(_VARIABLE):
+                graph.variables.append(attribute)
+            elif attribute.value is not None:
+                values[attribute.name] = attribute.value
+    evaluator = str(values.get("evaluator:type") or "push")
+    if evaluator in _GONE_EVALUATORS:
+        graph.evaluator = _GONE_EVALUATORS[evaluator]
+        tell(
+            "evaluator-gone", graph.path, f'the evaluator "{evaluator}" is gone; {graph.path} runs as {graph.evaluator}'
+        )
+    elif evaluator in _EVALUATORS:
+        graph.evaluator = _EVALUATORS[evaluator]
+    else:
+        tell("evaluator-unknown", graph.path, f'{graph.path} has the unknown evaluator "{evaluator}"; it runs as push')
+    stage = str(values.get("pipelineStage") or "pipelineStageSimulation")
+    if stage not in _STAGES:
+        tell(
+            "stage-unknown",
+            graph.path,
+            f'{graph.path} has the unknown pipeline stage "{stage}"; it runs with the simulation',
+        )
+    graph.pipeline_stage = _STAGES.get(stage, "simulation")
+    custom = plain(prim.GetCustomDataByKey(KEY)) if prim.HasCustomData() else None
+    graph.custom = custom if isinstance(custom, dict) else {}
+    if prim.GetTypeName() == "ComputeGraph":
+        tell(
+            "usd-old-layout",
+            graph.path,
+            f"{graph.path} has the old ComputeGraph layout; it is read as an OmniGraph prim",
+        )
+
+
+def variable_name(attribute: RawAttribute) -> str:
+    """The name of a variable from its attribute's."""
+    return attribute.name.removeprefix(_VARIABLE)

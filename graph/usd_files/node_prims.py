@@ -1,0 +1,135 @@
+"""One node prim as it is written: its attributes with values, types, sources and targets; nothing is judged here."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from .values import from_usd, ogn_name, plain
+
+PREFIXES = ("inputs:", "outputs:", "state:")
+GRAPH_TYPES = ("OmniGraph", "ComputeGraph")
+NODE_TYPES = ("OmniGraphNode", "ComputeNode")
+KEY = "tickgraph"
+"""Key of our own data in customData and customLayerData."""
+
+
+@dataclass(slots=True)
+class RawAttribute:
+    """A property of a node. `sources` are the property paths that it is connected from, composed and absolute."""
+
+    name: str
+    sdf_type: str
+    """The Sdf type name; "rel" for a relationship."""
+    value: Any = None
+    """Plain data; None where none is authored. The list of targets for a relationship."""
+    sources: tuple[str, ...] = ()
+    custom: Mapping[str, Any] = field(default_factory=dict)
+    """Its customData as plain data."""
+
+    @property
+    def is_execution(self) -> bool:
+        """Whether the file itself marks it as execution; inputs of old files are not marked."""
+        return bool(self.custom.get("isExecution"))
+
+    @property
+    def extended(self) -> Mapping[str, Any]:
+        """What the file says of an extended attribute: attrType, resolvedType, attrValue."""
+        nested = self.custom.get("omni")
+        inner = nested.get("graph") if isinstance(nested, dict) else None
+        found = dict(inner) if isinstance(inner, dict) else {}
+        for key in ("attrType", "resolvedType", "attrValue"):
+            if f"omni:graph:{key}" in self.custom:
+                found[key] = self.custom[f"omni:graph:{key}"]
+        return found
+
+
+@dataclass(slots=True)
+class RawNode:
+    """A node prim. `name` is its path from the graph's."""
+
+    path: str
+    name: str
+    type: str
+    version: int | None
+    attributes: list[RawAttribute]
+    custom: Mapping[str, Any] = field(default_factory=dict)
+
+
+def read_node(prim: Any, name: str) -> RawNode:
+    """The node of a prim."""
+    type_id, version = "", None
+    attributes = []
+    for attribute in read_properties(prim):
+        if attribute.name == "node:type":
+            type_id = str(attribute.value or "")
+        elif attribute.name == "node:typeVersion":
+            version = attribute.value if isinstance(attribute.value, int) else None
+        elif attribute.name.startswith(PREFIXES):
+            attributes.append(attribute)
+    custom = plain(prim.GetCustomDataByKey(KEY)) if prim.HasCustomData() else {}
+    return RawNode(str(prim.GetPath()), name, type_id, version, attributes, custom if isinstance(custom, dict) else {})
+
+
+def read_properties(prim: Any) -> Iterator[RawAttribute]:
+    """The authored properties of a prim: as the file has them if one layer alone wrote them, else as composed."""
+    stack = prim.GetPrimStack()
+    if len(stack) == 1 and stack[0].path == prim.GetPath():
+        for spec in stack[0].properties:
+            yield _of_spec(spec, prim)
+        return
+    for prop in prim.GetAuthoredProperties():
+        yield _composed(prop)
+
+
+def _of_spec(spec: Any, prim: Any) -> RawAttribute:
+    name = spec.name
+    custom = plain(dict(spec.customData)) if spec.HasInfo("customData") else {}
+    if not hasattr(spec, "typeName"):
+        listed = spec.GetInfo("targetPaths").GetAppliedItems() if spec.HasInfo("targetPaths") else ()
+        return RawAttribute(name, "rel", [str(path) for path in listed], (), custom)
+    sdf = str(spec.typeName)
+    value = spec.default
+    if value is None and spec.HasInfo("timeSamples"):
+        value = _earliest(prim.GetAttribute(name))
+    sources: tuple[str, ...] = ()
+    if spec.HasInfo("connectionPaths"):
+        sources = tuple(map(str, spec.GetInfo("connectionPaths").GetAppliedItems()))
+    return RawAttribute(name, sdf, _plain(value, sdf), sources, custom)
+
+
+def _composed(prop: Any) -> RawAttribute:
+    from graph.sim.usd import Usd
+
+    name = prop.GetName()
+    custom = plain(prop.GetCustomData())
+    if isinstance(prop, Usd.Relationship):
+        return RawAttribute(name, "rel", [str(path) for path in prop.GetTargets()], (), custom)
+    sdf = str(prop.GetTypeName())
+    sources = tuple(map(str, prop.GetConnections())) if prop.HasAuthoredConnections() else ()
+    return RawAttribute(name, sdf, _plain(_earliest(prop), sdf), sources, custom)
+
+
+def _earliest(attribute: Any) -> Any:
+    from graph.sim.usd import EARLIEST
+
+    return attribute.Get(EARLIEST)
+
+
+def _plain(value: Any, sdf: str) -> Any:
+    return None if value is None or type(value).__name__ == "ValueBlock" else from_usd(value, sdf)
+
+
+def has_node_properties(prim: Any) -> bool:
+    """Whether a prim carries attributes of a node, whatever its type."""
+    return any(name.startswith((*PREFIXES, "node:type")) for name in prim.GetAuthoredPropertyNames())
+
+
+def ogn_type(attribute: RawAttribute) -> str | None:
+    """The OGN type of an attribute as the file declares it; None for tokens that may stand for any type."""
+    if attribute.is_execution:
+        return "execution"
+    if attribute.sdf_type == "rel":
+        return "target"
+    return ogn_name(attribute.sdf_type)

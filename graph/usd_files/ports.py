@@ -1,0 +1,61 @@
+"""Ports of compounds: a connection to one is a connection to whatever is behind it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from .node_prims import RawAttribute, RawNode
+
+
+class Ports:
+    """The promoted attributes of every compound, by path."""
+
+    def __init__(self, compounds: Iterable[RawNode]) -> None:
+        self._ports = {f"{node.path}.{one.name}": one for node in compounds for one in node.attributes}
+        self._origins: dict[str, tuple[str, ...]] = {}
+
+    def __contains__(self, path: str) -> bool:
+        return path in self._ports
+
+    def behind(self, path: str) -> tuple[str, ...]:
+        """The attributes of real nodes that feed `path`: itself where it is no port, none where nothing feeds it."""
+        if path not in self._ports:
+            return (path,)
+        if path not in self._origins:
+            self._origins[path] = ()  # ports that feed each other in a ring are fed by nothing
+            found = (origin for source in sources_of(self._ports[path]) for origin in self.behind(source))
+            self._origins[path] = tuple(dict.fromkeys(found))
+        return self._origins[path]
+
+    def value(self, path: str) -> RawAttribute | None:
+        """The port that holds the value which `path` passes on; None where there is none."""
+        seen: set[str] = set()
+        while path in self._ports and path not in seen:
+            seen.add(path)
+            port = self._ports[path]
+            inner = sources_of(port)
+            if not inner:
+                return None if port.value is None else port
+            path = inner[0]
+        return None
+
+
+def sources_of(attribute: RawAttribute) -> tuple[str, ...]:
+    """What an attribute is connected from; the targets of a relationship that are attributes of nodes are, too."""
+    if attribute.sdf_type != "rel":
+        return attribute.sources
+    return tuple(source for target in attribute.value or () if (source := as_source(target)))
+
+
+def targets_of(attribute: RawAttribute) -> list[Any]:
+    """The targets of a relationship that are prims."""
+    return [target for target in attribute.value or () if not as_source(target)]
+
+
+def as_source(target: str) -> str | None:
+    """The output that a relationship's target stands for: `/G/n.outputs:x`, or the bundle prim `/G/n/outputs_x`."""
+    if "." in target:
+        return target
+    node, _, name = target.rpartition("/")
+    return f"{node}.outputs:{name.removeprefix('outputs_')}" if name.startswith("outputs_") and node else None

@@ -1,0 +1,111 @@
+"""From a USD file to a `FileSpec`: the stage is the scene, its OmniGraph prims are the graphs."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from graph.errors import Mark, Problem, UserError
+from graph.files.loading import Examined, examine_text
+from graph.files.source import DEPTH_LIMIT
+from graph.spec import FileSpec, Note, SceneSpec
+
+from .graph_prims import read_graphs
+from .node_prims import KEY
+from .places import PlacedMark, Text
+from .specs import graph_specs
+from .tidying import tidied
+from .values import plain
+
+TEXT_LIMIT = 64 * 2**20
+"""Bytes of the largest USD text file that is read; binary ones are not limited."""
+
+
+def examine(path: Path, name: str, allow: Iterable[Path] = ()) -> Examined:
+    """What a USD file says as a graph file, and everything that is wrong with it; see `graph.files.examine`."""
+    notes: list[Note] = []
+    try:
+        check_text(path, name)
+        stage = _open(path, name, tuple(allow), notes)
+    except UserError as error:
+        return Examined(None, error.problems)
+    text = Text(str(path), name)
+
+    def mark_of(place: str) -> Mark:
+        return PlacedMark(text, place)
+
+    def tell(code: str, place: str, message: str) -> None:
+        notes.append((code, str(mark_of(place)), message))
+
+    base, problems = _other_keys(stage, path, name, text)
+    graphs = graph_specs(read_graphs(stage, tell), mark_of, tell)
+    spec = replace(base, path=path, folder=path.parent, graphs=graphs, notes=tuple(notes), lenient=True)
+    return Examined(spec, problems)
+
+
+def finished(spec: FileSpec) -> FileSpec:
+    """The specification without what no node type knows; old ids must have been migrated before."""
+    return tidied(spec)
+
+
+def check_text(path: Path, name: str) -> None:
+    """Refuses, by its bytes alone, a text file that is too large, nested too deeply or no USD."""
+    from graph.sim.layers import nesting
+
+    size = path.stat().st_size
+    with path.open("rb") as stream:
+        start = stream.read(8)
+        if start.startswith((b"PXR-USDC", b"PK\x03\x04")):
+            return
+        if size > TEXT_LIMIT:
+            raise UserError(f"{name} is larger than {TEXT_LIMIT >> 20} MB, the most that is read of USD text.")
+        data = start + stream.read()
+    if not data.strip():
+        raise UserError(Problem('the file is empty; a USD text file starts with "#usda 1.0".', Mark(name, 1, 1)))
+    if not data.startswith(b"#"):
+        raise UserError(Problem('this is no USD text; it must start with "#usda 1.0".', Mark(name, 1, 1)))
+    if nesting(data) > DEPTH_LIMIT:
+        raise UserError(f"{name} is nested deeper than {DEPTH_LIMIT} levels; a graph file need not be.")
+
+
+def _open(path: Path, name: str, allow: Sequence[Path], notes: list[Note]) -> Any:
+    from graph.sim.stage import open_stage
+
+    def warn(code: str, where: str, message: str) -> None:
+        notes.append((code, where, message))
+
+    return open_stage(path, [path.parent, *allow], warn)
+
+
+def _other_keys(stage: Any, path: Path, name: str, text: Text) -> tuple[FileSpec, tuple[Problem, ...]]:
+    """What our own writer kept of a file beside its graphs, validated as if it stood in a graph file."""
+    from graph.sim.usd import Sdf
+
+    layer = Sdf.Layer.Find(str(path))
+    scene = SceneSpec(usd=path, mark=PlacedMark(text, "/"))
+    document = other_keys(layer)
+    document.get("scene", {}).pop("usd", None)  # a sublayer of this file
+    if not document:
+        return FileSpec(scene=scene), ()
+    examined = examine_text(json.dumps({"tickgraph": 1, **document}), f"{name}.json", path.parent)
+    problems = tuple(Problem(f"customLayerData.{KEY}: {one.message}", Mark(name, 1, 1)) for one in examined.problems)
+    spec = examined.spec or FileSpec()
+    return replace(spec, scene=replace(scene, prims=spec.scene.prims), marks={}), problems
+
+
+def other_keys(layer: Any) -> dict[str, Any]:
+    """The keys of a graph file, other than its graphs, that a layer keeps in `customLayerData.tickgraph`."""
+    kept = plain(dict(layer.customLayerData)).get(KEY)
+    document: dict[str, Any] = {}
+    for key, value in kept.items() if isinstance(kept, dict) else ():
+        if key.endswith(":json") and isinstance(value, str):
+            try:
+                document[key.removesuffix(":json")] = json.loads(value)
+            except ValueError:
+                document[key.removesuffix(":json")] = value
+        elif key not in ("tickgraph", "graphs"):
+            document[key] = value
+    return document

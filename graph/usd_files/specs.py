@@ -1,0 +1,132 @@
+"""Raw graphs to `GraphSpec`s: compounds flattened, connections by name, what leads nowhere left out with a line."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
+
+from graph.errors import Mark
+from graph.migration import upgraded
+from graph.spec import ConnectionSpec, GraphSpec, NodeSpec, VariableSpec
+
+from .graph_prims import RawGraph, Tell, variable_name
+from .json_values import restored
+from .node_prims import RawAttribute, RawNode, ogn_type
+from .ports import Ports, sources_of, targets_of
+
+MarkOf = Callable[[str], Mark]
+"""The mark of a path on the stage."""
+
+
+def graph_specs(graphs: Sequence[RawGraph], mark_of: MarkOf, tell: Tell) -> tuple[GraphSpec, ...]:
+    """The specifications of all graphs; attributes of nodes have the types that the file declares."""
+    ports = Ports(compound for graph in graphs for compound in graph.compounds)
+    homes = {node.path: (graph.path, node.name) for graph in graphs for node in graph.nodes}
+    homes |= {compound.path: (graph.path, compound.name) for graph in graphs for compound in graph.compounds}
+    return tuple(_graph(graph, ports, homes, mark_of, tell) for graph in graphs)
+
+
+def _graph(
+    graph: RawGraph, ports: Ports, homes: Mapping[str, tuple[str, str]], mark_of: MarkOf, tell: Tell
+) -> GraphSpec:
+    connections = [
+        connection
+        for node in graph.nodes
+        for attribute in node.attributes
+        for connection in _connections(graph.path, node, attribute, ports, homes, mark_of, tell)
+    ]
+    return GraphSpec(
+        graph.path,
+        tuple(_node(node, ports, mark_of) for node in graph.nodes),
+        tuple(_in_written_order(connections, graph.custom.get("connections"))),
+        graph.evaluator,
+        graph.pipeline_stage,
+        {
+            variable_name(one): VariableSpec(
+                ogn_type(one) or one.sdf_type,
+                restored(one.value, one.custom),
+                mark_of(f"{graph.path}.{one.name}"),
+            )
+            for one in graph.variables
+        },
+        mark_of(graph.path),
+    )
+
+
+def _node(node: RawNode, ports: Ports, mark_of: MarkOf) -> NodeSpec:
+    inputs: dict[str, Any] = {}
+    marks: dict[str, Mark] = {}
+    types: dict[str, str] = {}
+    for attribute in node.attributes:
+        declared = ogn_type(attribute)
+        if declared is not None:
+            types[attribute.name] = declared
+        if attribute.name.startswith("outputs:"):
+            continue
+        value, written = _value(attribute), f"{node.path}.{attribute.name}"
+        for source in sources_of(attribute):
+            port = None if ports.behind(source) else ports.value(source)
+            if port is not None:  # nothing feeds the compound's port, so its own value reaches the node
+                value, written = _value(port), written + ".connect"
+                break
+        if value is not None:
+            key = attribute.name.removeprefix("inputs:")
+            inputs[key] = value
+            marks[key] = mark_of(written)
+    inputs.update(restored(None, node.custom, "inputs") or {})
+    return NodeSpec(node.name, node.type, upgraded(node.type, node.version, inputs), mark_of(node.path), marks, types)
+
+
+def _value(attribute: RawAttribute) -> Any:
+    """What the file gives the attribute; None for nothing."""
+    if attribute.is_execution:
+        return None
+    value: Any
+    if attribute.sdf_type == "rel":
+        value = targets_of(attribute) or None
+    else:
+        value = attribute.value
+        extended = attribute.extended
+        if extended.get("attrValue") is not None and attribute.sdf_type == "token":
+            value = extended["attrValue"]
+            if isinstance(extended.get("resolvedType"), str):
+                value = {"type": extended["resolvedType"], "value": value}
+    return restored(value, attribute.custom)
+
+
+def _connections(
+    graph: str,
+    node: RawNode,
+    attribute: RawAttribute,
+    ports: Ports,
+    homes: Mapping[str, tuple[str, str]],
+    mark_of: MarkOf,
+    tell: Tell,
+) -> Iterator[ConnectionSpec]:
+    place = f"{node.path}.{attribute.name}.connect"
+    for written in sources_of(attribute):
+        for source in ports.behind(written):
+            owner, _, name = source.rpartition(".")
+            home = homes.get(owner)
+            if home is None or not name.startswith(("outputs:", "inputs:", "state:")):
+                reason = "that is no node of a graph" if home is None else "that is no attribute of a node"
+                tell("usd-lost-connection", place, f"{node.path}.{attribute.name} is fed by {source}, but {reason}")
+                continue
+            if attribute.name.startswith("outputs:"):
+                tell("usd-lost-connection", place, f"{node.path}.{attribute.name} is an output that {source} feeds")
+                continue
+            start = f"{home[1]}.{_short(name, 'outputs:')}" if home[0] == graph else f"{owner}.{name}"
+            yield ConnectionSpec(start, f"{node.name}.{_short(attribute.name, 'inputs:')}", mark_of(place))
+
+
+def _short(name: str, prefix: str) -> str:
+    short = name.removeprefix(prefix)
+    return name if short.startswith(("inputs:", "outputs:", "state:")) else short
+
+
+def _in_written_order(connections: list[ConnectionSpec], order: Any) -> list[ConnectionSpec]:
+    """Connections in the order that our own writer noted; those it did not know of stay last, in prim order."""
+    if not isinstance(order, list):
+        return connections
+    rank = {text: position for position, text in enumerate(order)}
+    return sorted(connections, key=lambda one: rank.get(f"{one.source} -> {one.target}", len(rank)))

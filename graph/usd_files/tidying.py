@@ -1,0 +1,140 @@
+"""What saved graphs carry along and node types do not know: left out, each kind with one line for the whole file.
+
+The original drops such things when it loads a file, with an entry in its log; so does this.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
+from typing import Any
+
+from graph.declaration import Attribute, NodeType
+from graph.migration import Notes
+from graph.registry import DEFAULT, Registry
+from graph.spec import ConnectionSpec, FileSpec, GraphSpec, NodeSpec
+from graph.types import Extended, parse_type
+
+_REPLICATOR = ("omni.replicator.", "omni.syntheticdata.", "omni.syntheticdata.Sd")
+
+
+def tidied(spec: FileSpec, registry: Registry = DEFAULT) -> FileSpec:
+    """The file without what cannot mean anything, and with a note for each kind of thing that was left out."""
+    notes = Notes()
+    graphs = tuple(_graph(graph, registry, notes) for graph in _without_replicator(spec.graphs, notes))
+    return replace(spec, graphs=graphs, notes=(*spec.notes, *notes.all()))
+
+
+def _without_replicator(graphs: Iterable[GraphSpec], notes: Notes) -> Iterator[GraphSpec]:
+    """Replicator builds its pipelines afresh in every session; one in a file was saved by accident."""
+    for graph in graphs:
+        at = graph.mark, graph.path
+        pipeline = graph.path.endswith("/SDGPipeline") or (
+            graph.nodes and all(node.type.startswith(_REPLICATOR) for node in graph.nodes)
+        )
+        if pipeline:
+            message = f"{graph.path} is a Replicator pipeline ({len(graph.nodes)} nodes) saved by accident; left out"
+            notes.add("usd-replicator", message, *at)
+            continue
+        if not graph.nodes:
+            notes.add("usd-empty-graph", f"{graph.path} has no nodes", *at)
+        yield graph
+
+
+def _graph(graph: GraphSpec, registry: Registry, notes: Notes) -> GraphSpec:
+    types = {name: registry.get(name) for name in {node.type for node in graph.nodes} if name in registry}
+    nodes = tuple(_node(node, graph, types.get(node.type), notes) for node in graph.nodes)
+    by_name = {node.name: node for node in nodes}
+    connections = tuple(_connections(graph, by_name, types, notes))
+    if graph.evaluator != "execution":
+        events = [node.name for node in nodes if (known := types.get(node.type)) and known.event is not None]
+        if events:
+            message = (
+                f"{graph.path} is a {graph.evaluator} graph with event nodes ({', '.join(events[:3])}): every node "
+                "computes in every update, execution connections order nothing"
+            )
+            notes.add("event-in-push-graph", message, graph.mark, graph.path)
+    return replace(graph, nodes=nodes, connections=connections)
+
+
+def _node(node: NodeSpec, graph: GraphSpec, known: NodeType | None, notes: Notes) -> NodeSpec:
+    if known is None:
+        used = {full: type_ for full, type_ in node.attributes.items() if full.removeprefix("inputs:") in node.inputs}
+        return replace(node, attributes=used)
+    inputs: dict[str, Any] = {}
+    for key, value in node.inputs.items():
+        prefix, name = split(key)
+        declared = known.find(prefix, name)
+        if declared is None:
+            at = node.input_marks.get(key, node.mark), f"{graph.path}/{node.name}"
+            message = f"{known.short_name} has no {prefix}:{name} (any more); its value is left out"
+            notes.add("attribute-unknown", message, *at)
+        elif not declared.is_execution and declared.type != "bundle":
+            inputs[key] = _typed(value, declared, node.attributes.get(f"{prefix}:{name}"))
+    return replace(node, inputs=inputs, attributes=dict(_added(node, known)))
+
+
+def _typed(value: Any, declared: Attribute, written: str | None) -> Any:
+    """The value; with the type that the file gives it where the node type leaves it open."""
+    if not isinstance(declared.parsed, Extended) or isinstance(value, dict) or written in (None, "token", "target"):
+        return value
+    return {"type": written, "value": value}
+
+
+def _added(node: NodeSpec, known: NodeType) -> Iterator[tuple[str, str]]:
+    """The attributes that the node has beside those of its type, where the type leaves their own type open."""
+    for full, written in node.attributes.items():
+        prefix, name = split(full)
+        if name in getattr(known, prefix):
+            continue
+        declared = known.find(prefix, name)
+        if declared is not None and isinstance(declared.parsed, Extended) and written != "token":
+            parsed = parse_type(written)
+            if parsed is not None and (written == "execution" or not isinstance(parsed, Extended)):
+                yield full, written
+
+
+def _connections(
+    graph: GraphSpec, nodes: Mapping[str, NodeSpec], types: Mapping[str, NodeType], notes: Notes
+) -> Iterator[ConnectionSpec]:
+    first: dict[tuple[str, str], str] = {}
+    for connection in graph.connections:
+        at = connection.mark, graph.path
+        name, _, attribute = connection.target.rpartition(".")
+        node = nodes[name]
+        prefix, bare = split(attribute)
+        known = types.get(node.type)
+        declared = known.find(prefix, bare) if known else None
+        if known and declared is None:
+            message = f"{known.short_name} has no {prefix}:{bare} (any more); the connection to it is left out"
+            notes.add("attribute-unknown", message, *at)
+            continue
+        if not _source_exists(connection, nodes, types):
+            notes.add("attribute-unknown", f"{connection.source} does not exist; the connection is left out", *at)
+            continue
+        written = node.attributes.get(f"{prefix}:{bare}")
+        execution = declared.is_execution if declared else written == "execution"
+        execution = execution or written == "execution"
+        other = first.setdefault((name, f"{prefix}:{bare}"), connection.source)
+        if other != connection.source and not execution and known:
+            message = f"{graph.path}/{connection.target} has two sources; {other} counts, {connection.source} does not"
+            notes.add("two-sources", message, *at)
+            continue
+        yield connection
+
+
+def _source_exists(connection: ConnectionSpec, nodes: Mapping[str, NodeSpec], types: Mapping[str, NodeType]) -> bool:
+    """Whether the source of a connection within one graph is an attribute that its node has, or may have."""
+    name, _, attribute = connection.source.rpartition(".")
+    node = nodes.get(name)
+    known = types.get(node.type) if node else None
+    if known is None:
+        return True
+    prefix, bare = split(attribute, "outputs")
+    return known.find(prefix, bare) is not None
+
+
+def split(attribute: str, default: str = "inputs") -> tuple[str, str]:
+    """Prefix and name of an attribute that may be written without its prefix."""
+    prefix, colon, name = attribute.partition(":")
+    return (prefix, name) if colon and prefix in ("inputs", "outputs", "state") else (default, attribute)
