@@ -197,6 +197,7 @@ class App:
 
     def _update(self) -> None:
         rendering, bus = self.rendering, self.bus
+        bus.begin_update()
         dt = self.run_loop.begin()
 
         for callback in self._timeline_state.before:

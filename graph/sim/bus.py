@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from graph.errors import RunError
+
+from .services import Services
+from .subscriptions import Subscription
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,34 +49,45 @@ class Topic:
 
 
 class MessageBus:
-    """Topics by name (with a leading slash) and the sinks, called in the order in which they subscribed."""
+    """Topics by name (with a leading slash), the sinks that take every topic, the subscriptions that take one.
+
+    Sinks are called in the order in which they subscribed. A subscription made during an update also gets what came
+    on its topic earlier in that update, so the order in which nodes compute loses no message.
+    """
 
     def __init__(self) -> None:
         self.topics: dict[str, Topic] = {}
         self.io_seconds = 0.0
         """Real time spent in sinks [s]."""
+        self.services = Services()
         self._sinks: list[Sink] = []
+        self._subscriptions: dict[str, list[Subscription]] = {}
+        self._recent: list[Message] = []
+        self._unheard: list[tuple[str, str, int, Callable[[], Any]]] = []
 
     def advertise(self, topic: str, type_name: str, owner: str = "") -> Topic:
         """Declares that `owner` publishes `type_name` on `topic`. Raises RunError if the topic has another type."""
         name = topic_name(topic)
         known = self.topics.get(name)
         if known is None:
+            for subscription in self._subscriptions.get(name, ()):
+                _same_type(name, type_name, owner, subscription.type_name, subscription.owner, "expects")
             known = self.topics[name] = Topic(name, type_name)
             for sink in self._sinks:
                 sink.advertise(name, type_name)
-        elif known.type_name != type_name:
-            raise RunError(
-                f"topic {name}: {owner or 'a publisher'} sends {type_name}, but "
-                f"{' and '.join(known.owners) or 'another'} sends {known.type_name}; rename one of the two topics"
-            )
+        else:
+            _same_type(name, type_name, owner, known.type_name, " and ".join(known.owners), "sends")
         if owner and owner not in known.owners:
             known.owners.append(owner)
         return known
 
     def has_subscribers(self, topic: str = "") -> bool:
         """Whether anybody would receive a message on `topic` (every sink receives every topic)."""
-        return bool(self._sinks)
+        return bool(self._sinks) or topic in self._subscriptions
+
+    def is_listened_to(self, topic: str) -> bool:
+        """Whether a subscription takes this topic (sinks do not count)."""
+        return topic_name(topic) in self._subscriptions
 
     def publish(self, topic: str, type_name: str, message: Any, stamp_ns: int) -> None:
         """Hands `message` to every sink, stamped with simulation time [ns]."""
@@ -82,15 +96,61 @@ class MessageBus:
             known = self.advertise(topic, type_name)
         known.messages += 1
         known.sequence += 1
+        record = Message(known.name, type_name, message, stamp_ns, known.sequence)
+        self._recent.append(record)
+        for subscription in self._subscriptions.get(known.name, ()):
+            subscription.put(record)
         if self._sinks:
-            record = Message(known.name, type_name, message, stamp_ns, known.sequence)
             started = time.perf_counter()
             for sink in tuple(self._sinks):
                 sink.write(record)
             self.io_seconds += time.perf_counter() - started
 
+    def offer(self, topic: str, type_name: str, stamp_ns: int, load: Callable[[], Any]) -> None:
+        """Publishes `load()` if a subscription takes the topic, now or by the end of this update; else drops it."""
+        name = topic_name(topic)
+        if name in self._subscriptions:
+            self.publish(name, type_name, load(), stamp_ns)
+        else:
+            self._unheard.append((name, type_name, stamp_ns, load))
+
+    def listen(self, topic: str, type_name: str, *, depth: int = 10, owner: str = "") -> Subscription:
+        """A queue of the messages on `topic`, those of the running update included.
+
+        depth: how many it holds before the oldest is dropped; 0 means no limit. Raises RunError if the topic has
+        another type.
+        """
+        name = topic_name(topic)
+        if name in self.topics:
+            known = self.topics[name]
+            _same_type(name, known.type_name, " and ".join(known.owners), type_name, owner, "expects")
+        subscription = Subscription(name, type_name, depth, owner)
+        for message in self._recent:
+            if message.topic == name:
+                subscription.put(message)
+        self._subscriptions.setdefault(name, []).append(subscription)
+        waiting = [offer for offer in self._unheard if offer[0] == name]
+        self._unheard = [offer for offer in self._unheard if offer[0] != name]
+        for _, offered_type, stamp_ns, load in waiting:
+            self.publish(name, offered_type, load(), stamp_ns)
+        return subscription
+
+    def unlisten(self, subscription: Subscription) -> None:
+        """Ends a subscription; doing so twice is harmless."""
+        listed = self._subscriptions.get(subscription.topic, [])
+        if subscription in listed:
+            listed.remove(subscription)
+        if not listed:
+            self._subscriptions.pop(subscription.topic, None)
+
+    def begin_update(self) -> None:
+        """A new update: what came in the one before is no longer for new subscriptions."""
+        self._recent.clear()
+        self._unheard.clear()
+
     def restart(self) -> None:
         """Sequence numbers begin at 1 again (stop), so that every play publishes the same messages."""
+        self.begin_update()
         for topic in self.topics.values():
             topic.sequence = 0
 
@@ -175,6 +235,14 @@ class CountingSink:
     def topics(self) -> Iterable[tuple[str, TopicCount]]:
         """Every topic with its count, in order of first appearance, those that stayed silent included."""
         return self._counts.items()
+
+
+def _same_type(topic: str, sent: str, sender: str, other: str, who: str, does: str) -> None:
+    if sent != other:
+        raise RunError(
+            f"topic {topic}: {sender or 'a publisher'} sends {sent}, but "
+            f"{who or ('another' if does == 'sends' else 'a subscriber')} {does} {other}; rename one of the two topics"
+        )
 
 
 def topic_name(topic: str) -> str:

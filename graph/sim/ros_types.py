@@ -1,18 +1,83 @@
-"""ROS 2 message classes, their CDR bytes and their definitions, from rosbags' type store (Humble)."""
+"""ROS 2 message classes, their CDR bytes and their definitions, from rosbags' type store (Humble).
+
+What the store lacks comes from `ros_definitions`: a few shipped interfaces, then the installed ROS 2 packages, then
+what a recording brings along (`register`).
+"""
 
 from __future__ import annotations
 
 from functools import cache
 from typing import Any
 
-from rosbags.typesys import Stores, get_typestore  # noqa: TID253
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore  # noqa: TID253
+
+from .ros_definitions import installed, shipped
 
 _STORE = get_typestore(Stores.ROS2_HUMBLE)
 
 
 def message_type(name: str) -> type[Any]:
     """The dataclass of a message type such as "sensor_msgs/msg/PointCloud2". Raises KeyError if there is none."""
+    if not known(name):
+        raise KeyError(name)
     return _STORE.types[name]
+
+
+def known(name: str) -> bool:
+    """Whether there is such a message type, all the types that it is made of included."""
+    if name not in _STORE.types:
+        parts = installed(name) if name.count("/") == 2 else []
+        if not parts:
+            return False
+        for part, text in parts:
+            register(part, text)
+    return True
+
+
+def type_names() -> list[str]:
+    """All message types known so far, sorted."""
+    return sorted(_STORE.types)
+
+
+def register(name: str, text: str) -> None:
+    """Adds the message type `name` by its definition; further types may follow in it after a line of ===.
+
+    Types that are there already stay. Raises ValueError for a text that is no definition or needs an unknown type.
+    """
+    if name in _STORE.types:
+        return
+    package, kind, stem = name.split("/")
+    # The parser puts every type below msg; services keep their srv.
+    alias = f"{package}/msg/{stem}"
+    try:
+        parsed = get_types_from_msg(text, alias)
+    except Exception as error:
+        raise ValueError(f"{name}: no message definition: {error}") from None
+    found = {name if part == alias and kind != "msg" else part: fields for part, fields in parsed.items()}
+    fresh = {part: fields for part, fields in found.items() if part not in _STORE.types}
+    for part, (_, fields) in fresh.items():
+        for field, content in fields:
+            for inner in _named_types(content):
+                if inner not in fresh and not known(inner):
+                    raise ValueError(f"{part}: field {field} is of the unknown type {inner}")
+    _STORE.register(fresh)
+
+
+def fields(name: str) -> list[tuple[str, Any]]:
+    """(field, description) of a type as rosbags describes it: (kind, content), kind 1 base, 2 named, 3 and 4 lists.
+
+    Raises KeyError if there is no such type.
+    """
+    if not known(name):
+        raise KeyError(name)
+    return list(_STORE.fielddefs[name][1])
+
+
+def _named_types(content: Any) -> list[str]:
+    kind, inner = content
+    if kind == 2:
+        return [inner]
+    return _named_types(inner[0]) if kind in (3, 4) else []
 
 
 def serialize(message: Any, type_name: str) -> bytes:
@@ -29,3 +94,7 @@ def deserialize(data: bytes, type_name: str) -> Any:
 def definition(type_name: str) -> str:
     """The type's definition with those it depends on, as the "ros2msg" schema encoding wants it."""
     return _STORE.generate_msgdef(type_name, ros_version=2)[0]
+
+
+for _name, _text in shipped():
+    register(_name, _text)
