@@ -1,0 +1,96 @@
+"""`--play FILE`: recordings and written messages that a run receives."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from graph.errors import Problem, UserError
+
+if TYPE_CHECKING:
+    from graph.sim import App
+    from graph.sim.sources import MemorySource, Player, Source
+
+UNHEARD = "play-unheard"
+SKIPPED = "play-topic-skipped"
+
+
+def add_play_argument(parser: argparse.ArgumentParser) -> None:
+    """Declares `--play`."""
+    parser.add_argument(
+        "--play",
+        action="append",
+        default=[],
+        type=Path,
+        metavar="FILE",
+        help="send the messages of FILE (.mcap, .yaml, .json, .jsonl) to the graph's subscribers; may be repeated",
+    )
+
+
+def open_sources(paths: Iterable[str | Path]) -> list[Source]:
+    """The sources that files hold, by their names' endings. Raises UserError with the problems of all files."""
+    sources: list[Source] = []
+    problems: list[Problem] = []
+    for path in paths:
+        try:
+            sources.append(_open(Path(path)))
+        except UserError as error:
+            problems += error.problems
+    if problems:
+        for source in sources:
+            source.close()
+        raise UserError(problems)
+    return sources
+
+
+def play_into(app: App, sources: Sequence[Source]) -> Player:
+    """Plays the sources into the App from its next play on; topics that cannot be read become warnings."""
+    from graph.sim.sources import Player
+
+    for source in sources:
+        for topic, why in getattr(source, "skipped", {}).items():
+            app.warn(SKIPPED, f"{source.name} {topic}", f"the topic is left out: {why}")
+    return Player(app, sources)
+
+
+def warn_unheard(app: App, player: Player) -> None:
+    """Warns of files that nobody listened to; to be called after the last update, while the App still plays."""
+    for name, why in player.unheard():
+        app.warn(UNHEARD, name, why)
+
+
+def _open(path: Path) -> Source:
+    from graph.files.played import is_played_text
+
+    if is_played_text(path):
+        return _text_source(path)
+    if path.suffix.lower() == ".mcap":
+        from graph.sim.mcap_source import McapSource
+
+        return McapSource(path)
+    raise UserError(f"{path}: messages are played from .mcap, .yaml, .json and .jsonl files; name one of these")
+
+
+def _text_source(path: Path) -> MemorySource:
+    from graph.files.played import load_played
+    from graph.sim.ros_fields import from_plain
+    from graph.sim.ros_types import known, type_names
+    from graph.sim.sources import MemorySource
+    from graph.suggest import did_you_mean
+
+    problems: list[Problem] = []
+    messages: list[tuple[Any, str, str, Any]] = []
+    for entry in load_played(path):
+        try:
+            if not known(entry.type_name):
+                raise ValueError(
+                    f'there is no message type "{entry.type_name}"{did_you_mean(entry.type_name, type_names())}'
+                )
+            messages.append((entry.time, entry.topic, entry.type_name, from_plain(entry.type_name, entry.fields)))
+        except ValueError as error:
+            problems.append(Problem(str(error), entry.mark))
+    if problems:
+        raise UserError(problems)
+    return MemorySource(messages, name=str(path))
