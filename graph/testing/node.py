@@ -231,8 +231,8 @@ def _declare_probes(registry: Registry, probed: _Probed, connect: Mapping[str, s
     @node_type(
         _PROBE,
         dynamic_inputs={
-            "fires_{x}": Attribute("execution", "an output under test"),
-            "reads_{x}": Attribute("any", "read"),
+            "fires_{field}": Attribute("execution", "an output under test"),
+            "reads_{field}": Attribute("any", "read"),
         },
         memory=lambda: probed,
         registry=registry,
