@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable
-from functools import reduce
 from typing import Any
 
 from graph import Attribute, node_type
 
-from .promotion import promoted, quotient
+from .numbers import aligned, folded, settled, two_numbers
+from .promotion import incremented, promoted, quotient
 
 NUMERICS = ("numerics",)
+INTEGRAL = ("integral_scalers",)
 EXTRA = Attribute(NUMERICS, "one more operand")
 
 
@@ -19,21 +19,9 @@ def _operand(which: str) -> Attribute:
     return Attribute(NUMERICS, f"{which} operand")
 
 
-def _fold(db: Any, operation: Callable[[Any, Any], Any]) -> Any:
-    operands = [db.inputs.a, db.inputs.b, *db.dynamic_inputs()]
-    check_lengths(db, operands)
-    return reduce(operation, operands)
-
-
-def check_lengths(db: Any, operands: list[Any]) -> None:
-    """Fails the node where two arrays differ in length (NumPy would stretch an array of length 1)."""
-    lengths = {len(one) for one in operands if getattr(one, "ndim", 0) == _depth(operands)}
-    if len(lengths) > 1:
-        db.fail(f"the arrays have {' and '.join(map(str, sorted(lengths)))} elements; they need one length")
-
-
-def _depth(operands: list[Any]) -> int:
-    return max((getattr(one, "ndim", 0) for one in operands), default=0) or -1
+_add = folded(operator.add, "sum")
+_subtract = folded(operator.sub, "difference")
+_multiply = folded(operator.mul, "product")
 
 
 @node_type(
@@ -43,10 +31,11 @@ def _depth(operands: list[Any]) -> int:
     outputs={"sum": Attribute(NUMERICS, "a + b, and any further operands")},
     dynamic_inputs={"{x}": EXTRA},
     resolve=promoted("sum"),
+    specialize=two_numbers(operator.add, "sum"),
 )
 def add(db: Any) -> None:
     """Add the operands."""
-    db.outputs.sum = _fold(db, operator.add)
+    _add(db)
 
 
 @node_type(
@@ -56,10 +45,11 @@ def add(db: Any) -> None:
     outputs={"difference": Attribute(NUMERICS, "a - b, less any further operands")},
     dynamic_inputs={"{x}": EXTRA},
     resolve=promoted("difference"),
+    specialize=two_numbers(operator.sub, "difference"),
 )
 def subtract(db: Any) -> None:
     """Subtract the further operands from the first."""
-    db.outputs.difference = _fold(db, operator.sub)
+    _subtract(db)
 
 
 @node_type(
@@ -69,10 +59,11 @@ def subtract(db: Any) -> None:
     outputs={"product": Attribute(NUMERICS, "a x b, times any further operands")},
     dynamic_inputs={"{x}": EXTRA},
     resolve=promoted("product"),
+    specialize=two_numbers(operator.mul, "product"),
 )
 def multiply(db: Any) -> None:
     """Multiply the operands element by element (matrices too)."""
-    db.outputs.product = _fold(db, operator.mul)
+    _multiply(db)
 
 
 @node_type(
@@ -81,11 +72,78 @@ def multiply(db: Any) -> None:
     inputs={"a": _operand("first"), "b": _operand("second")},
     outputs={"result": Attribute(NUMERICS, "a / b; double where both are integers")},
     resolve=quotient("result"),
+    specialize=two_numbers(operator.truediv, "result", nonzero="b"),
 )
 def divide(db: Any) -> None:
     """Divide element by element; a zero anywhere in b fails."""
-    a, b = db.inputs.a, db.inputs.b
-    check_lengths(db, [a, b])
+    a, b = aligned(db, "ab", settled(db, "result"))
     if not (b.all() if hasattr(b, "all") else b):
         db.fail("input b holds a 0; it must not")
     db.outputs.result = a / b
+
+
+@node_type(
+    "omni.graph.nodes.Modulo",
+    version=1,
+    inputs={"a": Attribute(INTEGRAL, "the dividend"), "b": Attribute(INTEGRAL, "the divisor; 0 fails")},
+    outputs={"result": Attribute(INTEGRAL, "what remains of a, with the sign of a")},
+    resolve=promoted("result"),
+)
+def modulo(db: Any) -> None:
+    """Give the remainder of whole numbers, as C does: -7 modulo 3 is -1."""
+    a, b = db.inputs.a, db.inputs.b
+    if b == 0:
+        db.fail("input b is 0; it must not")
+    remainder = abs(a) % abs(b)
+    db.outputs.result = -remainder if a < 0 else remainder
+
+
+@node_type(
+    "omni.graph.nodes.Increment",
+    version=1,
+    inputs={
+        "increment": Attribute("double", "what is added", default=1.0),
+        "value": Attribute(NUMERICS, "the value to start from"),
+    },
+    outputs={"result": Attribute(NUMERICS, "value + increment, of the value's type")},
+    resolve=incremented,
+)
+def increment(db: Any) -> None:
+    """Add a number to a value of any shape; in whole numbers the sum is cut off towards zero."""
+    from graph.values import coerce
+
+    value, step, result = db.inputs.value, db.inputs.increment, settled(db, "result")
+    if hasattr(value, "dtype"):
+        db.outputs.result = (value + step).astype(value.dtype)
+    elif result is not None and result.storage not in ("half", "float", "double"):
+        try:
+            db.outputs.result = coerce(result, int(value + step))
+        except (ValueError, OverflowError):
+            db.fail(f"the sum {value + step} does not fit {result}; connect a double")
+    else:
+        db.outputs.result = value + step
+
+
+@node_type(
+    "omni.graph.nodes.Clamp",
+    version=1,
+    inputs={
+        "input": Attribute(NUMERICS, "the value to keep within bounds"),
+        "lower": Attribute(NUMERICS, "the least it may be: a number, or one for each component"),
+        "upper": Attribute(NUMERICS, "the most it may be: a number, or one for each component"),
+    },
+    outputs={"result": Attribute(NUMERICS, "the value within its bounds")},
+    resolve=promoted("result"),
+)
+def clamp(db: Any) -> None:
+    """Keep a value within bounds, element by element; a lower bound above the upper one fails."""
+    value, lower, upper = aligned(db, ("input", "lower", "upper"), settled(db, "result"))
+    crossed = lower > upper
+    if crossed.any() if hasattr(crossed, "any") else crossed:
+        db.fail(f"input lower ({lower}) is above input upper ({upper}); swap them")
+    if not any(hasattr(one, "ndim") for one in (value, lower, upper)):
+        db.outputs.result = min(max(value, lower), upper)
+        return
+    import numpy as np
+
+    db.outputs.result = np.minimum(np.maximum(value, lower), upper)

@@ -5,32 +5,28 @@ from __future__ import annotations
 import operator
 from collections.abc import Callable, Sequence
 from functools import reduce
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from graph import Attribute, node_type
 
 from .promotion import condition_type, selected_type
 
+if TYPE_CHECKING:
+    from graph.declaration import Compute, Specialize
+
 VALUES = ("bool", "bool[]", "numerics", "path", "string", "token", "token[]")
 BOOLS = ("bool", "bool[]")
+FIRST, SECOND = Attribute(BOOLS, "first operand"), Attribute(BOOLS, "second operand")
 EXTRA = Attribute(BOOLS, "one more operand")
 
-_OPERATIONS: dict[str, Callable[[Any, Any], bool]] = {
-    ">": operator.gt,
-    "<": operator.lt,
-    ">=": operator.ge,
-    "<=": operator.le,
-    "==": operator.eq,
-    "!=": operator.ne,
-}
 
-
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
     """The value with lists for arrays: Python compares lists as the original compares tuples, in order."""
     return value.tolist() if hasattr(value, "tolist") else value
 
 
-def _is_array(db: Any, name: str) -> bool:
+def is_array_input(db: Any, name: str) -> bool:
+    """Whether the settled type of an input is an array."""
     return str(db.input_type(name)).endswith("[]")
 
 
@@ -46,68 +42,139 @@ def stretch(db: Any, operands: Sequence[tuple[Any, bool]]) -> list[list[Any]]:
     return [list(value) if is_array else [value] * length for value, is_array in operands]
 
 
-@node_type(
-    "omni.graph.nodes.Compare",
-    version=1,
-    inputs={
-        "a": Attribute(VALUES, "left side"),
-        "b": Attribute(VALUES, "right side"),
-        "operation": Attribute("token", "how to compare", default=">", allowed_tokens=tuple(_OPERATIONS)),
-    },
-    outputs={"result": Attribute(BOOLS, "whether it holds; an array where a or b is one")},
-    resolve=condition_type("result", "a", "b"),
-)
-def compare(db: Any) -> None:
-    """Compare numbers, texts and tuples (component by component, the first difference decides)."""
-    inputs = db.inputs
-    if inputs.operation not in _OPERATIONS:
-        db.fail(f"input operation is {inputs.operation!r}; it must be one of {' '.join(_OPERATIONS)}")
-    holds = _OPERATIONS[inputs.operation]
-    operands = [(_plain(getattr(inputs, name)), _is_array(db, name)) for name in ("a", "b")]
-    if any(is_array for _, is_array in operands):
-        db.outputs.result = [holds(a, b) for a, b in zip(*stretch(db, operands), strict=True)]
-    else:
-        db.outputs.result = holds(operands[0][0], operands[1][0])
+def _combined(operation: Callable[[Any, Any], Any], *, opposite: bool = False) -> Callable[[Any], None]:
+    """A compute: `operation` over all operands, row by row where one of them is an array; its opposite if asked."""
+
+    def compute(db: Any) -> None:
+        names = ["a", "b", *db.dynamic_input_names()]
+        operands = [(plain(getattr(db.inputs, name)), is_array_input(db, name)) for name in names]
+        if any(is_array for _, is_array in operands):
+            rows = zip(*stretch(db, operands), strict=True)
+            db.outputs.result = [bool(reduce(operation, row)) is not opposite for row in rows]
+        else:
+            db.outputs.result = bool(reduce(operation, (value for value, _ in operands))) is not opposite
+
+    return compute
 
 
-def _combine(db: Any, operation: Callable[[Any, Any], Any]) -> None:
-    names = ["a", "b", *db.dynamic_input_names()]
-    operands = [(_plain(value), _is_array(db, name)) for name, value in zip(names, _values(db), strict=True)]
-    if any(is_array for _, is_array in operands):
-        rows = zip(*stretch(db, operands), strict=True)
-        db.outputs.result = [bool(reduce(operation, row)) for row in rows]
-    else:
-        db.outputs.result = bool(reduce(operation, (value for value, _ in operands)))
+def _two_bools(operation: Callable[[Any, Any], Any], *, opposite: bool = False) -> Specialize:
+    """The compute of a node with just two single operands."""
+
+    def specialize(db: Any) -> Compute | None:
+        if db.dynamic_input_names() or not db.input_type("a") == db.input_type("b") == "bool":
+            return None
+        inputs, outputs = db.inputs, db.outputs
+
+        def compute(db: Any) -> None:
+            outputs.result = operation(inputs.a, inputs.b)
+
+        def compute_opposite(db: Any) -> None:
+            outputs.result = not operation(inputs.a, inputs.b)
+
+        return compute_opposite if opposite else compute
+
+    return specialize
 
 
-def _values(db: Any) -> list[Any]:
-    return [db.inputs.a, db.inputs.b, *db.dynamic_inputs()]
+_and, _or, _xor = _combined(operator.and_), _combined(operator.or_), _combined(operator.xor)
+_nand, _nor = _combined(operator.and_, opposite=True), _combined(operator.or_, opposite=True)
 
 
 @node_type(
     "omni.graph.nodes.BooleanAnd",
     version=2,
-    inputs={"a": Attribute(BOOLS, "first operand"), "b": Attribute(BOOLS, "second operand")},
+    inputs={"a": FIRST, "b": SECOND},
     outputs={"result": Attribute(BOOLS, "whether all operands are true")},
     dynamic_inputs={"{x}": EXTRA},
     resolve=condition_type("result"),
+    specialize=_two_bools(operator.and_),
 )
 def boolean_and(db: Any) -> None:
     """Tell whether all operands are true."""
-    _combine(db, operator.and_)
+    _and(db)
+
+
+@node_type(
+    "omni.graph.nodes.BooleanNand",
+    version=2,
+    inputs={"a": FIRST, "b": SECOND},
+    outputs={"result": Attribute(BOOLS, "whether an operand is false")},
+    dynamic_inputs={"{x}": EXTRA},
+    resolve=condition_type("result"),
+    specialize=_two_bools(operator.and_, opposite=True),
+)
+def boolean_nand(db: Any) -> None:
+    """Tell whether not all operands are true."""
+    _nand(db)
 
 
 @node_type(
     "omni.graph.nodes.BooleanOr",
     version=2,
-    inputs={"a": Attribute(BOOLS, "first operand"), "b": Attribute(BOOLS, "second operand")},
+    inputs={"a": FIRST, "b": SECOND},
     outputs={"result": Attribute(BOOLS, "whether an operand is true")},
     dynamic_inputs={"{x}": EXTRA},
     resolve=condition_type("result"),
+    specialize=_two_bools(operator.or_),
 )
 def boolean_or(db: Any) -> None:
     """Tell whether any operand is true."""
-    _combine(db, operator.or_)
+    _or(db)
+
+
+@node_type(
+    "omni.graph.nodes.BooleanNor",
+    version=2,
+    inputs={"a": FIRST, "b": SECOND},
+    outputs={"result": Attribute(BOOLS, "whether all operands are false")},
+    dynamic_inputs={"{x}": EXTRA},
+    resolve=condition_type("result"),
+    specialize=_two_bools(operator.or_, opposite=True),
+)
+def boolean_nor(db: Any) -> None:
+    """Tell whether no operand is true."""
+    _nor(db)
+
+
+@node_type(
+    "omni.graph.nodes.BooleanXor",
+    version=1,
+    inputs={"a": FIRST, "b": SECOND},
+    outputs={"result": Attribute(BOOLS, "whether just one operand is true")},
+    resolve=condition_type("result"),
+    specialize=_two_bools(operator.xor),
+)
+def boolean_xor(db: Any) -> None:
+    """Tell whether the operands differ."""
+    _xor(db)
+
+
+_EXPRESSIONS: dict[str, Callable[[bool, bool], bool]] = {
+    "AND": lambda a, b: a and b,
+    "OR": lambda a, b: a or b,
+    "NAND": lambda a, b: not (a and b),
+    "NOR": lambda a, b: not (a or b),
+    "XOR": lambda a, b: a is not b,
+    "XNOR": lambda a, b: a is b,
+}
+
+
+@node_type(
+    "omni.graph.nodes.BooleanExpr",
+    version=1,
+    inputs={
+        "a": Attribute("bool", "first operand", default=False),
+        "b": Attribute("bool", "second operand", default=False),
+        "operator": Attribute("token", "how to put them together", default="AND", allowed_tokens=tuple(_EXPRESSIONS)),
+    },
+    outputs={"result": Attribute("bool", "what comes out")},
+)
+def boolean_expr(db: Any) -> None:
+    """Put two truth values together by an operator."""
+    inputs = db.inputs
+    if inputs.operator not in _EXPRESSIONS:
+        db.fail(f"input operator is {inputs.operator!r}; it must be one of {' '.join(_EXPRESSIONS)}")
+    db.outputs.result = _EXPRESSIONS[inputs.operator](inputs.a, inputs.b)
 
 
 @node_type(
@@ -119,8 +186,8 @@ def boolean_or(db: Any) -> None:
 )
 def boolean_not(db: Any) -> None:
     """Turn true into false and back."""
-    value = _plain(db.inputs.valueIn)
-    db.outputs.valueOut = [not one for one in value] if _is_array(db, "valueIn") else not value
+    value = plain(db.inputs.valueIn)
+    db.outputs.valueOut = [not one for one in value] if is_array_input(db, "valueIn") else not value
 
 
 @node_type(
@@ -137,9 +204,9 @@ def boolean_not(db: Any) -> None:
 def select_if(db: Any) -> None:
     """Take one of two values."""
     inputs = db.inputs
-    if not _is_array(db, "condition"):
+    if not is_array_input(db, "condition"):
         db.outputs.result = inputs.ifTrue if inputs.condition else inputs.ifFalse
         return
-    sides = [(_plain(getattr(inputs, name)), _is_array(db, name)) for name in ("ifTrue", "ifFalse")]
-    rows = zip(*stretch(db, [(_plain(inputs.condition), True), *sides]), strict=True)
+    sides = [(plain(getattr(inputs, name)), is_array_input(db, name)) for name in ("ifTrue", "ifFalse")]
+    rows = zip(*stretch(db, [(plain(inputs.condition), True), *sides]), strict=True)
     db.outputs.result = [if_true if condition else if_false for condition, if_true, if_false in rows]

@@ -82,6 +82,12 @@ def quotient(output: str) -> Resolve:
     return resolve
 
 
+def incremented(known: Any) -> Answer:
+    """Increment: the result has the type of the value."""
+    value = known["inputs:value"]
+    return {} if value is None else {"outputs:result": value}
+
+
 def _inputs(known: Any) -> list[Type]:
     """The types of all inputs, or none while one of them is open."""
     types = [known[name] for name in known if name.startswith("inputs:")]
