@@ -34,6 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     length.add_argument("--updates", type=int, metavar="N", help="run N app updates")
     length.add_argument("--duration", metavar="S", help="run S seconds of updates (default: the file's, else 5)")
     parser.add_argument("--out", type=Path, metavar="DIR", help="write report.json and the recording into DIR")
+    parser.add_argument("--trace", type=Path, metavar="FILE", help="write a trace for ui.perfetto.dev to FILE (JSON)")
     parser.add_argument("--set", action="append", default=[], metavar="NODE.ATTR=VALUE", help="override a node's input")
     parser.add_argument("--fidelity", action="append", default=[], metavar="K=V", help="override a fidelity knob")
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="seed of every random stream (default 0)")
@@ -75,6 +76,8 @@ def run(args: argparse.Namespace) -> int:
         app.bus.subscribe(counter)
         if args.out:
             _record(session, args.out, cleanup)
+        if args.trace:
+            _trace(session, args.trace, cleanup)
         failure: BaseException | None = None
         started = time.perf_counter()
         try:
@@ -152,6 +155,17 @@ def _record(session: Session, out: Path, cleanup: ExitStack) -> None:
     sink = McapSink(out / session.spec.record_mcap)
     cleanup.callback(sink.close)
     session.app.bus.subscribe(sink)
+
+
+def _trace(session: Session, path: Path, cleanup: ExitStack) -> None:
+    from graph.tracing import Tracer
+
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        stream = path.open("w", encoding="utf-8")
+    except OSError as error:
+        raise UserError(f"--trace {path}: {error.strerror}; name a file that can be written") from None
+    cleanup.callback(Tracer(session.app, session.runner.graphs.values(), stream).close)
 
 
 def _advance(app: App, updates: int, *, show_progress: bool) -> None:
