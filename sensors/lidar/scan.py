@@ -43,12 +43,10 @@ class Scanner:
         count = len(pattern)
         self._columns = np.ascontiguousarray(pattern.directions.T)
         self._table = np.empty((count, 6), np.float32)
-        self._order = casting_order(pattern)
-        self._back = np.argsort(self._order)
         self._written = np.full(4, np.nan, np.float32)
         self._world = np.empty((3, count), np.float32)
         self._turned_by: bytes | None = None
-        self._grids: dict[bool, RayGrid] = {}
+        self._grid: RayGrid | None = None
         self._reach = float(pattern.far_m.max(initial=0.0)) * (1 + 1e-6)
 
     def scan(self, shot: Shot, channels: frozenset[str]) -> dict[str, np.ndarray]:
@@ -77,34 +75,27 @@ class Scanner:
         table = self._table[: rows.stop - rows.start]
         key = rotation.tobytes() if whole else None
         if key is None or key != self._turned_by:
-            self._turn(table, rows, rotation.astype(np.float32), self._order if whole else None)
+            self._turn(table, rows, rotation.astype(np.float32))
             self._turned_by = key
         offsets = None if pattern.origins is None else turned_back(pattern.origins[rows], rotation.T.astype(np.float32))
         bundle = RayBundle(
             origin=shot.pose[:3, 3],
             table=table,
-            offsets=offsets if offsets is None or not whole else offsets[self._order],
+            offsets=offsets,
             exclude=self._exclude,
             reach=self._reach,
-            grid=self._turned_grid(rotation, whole),
+            grid=self._turned_grid(rotation),
             first=rows.start,
             written=self._written,
         )
-        hits = self._caster().cast(
+        return self._caster().cast(
             bundle,
             shot.poses,
             normals="scalar" in channels or "hitNormals" in channels,
             surfaces="velocities" in channels or not channels.isdisjoint(self._tables),
         )
-        return self._in_time_order(hits) if whole else hits
 
-    def _in_time_order(self, hits: Hits) -> Hits:
-        def back(array: np.ndarray | None) -> np.ndarray | None:
-            return None if array is None else np.take(array, self._back, axis=0, mode="clip")
-
-        return Hits(np.take(hits.distance, self._back, mode="clip"), back(hits.normals), back(hits.surface))
-
-    def _turn(self, table: np.ndarray, rows: slice, rotation: np.ndarray, order: np.ndarray | None) -> None:
+    def _turn(self, table: np.ndarray, rows: slice, rotation: np.ndarray) -> None:
         """World directions into the table; by columns, so that a slice has the bytes it has in the whole."""
         x, y, z = self._columns[:, rows]
         term = np.empty_like(x)
@@ -115,16 +106,13 @@ class Scanner:
             column += term
             np.multiply(z, rotation[axis, 2], out=term)
             column += term
-            table[:, 3 + axis] = column if order is None else np.take(column, order, mode="clip")
+            table[:, 3 + axis] = column
 
-    def _turned_grid(self, rotation: np.ndarray, whole: bool) -> RayGrid:
-        """The grid of the rays as they stand in the table: in casting order for a whole turn, else in time order."""
-        grid = self._grids.get(whole)
-        if grid is None:
-            directions = self.pattern.directions
-            grid = self._grids[whole] = RayGrid(directions[self._order] if whole else directions)
-        grid.rotation = rotation
-        return grid
+    def _turned_grid(self, rotation: np.ndarray) -> RayGrid:
+        if self._grid is None:
+            self._grid = RayGrid(self.pattern.directions)
+        self._grid.rotation = rotation
+        return self._grid
 
     def _valid(self, distance: np.ndarray, rows: slice) -> np.ndarray:
         """Whether each distance lies between the gates of its emitter."""
@@ -134,15 +122,3 @@ class Scanner:
         valid = distance >= near
         valid &= distance <= far
         return np.asarray(valid)
-
-
-TILE = 8
-
-
-def casting_order(pattern: Pattern) -> np.ndarray:
-    """Rows of the pattern in tiles of 8 ticks by 8 emitters: neighbours in both directions share the cache.
-
-    Casting is a tenth faster than in the order of time; no hit depends on it.
-    """
-    tick, emitter = pattern.tick_id, pattern.emitter_id
-    return np.lexsort((emitter % TILE, tick % TILE, emitter // TILE, tick // TILE))

@@ -1,10 +1,13 @@
-"""Which rays may meet which spheres: directions sorted into cells of one degree."""
+"""Which rays may meet which spheres: directions sorted into cells of azimuth and elevation."""
 
 from __future__ import annotations
 
 import numpy as np
 
-COLUMNS = 360
+PER_DEGREE = 2
+"""Cells per degree, both ways."""
+
+COLUMNS = 360 * PER_DEGREE
 MARGIN_DEG = 0.01
 """Windows are this much wider than they need be, so that rounding loses no ray."""
 
@@ -17,11 +20,11 @@ class RayGrid:
 
     def __init__(self, local: np.ndarray) -> None:
         x, y, z = local.astype(np.float64).T
-        elevation = np.floor(np.rad2deg(np.arctan2(z, np.hypot(x, y)))).astype(np.int64)
-        column = np.clip(np.floor(np.rad2deg(np.arctan2(y, x))).astype(np.int64) + 180, 0, COLUMNS - 1)
-        self._lowest = int(elevation.min(initial=90))
-        self._rows = max(0, int(elevation.max(initial=-91)) - self._lowest + 1)
-        cell = (elevation - self._lowest) * COLUMNS + column
+        row = _cell(np.rad2deg(np.arctan2(z, np.hypot(x, y))))
+        column = np.clip(_cell(np.rad2deg(np.arctan2(y, x))) + COLUMNS // 2, 0, COLUMNS - 1)
+        self._lowest = int(row.min()) if len(row) else 0
+        self._rows = int(row.max()) - self._lowest + 1 if len(row) else 0
+        cell = (row - self._lowest) * COLUMNS + column
         self._index = np.argsort(cell, kind="stable")
         self._start = np.concatenate([[0], np.cumsum(np.bincount(cell, minlength=self._rows * COLUMNS))])
         self.rotation: np.ndarray = np.eye(3)
@@ -35,8 +38,8 @@ class RayGrid:
         once for each sphere that it may meet. A sphere that holds the origin gets all rays.
         """
         half, elevation, azimuth = self._angles(centres, radii)
-        low = np.clip(np.floor(elevation - half).astype(np.int64) - self._lowest, 0, self._rows)
-        high = np.clip(np.floor(elevation + half).astype(np.int64) - self._lowest, -1, self._rows - 1)
+        low = np.clip(_cell(elevation - half) - self._lowest, 0, self._rows)
+        high = np.clip(_cell(elevation + half) - self._lowest, -1, self._rows - 1)
         owner, first, last = _columns(azimuth, _width(elevation, half))
         segment, row = _expand(low[owner], np.maximum(high - low + 1, 0)[owner])
         base = row * COLUMNS
@@ -54,6 +57,10 @@ class RayGrid:
         return half, np.rad2deg(np.arctan2(z, level)), np.rad2deg(np.arctan2(y, x))
 
 
+def _cell(degrees: np.ndarray) -> np.ndarray:
+    return np.asarray(np.floor(degrees * PER_DEGREE), np.int64)
+
+
 def _width(elevation: np.ndarray, half: np.ndarray) -> np.ndarray:
     """Half the azimuth [deg] that a cone takes up: all round where it reaches the pole."""
     polar = np.abs(elevation) + half >= 89.9
@@ -63,8 +70,8 @@ def _width(elevation: np.ndarray, half: np.ndarray) -> np.ndarray:
 
 def _columns(azimuth: np.ndarray, width: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(owner, first, last) runs of columns, sorted by owner; a window that crosses the seam is two runs."""
-    low = np.floor(azimuth - width).astype(np.int64) + 180
-    high = np.floor(azimuth + width).astype(np.int64) + 180
+    low = _cell(azimuth - width) + COLUMNS // 2
+    high = _cell(azimuth + width) + COLUMNS // 2
     around = high - low >= COLUMNS - 1
     low[around], high[around] = 0, COLUMNS - 1
     below, above = np.flatnonzero(low < 0), np.flatnonzero(high >= COLUMNS)
