@@ -26,6 +26,7 @@ class Articulation:
         joints = [joint for joint in _connected(physics.joints, root) if joint.kind != "spherical"]
         self.joint_paths = tuple(joint.path for joint in joints)
         self.joint_names = tuple(path.rpartition("/")[2] for path in self.joint_paths)
+        self._joints = joints
         self._physics = physics
         self._scale = np.array([1.0 if joint.kind == "revolute" else 1 / meters_per_unit for joint in joints])
         self._position = np.array([physics.qpos_address(joint) for joint in joints], dtype=np.intp)
@@ -49,6 +50,26 @@ class Articulation:
         """(J,) joint velocities [rad/s or stage units/s]."""
         out: Floats = self._physics.data.qvel[self._velocity] * self._scale
         return out
+
+    @property
+    def efforts(self) -> Floats:
+        """(J,) efforts along the joints [N m or N] in the last physics step: drives, applied efforts and limits."""
+        from .physics.forces import joint_efforts
+
+        out: Floats = joint_efforts(self._physics)[self._velocity]
+        return out
+
+    @property
+    def reactions(self) -> Floats:
+        """(J, 6) force [N] and torque [N m] that joints pass on to their second bodies, in the joint's frame there."""
+        from .physics.forces import joint_reactions
+
+        return joint_reactions(self._physics, self._joints)
+
+    @property
+    def linear(self) -> NDArray[np.bool_]:
+        """(J,) which joints slide; the others turn."""
+        return np.array([joint.kind == "prismatic" for joint in self._joints], dtype=np.bool_)
 
     def set_targets(
         self,

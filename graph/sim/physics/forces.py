@@ -1,0 +1,81 @@
+"""Forces that the last step of the engine gave: along joints, through joints, at contacts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from graph.sim.transforms import Floats
+
+from .library import mujoco
+
+if TYPE_CHECKING:
+    from .engine import Physics
+    from .model import Joint
+
+_LIMIT = int(mujoco.mjtConstraint.mjCNSTR_LIMIT_JOINT)
+
+
+def joint_efforts(physics: Physics) -> Floats:
+    """(nv,) effort along each coordinate of velocity [N or N m]: drives, applied efforts and joint limits."""
+    data = physics.data
+    out: Floats = data.qfrc_actuator + data.qfrc_applied
+    for row in np.flatnonzero(data.efc_type[: data.nefc] == _LIMIT):
+        coordinate = physics.model.jnt_dofadr[data.efc_id[row]]
+        out[coordinate] += data.efc_force[row] * _slope(physics, int(row), int(coordinate))
+    return out
+
+
+def _slope(physics: Physics, row: int, coordinate: int) -> float:
+    """How a constraint row changes with one coordinate of velocity."""
+    data = physics.data
+    if not mujoco.mj_isSparse(physics.model):
+        return float(data.efc_J.reshape(-1, physics.model.nv)[row, coordinate])
+    start, count = data.efc_J_rowadr[row], data.efc_J_rownnz[row]
+    columns = data.efc_J_colind[start : start + count]
+    return float(data.efc_J[start : start + count][columns == coordinate].sum())
+
+
+def joint_reactions(physics: Physics, joints: Sequence[Joint]) -> Floats:
+    """(n, 6) force [N], then torque [N m], that each joint passes on to its second body.
+
+    Torques are about the origin of the joint's frame on that body; both are along its axes.
+    """
+    model, data = physics.model, physics.data
+    mujoco.mj_rnePostConstraint(model, data)
+    out = np.zeros((len(joints), 6))
+    for number, joint in enumerate(joints):
+        child = int(model.jnt_bodyid[model.joint(joint.path).id])
+        frame = joint.frames[1]
+        place, turn = frame[:3, 3], frame[:3, :3]
+        if joint.bodies[1] is not None:
+            body = physics.body_paths.index(joint.bodies[1])
+            place = physics.positions[body] + physics.rotations[body] @ place
+            turn = physics.rotations[body] @ turn
+        torque, force = data.cfrc_int[child, :3], data.cfrc_int[child, 3:]
+        moved = torque + np.cross(data.subtree_com[model.body_rootid[child]] - place, force)
+        sign = 1.0 if physics.body_paths[child - 1] == joint.bodies[1] else -1.0
+        out[number, :3], out[number, 3:] = sign * force @ turn, sign * moved @ turn
+    return out
+
+
+def contact_force(physics: Physics, body: str, near: Floats | None = None, radius: float = 0.0) -> Floats:
+    """(3,) total force of contacts on a body [N], world axes; with a radius [m] only of those closer than it to `near`.
+
+    Contacts between geometry of the same body do not count.
+    """
+    model, data = physics.model, physics.data
+    number = physics.body_paths.index(body) + 1
+    total, wrench = np.zeros(3), np.zeros(6)
+    for index, contact in enumerate(data.contact[: data.ncon]):
+        first, second = (int(model.geom_bodyid[geom]) for geom in contact.geom)
+        if contact.efc_address < 0 or first == second or number not in (first, second):
+            continue
+        if near is not None and radius > 0 and np.linalg.norm(contact.pos - near) >= radius:
+            continue
+        mujoco.mj_contactForce(model, data, index, wrench)
+        force = wrench[:3] @ contact.frame.reshape(3, 3)
+        total += force if second == number else -force
+    return total

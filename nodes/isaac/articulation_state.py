@@ -1,0 +1,73 @@
+"""What the joints of an articulated robot do and bear."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from graph import Attribute, node_type
+
+from .articulation import joint_selection
+
+
+@dataclass(slots=True)
+class _Robot:
+    path: str = ""
+    articulation: Any = None
+
+
+def robot_of(db: Any) -> Any:
+    """The articulation that robotPath, else targetPrim names, kept in `db.memory`. Fails the node if there is none."""
+    inputs, memory = db.inputs, db.memory
+    path = inputs.robotPath or (inputs.targetPrim[0] if inputs.targetPrim else "")
+    if not path:
+        db.fail("no robot; set targetPrim or robotPath to the root prim of an articulation")
+    if path != memory.path:
+        if db.app.physics is None:
+            db.fail(f"{path} is no robot: nothing on the stage can move")
+        memory.articulation, memory.path = db.app.physics.articulation(path), path
+    return memory.articulation
+
+
+@node_type(
+    "isaacsim.core.nodes.IsaacArticulationState",
+    version=1,
+    inputs={
+        "execIn": Attribute("execution", "reads the joints"),
+        "targetPrim": Attribute("target", "the articulation's root prim; used where robotPath is empty", optional=True),
+        "robotPath": Attribute("string", "path of the articulation's root prim; wins over targetPrim"),
+        "jointNames": Attribute("token[]", "the joints to read by name; wins over jointIndices, empty means by index"),
+        "jointIndices": Attribute("int[]", "the joints to read by index; empty means all joints"),
+    },
+    outputs={
+        "jointPositions": Attribute("double[]", "joint positions", unit="rad or stage units"),
+        "jointVelocities": Attribute("double[]", "joint speeds", unit="rad/s or stage units/s"),
+        "measuredJointEfforts": Attribute(
+            "double[]", "efforts along the joints' axes: drives, applied efforts and limits", unit="N m or N"
+        ),
+        "measuredJointForces": Attribute(
+            "double[3][]", "force that each joint passes on to its child link, in the joint's frame there", unit="N"
+        ),
+        "measuredJointTorques": Attribute(
+            "double[3][]", "torque that each joint passes on to its child link, about the joint's frame", unit="N m"
+        ),
+        "jointNames": Attribute("token[]", "names of the joints read"),
+    },
+    memory=_Robot,
+)
+def articulation_state(db: Any) -> bool:
+    """Read positions, speeds, efforts and joint reactions; the latter two are those of the last physics step."""
+    if db.app.timeline.is_stopped():
+        return False
+    articulation = robot_of(db)
+    joints = list(joint_selection(db, articulation.joint_names))
+    outputs = db.outputs
+    outputs.jointNames = [articulation.joint_names[joint] for joint in joints]
+    outputs.jointPositions = articulation.positions[joints]
+    outputs.jointVelocities = articulation.velocities[joints]
+    if db.consumed("measuredJointEfforts"):
+        outputs.measuredJointEfforts = articulation.efforts[joints]
+    if db.consumed("measuredJointForces") or db.consumed("measuredJointTorques"):
+        reactions = articulation.reactions[joints]
+        outputs.measuredJointForces, outputs.measuredJointTorques = reactions[:, :3], reactions[:, 3:]
+    return True

@@ -1,0 +1,21 @@
+"""The node that only hands its input on."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from graph import Attribute, node_type
+
+
+@node_type(
+    "isaacsim.core.nodes.IsaacTestNode",
+    version=1,
+    inputs={
+        "execIn": Attribute("execution", "copies the text"),
+        "input": Attribute("string", "a text"),
+    },
+    outputs={"output": Attribute("string", "the same text")},
+)
+def test_node(db: Any) -> None:
+    """Copy a text."""
+    db.outputs.output = db.inputs.input

@@ -1,0 +1,64 @@
+"""Joint names that people gave, to those that prims have."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from graph import Attribute, node_type
+from nodes.ros2.transform_trees import NAME_OVERRIDE
+
+
+@dataclass(slots=True)
+class _Names:
+    """The robot, and the prim name behind each name override below it; taken at the first compute after play."""
+
+    robot: str = ""
+    real: dict[str, str] | None = None
+
+
+@node_type(
+    "isaacsim.core.nodes.IsaacJointNameResolver",
+    version=1,
+    inputs={
+        "execIn": Attribute("execution", "looks the names up"),
+        "targetPrim": Attribute("target", "the robot; used where robotPath is empty", optional=True),
+        "robotPath": Attribute("string", "path of the robot; wins over targetPrim"),
+        "jointNames": Attribute("token[]", "joint names, overrides among them"),
+    },
+    outputs={
+        "execOut": Attribute("execution", "follows every compute"),
+        "jointNames": Attribute("token[]", "the joints' prim names; a name that overrides none stays as it is"),
+        "robotPath": Attribute("string", "path of the robot"),
+    },
+    memory=_Names,
+)
+def joint_name_resolver(db: Any) -> None:
+    """Replace each name that a prim below the robot has as isaac:nameOverride by that prim's own name."""
+    inputs, memory = db.inputs, db.memory
+    if memory.real is None:
+        robot = str(inputs.robotPath or (inputs.targetPrim[0] if inputs.targetPrim else ""))
+        memory.real, memory.robot = _overrides(db, robot), robot
+    outputs, real = db.outputs, memory.real
+    outputs.jointNames = [real.get(name, name) for name in inputs.jointNames]
+    outputs.robotPath = memory.robot
+    db.fire("execOut")
+
+
+def _overrides(db: Any, robot: str) -> dict[str, str]:
+    """Override -> prim name, the first prim winning. Fails the node where there is no articulation."""
+    from pxr import Usd, UsdPhysics
+
+    prim = db.app.stage.GetPrimAtPath(robot) if robot else None
+    if not prim:
+        db.fail(f"there is no prim {robot} on the stage" if robot else "no robot; set targetPrim or robotPath")
+    real: dict[str, str] = {}
+    rooted = False
+    for each in Usd.PrimRange(prim, Usd.TraverseInstanceProxies()):
+        rooted = rooted or each.HasAPI(UsdPhysics.ArticulationRootAPI)
+        override = each.GetAttribute(NAME_OVERRIDE).Get() if each.HasAttribute(NAME_OVERRIDE) else None
+        if override:
+            real.setdefault(str(override), each.GetName())
+    if not rooted:
+        db.fail(f"{robot} is no robot: no articulation root is there or below it")
+    return real

@@ -1,0 +1,63 @@
+"""The event of a physics step, for graphs that run inside each of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from graph import Attribute, node_type
+
+STAGE = "on_demand"
+
+
+@dataclass(slots=True)
+class _Seen:
+    """Physics steps and wall time at the last evaluation; -1 before the first."""
+
+    steps: int = -1
+    system: Fraction | None = None
+    told: bool = False
+
+
+@node_type(
+    "isaacsim.core.nodes.OnPhysicsStep",
+    version=1,
+    event=True,
+    phase="physics_post_step",
+    outputs={
+        "step": Attribute("execution", "fires in every physics step, before the sensors and the update's other graphs"),
+        "deltaSimulationTime": Attribute("double", "length of the physics step", unit="s"),
+        "deltaSystemTime": Attribute(
+            "double", "wall time since the step before, in whole microseconds; 0 at the first one", unit="s"
+        ),
+    },
+    memory=_Seen,
+)
+def on_physics_step(db: Any) -> bool:
+    """Fire once per physics step; the graph's pipeline stage must be on_demand, and it is then evaluated in each step.
+
+    In a graph of another stage the node warns once and never fires. Evaluating the graph between two steps leaves it
+    silent.
+    """
+    memory = db.memory
+    stage = db.node.graph.pipeline_stage
+    if stage != STAGE:
+        if not memory.told:
+            memory.told = True
+            db.warn(
+                "physics-step-stage", f"it never fires in a {stage} graph; give the graph pipeline_stage: on_demand"
+            )
+        return False
+    app = db.app
+    simulation = app.simulation
+    steps = simulation.get_num_physics_steps()
+    if steps in (0, memory.steps):
+        return False
+    now = app.wall_clock.now()
+    passed = Fraction(0) if memory.system is None else now - memory.system
+    memory.steps, memory.system = steps, now
+    db.outputs.deltaSimulationTime = simulation.get_physics_dt()
+    db.outputs.deltaSystemTime = int(passed * 1_000_000) / 1_000_000
+    db.fire("step")
+    return True
