@@ -81,14 +81,15 @@ class Context:
             self.absolute += self.delta
 
     def follow(self, app: Any) -> None:
-        """Takes the values of an App's present update; call it once in each."""
+        """Takes the values of an App's present update; call it in each before its graphs, and in each of its steps."""
         timeline = app.timeline
         loop_time = app.loop_time
         self.is_playing = timeline.is_playing()
         self.delta = timeline.delta
         self.exact_time = timeline.current_time
         self.frames_per_second = timeline.time_codes_per_second
-        self.loop_delta = loop_time - self.since_start if self.update + 1 == app.update_index else 1 / app.loop_rate
+        if self.update != app.update_index:
+            self.loop_delta = loop_time - self.since_start if self.update + 1 == app.update_index else 1 / app.loop_rate
         self.since_start = loop_time
         self.absolute = app.simulation.monotonic_time
         self.update = app.update_index

@@ -116,8 +116,9 @@ class NodeType:
     specialize: called with db once, when the graph is compiled: this node's own compute, made for its settled types, or
     None for the common one; it may keep db.inputs and db.outputs, which last as long as the node.
     volatile: reads more than its inputs (time, the world, variables), so a dirty_push graph always computes it.
+    phase: an event that comes with a phase of the App: on-demand graphs that hold it are evaluated in that phase.
     dynamic_inputs, dynamic_outputs: attributes that a file may add, by name template: `{n}` stands for digits,
-    `{x}` for any word, as in `input{n}`. origin: module:line of the declaration.
+    `{x}` for any word, `{field}` for words joined by `:`, as in `input{n}`. origin: module:line of the declaration.
     """
 
     id: str
@@ -137,6 +138,7 @@ class NodeType:
     doc: str = ""
     origin: str = ""
     specialize: Specialize | None = None
+    phase: str = ""
 
     def __post_init__(self) -> None:
         for kind in ("inputs", "outputs", "state", "dynamic_inputs", "dynamic_outputs"):
@@ -185,8 +187,8 @@ class NodeType:
 
 
 def _template_pattern(template: str) -> re.Pattern[str]:
-    parts = re.split(r"(\{n\}|\{x\})", template)
-    meaning = {"{n}": r"(?:0|[1-9]\d*)", "{x}": r"\w+"}
+    parts = re.split(r"(\{n\}|\{x\}|\{field\})", template)
+    meaning = {"{n}": r"(?:0|[1-9]\d*)", "{x}": r"\w+", "{field}": r"\w+(?::\w+)*"}
     return re.compile("".join(meaning.get(part) or re.escape(part) for part in parts), re.ASCII)
 
 
@@ -203,6 +205,7 @@ def node_type(
     prepare: Callable[[Any], None] | None = None,
     resolve: Resolve | None = None,
     specialize: Specialize | None = None,
+    phase: str = "",
     volatile: bool = False,
     dynamic_inputs: Mapping[str, Attribute] | None = None,
     dynamic_outputs: Mapping[str, Attribute] | None = None,
@@ -235,6 +238,7 @@ def node_type(
                 inspect.cleandoc(compute.__doc__ or ""),
                 f"{compute.__module__}:{line}",
                 specialize,
+                phase,
             )
         )
         return compute

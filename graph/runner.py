@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Literal
 
 from .context import Context
@@ -32,7 +33,14 @@ class GraphRunner:
             of_stage.setdefault(graph.pipeline_stage, []).append(graph)
         self._every_update = [*of_stage.get("simulation", ()), *of_stage.get("pre_render", ())]
         self._after_frames = [(graph, list(_frame_entries(graph))) for graph in of_stage.get("post_render", ())]
+        demanded: dict[str, list[Graph]] = {}
+        for graph in of_stage.get("on_demand", ()):
+            for phase in dict.fromkeys(node.type.phase for node in graph.nodes.values()):
+                demanded.setdefault(phase, []).append(graph)
+        demanded.pop("", None)
         self._unsubscribe: list[Callable[[], None]] = []
+        for phase, asking in demanded.items():
+            self._on(phase, partial(self._run_on_demand, asking), when=asking)
         self._on("simulation_graphs", self._run_update, when=graphs)
         self._on("post_render_graphs", self._run_frames, when=self._after_frames)
         self._on("stop", self._reset, when=graphs)
@@ -56,6 +64,11 @@ class GraphRunner:
         for _, entries in self._after_frames:
             for node, _ in entries:
                 node.prepare()
+
+    def _run_on_demand(self, graphs: Iterable[Graph]) -> None:
+        self._context.follow(self._app)
+        for graph in graphs:
+            graph.evaluate(self._context)
 
     def _run_frames(self) -> None:
         for product in self._app.rendering.new_frames:
