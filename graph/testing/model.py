@@ -40,149 +40,29 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, PlainValidator, WithJsonSchema, WrapValidator
+from pydantic import BeforeValidator, Field, WrapValidator
 
-from graph.files.model import Clock, Graph, Knob, Scene, Setting, SettingPath, Variable, _Part, problem
-from graph.files.text import described, quoted
+from graph.files.model import Clock, Graph, Knob, Scene, Setting, SettingPath, Variable, _Part
 
-from .updates import read_range
+from .fields import (
+    MOST_UPDATES,
+    PATH_KEYS,
+    Changes,
+    CountOrUpdates,
+    Playing,
+    Texts,
+    Tolerance,
+    Updates,
+    Values,
+    empty_if_null,
+    name_or_graph,
+    text_as,
+    whole,
+)
 
 VERSION = 1
 KEY = "tickgraph_tests"
 DEFAULT_TOLERANCE = 1e-9
-
-MOST_UPDATES = 1_000_000
-
-
-def _whole(value: Any) -> Any:
-    if type(value) is not int:
-        raise problem("must be a whole number.")
-    return value
-
-
-def _update_list(value: Any) -> list[int]:
-    if not isinstance(value, list):
-        raise problem(f"must be a list of updates such as [0, 3, 6..9], found {described(value)}.")
-    updates: list[int] = []
-    for item in value:
-        updates += _range(item)
-        if len(updates) > MOST_UPDATES:
-            raise problem(f"names more than {MOST_UPDATES:,} updates; write fewer.")
-    return updates
-
-
-def _range(item: Any) -> range:
-    found = read_range(item, MOST_UPDATES)
-    if found is None:
-        raise problem(f"{_shown(item)} is no update; write its index, 0 or more, or a range such as 0..11.")
-    return found
-
-
-def _shown(item: Any) -> str:
-    return quoted(item) if isinstance(item, str) else described(item)
-
-
-def _by_update(value: Any) -> Any:
-    if not isinstance(value, dict):
-        raise problem(f"must be a mapping from updates to values by attribute, found {described(value)}.")
-    for key, changes in value.items():
-        _range(key)
-        if not isinstance(changes, dict):
-            raise problem(f"update {key}: must be a mapping from attributes to values, found {described(changes)}.")
-    return value
-
-
-def _values(value: Any) -> Any:
-    if isinstance(value, dict):
-        for key in value:
-            _range(key)
-    elif not isinstance(value, list):
-        raise problem(
-            f"must be a list with the value after each update, or a mapping from updates to values, "
-            f"found {described(value)}."
-        )
-    return value
-
-
-def _count_or_updates(value: Any) -> Any:
-    if type(value) is int and value >= 0:
-        return value
-    if isinstance(value, list):
-        return _update_list(value)
-    raise problem(f"must be a count or a list of updates such as [0, 3, 6..9], found {described(value)}.")
-
-
-def _playing(value: Any) -> Any:
-    return value if isinstance(value, bool) else _update_list(value)
-
-
-def _tolerance(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _one_tolerance(one) for key, one in value.items()}
-    return _one_tolerance(value)
-
-
-def _one_tolerance(value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not value >= 0:
-        raise problem(f"must be a number of 0 or more, or a mapping from attributes to such, found {described(value)}.")
-    return float(value)
-
-
-def _texts(value: Any) -> tuple[str, ...]:
-    texts = value if isinstance(value, list) else [value]
-    if not texts or not all(isinstance(text, str) and text for text in texts):
-        raise problem(f"must be a piece of the error's text, or a list of such, found {described(value)}.")
-    return tuple(texts)
-
-
-def _text_as(key: str) -> BeforeValidator:
-    """A text stands for the mapping that has it as `key`."""
-    return BeforeValidator(lambda value: {key: value} if isinstance(value, (str, list)) else value)
-
-
-def _empty_if_null(value: Any) -> Any:
-    return {} if value is None else value
-
-
-def _name_or_graph(value: Any, graph: Any) -> Any:
-    if isinstance(value, str):
-        if not value:
-            raise problem("is empty; give it a value.")
-        return value
-    return graph(value)
-
-
-_UPDATE: dict[str, Any] = {
-    "anyOf": [{"type": "integer", "minimum": 0}, {"type": "string", "pattern": r"^[0-9]+\.\.[0-9]+$"}]
-}
-_UPDATES: dict[str, Any] = {"type": "array", "items": _UPDATE}
-_UPDATE_KEYS: dict[str, Any] = {"propertyNames": {"pattern": r"^[0-9]+(\.\.[0-9]+)?$"}}
-PATH_KEYS: dict[str, Any] = {"propertyNames": {"pattern": "^/"}}
-_NUMBER: dict[str, Any] = {"type": "number", "minimum": 0}
-_COUNT = {"type": "integer", "minimum": 0}
-_TEXT = {"type": "string", "minLength": 1}
-
-Updates = Annotated[list[int], PlainValidator(_update_list), WithJsonSchema(_UPDATES)]
-CountOrUpdates = Annotated[Any, PlainValidator(_count_or_updates), WithJsonSchema({"anyOf": [_COUNT, _UPDATES]})]
-Changes = Annotated[
-    Any,
-    PlainValidator(_by_update),
-    WithJsonSchema({"type": "object", "additionalProperties": {"type": "object"}, **_UPDATE_KEYS}),
-]
-Playing = Annotated[Any, PlainValidator(_playing), WithJsonSchema({"anyOf": [{"type": "boolean"}, _UPDATES]})]
-Values = Annotated[
-    Any, PlainValidator(_values), WithJsonSchema({"anyOf": [{"type": "array"}, {"type": "object", **_UPDATE_KEYS}]})
-]
-Tolerance = Annotated[
-    Any,
-    PlainValidator(_tolerance),
-    WithJsonSchema({"anyOf": [_NUMBER, {"type": "object", "additionalProperties": _NUMBER}]}),
-]
-Texts = Annotated[
-    tuple[str, ...],
-    PlainValidator(_texts),
-    WithJsonSchema({"anyOf": [_TEXT, {"type": "array", "items": _TEXT, "minItems": 1}]}),
-]
 
 
 class ExpectedWarning(_Part):
@@ -204,9 +84,13 @@ class ExpectedError(_Part):
     update: int | None = Field(default=None, ge=0, description="The update in which it comes.")
 
 
-WarningEntry = Annotated[ExpectedWarning, _text_as("code")]
-ErrorEntry = Annotated[ExpectedError, _text_as("message")]
-GraphEntry = Annotated[Graph, WrapValidator(_name_or_graph, json_schema_input_type=str | Graph)]
+WarningEntry = Annotated[
+    ExpectedWarning, BeforeValidator(text_as("code"), json_schema_input_type=str | ExpectedWarning)
+]
+ErrorEntry = Annotated[
+    ExpectedError, BeforeValidator(text_as("message"), json_schema_input_type=str | list[str] | ExpectedError)
+]
+GraphEntry = Annotated[Graph, WrapValidator(name_or_graph, json_schema_input_type=str | Graph)]
 
 
 class Expect(_Part):
@@ -297,11 +181,11 @@ class Case(Setup):
     expect: Expect = Expect()
 
 
-CaseEntry = Annotated[Case, BeforeValidator(_empty_if_null, json_schema_input_type=Case | None)]
+CaseEntry = Annotated[Case, BeforeValidator(empty_if_null, json_schema_input_type=Case | None)]
 
 
 class CaseFile(Setup):
     """A TickGraph test file: tests of graphs and nodes as data, run by `graph test` and by pytest."""
 
-    tickgraph_tests: Annotated[Literal[1], BeforeValidator(_whole)] = Field(description="Version of the format.")
+    tickgraph_tests: Annotated[Literal[1], BeforeValidator(whole)] = Field(description="Version of the format.")
     cases: dict[str, CaseEntry] = Field(min_length=1, description="The tests by name, in order.")

@@ -1,0 +1,150 @@
+"""The values of test files: lists of updates, ranges, tolerances; how they are read and what an editor is told."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Annotated, Any
+
+from pydantic import PlainValidator, WithJsonSchema
+
+from graph.files.model import problem
+from graph.files.text import described, quoted
+
+from .updates import read_range
+
+MOST_UPDATES = 1_000_000
+"""Updates that one case may run or name."""
+
+
+def whole(value: Any) -> Any:
+    """A whole number; true and 1.0 are none."""
+    if type(value) is not int:
+        raise problem("must be a whole number.")
+    return value
+
+
+def _update_list(value: Any) -> list[int]:
+    if not isinstance(value, list):
+        raise problem(f"must be a list of updates such as [0, 3, 6..9], found {described(value)}.")
+    updates: list[int] = []
+    for item in value:
+        updates += _range(item)
+        if len(updates) > MOST_UPDATES:
+            raise problem(f"names more than {MOST_UPDATES:,} updates; write fewer.")
+    return updates
+
+
+def _range(item: Any) -> range:
+    found = read_range(item, MOST_UPDATES)
+    if found is None:
+        raise problem(f"{_shown(item)} is no update; write its index, 0 or more, or a range such as 0..11.")
+    return found
+
+
+def _shown(item: Any) -> str:
+    return quoted(item) if isinstance(item, str) else described(item)
+
+
+def _by_update(value: Any) -> Any:
+    if not isinstance(value, dict):
+        raise problem(f"must be a mapping from updates to values by attribute, found {described(value)}.")
+    for key, changes in value.items():
+        _range(key)
+        if not isinstance(changes, dict):
+            raise problem(f"update {key}: must be a mapping from attributes to values, found {described(changes)}.")
+    return value
+
+
+def _values(value: Any) -> Any:
+    if isinstance(value, dict):
+        for key in value:
+            _range(key)
+    elif not isinstance(value, list):
+        raise problem(
+            f"must be a list with the value after each update, or a mapping from updates to values, "
+            f"found {described(value)}."
+        )
+    return value
+
+
+def _count_or_updates(value: Any) -> Any:
+    if type(value) is int and value >= 0:
+        return value
+    if isinstance(value, list):
+        return _update_list(value)
+    raise problem(f"must be a count or a list of updates such as [0, 3, 6..9], found {described(value)}.")
+
+
+def _playing(value: Any) -> Any:
+    return value if isinstance(value, bool) else _update_list(value)
+
+
+def _tolerance(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _one_tolerance(one) for key, one in value.items()}
+    return _one_tolerance(value)
+
+
+def _one_tolerance(value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not value >= 0:
+        raise problem(f"must be a number of 0 or more, or a mapping from attributes to such, found {described(value)}.")
+    return float(value)
+
+
+def _texts(value: Any) -> tuple[str, ...]:
+    texts = value if isinstance(value, list) else [value]
+    if not texts or not all(isinstance(text, str) and text for text in texts):
+        raise problem(f"must be a piece of the error's text, or a list of such, found {described(value)}.")
+    return tuple(texts)
+
+
+def text_as(key: str) -> Callable[[Any], Any]:
+    """Makes a text, or a list, the mapping that has it as `key`."""
+    return lambda value: {key: value} if isinstance(value, (str, list)) else value
+
+
+def empty_if_null(value: Any) -> Any:
+    """An entry without a value is an empty one."""
+    return {} if value is None else value
+
+
+def name_or_graph(value: Any, graph: Callable[[Any], Any]) -> Any:
+    """A file's name stays text, a mapping becomes a graph."""
+    if isinstance(value, str):
+        if not value:
+            raise problem("is empty; give it a value.")
+        return value
+    return graph(value)
+
+
+_UPDATE: dict[str, Any] = {
+    "anyOf": [{"type": "integer", "minimum": 0}, {"type": "string", "pattern": r"^[0-9]+\.\.[0-9]+$"}]
+}
+_UPDATES: dict[str, Any] = {"type": "array", "items": _UPDATE}
+_UPDATE_KEYS: dict[str, Any] = {"propertyNames": {"pattern": r"^[0-9]+(\.\.[0-9]+)?$"}}
+PATH_KEYS: dict[str, Any] = {"propertyNames": {"pattern": "^/"}}
+_NUMBER: dict[str, Any] = {"type": "number", "minimum": 0}
+_COUNT = {"type": "integer", "minimum": 0}
+_TEXT = {"type": "string", "minLength": 1}
+
+Updates = Annotated[list[int], PlainValidator(_update_list), WithJsonSchema(_UPDATES)]
+CountOrUpdates = Annotated[Any, PlainValidator(_count_or_updates), WithJsonSchema({"anyOf": [_COUNT, _UPDATES]})]
+Changes = Annotated[
+    Any,
+    PlainValidator(_by_update),
+    WithJsonSchema({"type": "object", "additionalProperties": {"type": "object"}, **_UPDATE_KEYS}),
+]
+Playing = Annotated[Any, PlainValidator(_playing), WithJsonSchema({"anyOf": [{"type": "boolean"}, _UPDATES]})]
+Values = Annotated[
+    Any, PlainValidator(_values), WithJsonSchema({"anyOf": [{"type": "array"}, {"type": "object", **_UPDATE_KEYS}]})
+]
+Tolerance = Annotated[
+    Any,
+    PlainValidator(_tolerance),
+    WithJsonSchema({"anyOf": [_NUMBER, {"type": "object", "additionalProperties": _NUMBER}]}),
+]
+Texts = Annotated[
+    tuple[str, ...],
+    PlainValidator(_texts),
+    WithJsonSchema({"anyOf": [_TEXT, {"type": "array", "items": _TEXT, "minItems": 1}]}),
+]
