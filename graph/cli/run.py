@@ -73,11 +73,12 @@ def run(args: argparse.Namespace) -> int:
     counter = CountingSink()
     with ExitStack() as cleanup:
         cleanup.enter_context(app)
+        tracing = cleanup.enter_context(ExitStack())
         app.bus.subscribe(counter)
         if args.out:
             _record(session, args.out, cleanup)
         if args.trace:
-            _trace(session, args.trace, cleanup)
+            _trace(session, args.trace, tracing)
         failure: BaseException | None = None
         started = time.perf_counter()
         try:
@@ -85,6 +86,7 @@ def run(args: argparse.Namespace) -> int:
             _advance(app, updates, show_progress=not args.json and sys.stderr.isatty())
         except (RunError, KeyboardInterrupt) as error:
             failure = error
+        tracing.close()
         report = build_report(app, session.runner, counter, time.perf_counter() - started)
     if args.out:
         write_report(report, args.out)
