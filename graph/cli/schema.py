@@ -1,4 +1,4 @@
-"""`graph schema`: prints the JSON Schema of graph files, for editors."""
+"""`graph schema`: prints the JSON Schema of graph files, or of test files, for editors."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ _KINDS: dict[str, dict[str, Any]] = {
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declares the command's options: there are none."""
+    """Declares the command's options."""
+    parser.add_argument("--tests", action="store_true", help="the schema of test files (*.test.yaml) instead")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -30,7 +31,12 @@ def run(args: argparse.Namespace) -> int:
 
     knobs = {name: _knob(knob) for name, knob in KNOBS.items()}
     settings = {path: {"default": value} for path, value in DEFAULTS.items()}
-    print(json.dumps(json_schema(registry.all(), knobs, settings), indent=2))
+    schema = json_schema(registry.all(), knobs, settings)
+    if args.tests:
+        from graph.testing.schema import tests_schema
+
+        schema = tests_schema(schema)
+    print(json.dumps(schema, indent=2))
     return 0
 
 
