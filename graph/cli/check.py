@@ -68,7 +68,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Runs the command; returns 2 if any file is wrong."""
-    checked = [check(file, allow=args.allow, settings=args.settings, skip_unknown=args.skip_unknown) for file in args.files]
+    checked = [
+        check(file, allow=args.allow, settings=args.settings, skip_unknown=args.skip_unknown) for file in args.files
+    ]
     if args.json:
         print(json.dumps({"files": [one.as_dict() for one in checked]}, indent=2))
     for one in checked:

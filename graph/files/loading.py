@@ -60,15 +60,10 @@ def examine(path: str | Path, *, allow: Iterable[str | Path] = ()) -> Examined:
 
 
 def migrated(examined: Examined) -> Examined:
-    """The same with old type ids and attributes brought up to date, and what only USD files carry left out."""
+    """The same with old type ids and attributes brought up to date."""
     from graph.migration import migrate
 
-    if examined.spec is None:
-        return examined
-    spec = migrate(examined.spec)
-    if spec.lenient:
-        spec = import_module(_USD).finished(spec)
-    return replace(examined, spec=spec)
+    return examined if examined.spec is None else replace(examined, spec=migrate(examined.spec))
 
 
 def _examined(path: str | Path, allow: Sequence[Path]) -> Examined:

@@ -117,6 +117,7 @@ def _collect(prim: Any, graph: RawGraph, prefix: str, nested: list[Any], predica
             subgraph = _subgraph(child, node.type)
             if subgraph is None:
                 graph.nodes.append(node)
+                pending.extendleft([(one, f"{name}/") for one in child.GetFilteredChildren(predicate)][::-1])
             else:
                 graph.compounds.append(node)
                 inner = f"{name}/{subgraph.GetName()}/" if subgraph.GetParent() == child else f"{name}/"

@@ -12,23 +12,26 @@ from typing import Any
 from .node_prims import KEY
 
 
-def restored(value: Any, custom: Mapping[str, Any], name: str = "value") -> Any:
-    """The value as it was written, if `custom` keeps one for this stored `value`; else `value` itself."""
-    ours = custom.get(KEY, custom) if name == "value" else custom
-    text = ours.get(name) if isinstance(ours, dict) else None
-    if not isinstance(text, str):
-        return value
-    try:
-        kept = json.loads(text)
-    except ValueError:
-        return value
-    if name != "value":
-        return kept if isinstance(kept, dict) else value
-    if not isinstance(kept, dict) or "written" not in kept or kept.get("stored") != value:
+def restored(value: Any, custom: Mapping[str, Any]) -> Any:
+    """The value as it was written, if an attribute's customData keeps one for this stored value; else `value`."""
+    ours = custom.get(KEY)
+    kept = decoded(ours, "value") if isinstance(ours, dict) else None
+    if not isinstance(kept, dict) or "written" not in kept or json.dumps(kept.get("stored")) != json.dumps(value):
         return value
     return kept["written"]
 
 
-def kept(written: Any, stored: Any) -> dict[str, str]:
-    """The customData (below our key) that restores `written` while the attribute holds `stored`."""
-    return {"value": json.dumps({"written": written, "stored": stored})}
+def decoded(ours: Mapping[str, Any], name: str) -> Any:
+    """What one entry of our customData says; None where there is no such entry, or none that can be read."""
+    text = ours.get(name)
+    if not isinstance(text, str):
+        return None
+    try:
+        return json.loads(text)
+    except (ValueError, RecursionError):
+        return None
+
+
+def kept(written: Any, stored: Any) -> str:
+    """The text that restores `written` while the attribute holds `stored`."""
+    return json.dumps({"written": written, "stored": stored})

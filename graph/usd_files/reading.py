@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -11,6 +11,7 @@ from typing import Any
 from graph.errors import Mark, Problem, UserError
 from graph.files.loading import Examined, examine_text
 from graph.files.source import DEPTH_LIMIT
+from graph.migration import migrate
 from graph.spec import FileSpec, Note, SceneSpec
 
 from .graph_prims import read_graphs
@@ -41,14 +42,20 @@ def examine(path: Path, name: str, allow: Iterable[Path] = ()) -> Examined:
         notes.append((code, str(mark_of(place)), message))
 
     base, problems = _other_keys(stage, path, name, text)
-    graphs = graph_specs(read_graphs(stage, tell), mark_of, tell)
-    spec = replace(base, path=path, folder=path.parent, graphs=graphs, notes=tuple(notes), lenient=True)
-    return Examined(spec, problems)
+    raw = read_graphs(stage, tell)
+    graphs = graph_specs(raw, mark_of, tell)
+    spec = replace(base, path=path, folder=path.parent, graphs=graphs, notes=tuple(notes))
+    ours = {graph.path for graph in raw if graph.custom} | {
+        node.path for graph in raw for node in graph.nodes if node.custom
+    }
+    lenient = any(path not in ours for path in _parts(spec))
+    return Examined(replace(tidied(migrate(spec), ours), lenient=lenient), problems)
 
 
-def finished(spec: FileSpec) -> FileSpec:
-    """The specification without what no node type knows; old ids must have been migrated before."""
-    return tidied(spec)
+def _parts(spec: FileSpec) -> Iterator[str]:
+    for graph in spec.graphs:
+        yield graph.path
+        yield from (f"{graph.path}/{node.name}" for node in graph.nodes)
 
 
 def check_text(path: Path, name: str) -> None:
@@ -93,12 +100,12 @@ def _other_keys(stage: Any, path: Path, name: str, text: Text) -> tuple[FileSpec
     examined = examine_text(json.dumps({"tickgraph": 1, **document}), f"{name}.json", path.parent)
     problems = tuple(Problem(f"customLayerData.{KEY}: {one.message}", Mark(name, 1, 1)) for one in examined.problems)
     spec = examined.spec or FileSpec()
-    return replace(spec, scene=replace(scene, prims=spec.scene.prims), marks={}), problems
+    return replace(spec, scene=replace(scene, prims=spec.scene.prims), marks={}, graphs=()), problems
 
 
 def other_keys(layer: Any) -> dict[str, Any]:
     """The keys of a graph file, other than its graphs, that a layer keeps in `customLayerData.tickgraph`."""
-    kept = plain(dict(layer.customLayerData)).get(KEY)
+    kept = plain(dict(layer.customLayerData)).get(KEY) if layer else None
     document: dict[str, Any] = {}
     for key, value in kept.items() if isinstance(kept, dict) else ():
         if key.endswith(":json") and isinstance(value, str):

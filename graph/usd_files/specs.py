@@ -10,8 +10,8 @@ from graph.migration import upgraded
 from graph.spec import ConnectionSpec, GraphSpec, NodeSpec, VariableSpec
 
 from .graph_prims import RawGraph, Tell, variable_name
-from .json_values import restored
-from .node_prims import RawAttribute, RawNode, ogn_type
+from .json_values import decoded, restored
+from .node_prims import KEY, RawAttribute, RawNode, ogn_type
 from .ports import Ports, sources_of, targets_of
 
 MarkOf = Callable[[str], Mark]
@@ -43,14 +43,19 @@ def _graph(
         graph.pipeline_stage,
         {
             variable_name(one): VariableSpec(
-                ogn_type(one) or one.sdf_type,
-                restored(one.value, one.custom),
-                mark_of(f"{graph.path}.{one.name}"),
+                _written_type(one), restored(one.value, one.custom), mark_of(f"{graph.path}.{one.name}")
             )
             for one in graph.variables
         },
         mark_of(graph.path),
     )
+
+
+def _written_type(variable: RawAttribute) -> str:
+    """The OGN type of a variable; our own writer notes those that share a USD type with another."""
+    ours = variable.custom.get(KEY)
+    noted = ours.get("type") if isinstance(ours, dict) else None
+    return noted if isinstance(noted, str) else ogn_type(variable) or variable.sdf_type
 
 
 def _node(node: RawNode, ports: Ports, mark_of: MarkOf) -> NodeSpec:
@@ -73,8 +78,15 @@ def _node(node: RawNode, ports: Ports, mark_of: MarkOf) -> NodeSpec:
             key = attribute.name.removeprefix("inputs:")
             inputs[key] = value
             marks[key] = mark_of(written)
-    inputs.update(restored(None, node.custom, "inputs") or {})
+    if node.custom:  # our own writer notes which attributes are not of the type, and what USD has no names for
+        types = {str(full): str(one) for full, one in _mapping(node.custom, "attributes").items()}
+        inputs.update(_mapping(node.custom, "inputs"))
     return NodeSpec(node.name, node.type, upgraded(node.type, node.version, inputs), mark_of(node.path), marks, types)
+
+
+def _mapping(custom: Mapping[str, Any], name: str) -> dict[str, Any]:
+    found = decoded(custom, name)
+    return found if isinstance(found, dict) else {}
 
 
 def _value(attribute: RawAttribute) -> Any:
@@ -83,7 +95,8 @@ def _value(attribute: RawAttribute) -> Any:
         return None
     value: Any
     if attribute.sdf_type == "rel":
-        value = targets_of(attribute) or None
+        targets = targets_of(attribute)
+        value = (targets[0] if len(targets) == 1 else targets) if targets else None
     else:
         value = attribute.value
         extended = attribute.extended
@@ -124,9 +137,20 @@ def _short(name: str, prefix: str) -> str:
     return name if short.startswith(("inputs:", "outputs:", "state:")) else short
 
 
-def _in_written_order(connections: list[ConnectionSpec], order: Any) -> list[ConnectionSpec]:
-    """Connections in the order that our own writer noted; those it did not know of stay last, in prim order."""
-    if not isinstance(order, list):
+def _in_written_order(connections: list[ConnectionSpec], noted: Any) -> list[ConnectionSpec]:
+    """Connections in the order, and with the words, that our own writer noted.
+
+    A note is the connection as it is read back, with a tab and the text as it was written where that differs; nothing
+    before the tab stands for a connection that USD cannot hold. Connections without a note come last, in prim order.
+    """
+    if not isinstance(noted, list):
         return connections
-    rank = {text: position for position, text in enumerate(order)}
-    return sorted(connections, key=lambda one: rank.get(f"{one.source} -> {one.target}", len(rank)))
+    found = {f"{one.source} -> {one.target}": one for one in connections}
+    ordered: list[ConnectionSpec] = []
+    for note in map(str, noted):
+        text, tab, written = note.partition("\t")
+        source, arrow, target = (written if tab else text).partition(" -> ")
+        if arrow and (not text or text in found):
+            mark = found.pop(text).mark if text else None
+            ordered.append(ConnectionSpec(source, target, mark))
+    return [*ordered, *(one for one in connections if f"{one.source} -> {one.target}" in found)]

@@ -5,7 +5,7 @@ The original drops such things when it loads a file, with an entry in its log; s
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -18,16 +18,22 @@ from graph.types import Extended, parse_type
 _REPLICATOR = ("omni.replicator.", "omni.syntheticdata.", "omni.syntheticdata.Sd")
 
 
-def tidied(spec: FileSpec, registry: Registry = DEFAULT) -> FileSpec:
-    """The file without what cannot mean anything, and with a note for each kind of thing that was left out."""
+def tidied(spec: FileSpec, ours: Collection[str] = (), registry: Registry = DEFAULT) -> FileSpec:
+    """The file without what cannot mean anything, and with a note for each kind of thing that was left out.
+
+    ours: paths of graphs and nodes that `graph convert` wrote; there nothing is left out, as in a YAML file.
+    """
     notes = Notes()
-    graphs = tuple(_graph(graph, registry, notes) for graph in _without_replicator(spec.graphs, notes))
+    graphs = tuple(_graph(graph, ours, registry, notes) for graph in _without_replicator(spec.graphs, ours, notes))
     return replace(spec, graphs=graphs, notes=(*spec.notes, *notes.all()))
 
 
-def _without_replicator(graphs: Iterable[GraphSpec], notes: Notes) -> Iterator[GraphSpec]:
+def _without_replicator(graphs: Iterable[GraphSpec], ours: Collection[str], notes: Notes) -> Iterator[GraphSpec]:
     """Replicator builds its pipelines afresh in every session; one in a file was saved by accident."""
     for graph in graphs:
+        if graph.path in ours:
+            yield graph
+            continue
         at = graph.mark, graph.path
         pipeline = graph.path.endswith("/SDGPipeline") or (
             graph.nodes and all(node.type.startswith(_REPLICATOR) for node in graph.nodes)
@@ -41,11 +47,14 @@ def _without_replicator(graphs: Iterable[GraphSpec], notes: Notes) -> Iterator[G
         yield graph
 
 
-def _graph(graph: GraphSpec, registry: Registry, notes: Notes) -> GraphSpec:
+def _graph(graph: GraphSpec, ours: Collection[str], registry: Registry, notes: Notes) -> GraphSpec:
     types = {name: registry.get(name) for name in {node.type for node in graph.nodes} if name in registry}
-    nodes = tuple(_node(node, graph, types.get(node.type), notes) for node in graph.nodes)
+    strict = {node.name for node in graph.nodes if f"{graph.path}/{node.name}" in ours}
+    nodes = tuple(
+        node if node.name in strict else _node(node, graph, types.get(node.type), notes) for node in graph.nodes
+    )
     by_name = {node.name: node for node in nodes}
-    connections = tuple(_connections(graph, by_name, types, notes))
+    connections = tuple(_connections(graph, by_name, strict, types, notes))
     if graph.evaluator != "execution":
         events = [node.name for node in nodes if (known := types.get(node.type)) and known.event is not None]
         if events:
@@ -95,12 +104,19 @@ def _added(node: NodeSpec, known: NodeType) -> Iterator[tuple[str, str]]:
 
 
 def _connections(
-    graph: GraphSpec, nodes: Mapping[str, NodeSpec], types: Mapping[str, NodeType], notes: Notes
+    graph: GraphSpec,
+    nodes: Mapping[str, NodeSpec],
+    strict: Collection[str],
+    types: Mapping[str, NodeType],
+    notes: Notes,
 ) -> Iterator[ConnectionSpec]:
     first: dict[tuple[str, str], str] = {}
     for connection in graph.connections:
         at = connection.mark, graph.path
         name, _, attribute = connection.target.rpartition(".")
+        if name in strict or name not in nodes:
+            yield connection
+            continue
         node = nodes[name]
         prefix, bare = split(attribute)
         known = types.get(node.type)

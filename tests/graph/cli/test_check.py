@@ -60,6 +60,7 @@ def test_json_tells_all_files_and_every_place(folder, graph):
         "connections": 1,
         "prims": 1,
         "problems": [],
+        "warnings": [],
     }
     assert bad["ok"] is False
     assert bad["problems"] == [

@@ -47,7 +47,7 @@ def test_a_missing_file_is_named_with_its_nearest_neighbour(folder):
 
 def test_a_folder_is_no_file(folder):
     (folder / "sub.yaml").mkdir()
-    assert problems("sub.yaml") == ["sub.yaml is a folder; name a graph file (.yaml or .json) in it."]
+    assert problems("sub.yaml") == ["sub.yaml is a folder; name a graph file (.yaml, .json or .usda) in it."]
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may read everything")
@@ -64,9 +64,8 @@ def test_a_pipe_is_refused_without_being_opened(folder):
 @pytest.mark.parametrize(
     ("name", "reason"),
     [
-        ("a.usda", "graphs inside USD files are not read yet; name the scene in a graph file: scene: {usd: ...}."),
         ("robot.xml", "this is no graph file; name an MJCF model in a graph file: scene: {mjcf: ...}."),
-        ("notes.txt", "a graph file ends in .yaml, .yml or .json."),
+        ("notes.txt", "a graph file ends in .yaml, .yml, .json, .usda, .usd or .usdc."),
     ],
 )
 def test_other_files_are_told_apart(folder, name, reason):
