@@ -23,9 +23,11 @@ from sensors import LidarConfig, render_product
 from sensors.channels import CHANNELS, AuxLevel
 from sensors.gmo import channels_for
 from sensors.lidar.config import EmitterState
-from sensors.lidar.prim import write_aux_level, write_config
+from sensors.lidar.prim import read_exclude, write_aux_level, write_config, write_exclude
+from sensors.raycast.world import excluded
 
 TITLE = "Lidar: 32 x 1800 rays; graphs/scenes/yard.usda, and 50,000 static triangles with 20 moving boxes"
+ROBOT = "/World/Robot/Chassis"
 YARD = Path(__file__).parents[2] / "graphs" / "scenes" / "yard.usda"
 EVERYTHING_ON = {"/app/sensors/nv/lidar/publishNormals": True, "/rtx-transient/stableIds/enabled": True}
 
@@ -54,7 +56,8 @@ def update_ratio(
 ) -> float:
     """Time of App updates over that of the casts and steps in them."""
     app = make(loop_hz)
-    products = [add_lidar(app, number, channels) for number in range(lidars)]
+    mount = ROBOT if make is yard else "/World"
+    products = [add_lidar(app, number, channels, mount) for number in range(lidars)]
     app.play()
     app.update(steps=loop_hz // 10)
     casts, physics = bare_casts(app, products), bare_steps(app)
@@ -74,7 +77,7 @@ def update_ratio(
 def idle_cost(rounds: int) -> float:
     """Seconds that a lidar of 0.5 Hz adds to an update in which it is not due."""
     with_lidar, without = boxes(60), boxes(60)
-    add_lidar(with_lidar, 0, frozenset({"xyz"}), Fraction(1, 2))
+    add_lidar(with_lidar, 0, frozenset({"xyz"}), rate=Fraction(1, 2))
     costs = []
     for app in (with_lidar, without):
         app.play()
@@ -125,14 +128,20 @@ def boxes(loop_hz: int) -> App:
     return app
 
 
-def add_lidar(app: App, number: int, channels: frozenset[str], rate: Fraction = Fraction(10)) -> Any:
-    """A lidar of 32 emitters and 1800 ticks a turn, and its render product."""
+def add_lidar(
+    app: App, number: int, channels: frozenset[str], mount: str = "/World", rate: Fraction = Fraction(10)
+) -> Any:
+    """A lidar of 32 emitters and 1800 ticks a turn, and its render product; on the robot it does not see the robot."""
     state = EmitterState(azimuth_deg=np.zeros(32), elevation_deg=np.linspace(15, -16, 32))
     config = LidarConfig(scan_rate_base_hz=rate, pattern_firing_rate_hz=1800 * rate, emitter_states=(state,))
-    prim = app.stage.DefinePrim(Sdf.Path(f"/World/Lidar{number}"), "OmniLidar")
+    prim = app.stage.DefinePrim(Sdf.Path(f"{mount}/BenchmarkLidar{number}"), "OmniLidar")
     write_config(prim, config)
     write_aux_level(prim, "FULL")
-    UsdGeom.XformCommonAPI(prim).SetTranslate(Gf.Vec3d(0.1 * number, 0, 1.0))
+    on_robot = mount == ROBOT
+    place = Gf.Vec3d(-0.1, 0, 0.75) if on_robot else Gf.Vec3d(0.1 * number, 0, 1.0)
+    UsdGeom.XformCommonAPI(prim).SetTranslate(place)
+    if on_robot:
+        write_exclude(prim, ("/World/Robot",))
     product = render_product(app, str(prim.GetPath()))
     product.sensor.require("benchmark", channels)
     return product
@@ -142,7 +151,10 @@ def bare_casts(app: App, products: list[Any]) -> list[Callable[[], object]]:
     """For each product, calls that cast its rays at all that stands still and at all that moves."""
     open3d = import_open3d()
     static, moving = open3d.t.geometry.RaycastingScene(), open3d.t.geometry.RaycastingScene()
+    hidden = read_exclude(app.stage.GetPrimAtPath(products[0].camera_path))
     for surface in app.geometry():
+        if excluded(surface.path, hidden):
+            continue
         vertices = surface.vertices
         if surface.body is not None:
             pose = app.fabric.rigid_matrices([surface.body])[0]
