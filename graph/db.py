@@ -119,6 +119,10 @@ class Database:
         """Whether anything reads this output."""
         return self._node.consumed(name)
 
+    def wires_into(self, name: str) -> int:
+        """How many connections lead to this execution input."""
+        return self._node.wires_into(name)
+
     def dynamic_inputs(self, prefix: str = "") -> list[Any]:
         """Values of the inputs `prefix0`, `prefix1`, ... in numeric order, a declared one among them included.
 

@@ -15,6 +15,8 @@ from .errors import Mark
 
 Evaluator = Literal["execution", "push", "dirty_push"]
 PipelineStage = Literal["simulation", "pre_render", "post_render", "on_demand"]
+EvaluationMode = Literal["automatic", "standalone", "instanced"]
+"""Runs once, once for each prim that has the graph, or (automatic) the second where any prim has it."""
 Note = tuple[str, str, str]
 """A warning before there is an App to take it: its code, where, the message."""
 
@@ -55,7 +57,12 @@ class VariableSpec:
 
 @dataclass(frozen=True, slots=True)
 class GraphSpec:
-    """One graph: its path, how and when it is evaluated, its variables, nodes and connections in file order."""
+    """One graph: its path, how and when it is evaluated, its variables, nodes and connections in file order.
+
+    compounds: by the name of each compound, its ports (`inputs:x`, `outputs:y`) and the ends inside that each stands
+    for (`compound/Subgraph/add.inputs:a`); the nodes inside are among `nodes`. unfinished: open inputs may be unset as
+    long as nothing computes their node. instances: prims that have the graph, each with the variable values it gives.
+    """
 
     path: str
     nodes: tuple[NodeSpec, ...] = ()
@@ -64,6 +71,10 @@ class GraphSpec:
     pipeline_stage: PipelineStage = "simulation"
     variables: Mapping[str, VariableSpec] = field(default_factory=dict)
     mark: Mark | None = None
+    compounds: Mapping[str, Mapping[str, tuple[str, ...]]] = field(default_factory=dict)
+    unfinished: bool = False
+    evaluation_mode: EvaluationMode = "automatic"
+    instances: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)

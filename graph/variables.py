@@ -45,6 +45,19 @@ class Variables(Mapping[str, Any]):
         self._watchers.append(told)
         return lambda: self._watchers.remove(told)
 
+    def initial(self, name: str) -> Any:
+        """The value that a reset brings back."""
+        self._check(name)
+        return self._initial[name]
+
+    def take(self, fresh: Variables) -> None:
+        """Becomes what an edit made of the variables: those that stay with their type keep their values."""
+        kept = {
+            name: self._values[name] if self.types.get(name) is type_ else fresh[name]
+            for name, type_ in fresh.types.items()
+        }
+        self.types, self._initial, self._values = fresh.types, fresh._initial, kept
+
     def reset(self) -> None:
         """Brings back the values that the file gave."""
         self._values = dict(self._initial)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import heapq
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from graph.db import STARTED, Database
@@ -59,6 +59,15 @@ class DirtyPushEvaluator:
         self._seen.clear()
         self._queue = [(node.rank, node) for node in self._nodes]
         self._queued = set(self._nodes)
+
+    def carry(self, before: DirtyPushEvaluator, changed: Iterable[Node]) -> None:
+        """Goes on where another evaluator of the graph was before an edit that concerned the `changed` nodes."""
+        present = set(self._nodes)
+        self._seen = {node: values for node, values in before._seen.items() if node in present}
+        self._queue, self._queued = [], set()
+        for node in (*before._queued, *changed):
+            if node in present:
+                self._mark(node)
 
     def touched(self, node: Node) -> None:
         """A node was set from outside: it and the readers of its inputs are to be computed."""

@@ -28,7 +28,8 @@ class ExecutionEvaluator:
         nodes = graph.nodes.values()
         events = [node for node in nodes if node.type.event is not None and node.type.compute is not None]
         self._events = [node.db for node in sorted(events, key=lambda node: (node.type.event, node.index))]
-        self._sleepers: list[Database] = []
+        # An edit makes a new evaluator of a graph in which nodes sleep.
+        self._sleepers: list[Database] = [node.db for node in nodes if node.db.asleep]
         self._woken: list[Database] = []
         self._foreign: set[Graph] = set()
 

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Literal, Protocol
+from typing import Any, Literal, Protocol, get_args
 
 from graph.context import Context
 from graph.db import Database, NodeError
 from graph.declaration import Compute
-from graph.errors import Mark
-from graph.spec import Evaluator, PipelineStage
+from graph.spec import Evaluator, GraphSpec, PipelineStage
 from graph.suggest import did_you_mean
 from graph.variables import Variables
 
 from .errors import ComputeError
+from .instances import with_target
 from .node import Node
 from .wire import Copy
 
@@ -49,14 +49,14 @@ class Graph:
     interrupts: whether a trigger that reaches a sleeping node starts it anew instead of being ignored.
     """
 
-    def __init__(
-        self, path: str, evaluator: Evaluator, pipeline_stage: PipelineStage, variables: Variables, mark: Mark | None
-    ) -> None:
-        self.path = path
-        self.evaluator = evaluator
-        self.pipeline_stage = pipeline_stage
+    def __init__(self, spec: GraphSpec, variables: Variables, target: str = "") -> None:
+        self.spec = spec
+        """What it was compiled from; values set since stand in `written`."""
+        self.path = spec.path
+        self.evaluator: Evaluator = spec.evaluator
+        self.pipeline_stage: PipelineStage = spec.pipeline_stage
         self.variables = variables
-        self.mark = mark
+        self.mark = spec.mark
         self.nodes: dict[str, Node] = {}
         self.context = Context()
         self.on_error: Literal["stop", "continue"] = "stop"
@@ -67,8 +67,19 @@ class Graph:
         """Warnings of the compiler (code, where, message); given to the context at the first evaluation."""
         self.starts: list[Copy] = []
         """Copies along every data connection that begins or ends in this graph."""
+        self.linked: set[str] = set()
+        """Paths of the graphs that it exchanges data with."""
+        self.written: dict[tuple[str, str], Any] = {}
+        """Values set since it was compiled, by node name and full attribute name."""
+        self.target = target or spec.path
+        """The prim that `_OMNI_GRAPH_TARGET` stands for: the one that has this instance, else the graph itself."""
+        self.instances: dict[str, Graph] = {}
+        """The graph once more for each prim that has it, with values and memory of its own."""
+        self._wraps: list[Callable[[Node, Compute], Compute]] = []
+        self._idle: list[Callable[[], None]] = []
         self._told = False
-        self._evaluator: EvaluatorProtocol | None = None
+        self.evaluator_state: EvaluatorProtocol | None = None
+        """What evaluates it; made at the first evaluation."""
         self._running = False
 
     def __repr__(self) -> str:
@@ -85,13 +96,13 @@ class Graph:
     def evaluate(self, context: Context, activations: Sequence[tuple[Node | str, str]] = ()) -> None:
         """Evaluates once. Execution graphs: sleeping nodes, then events, then `activations` in the given order.
 
-        Raises ComputeError when a node fails and RunawayError when a walk does not end; a graph that is asked to
-        evaluate itself from within one of its own nodes raises RuntimeError.
+        A graph that prims have is evaluated once for each of them, in their order, and not by itself. What its nodes
+        edit takes effect when the evaluation has ended. Raises ComputeError when a node fails and RunawayError when a
+        walk does not end; a graph that is asked to evaluate itself from within one of its own nodes raises
+        RuntimeError.
         """
         if self._running:
             raise RuntimeError(f"graph {self.path} is being evaluated already; a node cannot evaluate its own graph")
-        if self._evaluator is None:
-            self._evaluator = _evaluator_of(self)
         self.context = context
         if not self._told:
             self._told = True
@@ -100,9 +111,65 @@ class Graph:
         self.evaluations += 1
         self._running = True
         try:
-            self._evaluator.run([(self._of(node), name) for node, name in activations] if activations else ())
+            if self.runs_in_instances:
+                self._evaluate_instances(context, activations)
+            else:
+                if self.evaluator_state is None:
+                    self.evaluator_state = _evaluator_of(self)
+                self.evaluator_state.run([(self._of(node), name) for node, name in activations] if activations else ())
         finally:
             self._running = False
+            if self._idle:
+                self._now_idle()
+
+    @property
+    def running(self) -> bool:
+        """Whether it is being evaluated."""
+        return self._running
+
+    @property
+    def runs_in_instances(self) -> bool:
+        """Whether it is evaluated for the prims that have it instead of once by itself."""
+        mode = self.spec.evaluation_mode
+        return mode == "instanced" or (mode == "automatic" and bool(self.instances))
+
+    def instance(self, prim: str) -> Graph:
+        """The graph as this prim has it. Raises KeyError with the nearest prim."""
+        try:
+            return self.instances[prim]
+        except KeyError:
+            near = did_you_mean(prim, self.instances)
+            raise KeyError(f"graph {self.path} has no instance on {prim}{near}") from None
+
+    def change_pipeline_stage(self, stage: PipelineStage) -> None:
+        """Makes it be evaluated in another stage from the next update on."""
+        if stage not in get_args(PipelineStage):
+            known = ", ".join(get_args(PipelineStage))
+            raise ValueError(f'"{stage}" is no pipeline stage{did_you_mean(stage, get_args(PipelineStage))} ({known})')
+        self.pipeline_stage = stage
+
+    def when_idle(self, action: Callable[[], None]) -> None:
+        """Calls `action` once the present evaluation has ended; at once if there is none."""
+        if self._running:
+            self._idle.append(action)
+        else:
+            action()
+
+    def resolved(self, value: Any) -> Any:
+        """The value with `_OMNI_GRAPH_TARGET` replaced by the prim that has this instance."""
+        return with_target(value, self.target)
+
+    def _evaluate_instances(self, context: Context, activations: Sequence[tuple[Node | str, str]]) -> None:
+        by_name = [(node if isinstance(node, str) else node.name, name) for node, name in activations]
+        for instance in self.instances.values():
+            instance.on_error, instance.interrupts = self.on_error, self.interrupts
+            instance.step_limit, instance.pipeline_stage = self.step_limit, self.pipeline_stage
+            instance.evaluate(context, by_name)
+
+    def _now_idle(self) -> None:
+        waiting, self._idle = self._idle, []
+        for action in waiting:
+            action()
 
     def observe(self, wrap: Callable[[Node, Compute], Compute]) -> None:
         """Puts `wrap(node, compute)` in the place of every node's compute, for tools that measure or trace.
@@ -111,27 +178,54 @@ class Graph:
         """
         if self._running:
             raise RuntimeError(f"graph {self.path} is being evaluated; observe it before or after")
-        for node in self.nodes.values():
-            if node.db._compute is not None:
-                node.db._compute = wrap(node, node.db._compute)
+        self._wraps.append(wrap)
+        self._wrap((wrap,))
+        if self.evaluator == "push":
+            self.evaluator_state = None  # its plan holds the functions; it keeps nothing else
+        for instance in self.instances.values():
+            instance.observe(wrap)
+
+    def observe_as(self, other: Graph) -> None:
+        """Has its computes observed like those of another graph."""
+        for wrap in other._wraps:
+            self.observe(wrap)
+
+    def take(self, fresh: Graph) -> None:
+        """Becomes what an edit made of the graph; nodes, variables and instances are dealt with by `adopt`."""
+        if fresh.spec.pipeline_stage != self.spec.pipeline_stage:
+            self.pipeline_stage = fresh.pipeline_stage
+        self.spec, self.evaluator, self.mark = fresh.spec, fresh.evaluator, fresh.mark
+        self.starts, self.linked, self.written = fresh.starts, fresh.linked, {}
+        told = set(self.notes) if self._told else set()
+        self.notes = tuple(note for note in fresh.notes if note not in told)
+        self._told = False
+        self._wrap(self._wraps)
+
+    def _wrap(self, wraps: Sequence[Callable[[Node, Compute], Compute]]) -> None:
+        for wrap in wraps:
+            for node in self.nodes.values():
+                if node.db._compute is not None:
+                    node.db._compute = wrap(node, node.db._compute)
         for node in self.nodes.values():
             for wire in node.db._wires.values():
                 wire.renew()
-        if self.evaluator == "push":
-            self._evaluator = None  # its plan holds the functions; it keeps nothing else
 
     def reset(self) -> None:
         """What a timeline stop does: values as authored, fresh memory, everybody awake. Compute counts go on."""
+        for instance in self.instances.values():
+            instance.reset()
         self.variables.reset()
         for node in self.nodes.values():
             node.reset()
         for copy in self.starts:
             copy()
-        if self._evaluator is not None:
-            self._evaluator.reset()
+        if self.evaluator_state is not None:
+            self.evaluator_state.reset()
 
     def close(self) -> None:
         """Releases what the nodes hold; calling it twice is harmless."""
+        for instance in self.instances.values():
+            instance.close()
         for node in self.nodes.values():
             node.release()
 
@@ -142,18 +236,18 @@ class Graph:
 
     def sleeps(self, db: Database) -> None:
         """A node of this graph fell asleep."""
-        if self._evaluator is not None:
-            self._evaluator.sleeps(db)
+        if self.evaluator_state is not None:
+            self.evaluator_state.sleeps(db)
 
     def wakes(self, db: Database) -> None:
         """A node of this graph ended its sleep."""
-        if self._evaluator is not None:
-            self._evaluator.wakes(db)
+        if self.evaluator_state is not None:
+            self.evaluator_state.wakes(db)
 
     def touched(self, node: Node) -> None:
         """A value of this node was set from outside."""
-        if self._evaluator is not None:
-            self._evaluator.touched(node)
+        if self.evaluator_state is not None:
+            self.evaluator_state.touched(node)
 
     def failed(self, db: Database, error: Exception) -> None:
         """Deals with an exception of this node's compute by `on_error`. Raises ComputeError for "stop"."""

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from graph.context import Context
-from graph.db import Database, python_name
-from graph.declaration import Attribute, NodeType
+from graph.db import Database, NodeError, python_name
+from graph.declaration import Attribute, Compute, NodeType
 from graph.errors import Mark
 from graph.suggest import did_you_mean
 from graph.types import Type
@@ -20,6 +20,24 @@ if TYPE_CHECKING:
 
 PREFIXES = ("inputs", "outputs", "state")
 
+_FROM_FRESH = (
+    "_consumed",
+    "_fed",
+    "_initial",
+    "_passes",
+    "_wires_in",
+    "added",
+    "db",
+    "index",
+    "mark",
+    "names",
+    "rank",
+    "readers",
+    "sources",
+    "types",
+)
+"""What an edit renews."""
+
 
 class Node:
     """One node. `types` has its attributes' settled types by full name (`inputs:x`), None for open ones."""
@@ -30,6 +48,8 @@ class Node:
         "_initial",
         "_passes",
         "_used",
+        "_wires_in",
+        "added",
         "db",
         "graph",
         "index",
@@ -64,7 +84,10 @@ class Node:
         self._fed: frozenset[str] = frozenset()
         self._consumed: frozenset[str] = frozenset()
         self._passes: Mapping[str, Copy] = {}
+        self._wires_in: Mapping[str, int] = {}
         self._used = 0
+        self.added: Mapping[str, Attribute] = {}
+        """Attributes that the file added, by full name."""
         self.db = Database(self)
 
     def __repr__(self) -> str:
@@ -72,17 +95,21 @@ class Node:
 
     @property
     def computes(self) -> int:
-        """How often it has computed."""
-        return self.db.computes
+        """How often it has computed, in all instances of its graph."""
+        return self.db.computes + sum(one.nodes[self.name].computes for one in self.graph.instances.values())
 
     @property
     def fired(self) -> dict[str, int]:
-        """How often each execution output was followed."""
-        return {name: wire.count for name, wire in self.db._wires.items()}
+        """How often each execution output was followed, in all instances of its graph."""
+        instances = [one.nodes[self.name].db._wires for one in self.graph.instances.values()]
+        return {
+            name: wire.count + sum(wires[name].count for wires in instances) for name, wire in self.db._wires.items()
+        }
 
     def attribute(self, name: str) -> Attribute:
         """The declaration of an attribute (`x` or `inputs:x`). Raises KeyError with the nearest name."""
-        attribute = self.type.find(*self.full_name(name).split(":", 1))
+        full = self.full_name(name)
+        attribute = self.added.get(full) or self.type.find(*full.split(":", 1))
         assert attribute is not None
         return attribute
 
@@ -126,15 +153,22 @@ class Node:
         if wrong:
             raise ValueError(f"{self.path}.{full}: {wrong}")
         self._initial = {**self._initial, full: value}
+        self.graph.written[self.name, full] = value
         setattr(getattr(self.db, prefix), python_name(short), value)
         if full in self._passes:
             self._passes[full]()
         self.graph.touched(self)
+        for instance in self.graph.instances.values():
+            instance.nodes[self.name].set(full, instance.resolved(value))
 
     def connected(self, name: str) -> bool:
         """Whether something feeds this input (or state), or leads away from this output."""
         full = self.full_name(name)
         return full in self._consumed if full.startswith("outputs:") else full in self._fed
+
+    def wires_into(self, name: str) -> int:
+        """How many connections lead to an execution input."""
+        return self._wires_in.get(f"inputs:{name}", 0)
 
     def consumed(self, name: str) -> bool:
         """Whether anything reads this output."""
@@ -168,10 +202,14 @@ class Node:
     # -- for the compiler and the evaluators -------------------------------------------------------------------------
 
     def build(
-        self, names: Mapping[str, tuple[str, ...]], types: Mapping[str, Type | None], initial: Mapping[str, Any]
+        self,
+        names: Mapping[str, tuple[str, ...]],
+        types: Mapping[str, Type | None],
+        initial: Mapping[str, Any],
+        added: Mapping[str, Attribute],
     ) -> None:
-        """Makes the storage: names by prefix, types and starting values by full name."""
-        self.names, self.types, self._initial = names, types, initial
+        """Makes the storage: names by prefix, types and starting values by full name, attributes the file added."""
+        self.names, self.types, self._initial, self.added = names, types, initial, added
         for prefix in PREFIXES:
             data = [n for n in names[prefix] if f"{prefix}:{n}" in initial]
             setattr(self.db, prefix, storage(f"{prefix} of {self.type.short_name}", data))
@@ -188,17 +226,49 @@ class Node:
         readers: tuple[Node, ...],
         push: Copy | None,
         passes: Mapping[str, Copy],
+        wires_in: Mapping[str, int],
+        unset: str,
     ) -> None:
-        """Gives the node its connections: what feeds it, what it feeds, how its outputs and set inputs get there."""
-        self._fed, self._consumed, self._passes = fed, consumed, passes
+        """Gives the node its connections: what feeds it, what it feeds, how its outputs and set inputs get there.
+
+        wires_in: how many wires lead to each execution input; unset: what keeps it from computing, "" for nothing.
+        """
+        self._fed, self._consumed, self._passes, self._wires_in = fed, consumed, passes, wires_in
         self.sources, self.readers = sources, readers
         self.db._push = push
         # Found at the first compute: most nodes of a large graph may never be asked.
         self.db._pulls = True if sources else ()
         # Before any wire takes the compute up.
+        if unset:
+            self.db._compute = _refusing(unset)
+            return
         own = self.type.specialize and self.type.specialize(self.db)
         if own:
             self.db._compute = own
+
+    def take(self, fresh: Node) -> bool:
+        """Becomes what an edit made of it, and keeps what it has gathered: memory, state, outputs, sleep, counts.
+
+        `fresh` is the same node, newly compiled. Returns whether any of its types changed.
+        """
+        old, new = self.db, fresh.db
+        same_types = self.types == fresh.types
+        for prefix in ("outputs", "state"):
+            source, target = getattr(old, prefix), getattr(new, prefix)
+            for name in fresh.names[prefix]:
+                full = f"{prefix}:{name}"
+                if full not in fresh._initial or full not in self._initial:
+                    continue
+                if same_types or self.types[full] is fresh.types[full]:
+                    setattr(target, python_name(name), getattr(source, python_name(name)))
+        new.memory, new.asleep, new._blocked, new.computes = old.memory, old.asleep, old._blocked, old.computes
+        for name, wire in new._wires.items():
+            if name in old._wires:
+                wire.count = old._wires[name].count
+        new._node = self
+        for slot in _FROM_FRESH:
+            setattr(self, slot, getattr(fresh, slot))
+        return not same_types
 
     def release(self) -> None:
         """Lets the type release what the node's memory holds, if the node has computed since it started."""
@@ -231,6 +301,15 @@ class Node:
         db._frames.clear()
         db._blocked = db.asleep = False
         db.memory = None if self.type.memory is None else self.type.memory()
+
+
+def _refusing(message: str) -> Compute:
+    """The compute of a node that an unset open input keeps from working."""
+
+    def compute(db: Any) -> NoReturn:
+        raise NodeError(message)
+
+    return compute
 
 
 def upstream_data(node: Node) -> tuple[Database, ...]:

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import gc
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
 from graph.declaration import NodeType
 from graph.errors import Mark, Problem, UserError
 from graph.evaluate.graph import Graph
+from graph.evaluate.instances import instance_spec
 from graph.registry import DEFAULT, Registry, UnknownNodeTypeError
-from graph.spec import GraphSpec
+from graph.spec import GraphSpec, Note
+from graph.suggest import did_you_mean
 from graph.types import Type, concrete_type
 from graph.values import coerce, zero
 from graph.variables import Variables
@@ -22,7 +24,7 @@ from .draft import Draft, Shape, all_names, draft_node, initial_values
 from .types import settle_types
 from .wiring import flows, rank, wire
 
-_NODE_NAME = re.compile(r"[^\s./:\[\]>]+")
+_NODE_NAME = re.compile(r"[^\s./:\[\]>]+(?:/[^\s./:\[\]>]+)*")
 
 
 class _Problems:
@@ -46,7 +48,37 @@ def compile_graphs(specs: Sequence[GraphSpec], registry: Registry = DEFAULT) -> 
     Raises UserError with every problem of all graphs, each with its place and, where a name is close, a suggestion.
     """
     with _collector_paused():
-        return _compile(specs, registry)
+        graphs = _compile(specs, registry)
+        for graph in graphs:
+            if graph.spec.instances:
+                graph.instances = _instances(graph, registry)
+        return graphs
+
+
+def _instances(graph: Graph, registry: Registry) -> dict[str, Graph]:
+    """The graph once more for each prim that has it."""
+    spec = graph.spec
+    if graph.linked:
+        others = ", ".join(sorted(graph.linked))
+        raise UserError(
+            Problem(
+                f"graph {graph.path} is instanced on prims and exchanges data with {others}; an instanced graph stands "
+                "alone, pass values by the world or by events",
+                spec.mark,
+            )
+        )
+    unknown = [
+        Problem(
+            f'graph {graph.path} has no variable "{name}", which {prim} sets{did_you_mean(name, spec.variables)}',
+            spec.mark,
+        )
+        for prim, given in spec.instances.items()
+        for name in given
+        if name not in spec.variables
+    ]
+    if unknown:
+        raise UserError(unknown)
+    return {prim: _compile([instance_spec(spec, prim)], registry, prim)[0] for prim in spec.instances}
 
 
 @contextmanager
@@ -61,16 +93,18 @@ def _collector_paused() -> Iterator[None]:
             gc.enable()
 
 
-def _compile(specs: Sequence[GraphSpec], registry: Registry) -> list[Graph]:
+def _compile(specs: Sequence[GraphSpec], registry: Registry, target: str = "") -> list[Graph]:
     report = _Problems()
     graphs: list[Graph] = []
     nodes = Nodes()
     shapes: dict[NodeType, Shape] = {}
+    paths: set[str] = set()
     for spec in specs:
-        if any(graph.path == spec.path for graph in graphs):
+        if spec.path in paths:
             report(f"graph {spec.path} is written twice; rename or merge one", spec.mark)
             continue
-        graph = Graph(spec.path, spec.evaluator, spec.pipeline_stage, _variables(spec, report), spec.mark)
+        paths.add(spec.path)
+        graph = Graph(spec, _variables(spec, report), target)
         graphs.append(graph)
         _draft_nodes(spec, graph, nodes, shapes, registry, report)
     drafts = list(nodes.drafts.values())
@@ -83,12 +117,13 @@ def _compile(specs: Sequence[GraphSpec], registry: Registry) -> list[Graph]:
     for draft, initial in starts:
         shape = shapes[draft.type]
         types = shape.types if draft.types == shape.types else draft.types
-        draft.node.build(all_names(draft, shape), types, initial)
+        draft.node.build(all_names(draft, shape), types, initial, draft.dynamic)
         draft.node.graph.nodes[draft.node.name] = draft.node
     wire(drafts, links, found, report)
     report.raise_if_any()
-    for graph in graphs:
-        graph.notes = tuple(_deprecations(draft for draft in drafts if draft.node.graph is graph))
+    for draft in drafts:
+        for note in _deprecations(draft):
+            draft.node.graph.notes += (note,)
     return graphs
 
 
@@ -135,10 +170,9 @@ def _variables(spec: GraphSpec, report: _Problems) -> Variables:
     return Variables(types, initial)
 
 
-def _deprecations(drafts: Iterable[Draft]) -> list[tuple[str, str, str]]:
+def _deprecations(draft: Draft) -> list[Note]:
     return [
         ("deprecated-attribute", draft.node.path, f"{full} is deprecated: {instead}")
-        for draft in drafts
         for full in (*draft.authored, *draft.fed)
         if (instead := draft.attribute(full).deprecated) and not draft.attribute(full).warns_itself
     ]

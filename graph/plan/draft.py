@@ -9,6 +9,7 @@ from typing import Any
 from graph.declaration import Attribute, NodeType
 from graph.errors import Mark
 from graph.evaluate.graph import Graph
+from graph.evaluate.instances import with_target
 from graph.evaluate.node import PREFIXES, Node
 from graph.spec import NodeSpec
 from graph.suggest import did_you_mean
@@ -36,6 +37,8 @@ class Draft:
     fed: dict[str, Any] = field(default_factory=dict)
     """The link that ends at each connected data attribute."""
     consumed: set[str] = field(default_factory=set)
+    unset: str = ""
+    """What keeps the node of an unfinished graph from computing."""
 
     @property
     def type(self) -> NodeType:
@@ -61,14 +64,18 @@ class Draft:
         if name in getattr(self.type, prefix) or full in self.dynamic:
             return full
         attribute = self.type.find(prefix, name) if add else None
-        if attribute is None:
-            return None
+        if attribute is not None:
+            self.add(full, attribute)
+            return full
+        return None
+
+    def add(self, full: str, attribute: Attribute) -> None:
+        """Gives the node an attribute that its type does not have."""
         self.dynamic[full] = attribute
         parsed = attribute.parsed
         self.types = {**self.types, full: parsed if isinstance(parsed, Type) else None}
         if isinstance(parsed, Extended):
             self.open += (full,)
-        return full
 
     def mark_of(self, key: str) -> Mark | None:
         """The place of an authored value, else of the node."""
@@ -106,6 +113,8 @@ def draft_node(graph: Graph, spec: NodeSpec, node_type: NodeType, shape: Shape, 
     # Only open types are ever written to: nodes without any share the dict.
     types = dict(shape.types) if shape.open else shape.types
     draft = Draft(Node(graph, spec.name, node_type, index, spec.mark), spec, types, shape.open)
+    for added, type_name in spec.attributes.items():
+        _add_attribute(draft, added, type_name, report)
     for key, value in spec.inputs.items():
         prefix, _, name = key.partition(":")
         if prefix == "outputs":
@@ -121,8 +130,30 @@ def draft_node(graph: Graph, spec: NodeSpec, node_type: NodeType, shape: Shape, 
         elif full in draft.authored:
             report(f"{draft.label}: {full} is set twice; keep one", draft.mark_of(key))
         else:
-            draft.authored[full] = value
+            draft.authored[full] = with_target(value, graph.target)
     return draft
+
+
+def _add_attribute(draft: Draft, full: str, type_name: str, report: Report) -> None:
+    """Makes an attribute that the file adds. One that the type declares keeps its declaration."""
+    prefix, _, name = full.partition(":")
+    if prefix not in PREFIXES or not name:
+        report(
+            f'{draft.label}: "{full}" is no attribute; write inputs:, outputs: or state: before the name',
+            draft.spec.mark,
+        )
+        return
+    if draft.find(prefix, name, add=False) is not None:
+        return
+    attribute = draft.type.find(prefix, name)
+    doc = attribute.doc if attribute else "added by the file"
+    try:
+        added = Attribute(type_name, doc)
+        _ = added.parsed
+    except ValueError as error:
+        report(f"{draft.label}: {full}: {error}", draft.spec.mark)
+        return
+    draft.add(full, added)
 
 
 def no_attribute(draft: Draft, kind: str, name: str) -> str:

@@ -166,7 +166,11 @@ def settle_types(drafts: Sequence[Draft], links: Sequence[Link], report: Report)
             if unset and full.startswith("inputs:") and not attribute.optional:
                 name = full.removeprefix("inputs:")
                 unit = f" [{attribute.unit}]" if attribute.unit else ""
-                report(f"{draft.label}: input {name}{unit} is not set. Give it a value or connect it.", draft.spec.mark)
+                message = f"input {name}{unit} is not set. Give it a value or connect it."
+                if draft.node.graph.spec.unfinished:
+                    draft.unset = message
+                else:
+                    report(f"{draft.label}: {message}", draft.spec.mark)
 
 
 def _closed_to(link: Link, target: Type) -> bool:

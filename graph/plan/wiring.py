@@ -113,6 +113,7 @@ class _Wiring:
     passes: dict[str, list[Copy]]
     sources: dict[Node, None]
     readers: dict[Node, None]
+    wires: dict[str, int]
 
 
 def wire(drafts: Sequence[Draft], links: Sequence[Link], found: dict[End, Flow], report: Report) -> None:
@@ -120,7 +121,11 @@ def wire(drafts: Sequence[Draft], links: Sequence[Link], found: dict[End, Flow],
 
     Every reader gets the starting value of its source; one that does not fit is reported.
     """
-    wirings = {draft: _Wiring([], {}, {}, {}) for draft in drafts}
+    wirings = {draft: _Wiring([], {}, {}, {}, {}) for draft in drafts}
+    for link in links:
+        if link.execution:
+            counted = wirings[link.target].wires
+            counted[link.target_name] = counted.get(link.target_name, 0) + 1
     for (target, name), flow in found.items():
         copy = _copy(flow, target, name)
         origin = wirings[flow.origin]
@@ -132,8 +137,7 @@ def wire(drafts: Sequence[Draft], links: Sequence[Link], found: dict[End, Flow],
             wirings[target].sources[flow.origin.node] = None
             if _needs_telling(flow.origin.node, target.node):
                 origin.pushes.append(_teller(target.node))
-        if flow.origin.types[flow.name] is not None:
-            _start(copy, flow, target, report)
+        _start(copy, flow, target, report)
     for draft, wiring in wirings.items():
         passes: dict[str, Any] = {full: all_of(copies) for full, copies in wiring.passes.items()}
         draft.node.connect(
@@ -143,6 +147,8 @@ def wire(drafts: Sequence[Draft], links: Sequence[Link], found: dict[End, Flow],
             tuple(wiring.readers),
             all_of(wiring.pushes),
             passes,
+            wiring.wires,
+            draft.unset,
         )
 
     _lead_wires(links)
@@ -150,13 +156,20 @@ def wire(drafts: Sequence[Draft], links: Sequence[Link], found: dict[End, Flow],
 
 def _start(copy: Copy, flow: Flow, target: Draft, report: Report) -> None:
     """Makes a copy for the first time, and notes that either graph makes it again when it starts afresh."""
+    origin_graph, target_graph = flow.origin.node.graph, target.node.graph
+    if origin_graph is not target_graph:
+        origin_graph.linked.add(target_graph.path)
+        target_graph.linked.add(origin_graph.path)
+    if flow.origin.types[flow.name] is None:
+        return
     try:
         copy()
     except ValueError as error:
         source, reader = flow.link.ends()
         report(f"{source} cannot feed {reader}: {error}", flow.link.mark)
-    for graph in {flow.origin.node.graph, target.node.graph}:
-        graph.starts.append(copy)
+    target_graph.starts.append(copy)
+    if origin_graph is not target_graph:
+        origin_graph.starts.append(copy)
 
 
 def _lead_wires(links: Sequence[Link]) -> None:
@@ -183,4 +196,6 @@ def _needs_telling(source: Node, reader: Node) -> bool:
 
 
 def _teller(reader: Node) -> Copy:
-    return lambda: reader.graph.touched(reader)
+    # By its db: an edit gives the db of a newly compiled node to the one that people hold.
+    db = reader.db
+    return lambda: db.node.graph.touched(db.node)

@@ -1,0 +1,78 @@
+"""Edits of graphs that exist: the newly compiled form takes the old one's place, what was gathered stays."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+
+from .dirty import DirtyPushEvaluator
+from .graph import Graph
+from .node import Node
+
+
+def adopt(graphs: Mapping[str, Graph], fresh: Mapping[str, Graph], touched: Mapping[str, Collection[str]]) -> None:
+    """Gives each of `graphs` the form of the graph of that path in `fresh`; none of them may be running.
+
+    Graph, Node and Variables objects stay the same, so that what people hold remains good, and with them memory, state,
+    outputs, sleep and counts; a node whose type id changed is a new one. `touched` names the nodes that the edit
+    concerns, by graph path: a lazy graph computes these again. Nodes that are gone are released.
+    """
+    kept: dict[Node, Node] = {}
+    changed: dict[str, list[Node]] = {}
+    for path, new in fresh.items():
+        changed[path] = _take_nodes(graphs[path], new, set(touched.get(path, ())), kept)
+    for path, new in fresh.items():
+        _finish(graphs[path], new, kept, changed[path])
+    for path in fresh:
+        for copy in graphs[path].starts:
+            copy()
+
+
+def _take_nodes(graph: Graph, new: Graph, touched: set[str], kept: dict[Node, Node]) -> list[Node]:
+    """Merges the nodes; gives those that compute anew in a lazy graph."""
+    nodes: dict[str, Node] = {}
+    changed: list[Node] = []
+    for name, fresh in new.nodes.items():
+        old = graph.nodes.get(name)
+        if old is not None and old.type is fresh.type:
+            node = kept[fresh] = old
+            if node.take(fresh) or name in touched:
+                changed.append(node)
+        else:
+            node = fresh
+            node.graph = graph
+            changed.append(node)
+        nodes[name] = node
+    for name, old in graph.nodes.items():
+        if nodes.get(name) is not old:
+            old.release()
+    graph.nodes = nodes
+    return changed
+
+
+def _finish(graph: Graph, new: Graph, kept: Mapping[Node, Node], changed: Collection[Node]) -> None:
+    for node in graph.nodes.values():
+        if node.sources:
+            node.sources = tuple(kept.get(one, one) for one in node.sources)
+        if node.readers:
+            node.readers = tuple(kept.get(one, one) for one in node.readers)
+    graph.variables.take(new.variables)
+    graph.take(new)
+    for prim, instance in list(graph.instances.items()):
+        if prim not in new.instances:
+            instance.close()
+            del graph.instances[prim]
+    instances = {}
+    for prim, fresh in new.instances.items():
+        instances[prim] = graph.instances.get(prim, fresh)
+        if instances[prim] is not fresh:
+            adopt({graph.path: instances[prim]}, {graph.path: fresh}, {graph.path: [node.name for node in changed]})
+        else:
+            fresh.observe_as(graph)
+    graph.instances = instances
+    before = graph.evaluator_state
+    if isinstance(before, DirtyPushEvaluator) and graph.evaluator == "dirty_push":
+        lazy = DirtyPushEvaluator(graph)
+        lazy.carry(before, changed)
+        graph.evaluator_state = lazy
+    else:
+        graph.evaluator_state = None
