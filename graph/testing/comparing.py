@@ -28,7 +28,7 @@ def difference(expected: Any, got: Any, type_: Type | None, tolerance: float) ->
     if off is None or off <= tolerance:
         # None stands for two values that are no numbers and equal.
         return None
-    by = f" (off by {off:.3g}, tolerance {tolerance:g})" if math.isfinite(off) else ""
+    by = f" (error {off:.3g}, tolerance {tolerance:g})" if math.isfinite(off) else ""
     return f"expected {show(expected)}, got {show(got)}{by}"
 
 

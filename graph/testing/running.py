@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -60,6 +61,9 @@ def run_case(case: Case, options: Options | None = None) -> Outcome:
         return Outcome(case, (Problem(str(error), case.mark),), time.perf_counter() - started)
     except (KeyError, ValueError) as error:
         seen = Seen(error=UserError(str(error.args[0] if error.args else error)), exit=2)
+    except Exception as error:  # a defect of the tool or of a library: the other cases run all the same
+        message = " ".join(f"internal error: {type(error).__name__}: {error}".split())
+        return Outcome(case, (Problem(message, case.mark),), time.perf_counter() - started)
     return Outcome(case, tuple(failures_of(case, seen)), time.perf_counter() - started)
 
 
@@ -97,6 +101,8 @@ def _run_node(case: Case, options: Options) -> Seen:
     changes = _changes(case)
     playing = _playing(case)
     spec = replace(case.spec, settings={**case.spec.settings, **options.settings})
+    # What a connection would bring comes anew in every update, so a change of it must last.
+    brought = {name: value for name, value in setup.inputs.items() if name in setup.connect}
     with ExitStack() as cleanup:
         world = None
         if setup.world or (setup.world is None and spec.scene.prims) or spec.scene.usd:
@@ -104,14 +110,17 @@ def _run_node(case: Case, options: Options) -> Seen:
 
         def before(update: int, node: Node) -> None:
             for reference, value in changes.get(update, ()):
-                _set(node, reference, value, update)
+                if reference in brought:
+                    brought[reference] = value
+                else:
+                    _set(node, reference, value, update)
             if world is not None:
                 world.update = update
                 world.play(playing(update))
 
         trace: Trace = run_node(
             case.node,
-            inputs=setup.inputs,
+            inputs={**setup.inputs, **{name: _latest(brought, name) for name in brought}},
             pulses=setup.pulses,
             updates=1 if setup.updates is None else setup.updates,
             connect=setup.connect,
@@ -124,6 +133,10 @@ def _run_node(case: Case, options: Options) -> Seen:
             registry=options.registry,
         )
         return of_node(trace, world)
+
+
+def _latest(values: dict[str, Any], name: str) -> Callable[[int], Any]:
+    return lambda update: values[name]
 
 
 def _with_own(case: Case, spec: FileSpec) -> FileSpec:
