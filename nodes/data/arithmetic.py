@@ -7,8 +7,9 @@ from typing import Any
 
 from graph import Attribute, node_type
 
+from .like_inputs import incremented
 from .numbers import aligned, folded, settled, two_numbers
-from .promotion import incremented, promoted, quotient
+from .promotion import promoted, quotient
 
 NUMERICS = ("numerics",)
 INTEGRAL = ("integral_scalers",)

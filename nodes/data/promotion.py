@@ -60,7 +60,7 @@ def promoted(output: str) -> Resolve:
     """The output has the common type of all inputs."""
 
     def resolve(known: Any) -> Answer:
-        types = _inputs(known)
+        types = input_types(known)
         return {output: common_type(types)} if types else {}
 
     return resolve
@@ -70,7 +70,7 @@ def quotient(output: str) -> Resolve:
     """As `promoted`, but integers divided by integers are doubles."""
 
     def resolve(known: Any) -> Answer:
-        types = _inputs(known)
+        types = input_types(known)
         if not types:
             return {}
         result = common_type(types)
@@ -82,13 +82,7 @@ def quotient(output: str) -> Resolve:
     return resolve
 
 
-def incremented(known: Any) -> Answer:
-    """Increment: the result has the type of the value."""
-    value = known["inputs:value"]
-    return {} if value is None else {"outputs:result": value}
-
-
-def _inputs(known: Any) -> list[Type]:
+def input_types(known: Any) -> list[Type]:
     """The types of all inputs, or none while one of them is open."""
     types = [known[name] for name in known if name.startswith("inputs:")]
     return [] if None in types else types

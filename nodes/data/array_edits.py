@@ -1,0 +1,151 @@
+"""Arrays measured, searched, and made anew with one element or another length changed; inputs are never written to."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from graph import Attribute, node_type
+from graph.conversion import converter
+from graph.types import concrete_type
+
+from .like_inputs import appended, edited_array, searched_array
+
+ARRAYS, ELEMENTS = ("arrays",), ("array_elements",)
+ARRAY = Attribute(ARRAYS, "the array")
+INDEX = Attribute("int", "position from 0, or from the end where negative (-1 is the last)", default=0)
+
+
+@node_type(
+    "omni.graph.nodes.ArrayGetSize",
+    version=1,
+    inputs={"array": ARRAY},
+    outputs={"size": Attribute("int", "elements of the array")},
+)
+def array_get_size(db: Any) -> None:
+    """Count the elements of an array."""
+    db.outputs.size = len(db.inputs.array)
+
+
+@node_type(
+    "omni.graph.nodes.ArrayFindValue",
+    version=1,
+    inputs={"array": ARRAY, "value": Attribute(ELEMENTS, "the element to look for")},
+    outputs={"index": Attribute("int", "position of the first equal element; -1 where there is none")},
+    resolve=searched_array,
+)
+def array_find_value(db: Any) -> None:
+    """Find the first element that equals a value."""
+    array, value = db.inputs.array, db.inputs.value
+    if isinstance(array, list):
+        db.outputs.index = array.index(value) if value in array else -1
+        return
+    import numpy as np
+
+    same = np.atleast_1d(array == value).reshape(len(array), -1).all(axis=1) if len(array) else np.zeros(0, bool)
+    db.outputs.index = int(same.argmax()) if same.any() else -1
+
+
+@node_type(
+    "omni.graph.nodes.ArraySetIndex",
+    version=1,
+    inputs={
+        "array": ARRAY,
+        "index": INDEX,
+        "resizeToFit": Attribute("bool", "whether an index behind the end makes the array longer", default=False),
+        "value": Attribute(ELEMENTS, "the element to put there"),
+    },
+    outputs={"array": Attribute(ARRAYS, "the array with that element")},
+    resolve=edited_array,
+)
+def array_set_index(db: Any) -> None:
+    """Replace one element; with resizeToFit an index behind the end fills the gap with zeros."""
+    array, index = db.inputs.array, db.inputs.index
+    length = len(array)
+    if index >= length and db.inputs.resizeToFit:
+        length = index + 1
+    if not -len(array) <= index < length:
+        fit = "; set resizeToFit or correct it" if index > 0 else ""
+        db.fail(f"input index is {index}, but the array has {len(array)} elements{fit}")
+    result = _resized(db, array, length)
+    result[index] = _element(db)
+    db.outputs.array = result
+
+
+@node_type(
+    "omni.graph.nodes.ArrayInsertValue",
+    version=1,
+    inputs={
+        "array": ARRAY,
+        "index": Attribute("int", "position before which it goes, from the end where negative", default=0),
+        "value": Attribute(ELEMENTS, "the element to put in"),
+    },
+    outputs={"array": Attribute(ARRAYS, "the array with one element more")},
+    resolve=edited_array,
+)
+def array_insert_value(db: Any) -> None:
+    """Put an element in; an index beyond either end means that end."""
+    array, index = db.inputs.array, db.inputs.index
+    length = len(array)
+    position = min(max(index if index >= 0 else index + length, 0), length)
+    result = _resized(db, array, length + 1)
+    result[position + 1 :] = array[position:]
+    result[position] = _element(db)
+    db.outputs.array = result
+
+
+@node_type(
+    "omni.graph.nodes.ArrayResize",
+    version=1,
+    inputs={"array": ARRAY, "newSize": Attribute("int", "elements that it is to have", default=0)},
+    outputs={"array": Attribute(ARRAYS, "the array cut off, or filled up with zeros")},
+    resolve=edited_array,
+)
+def array_resize(db: Any) -> None:
+    """Give an array another length."""
+    size = db.inputs.newSize
+    if size < 0:
+        db.fail(f"input newSize is {size}; give it 0 or more")
+    db.outputs.array = _resized(db, db.inputs.array, size)
+
+
+@node_type(
+    "omni.graph.nodes.AppendArray",
+    version=1,
+    inputs={"input0": Attribute(ARRAYS, "the first array"), "input1": Attribute(ARRAYS, "the second array")},
+    outputs={"array": Attribute(ARRAYS, "all of them, one behind the other")},
+    dynamic_inputs={"input{n}": Attribute(ARRAYS, "one more array")},
+    resolve=appended,
+)
+def append_array(db: Any) -> None:
+    """Put arrays of one type one behind the other."""
+    arrays = db.dynamic_inputs("input")
+    if isinstance(arrays[0], list):
+        db.outputs.array = [text for array in arrays for text in array]
+        return
+    import numpy as np
+
+    db.outputs.array = np.concatenate(arrays)
+
+
+def _resized(db: Any, array: Any, size: int) -> Any:
+    """A copy of the array, cut off or filled up with zeros (empty texts); identities for matrices are not zeros."""
+    if isinstance(array, list):
+        return array[:size] + [""] * (size - len(array))
+    import numpy as np
+
+    result = np.zeros((size, *array.shape[1:]), array.dtype)
+    result[: len(array)] = array[:size]
+    return result
+
+
+def _element(db: Any) -> Any:
+    """The value as an element of the array."""
+    value_type, array_type = db.input_type("value"), db.input_type("array")
+    if value_type is None or array_type is None:
+        return db.inputs.value
+    convert: Callable[[Any], Any] | None = converter(concrete_type(value_type), concrete_type(array_type).element)
+    try:
+        return db.inputs.value if convert is None else convert(db.inputs.value)
+    except ValueError as error:
+        return db.fail(f"input value: {error}")

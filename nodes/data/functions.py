@@ -1,0 +1,110 @@
+"""Functions of one number, element by element: angles in degrees, rounding."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+from graph import Attribute, node_type
+
+from .like_inputs import same_type, whole_of
+
+DECIMAL = ("decimal_scalers", "double[]", "float[]", "half[]")
+DECIMALS = ("decimals",)
+WHOLE = ("int", "int[]", "int[2]", "int[3]", "int[4]", "int[2][]", "int[3][]", "int[4][]")
+
+
+def _applied(name: str, function: Callable[[float], float], scale_in: float = 1.0, scale_out: float = 1.0) -> None:
+    """Declares the node type `name`: function of value x scale_in, times scale_out."""
+    inverse = name.startswith("A")
+    given, found = ("a ratio", "its angle") if inverse else ("an angle", "the ratio")
+    unit_in, unit_out = ("", "deg") if inverse else ("deg", "")
+
+    def compute(db: Any) -> None:
+        value = db.inputs.value
+        try:
+            if hasattr(value, "dtype"):
+                import numpy as np
+
+                mapped = [function(float(one) * scale_in) * scale_out for one in value.flat]
+                db.outputs.value = np.array(mapped, value.dtype).reshape(value.shape)
+            else:
+                db.outputs.value = function(value * scale_in) * scale_out
+        except ValueError:
+            db.fail(f"input value is {value}; {name} is not defined there")
+
+    compute.__doc__ = f"Give {found} of {given} by {name.lower()}; a value outside its domain fails."
+    node_type(
+        f"omni.graph.nodes.{name}",
+        version=1,
+        inputs={"value": Attribute(DECIMAL, f"{given}", unit=unit_in)},
+        outputs={"value": Attribute(DECIMAL, f"{found}", unit=unit_out)},
+        resolve=same_type("value", "value"),
+    )(compute)
+
+
+for _name, _function in (("Sin", math.sin), ("Cos", math.cos), ("Tan", math.tan)):
+    _applied(_name, _function, scale_in=math.pi / 180)
+for _name, _function in (("Asin", math.asin), ("Acos", math.acos), ("Atan", math.atan)):
+    _applied(_name, _function, scale_out=180 / math.pi)
+
+
+@node_type(
+    "omni.graph.nodes.Ceil",
+    version=1,
+    inputs={"a": Attribute(DECIMALS, "a real number, tuple or array")},
+    outputs={"result": Attribute(WHOLE, "the least whole numbers that are not below it")},
+    resolve=whole_of("a", "result"),
+)
+def ceil(db: Any) -> None:
+    """Round up to whole numbers."""
+    _to_whole(db, math.ceil, "ceil")
+
+
+@node_type(
+    "omni.graph.nodes.Floor",
+    version=1,
+    inputs={"a": Attribute(DECIMALS, "a real number, tuple or array")},
+    outputs={"result": Attribute(WHOLE, "the largest whole numbers that are not above it")},
+    resolve=whole_of("a", "result"),
+)
+def floor(db: Any) -> None:
+    """Round down to whole numbers."""
+    _to_whole(db, math.floor, "floor")
+
+
+def _to_whole(db: Any, one: Callable[[float], int], many: str) -> None:
+    value = db.inputs.a
+    try:
+        if not hasattr(value, "dtype"):
+            whole = one(value)
+            fits = -(2**31) <= whole < 2**31
+            result: Any = whole
+        else:
+            import numpy as np
+
+            rounded = getattr(np, many)(value)
+            fits = bool(((rounded >= -(2.0**31)) & (rounded < 2.0**31)).all())
+            result = rounded.astype(np.int32) if fits else None
+    except (ValueError, OverflowError):
+        fits = False
+    if not fits:
+        db.fail(f"input a is {value}, which has no whole number that an int can hold")
+    db.outputs.result = result
+
+
+@node_type(
+    "omni.graph.nodes.Round",
+    version=1,
+    inputs={
+        "decimals": Attribute("int", "places behind the point to keep; before it where negative", default=0),
+        "input": Attribute(DECIMALS, "a real number, tuple or array"),
+    },
+    outputs={"output": Attribute(DECIMALS, "the nearest numbers with so many places; a half goes to the even one")},
+    resolve=same_type("input", "output"),
+)
+def round_off(db: Any) -> None:
+    """Round to a number of decimal places."""
+    value, decimals = db.inputs.input, db.inputs.decimals
+    db.outputs.output = value.round(decimals) if hasattr(value, "dtype") else round(value, decimals)

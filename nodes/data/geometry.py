@@ -1,0 +1,88 @@
+"""Lengths, products and directions of vectors; arrays of vectors row by row."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from graph import Attribute, node_type
+
+from .like_inputs import length_of, product_of, same_type
+from .numbers import aligned, settled
+from .promotion import promoted
+
+VECTORS = tuple(
+    f"{kind}[{size}]{many}" for kind in ("double", "float", "half") for size in (2, 3, 4) for many in ("", "[]")
+)
+VECTORS3 = tuple(f"vector{kind}[3]{many}" for kind in "dfh" for many in ("", "[]"))
+
+
+@node_type(
+    "omni.graph.nodes.Magnitude",
+    version=1,
+    inputs={"input": Attribute(("numerics",), "a number, a vector, or an array of either")},
+    outputs={"magnitude": Attribute(("numerics",), "the length of each vector, the absolute value of each number")},
+    resolve=length_of("input", "magnitude"),
+)
+def magnitude(db: Any) -> None:
+    """Give the length of a vector."""
+    import math
+
+    value, kind = db.inputs.input, db.input_type("input")
+    if not hasattr(value, "dtype"):
+        db.outputs.magnitude = abs(value)
+    elif kind is None or not str(kind).endswith("[]"):
+        db.outputs.magnitude = math.hypot(*map(float, value.flat))
+    else:
+        import numpy as np
+
+        db.outputs.magnitude = np.abs(value) if value.ndim == 1 else np.linalg.norm(value.astype(float), axis=-1)
+
+
+@node_type(
+    "omni.graph.nodes.DotProduct",
+    version=1,
+    inputs={
+        "a": Attribute(("numerics",), "a vector, or an array of them"),
+        "b": Attribute(("numerics",), "one of the same size"),
+    },
+    outputs={"product": Attribute(("numerics",), "a . b, one for each pair")},
+    resolve=product_of("product"),
+)
+def dot_product(db: Any) -> None:
+    """Multiply vectors to numbers."""
+    a, b = aligned(db, "ab", None)
+    product = (a * b).sum(axis=-1)
+    db.outputs.product = product if product.ndim else product.item()
+
+
+@node_type(
+    "omni.graph.nodes.CrossProduct",
+    version=1,
+    inputs={
+        "a": Attribute(VECTORS3, "a vector of three, or an array of them"),
+        "b": Attribute(VECTORS3, "a vector of three, or an array of them"),
+    },
+    outputs={"product": Attribute(VECTORS3, "a x b, at right angles to both")},
+    resolve=promoted("product"),
+)
+def cross_product(db: Any) -> None:
+    """Multiply vectors of three to a vector."""
+    import numpy as np
+
+    db.outputs.product = np.cross(*aligned(db, "ab", settled(db, "product")))
+
+
+@node_type(
+    "omni.graph.nodes.Normalize",
+    version=1,
+    inputs={"vector": Attribute(VECTORS, "a vector, or an array of them")},
+    outputs={"result": Attribute(VECTORS, "the vectors of length 1 in the same direction")},
+    resolve=same_type("vector", "result"),
+)
+def normalize(db: Any) -> None:
+    """Give vectors length 1; one of length 0 stays as it is."""
+    import numpy as np
+
+    vector = db.inputs.vector
+    length = np.linalg.norm(vector.astype(float), axis=-1, keepdims=True)
+    db.outputs.result = (vector / np.where(length == 0, 1, length)).astype(vector.dtype)

@@ -1,0 +1,129 @@
+"""Which type comes out of a data node that keeps its input's type or shape; see `promotion` for calculations."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from graph.conversion import convertible
+from graph.types import DECIMALS, TYPES, Type, concrete_type
+
+from .promotion import common_type, input_types
+
+if TYPE_CHECKING:
+    from graph.declaration import Resolve
+
+    Answer = Mapping[str, Type]
+
+
+def same_type(name: str, output: str) -> Resolve:
+    """The output has the type of the input."""
+
+    def resolve(known: Any) -> Answer:
+        given = known[f"inputs:{name}"]
+        return {} if given is None else {f"outputs:{output}": given}
+
+    return resolve
+
+
+def renamed(name: str, output: str, element: str) -> Resolve:
+    """The output is of a fixed type, an array of it where the input is an array."""
+
+    def resolve(known: Any) -> Answer:
+        given = known[f"inputs:{name}"]
+        return {} if given is None else {f"outputs:{output}": concrete_type(element + "[]" * given.array)}
+
+    return resolve
+
+
+def whole_of(name: str, output: str) -> Resolve:
+    """The output is made of ints in the shape of the input. Raises ValueError for a matrix."""
+
+    def resolve(known: Any) -> Answer:
+        given = known[f"inputs:{name}"]
+        if given is None:
+            return {}
+        if given.square:
+            raise ValueError(f"input {name} is {given}; there are no matrices of whole numbers")
+        element = "int" if given.count == 1 else f"int[{given.count}]"
+        return {f"outputs:{output}": concrete_type(element + "[]" * given.array)}
+
+    return resolve
+
+
+def length_of(name: str, output: str) -> Resolve:
+    """A number for a number; a real number for a vector; arrays of these for arrays. Raises ValueError for a matrix."""
+
+    def resolve(known: Any) -> Answer:
+        given = known[f"inputs:{name}"]
+        if given is None:
+            return {}
+        if given.square:
+            raise ValueError(f"input {name} is {given}; a matrix has no length")
+        number = given.component
+        if given.count > 1 and number.storage not in DECIMALS:
+            number = TYPES["double"]
+        return {f"outputs:{output}": number.array_of() if given.array else number}
+
+    return resolve
+
+
+def product_of(output: str) -> Resolve:
+    """A number for two vectors or two arrays of numbers, an array where one is an array of vectors."""
+
+    def resolve(known: Any) -> Answer:
+        types = input_types(known)
+        if not types:
+            return {}
+        flat = [one.array and one.count == 1 for one in types]
+        if any(one.square or (one.scalar and one.count == 1) for one in types) or len(set(flat)) > 1:
+            raise ValueError(f"{types[0]} and {types[1]} have no dot product; give it two vectors of one size")
+        number = common_type(types).component
+        return {f"outputs:{output}": number if all(flat) or not any(one.array for one in types) else number.array_of()}
+
+    return resolve
+
+
+def incremented(known: Any) -> Answer:
+    """Increment: the result has the type of the value."""
+    value = known["inputs:value"]
+    return {} if value is None else {"outputs:result": value}
+
+
+def edited_array(known: Any) -> Answer:
+    """The output is an array like the input; an open `value` is one of its elements."""
+    array = known["inputs:array"]
+    return {} if array is None else {"outputs:array": array, **searched_array(known)}
+
+
+def searched_array(known: Any) -> Answer:
+    """An open `value` is an element of the array. Raises ValueError where it can be none."""
+    array = known["inputs:array"]
+    if array is None or "inputs:value" not in known:
+        return {}
+    value = known["inputs:value"]
+    if value is None:
+        return {"inputs:value": array.element}
+    if not convertible(value, array.element):
+        raise ValueError(f"input value is {value}, which cannot go into {array}")
+    return {}
+
+
+def appended(known: Any) -> Answer:
+    """AppendArray: the type of the first settled array, for all of them. Raises ValueError where one is another."""
+    inputs = [name for name in known if name.startswith("inputs:")]
+    first = next((known[name] for name in inputs if known[name] is not None), None)
+    if first is None:
+        return {}
+    others = [known[name] for name in inputs if known[name] is not None and not convertible(known[name], first)]
+    if others:
+        raise ValueError(f"{first} and {others[0]} cannot be put into one array")
+    return {"outputs:array": first, **{name: first for name in inputs if known[name] is None}}
+
+
+def joined_text(known: Any) -> Answer:
+    """BuildString: the type of `a`, an array where any part is one."""
+    types = input_types(known)
+    if not types:
+        return {}
+    return {"outputs:value": TYPES["token[]"] if any(one.array for one in types) else types[0]}
