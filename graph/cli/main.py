@@ -39,6 +39,7 @@ COMMANDS = {
     "test": Command("run *.test.yaml tests of graphs and nodes", "test", settings=True),
     "nodes": Command("list node types", "nodes"),
     "node": Command("describe one node type", "node"),
+    "convert": Command("write a graph file in another format: yaml, json, usda", "convert"),
     "show": Command("draw the graphs of a file", "show"),
     "schema": Command("print the JSON Schema of graph files", "schema"),
     "doctor": Command("is this machine ready, and what to install if not", "doctor"),

@@ -12,7 +12,7 @@ from graph.errors import Mark, Problem, UserError
 from graph.files.loading import Examined, examine_text
 from graph.files.source import DEPTH_LIMIT
 from graph.migration import migrate
-from graph.spec import FileSpec, Note, SceneSpec
+from graph.spec import FileSpec, GraphSpec, Note, SceneSpec
 
 from .graph_prims import read_graphs
 from .node_prims import KEY
@@ -41,15 +41,24 @@ def examine(path: Path, name: str, allow: Iterable[Path] = ()) -> Examined:
     def tell(code: str, place: str, message: str) -> None:
         notes.append((code, str(mark_of(place)), message))
 
-    base, problems = _other_keys(stage, path, name, text)
+    base, problems = _other_keys(path, name, text)
     raw = read_graphs(stage, tell)
     graphs = graph_specs(raw, mark_of, tell)
+    graphs = _in_file_order(graphs, path)
     spec = replace(base, path=path, folder=path.parent, graphs=graphs, notes=tuple(notes))
     ours = {graph.path for graph in raw if graph.custom} | {
         node.path for graph in raw for node in graph.nodes if node.custom
     }
     lenient = any(path not in ours for path in _parts(spec))
     return Examined(replace(tidied(migrate(spec), ours), lenient=lenient), problems)
+
+
+def _in_file_order(graphs: tuple[GraphSpec, ...], path: Path) -> tuple[GraphSpec, ...]:
+    """Graphs in the order that our own writer noted; others last, in stage order."""
+    ours = plain(dict(_layer(path).customLayerData)).get(KEY)
+    noted = ours.get("graphs") if isinstance(ours, dict) else None
+    rank = {name: position for position, name in enumerate(noted)} if isinstance(noted, list) else {}
+    return tuple(sorted(graphs, key=lambda graph: rank.get(graph.path, len(rank))))
 
 
 def _parts(spec: FileSpec) -> Iterator[str]:
@@ -87,11 +96,9 @@ def _open(path: Path, name: str, allow: Sequence[Path], notes: list[Note]) -> An
     return open_stage(path, [path.parent, *allow], warn)
 
 
-def _other_keys(stage: Any, path: Path, name: str, text: Text) -> tuple[FileSpec, tuple[Problem, ...]]:
+def _other_keys(path: Path, name: str, text: Text) -> tuple[FileSpec, tuple[Problem, ...]]:
     """What our own writer kept of a file beside its graphs, validated as if it stood in a graph file."""
-    from graph.sim.usd import Sdf
-
-    layer = Sdf.Layer.Find(str(path))
+    layer = _layer(path)
     scene = SceneSpec(usd=path, mark=PlacedMark(text, "/"))
     document = other_keys(layer)
     document.get("scene", {}).pop("usd", None)  # a sublayer of this file
@@ -116,3 +123,31 @@ def other_keys(layer: Any) -> dict[str, Any]:
         elif key not in ("tickgraph", "graphs"):
             document[key] = value
     return document
+
+
+def kept_keys(path: Path) -> dict[str, Any]:
+    """The keys of a graph file, other than its graphs, for a USD file: its own, or itself as the scene."""
+    layer = _layer(path)
+    document = other_keys(layer)
+    if KEY not in layer.customLayerData:
+        document["scene"] = {"usd": path.name}
+    return document
+
+
+def documentation(path: Path, spec: FileSpec) -> dict[str, str]:
+    """The documentation of a USD file ("") and of its graphs and nodes, by path."""
+    layer = _layer(path)
+    found = {"": layer.documentation}
+    for place in _parts(spec):
+        prim = layer.GetPrimAtPath(place)
+        found[place] = prim.documentation if prim else ""
+    return {place: text for place, text in found.items() if text}
+
+
+def _layer(path: Path) -> Any:
+    from graph.sim.usd import Sdf
+
+    layer = Sdf.Layer.FindOrOpen(str(path.absolute()))
+    if layer is None:
+        raise UserError(f"{path}: USD cannot read this file.")
+    return layer

@@ -7,6 +7,7 @@ from typing import Any
 
 from graph.errors import Mark
 from graph.migration import upgraded
+from graph.registry import DEFAULT
 from graph.spec import ConnectionSpec, GraphSpec, NodeSpec, VariableSpec
 
 from .graph_prims import RawGraph, Tell, variable_name
@@ -81,7 +82,17 @@ def _node(node: RawNode, ports: Ports, mark_of: MarkOf) -> NodeSpec:
     if node.custom:  # our own writer notes which attributes are not of the type, and what USD has no names for
         types = {str(full): str(one) for full, one in _mapping(node.custom, "attributes").items()}
         inputs.update(_mapping(node.custom, "inputs"))
-    return NodeSpec(node.name, node.type, upgraded(node.type, node.version, inputs), mark_of(node.path), marks, types)
+    return NodeSpec(
+        node.name, _type_as_written(node), upgraded(node.type, node.version, inputs), mark_of(node.path), marks, types
+    )
+
+
+def _type_as_written(node: RawNode) -> str:
+    """The type id; the short name that stood in the file our own writer had, as long as it still means this type."""
+    noted = node.custom.get("type")
+    if isinstance(noted, str) and noted in DEFAULT and DEFAULT.get(noted).id == node.type:
+        return noted
+    return node.type
 
 
 def _mapping(custom: Mapping[str, Any], name: str) -> dict[str, Any]:
@@ -91,10 +102,10 @@ def _mapping(custom: Mapping[str, Any], name: str) -> dict[str, Any]:
 
 def _value(attribute: RawAttribute) -> Any:
     """What the file gives the attribute; None for nothing."""
+    value: Any = None
     if attribute.is_execution:
-        return None
-    value: Any
-    if attribute.sdf_type == "rel":
+        pass  # control, no data
+    elif attribute.sdf_type == "rel":
         targets = targets_of(attribute)
         value = (targets[0] if len(targets) == 1 else targets) if targets else None
     else:
@@ -128,11 +139,12 @@ def _connections(
             if attribute.name.startswith("outputs:"):
                 tell("usd-lost-connection", place, f"{node.path}.{attribute.name} is an output that {source} feeds")
                 continue
-            start = f"{home[1]}.{_short(name, 'outputs:')}" if home[0] == graph else f"{owner}.{name}"
-            yield ConnectionSpec(start, f"{node.name}.{_short(attribute.name, 'inputs:')}", mark_of(place))
+            start = f"{home[1]}.{shortened(name, 'outputs:')}" if home[0] == graph else f"{owner}.{name}"
+            yield ConnectionSpec(start, f"{node.name}.{shortened(attribute.name, 'inputs:')}", mark_of(place))
 
 
-def _short(name: str, prefix: str) -> str:
+def shortened(name: str, prefix: str) -> str:
+    """An attribute's name without the prefix that goes without saying, unless what is left would be misread."""
     short = name.removeprefix(prefix)
     return name if short.startswith(("inputs:", "outputs:", "state:")) else short
 

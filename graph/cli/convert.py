@@ -1,0 +1,123 @@
+"""`graph convert`: one graph file in another format (YAML, JSON, USD), saying the same."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import tempfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from graph.errors import UserError
+
+from .printing import note_line
+
+_FORMATS = {".yaml": "yaml", ".yml": "yaml", ".json": "json", ".usda": "usd", ".usd": "usd", ".usdc": "usd"}
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the command's options."""
+    parser.add_argument("source", metavar="IN", help="graph file (.yaml, .json, .usda, .usd, .usdc)")
+    parser.add_argument("target", metavar="OUT", help="file to write; its name's ending says the format")
+    parser.add_argument("--force", action="store_true", help="overwrite OUT")
+    parser.add_argument(
+        "--allow", action="append", default=[], type=Path, metavar="DIR", help="also allow files below DIR"
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Runs the command."""
+    target = Path(args.target)
+    if target.exists() and not args.force:
+        raise UserError(f"{args.target} exists; name another file, or overwrite it with --force.")
+    for note in convert(args.source, args.target, allow=args.allow):
+        print(note_line(note), file=sys.stderr)
+    return 0
+
+
+def convert(source: str, target: str, *, allow: Sequence[Path] = ()) -> tuple[tuple[str, str, str], ...]:
+    """Writes the graph file `source` as `target`, in the format that its name ends in; returns what is odd about it.
+
+    Nothing is written if anything is wrong: raises UserError with every problem of the file itself (graphs are not
+    compiled: a file with unknown node types converts too).
+    """
+    kind = _FORMATS.get(Path(target).suffix.lower())
+    if kind is None:
+        raise UserError(f"{target}: the format is told by the name; it ends in {', '.join(_FORMATS)}.")
+    folder = Path(target).absolute().parent
+    if not folder.is_dir():
+        raise UserError(f"{target}: there is no folder {folder}; make it first.")
+    from graph.files import examine
+
+    examined = examine(source, allow=allow)
+    if examined.problems or examined.spec is None:
+        raise UserError(examined.problems)
+    spec = examined.spec
+    if _FORMATS.get(Path(source).suffix.lower()) == "usd":
+        document, comments, text = _of_usd(source, spec)
+    else:
+        document, comments, text = _of_text(source)
+    moved = _relocated(document, Path(source).absolute().parent, folder)
+    if kind == "usd":
+        _write_usd(Path(target), spec, moved, comments, folder)
+    else:
+        from graph.files.writing import json_document, yaml_document
+
+        same_format = kind == _FORMATS.get(Path(source).suffix.lower()) and moved == document
+        whole = text if same_format and text is not None else None
+        written = whole or (json_document(moved) if kind == "json" else yaml_document(moved, comments))
+        _write(Path(target), written.encode("utf-8", "surrogatepass"))
+    return spec.notes
+
+
+def _of_text(source: str) -> tuple[dict[str, Any], dict[str, str], str | None]:
+    """A YAML or JSON file as it is written: document, comments, text."""
+    from graph.files.comments import comments_of
+    from graph.files.document import parsed, simple
+
+    root, text = parsed(Path(source), source)
+    comments = comments_of(root, text) if _FORMATS[Path(source).suffix.lower()] == "yaml" else {}
+    return simple(root), comments, text
+
+
+def _of_usd(source: str, spec: Any) -> tuple[dict[str, Any], dict[str, str], None]:
+    from graph.files.document import graph_document, simple
+    from graph.usd_files.reading import documentation, kept_keys
+
+    document = {"tickgraph": 1, **kept_keys(Path(source))}
+    graphs = {graph.path: graph_document(graph) for graph in spec.graphs}
+    if graphs:
+        document["graphs"] = graphs
+    return simple(document), documentation(Path(source), spec), None
+
+
+def _relocated(document: Mapping[str, Any], old: Path, new: Path) -> dict[str, Any]:
+    from graph.files.document import relocated
+
+    return relocated(document, old, new)
+
+
+def _write_usd(target: Path, spec: Any, document: Mapping[str, Any], comments: Mapping[str, str], folder: Path) -> None:
+    from graph.usd_files.writing import layer_of
+
+    layer = layer_of(spec, document, folder, comments)
+    if target.suffix.lower() == ".usda":
+        _write(target, layer.ExportToString().encode())
+        return
+    with tempfile.TemporaryDirectory(dir=folder) as temporary:
+        made = Path(temporary) / f"graphs{target.suffix.lower()}"
+        layer.Export(str(made))
+        os.replace(made, target)
+
+
+def _write(target: Path, data: bytes) -> None:
+    """Writes a file whole or not at all."""
+    try:
+        with tempfile.NamedTemporaryFile(dir=target.absolute().parent, delete=False) as temporary:
+            temporary.write(data)
+        os.chmod(temporary.name, 0o644)
+        os.replace(temporary.name, target)
+    except OSError as error:
+        raise UserError(f"{target} cannot be written: {error.strerror}") from None

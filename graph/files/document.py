@@ -1,0 +1,99 @@
+"""A graph file as plain data: the keys of the format with dicts, lists, numbers and texts, ready to be written."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+from graph.errors import Problem, UserError
+from graph.spec import GraphSpec, NodeSpec
+
+from . import json_text
+from .source import file_format, read
+from .tree import Map
+
+
+def parsed(path: Path, name: str) -> tuple[Map, str]:
+    """The tree of a YAML or JSON graph file, its values as they are written, and its text."""
+    source = read(path, name)
+    if file_format(name) == "json":
+        parse = json_text.parse
+    else:
+        from .yaml_text import parse
+    problems: list[Problem] = []
+    root, _ = parse(source, problems)
+    if problems or not isinstance(root, Map):
+        raise UserError(problems or f"{name}: a graph file is a mapping")
+    return root, source.text
+
+
+def graph_document(graph: GraphSpec) -> dict[str, Any]:
+    """A graph as it stands below `graphs:`; what is the default is left out."""
+    document: dict[str, Any] = {}
+    if graph.evaluator != "execution":
+        document["evaluator"] = graph.evaluator
+    if graph.pipeline_stage != "simulation":
+        document["pipeline_stage"] = graph.pipeline_stage
+    if graph.variables:
+        document["variables"] = {
+            name: {"type": one.type} | ({} if one.value is None else {"value": one.value})
+            for name, one in graph.variables.items()
+        }
+    if graph.nodes:
+        document["nodes"] = {node.name: _node(node) for node in graph.nodes}
+    if graph.connections:
+        document["connections"] = [f"{one.source} -> {one.target}" for one in graph.connections]
+    return document
+
+
+def _node(node: NodeSpec) -> Any:
+    state = {key.removeprefix("state:"): value for key, value in node.inputs.items() if key.startswith("state:")}
+    inputs = {key: value for key, value in node.inputs.items() if not key.startswith("state:")}
+    if not state and not inputs and not node.attributes:
+        return node.type
+    parts = {"inputs": inputs, "state": state, "attributes": dict(node.attributes)}
+    return {"type": node.type, **{key: values for key, values in parts.items() if values}}
+
+
+def relocated(document: Mapping[str, Any], old: Path, new: Path) -> dict[str, Any]:
+    """The same with the files that it names relative to another folder."""
+    document = dict(document)
+    scene = document.get("scene")
+    if old.resolve() == new.resolve() or not isinstance(scene, Mapping):
+        return document
+
+    def moved(text: Any) -> Any:
+        return Path(os.path.relpath(old / text, new)).as_posix() if isinstance(text, str) else text
+
+    scene = dict(scene)
+    for key in ("usd", "mjcf"):
+        if key in scene:
+            scene[key] = moved(scene[key])
+    if isinstance(scene.get("prims"), Mapping):
+        scene["prims"] = {path: _prim(prim, moved) for path, prim in scene["prims"].items()}
+    return {**document, "scene": scene}
+
+
+def _prim(prim: Any, moved: Any) -> Any:
+    if not isinstance(prim, Mapping):
+        return prim
+    prim = dict(prim)
+    for key in ("config", "reference"):
+        text = prim.get(key)
+        if isinstance(text, str) and (key == "reference" or text.lower().endswith(".json")):
+            prim[key] = moved(text)
+    return prim
+
+
+def simple(value: Any) -> Any:
+    """The value without subclasses and fractions, as the writers take it."""
+    if isinstance(value, Mapping):
+        return {str(key): simple(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [simple(item) for item in value]
+    if isinstance(value, Fraction):
+        return str(value)
+    return value

@@ -1,0 +1,21 @@
+"""Whether two pieces of plain data say the same to a reader of a file: 1 and 1.0 do, nan and nan; 1 and true do not."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+
+def same(one: Any, other: Any) -> bool:
+    """Whether two values of a graph file are the same."""
+    if isinstance(one, bool) or isinstance(other, bool):
+        return one is other
+    if isinstance(one, float) and isinstance(other, float) and math.isnan(one):
+        return math.isnan(other)
+    if isinstance(one, int | float) and isinstance(other, int | float):
+        return one == other
+    if isinstance(one, dict) and isinstance(other, dict):
+        return one.keys() == other.keys() and all(same(value, other[key]) for key, value in one.items())
+    if isinstance(one, list | tuple) and isinstance(other, list | tuple):
+        return len(one) == len(other) and all(map(same, one, other))
+    return (type(one) is type(other) and bool(one == other)) or (isinstance(one, str) and one == other)

@@ -1,0 +1,48 @@
+"""Plain data in USD's dictionaries: natively where they hold it as it is, as JSON text where they do not."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from graph.strict_equality import same
+
+from .values import plain
+
+
+def other_keys(document: Mapping[str, Any]) -> dict[str, Any]:
+    """The keys of a graph file beside its graphs, for `customLayerData.tickgraph`.
+
+    A key that USD cannot hold as it is becomes `key:json`, a text.
+    """
+    kept: dict[str, Any] = {}
+    for key, value in document.items():
+        if key in ("tickgraph", "graphs"):
+            continue
+        native = _native(value)
+        if native is not None and same(plain(native), value):
+            kept[key] = native
+        else:
+            kept[f"{key}:json"] = json.dumps(value)
+    return kept
+
+
+def texts(values: Sequence[str]) -> Any:
+    """A list of texts as USD keeps it."""
+    from graph.sim.usd import Vt
+
+    return Vt.StringArray(list(values))
+
+
+def _native(value: Any) -> Any:
+    """The value as a dictionary of USD holds it; None where it cannot."""
+    if isinstance(value, bool | str | float):
+        return value
+    if isinstance(value, int):
+        return value if -(2**31) <= value < 2**31 else None
+    if isinstance(value, Mapping):
+        inner = {str(key): _native(item) for key, item in value.items()}
+        fits = all(item is not None for item in inner.values()) and all(inner) and len(inner) > 0
+        return inner if fits else None
+    return None

@@ -1,0 +1,190 @@
+"""One node as an OmniGraphNode prim: every attribute of its type, typed, with values where the file sets them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+from graph.declaration import Attribute, NodeType
+from graph.registry import Registry
+from graph.spec import NodeSpec
+from graph.strict_equality import same
+from graph.types import TYPES, Extended, Type
+from graph.untyped import natural_type, typed_value
+from graph.values import coerce
+
+from .json_values import kept
+from .node_prims import KEY
+from .ports import as_source
+from .values import from_usd, ogn_name, plain, sdf_name, to_usd
+
+EXECUTION = {"isExecution": True}
+TARGET = {"omni": {"graph": {"relType": "target"}}}
+_PREFIXES = ("inputs", "outputs", "state")
+
+
+class NodeWriter:
+    """Writes one node's prim; connections come later (`written_links`)."""
+
+    def __init__(self, prim: Any, node: NodeSpec, registry: Registry) -> None:
+        self.prim = prim
+        self.node = node
+        self.type = registry.get(node.type) if node.type in registry else None
+
+    def write(self) -> None:
+        """The type, its version, the attributes."""
+        from graph.sim.usd import Sdf
+
+        prim, node = self.prim, self.node
+        Sdf.AttributeSpec(prim, "node:type", Sdf.ValueTypeNames.Token).default = (
+            self.type.id if self.type else node.type
+        )
+        version = self.type.version if self.type else 1
+        Sdf.AttributeSpec(prim, "node:typeVersion", Sdf.ValueTypeNames.Int).default = version
+        values = {key if key.startswith("state:") else f"inputs:{key}": value for key, value in node.inputs.items()}
+        unnameable = {}
+        for full, declared in declared_attributes(self.type, node.attributes).items():
+            write_attribute(prim, full, declared, values.pop(full, None))
+        for full, value in values.items():
+            if Sdf.Path.IsValidNamespacedIdentifier(full):
+                write_value(prim, full, None, value)
+            else:
+                unnameable[full.removeprefix("inputs:")] = value
+        ours: dict[str, Any] = {"type": node.type}
+        if node.attributes:
+            ours["attributes"] = json.dumps(dict(node.attributes))
+        if unnameable:
+            ours["inputs"] = json.dumps(unnameable)
+        prim.customData = {KEY: ours}
+
+
+def declared_attributes(node_type: NodeType | None, added: Mapping[str, str]) -> dict[str, Attribute]:
+    """Every attribute of a node by full name: those of its type and those that the file adds."""
+    found = {
+        f"{prefix}:{name}": attribute
+        for prefix in (_PREFIXES if node_type else ())
+        for name, attribute in getattr(node_type, prefix).items()
+    }
+    for full, type_name in added.items():
+        found[full] = Attribute(type_name, "")
+    return found
+
+
+def write_attribute(prim: Any, full: str, declared: Attribute, value: Any) -> None:
+    """One attribute with the value the file gives it, if any (None: none)."""
+    from graph.sim.usd import Sdf
+
+    if not Sdf.Path.IsValidNamespacedIdentifier(full):
+        return
+    parsed = declared.parsed
+    if isinstance(parsed, Extended):
+        _write_extended(prim, full, parsed, value)
+    elif parsed.storage == "bundle" and full.startswith("outputs:"):
+        Sdf.PrimSpec(prim, full.replace(":", "_"), Sdf.SpecifierDef)
+    else:
+        attribute = write_value(prim, full, parsed.name, value)
+        if parsed.storage == "execution":
+            attribute.customData = {**attribute.customData, **EXECUTION}
+        elif parsed.storage == "target":
+            attribute.customData = {**attribute.customData, **TARGET}
+        elif declared.allowed_tokens:
+            from graph.sim.usd import Vt
+
+            attribute.SetInfo("allowedTokens", Vt.TokenArray(list(declared.allowed_tokens)))
+
+
+def write_value(prim: Any, full: str, type_name: str | None, value: Any, *, note_type: bool = False) -> Any:
+    """A property of that OGN type (None: whatever fits the value), with the value as USD holds it.
+
+    Where USD would give back something else, what was written is kept beside it. note_type: so is the type, where the
+    USD type stands for several.
+    """
+    from graph.sim.usd import Sdf
+
+    type_ = TYPES.get(type_name) if type_name else next(iter(_natural(value)), TYPES["token"])
+    ours: dict[str, Any] = {}
+    if note_type and type_name and (type_ is None or _ambiguous(type_)):
+        ours["type"] = type_name
+    type_ = type_ or TYPES["token"]
+    sdf = sdf_name(type_)
+    if sdf == "rel":
+        prop = Sdf.RelationshipSpec(prim, full)
+        stored = _write_targets(prop, value)
+    else:
+        prop = Sdf.AttributeSpec(prim, full, Sdf.ValueTypeNames.Find(sdf))
+        stored = None
+        if value is not None and type_.storage != "execution":
+            try:
+                prop.default = to_usd(coerce(type_, value), type_)
+                stored = from_usd(prop.default, sdf)
+            except (ValueError, TypeError, OverflowError, UnicodeError):
+                stored = None  # kept as text below
+    prop.custom = True
+    if value is not None and not same(stored, value):
+        ours["value"] = kept(value, stored)
+    if ours:
+        prop.customData = {KEY: ours}
+    return prop
+
+
+def _natural(value: Any) -> list[Type]:
+    return [one for one in natural_type(value) if _fits(one, value)]
+
+
+def _fits(type_: Type, value: Any) -> bool:
+    try:
+        coerce(type_, value)
+    except ValueError:
+        return False
+    return True
+
+
+def _ambiguous(type_: Type) -> bool:
+    return ogn_name(sdf_name(type_)) != type_.name
+
+
+def _write_targets(relationship: Any, value: Any) -> Any:
+    """Writes prim paths as targets; what cannot be one stays out. Returns what will be read back."""
+    paths = [value] if isinstance(value, str) else value
+    if not isinstance(paths, list) or not paths or not all(map(_is_target, paths)) or len(set(paths)) < len(paths):
+        return None
+    relationship.targetPathList.explicitItems = paths
+    return paths[0] if len(paths) == 1 else paths
+
+
+def _is_target(path: Any) -> bool:
+    """Whether USD keeps this text as it is, as the path of a prim that stands for itself."""
+    from graph.sim.usd import Sdf
+
+    if not isinstance(path, str) or not path.startswith("/") or not Sdf.Path.IsValidPathString(path):
+        return False
+    return Sdf.Path(path).IsPrimPath() and str(Sdf.Path(path)) == path and not as_source(path)
+
+
+def _write_extended(prim: Any, full: str, declared: Extended, value: Any) -> None:
+    """An attribute of an open type: a token, with its type and value in customData where the file sets one."""
+    from graph.sim.usd import Sdf
+
+    attribute = Sdf.AttributeSpec(prim, full, Sdf.ValueTypeNames.Token)
+    attribute.custom = True
+    if value is None:
+        return
+    graph: dict[str, Any] = {"attrType": "Union" if declared.members else "Any"}
+    stored = None
+    try:
+        typed = typed_value(value)
+    except ValueError:
+        typed = None
+    if typed is None:
+        candidates = [one for one in (*natural_type(value), *declared.members) if declared.accepts(one)]
+        fitting = next((one for one in candidates if _fits(one, value)), None)
+        typed = (fitting, coerce(fitting, value)) if fitting else None
+    if typed is not None and sdf_name(typed[0]) != "rel" and typed[0].storage != "execution":
+        graph["resolvedType"] = typed[0].name
+        graph["attrValue"] = to_usd(typed[1], typed[0])
+        stored = {"type": typed[0].name, "value": plain(graph["attrValue"])}
+    custom: dict[str, Any] = {"omni": {"graph": graph}}
+    if not same(stored, value):
+        custom[KEY] = {"value": kept(value, stored)}
+    attribute.customData = custom

@@ -1,0 +1,137 @@
+"""A graph file as USD text: OmniGraph prims as Isaac Sim writes them, everything else in customLayerData."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from graph.errors import Problem, UserError
+from graph.registry import DEFAULT, Registry
+from graph.spec import FileSpec, GraphSpec
+
+from . import custom_data
+from .node_prims import KEY
+from .node_writing import NodeWriter, write_value
+from .written_links import Links
+
+_EVALUATORS = {"execution": "execution", "push": "push", "dirty_push": "dirty_push"}
+_STAGES = {
+    "simulation": "pipelineStageSimulation",
+    "pre_render": "pipelineStagePreRender",
+    "post_render": "pipelineStagePostRender",
+    "on_demand": "pipelineStageOnDemand",
+}
+
+
+def layer_of(
+    spec: FileSpec,
+    other_keys: Mapping[str, Any],
+    folder: Path,
+    documentation: Mapping[str, str] | None = None,
+    registry: Registry = DEFAULT,
+) -> Any:
+    """An anonymous layer (`Sdf.Layer`) that says what the file says.
+
+    other_keys: the file's keys beside its graphs, as plain data. folder: where the layer will lie; the scene becomes a
+    sublayer relative to it. documentation: by path of a graph or node ("" for the file), its comment. Raises UserError
+    where two graphs or nodes would need one prim.
+    """
+    from graph.sim.usd import Sdf
+
+    documentation = documentation or {}
+    _refuse_clashes(spec)
+    layer = Sdf.Layer.CreateAnonymous("graphs.usda")
+    _document(layer, documentation.get("", ""))
+    _scene(layer, spec, folder)
+    kept = custom_data.other_keys(other_keys)
+    kept["graphs"] = custom_data.texts([graph.path for graph in spec.graphs])
+    layer.customLayerData = {KEY: kept}
+    links = Links(spec, registry)
+    with Sdf.ChangeBlock():
+        for graph in spec.graphs:
+            _graph(layer, graph, links, documentation, registry)
+    roots = [prim.name for prim in layer.rootPrims]
+    if roots:
+        layer.defaultPrim = roots[0]
+    return layer
+
+
+def _refuse_clashes(spec: FileSpec) -> None:
+    from graph.sim.usd import Sdf
+
+    owner: dict[str, str] = {}
+    problems: list[Problem] = []
+    for graph in spec.graphs:
+        for path, what, mark in (
+            (graph.path, f"graph {graph.path}", graph.mark),
+            *((f"{graph.path}/{node.name}", f'node "{node.name}" of {graph.path}', node.mark) for node in graph.nodes),
+        ):
+            if not Sdf.Path.IsValidPathString(path):
+                problems.append(Problem(f"{what} cannot be a prim of USD; rename it.", mark))
+            elif path in owner:
+                problems.append(Problem(f"{what} and {owner[path]} would be one prim in USD; rename one.", mark))
+            owner[path] = what
+    if problems:
+        raise UserError(problems)
+
+
+def _scene(layer: Any, spec: FileSpec, folder: Path) -> None:
+    """The scene as a sublayer, with its units, which count only in the root layer."""
+    from graph.sim.usd import Sdf
+
+    scene = None
+    if spec.scene.usd is not None:
+        layer.subLayerPaths.append(Path(os.path.relpath(spec.scene.usd, folder)).as_posix())
+        scene = Sdf.Layer.FindOrOpen(str(spec.scene.usd))
+    root = layer.pseudoRoot
+    defaults = {"metersPerUnit": 1.0, "upAxis": "Z"}
+    for key in ("metersPerUnit", "upAxis", "kilogramsPerUnit", "timeCodesPerSecond", "startTimeCode", "endTimeCode"):
+        if scene is not None and scene.pseudoRoot.HasInfo(key):
+            root.SetInfo(key, scene.pseudoRoot.GetInfo(key))
+        elif scene is None and key in defaults:
+            root.SetInfo(key, defaults[key])
+
+
+def _graph(layer: Any, graph: GraphSpec, links: Links, documentation: Mapping[str, str], registry: Registry) -> None:
+    from graph.sim.usd import Gf, Sdf
+
+    prim = _defined(layer, graph.path, "OmniGraph", "" if layer.subLayerPaths else "Xform")
+    _document(prim, documentation.get(graph.path, ""))
+    for name, kind, value in (
+        ("evaluationMode", Sdf.ValueTypeNames.Token, "Automatic"),
+        ("evaluator:type", Sdf.ValueTypeNames.Token, _EVALUATORS[graph.evaluator]),
+        ("fabricCacheBacking", Sdf.ValueTypeNames.Token, "StageWithoutHistory"),
+        ("fileFormatVersion", Sdf.ValueTypeNames.Int2, Gf.Vec2i(1, 9)),
+        ("pipelineStage", Sdf.ValueTypeNames.Token, _STAGES[graph.pipeline_stage]),
+    ):
+        Sdf.AttributeSpec(prim, name, kind).default = value
+    for name, variable in graph.variables.items():
+        attribute = write_value(prim, f"graph:variable:{name}", variable.type, variable.value, note_type=True)
+        attribute.displayName = name
+        attribute.customData = {**attribute.customData, "scope": "private"}
+    for node in graph.nodes:
+        node_prim = _defined(layer, f"{graph.path}/{node.name}", "OmniGraphNode", "Scope")
+        _document(node_prim, documentation.get(f"{graph.path}/{node.name}", ""))
+        NodeWriter(node_prim, node, registry).write()
+    notes = links.write(layer, graph)
+    prim.customData = {KEY: {"connections": custom_data.texts(notes)}}
+
+
+def _document(spec: Any, text: str) -> None:
+    if text:
+        spec.documentation = text
+
+
+def _defined(layer: Any, path: str, type_name: str, parent_type: str) -> Any:
+    """The defining prim at `path`; parents that are not there become `parent_type`s."""
+    from graph.sim.usd import Sdf
+
+    parent, _, _ = path.rpartition("/")
+    if parent and layer.GetPrimAtPath(parent) is None:
+        _defined(layer, parent, parent_type, parent_type)
+    prim = Sdf.CreatePrimInLayer(layer, path)
+    prim.specifier = Sdf.SpecifierDef
+    prim.typeName = type_name
+    return prim

@@ -1,0 +1,126 @@
+"""Connections as USD has them, on their destinations, with notes on their order and their words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from graph.declaration import Attribute
+from graph.registry import Registry
+from graph.spec import ConnectionSpec, FileSpec, GraphSpec, NodeSpec
+from graph.types import Extended, Type
+
+from .node_writing import EXECUTION, declared_attributes
+from .specs import shortened
+from .values import sdf_name
+
+
+@dataclass(frozen=True, slots=True)
+class _End:
+    path: str
+    """Of the attribute."""
+    graph: str
+    node: str
+    name: str
+    """The attribute's full name."""
+    type: str
+    """Its OGN type, or "token" where that is open or unknown."""
+
+
+class Links:
+    """Writes the connections of a file's graphs once all their nodes are in the layer."""
+
+    def __init__(self, spec: FileSpec, registry: Registry) -> None:
+        self._nodes = {f"{graph.path}/{node.name}": (graph, node) for graph in spec.graphs for node in graph.nodes}
+        self._declared: dict[str, Mapping[str, Attribute]] = {}
+        self._registry = registry
+
+    def write(self, layer: Any, graph: GraphSpec) -> list[str]:
+        """Writes a graph's connections; returns its notes for `specs`: the order, and the words where they differ."""
+        notes = []
+        for connection in graph.connections:
+            written = f"{connection.source} -> {connection.target}"
+            read = self._write_one(layer, graph, connection)
+            notes.append(written if read == written else f"{read}\t{written}")
+        return notes
+
+    def _write_one(self, layer: Any, graph: GraphSpec, connection: ConnectionSpec) -> str:
+        """Writes one connection; returns it as it will be read back, "" if USD cannot hold it."""
+        source = self._end(graph, connection.source, "source")
+        target = self._end(graph, connection.target, "target")
+        if source is None or target is None or target.graph != graph.path or target.name.startswith("outputs:"):
+            return ""
+        if not _connect(layer, source, target):
+            return ""
+        start = f"{source.node}.{shortened(source.name, 'outputs:')}" if source.graph == graph.path else source.path
+        return f"{start} -> {target.node}.{shortened(target.name, 'inputs:')}"
+
+    def _end(self, graph: GraphSpec, text: str, side: Literal["source", "target"]) -> _End | None:
+        name, _, attribute = text.rpartition(".")
+        owner, _, local = name.rpartition(".")
+        for path in (name, f"{owner}/{local}") if name.startswith("/") else (f"{graph.path}/{name}",):
+            if path in self._nodes:
+                home, node = self._nodes[path]
+                full = self._full_name(path, node, attribute, side)
+                declared = self._attributes(path, node).get(full)
+                return _End(f"{path}.{full}", home.path, node.name, full, _type_name(declared))
+        return None
+
+    def _attributes(self, path: str, node: NodeSpec) -> Mapping[str, Attribute]:
+        if path not in self._declared:
+            known = self._registry.get(node.type) if node.type in self._registry else None
+            self._declared[path] = declared_attributes(known, node.attributes)
+        return self._declared[path]
+
+    def _full_name(self, path: str, node: NodeSpec, written: str, side: Literal["source", "target"]) -> str:
+        """The attribute that a short or full name means on this side; the side's own prefix where nothing is known."""
+        prefix, _, name = written.partition(":")
+        if prefix in ("inputs", "outputs", "state") and name:
+            return written
+        known = self._attributes(path, node)
+        prefixes = ("outputs", "inputs", "state") if side == "source" else ("inputs", "state")
+        return next((full for p in prefixes if (full := f"{p}:{written}") in known), f"{prefixes[0]}:{written}")
+
+
+def _type_name(declared: Attribute | None) -> str:
+    if declared is None or isinstance(declared.parsed, Extended):
+        return "token"
+    return declared.parsed.name
+
+
+def _connect(layer: Any, source: _End, target: _End) -> bool:
+    from graph.sim.usd import Sdf
+
+    if not (Sdf.Path.IsValidPathString(source.path) and Sdf.Path.IsValidPathString(target.path)):
+        return False
+    path = Sdf.Path(target.path)
+    prop = layer.GetPropertyAtPath(path)
+    if prop is None:
+        prop = _added(layer, source, target)
+    if isinstance(prop, Sdf.RelationshipSpec):
+        items = prop.targetPathList.explicitItems
+    else:
+        items = prop.connectionPathList.prependedItems
+    feed = Sdf.Path(source.path)
+    if feed in items:
+        return False
+    items.append(feed)
+    return True
+
+
+def _added(layer: Any, source: _End, target: _End) -> Any:
+    """A destination that the node's type does not declare: it takes the type of what feeds it."""
+    from graph.sim.usd import Sdf
+    from graph.types import TYPES
+
+    prim = layer.GetPrimAtPath(Sdf.Path(target.path).GetPrimPath())
+    type_: Type = TYPES.get(source.type, TYPES["token"])
+    if sdf_name(type_) == "rel":
+        prop = Sdf.RelationshipSpec(prim, target.name)
+    else:
+        prop = Sdf.AttributeSpec(prim, target.name, Sdf.ValueTypeNames.Find(sdf_name(type_)))
+        if type_.storage == "execution":
+            prop.customData = EXECUTION
+    prop.custom = True
+    return prop
