@@ -137,6 +137,7 @@ def open_session(
     )
     for warning in parts.warnings:
         app.warn(*warning)
+    app.folders = tuple(folder for folder in (spec.folder, *allow) if folder is not None)
     runner = GraphRunner(app, parts.graphs, on_error=on_error)
     app.graphs.update(runner.graphs)
     return Session(spec, app, runner)

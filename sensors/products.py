@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import re
+from fractions import Fraction
 from typing import TYPE_CHECKING, Any, cast
 
 from .errors import SensorValueError
@@ -27,19 +28,52 @@ def render_product(
     exists from the external time at the start of the running update. Raises SensorValueError (a UserError) for prims
     that are no sensor, and for sensors that this version cannot render.
     """
+    if not prim_path:
+        raise SensorValueError("there is no prim (empty path) to render; give the path of a sensor")
     size = (int(resolution[0]), int(resolution[1]))
     for product in app.rendering.products.values():
         if product.camera_path == prim_path and product.resolution == size:
             return product
+    return place_product(app, f"{ROOT}/{_free_name(app, name or product_name(prim_path, size))}", prim_path, size)
+
+
+def place_product(app: App, path: str, prim_path: str, resolution: tuple[int, int]) -> RenderProduct:
+    """A new render product at a path, in place of one that is there; of no sensor ("") it renders nothing.
+
+    Raises SensorValueError as `render_product` does; then nothing has changed.
+    """
     from graph.sim.rendering import RenderProduct
 
-    sensor = _runtime(app, prim_path)
-    path = f"{ROOT}/{_free_name(app, name or product_name(prim_path, size))}"
-    product = RenderProduct(path, prim_path, size, sensor)
-    _author(app, path, prim_path, size)
+    product = RenderProduct(path, prim_path, resolution, _runtime(app, prim_path))
+    if path in app.rendering.products:
+        app.rendering.remove(path)
+    _author(app, path, prim_path, resolution)
     app.rendering.add(product)
-    _follow_prim(app, product)
+    if prim_path:
+        _follow_prim(app, product)
     return product
+
+
+class Blank:
+    """Stands for the sensor of a render product that has none yet."""
+
+    wants_updates = False
+
+    def __init__(self) -> None:
+        from graph.sim.schedule import EveryUpdate
+
+        self.schedule = EveryUpdate()
+
+    @property
+    def rate(self) -> Fraction:
+        """It has no rate [Hz]."""
+        return self.schedule.rate
+
+    def render(self, tick: object) -> None:
+        """There is nothing to see."""
+
+    def reset(self) -> None:
+        """There is nothing to forget."""
 
 
 def _follow_prim(app: App, product: RenderProduct) -> None:
@@ -71,9 +105,11 @@ def remove_product(app: App, product: RenderProduct) -> None:
 
 
 def _runtime(app: App, prim_path: str) -> Any:
+    if not prim_path:
+        return Blank()
     prim = app.stage.GetPrimAtPath(prim_path) if prim_path.startswith("/") else None
     if not prim:
-        raise SensorValueError(f"there is no prim {prim_path or '(empty path)'} to render; give the path of a sensor")
+        raise SensorValueError(f"there is no prim {prim_path} to render; give the path of a sensor")
     kind = str(prim.GetTypeName())
     if kind == "OmniLidar":
         from .lidar.runtime import LidarRuntime
@@ -100,5 +136,5 @@ def _author(app: App, path: str, camera: str, size: tuple[int, int]) -> None:
 
     with Usd.EditContext(app.stage, app.stage.GetSessionLayer()):
         prim = UsdRender.Product.Define(app.stage, path)
-        prim.CreateCameraRel().SetTargets([camera])
+        prim.CreateCameraRel().SetTargets([camera] if camera else [])
         prim.CreateResolutionAttr().Set(Gf.Vec2i(*size))

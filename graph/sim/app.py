@@ -83,6 +83,8 @@ class App:
         self._read_rendering_settings()
         self.graphs: dict[str, Any] = {}
         """The graphs bound to this App, by path; filled by whoever binds them."""
+        self.folders: tuple[Path, ...] = ()
+        """What nodes may read files from: the graph file's folder and those the user allows; the first is for names."""
         self.update_index = 0
         """Index of the running update, else the number of updates done."""
         self._subscribers = {name: Subscribers() for name in (*PHASES, *EVENTS)}

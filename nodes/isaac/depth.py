@@ -1,0 +1,79 @@
+"""Depth images to points."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from graph import Attribute, node_type
+
+from .images import CUDA_IN, CUDA_OUT, Given, buffer_of, give, release
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Depths = NDArray[np.float32]
+
+
+def points_of(depths: Depths, focal: tuple[float, float]) -> Depths:
+    """(height, width, 3) points of (height, width) distances from the image plane, in the distances' unit.
+
+    focal: focal lengths along x and y in pixels. Camera frame of ROS: x right, y down, z forward; the optical axis
+    meets the image at (width / 2, height / 2), pixels counted from 0.
+    """
+    import numpy as np
+
+    height, width = depths.shape
+    points = np.empty((height, width, 3), dtype=np.float32)
+    with np.errstate(invalid="ignore"):  # infinity on the axis
+        points[:, :, 0] = depths * ((np.arange(width) - width / 2) / focal[0])
+        points[:, :, 1] = depths * ((np.arange(height) - height / 2) / focal[1])[:, None]
+    points[:, :, 2] = depths
+    return points
+
+
+@node_type(
+    "isaacsim.core.nodes.IsaacConvertDepthToPointCloud",
+    version=1,
+    inputs={
+        "execIn": Attribute("execution", "converts the image"),
+        "dataPtr": Attribute("uint64", "handle of distances from the image plane, float32, row by row", default=0),
+        "cudaDeviceIndex": CUDA_IN,
+        "width": Attribute("uint", "width of the image", unit="px"),
+        "height": Attribute("uint", "height of the image", unit="px"),
+        "focalLength": Attribute("float", "focal length of the camera, in the unit of its apertures"),
+        "horizontalAperture": Attribute("float", "width of the camera's film, in the unit of the focal length"),
+        "verticalAperture": Attribute("float", "height of the camera's film, in the unit of the focal length"),
+        "bufferSize": Attribute("uint", "size of the image", unit="bytes"),
+        "format": Attribute("uint64", "texture format; only 33, one float32 a pixel", default=33),
+    },
+    outputs={
+        "execOut": Attribute("execution", "follows every cloud"),
+        "dataPtr": Attribute("uint64", "handle of the points, float32 x 3, unit of the distances", default=0),
+        "cudaDeviceIndex": CUDA_OUT,
+        "bufferSize": Attribute("uint", "size of the points", unit="bytes"),
+        "height": Attribute("uint", "always 1", default=1),
+        "width": Attribute("uint", "number of points", default=0),
+    },
+    memory=Given,
+    release=release,
+)
+def convert_depth_to_point_cloud(db: Any) -> None:
+    """Place every pixel whose distance is finite in the camera frame of ROS (x right, y down, z forward)."""
+    import numpy as np
+
+    inputs, outputs = db.inputs, db.outputs
+    if inputs.format != 33:
+        db.fail(f"input format is {inputs.format}; only 33, one float32 a pixel, can be converted")
+    if not min(inputs.focalLength, inputs.horizontalAperture, inputs.verticalAperture) > 0:
+        db.fail("focalLength, horizontalAperture and verticalAperture must be above 0; connect IsaacReadCameraInfo")
+    width, height = inputs.width, inputs.height
+    depths = buffer_of(db, "f4", width, height, 1)[:, :, 0]
+    focal = (
+        width * inputs.focalLength / inputs.horizontalAperture,
+        height * inputs.focalLength / inputs.verticalAperture,
+    )
+    points = points_of(depths, focal)[np.isfinite(depths)]
+    outputs.dataPtr, outputs.bufferSize = give(db, points), points.nbytes
+    outputs.width, outputs.height, outputs.cudaDeviceIndex = len(points), 1, -1
+    db.fire("execOut")
