@@ -59,7 +59,7 @@ def _check(case: Case, graphs: tuple[GraphSpec, ...], registry: Registry) -> Ite
         *((("inputs", one), one, "inputs", _settable) for one in case.setup.inputs),
         *((("changes", at, one), one, "inputs", _settable) for at, many in case.setup.changes.items() for one in many),
         *((("pulses", one), one, "inputs", _triggerable) for one in case.setup.pulses),
-        *((("connect", one), one, "inputs", _data_input) for one in case.setup.connect),
+        *((("connect", one), one, "inputs", _data_input) for one in case.setup.connect if case.node is not None),
         *((("expect", "fired", one), one, "outputs", _follows) for one in expect.fired),
         *((("expect", "outputs", one), one, "outputs", _has_value) for one in expect.outputs),
         *((("expect", "values", one), one, "outputs", _has_value) for one in expect.values),
@@ -74,12 +74,16 @@ def _check(case: Case, graphs: tuple[GraphSpec, ...], registry: Registry) -> Ite
         except UnsettledError:
             continue
         if message:
-            yield Problem(f"{'.'.join(map(str, location[:-1]))}: {message}.", case.at(*location))
+            yield Problem(f"{'.'.join(map(str, location[:-1]))}: {_sentence(message)}", case.at(*location))
     for reference in expect.computes:
         try:
             names.node(reference)
         except KeyError as error:
-            yield Problem(f"expect.computes: {error.args[0]}.", case.at("expect", "computes", reference))
+            yield Problem(f"expect.computes: {_sentence(error.args[0])}", case.at("expect", "computes", reference))
+
+
+def _sentence(text: str) -> str:
+    return text if text.endswith("?") else f"{text}."
 
 
 def _late(case: Case) -> Iterator[Problem]:
