@@ -43,7 +43,8 @@ class NodeWriter:
         version = self.type.version if self.type else 1
         Sdf.AttributeSpec(prim, "node:typeVersion", Sdf.ValueTypeNames.Int).default = version
         values = {key if key.startswith("state:") else f"inputs:{key}": value for key, value in node.inputs.items()}
-        unnameable = {}
+        # USD has no attribute for these: no value at all, or a name that it does not take.
+        unnameable = {full.removeprefix("inputs:"): None for full, value in values.items() if value is None}
         for full, declared in declared_attributes(self.type, node.attributes).items():
             write_attribute(prim, full, declared, values.pop(full, None))
         for full, value in values.items():
