@@ -11,10 +11,11 @@ from graph.errors import RunError
 
 @dataclass(slots=True)
 class Call:
-    """One request, and its response once it has been answered."""
+    """One request, and its response once it has been answered; `lost` when the server closed before."""
 
     request: Any
     response: Any = None
+    lost: bool = False
 
 
 @dataclass(slots=True)
@@ -64,7 +65,11 @@ class Services:
         return server
 
     def close(self, server: Server) -> None:
-        """Ends a service; its open requests stay unanswered. Closing twice is harmless."""
+        """Ends a service; its open requests are lost. Closing twice is harmless."""
+        for call in (*server.waiting, *server.open):
+            call.lost = True
+        server.waiting.clear()
+        server.open.clear()
         if self._servers.get(server.name) is server:
             del self._servers[server.name]
         self._handles.pop(server.handle, None)

@@ -1,0 +1,121 @@
+"""Attributes made from message fields: `linear:x` for field x of field linear, of any message type."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+from graph import Attribute
+from graph.db import python_name
+from graph.suggest import did_you_mean
+
+FIELD = Attribute("any", "a field of the message; its type comes from the message type", optional=True)
+
+
+def type_inputs(kind: str) -> dict[str, Attribute]:
+    """The three inputs that name a message or service type; kind: msg or srv."""
+    example = "Twist of geometry_msgs" if kind == "msg" else "SetBool of std_srvs"
+    blank: dict[str, Any] = {"default": ""} if kind == "srv" else {}
+    return {
+        "messagePackage": Attribute("string", "package of the type, such as that in " + example, **blank),
+        "messageSubfolder": Attribute("string", f"{kind}, the folder of the type in its package", default=kind),
+        "messageName": Attribute("string", "name of the type", **blank),
+    }
+
+
+def type_name(value: Callable[[str], Any]) -> str:
+    """The type that the three inputs name, `value` giving each; "" while package or name is empty.
+
+    Raises ValueError for a type that nobody knows.
+    """
+    package, folder, name = (value(one) for one in ("messagePackage", "messageSubfolder", "messageName"))
+    if not package or not name:
+        return ""
+    from graph.sim.ros_types import known, type_names
+
+    full = f"{package}/{folder}/{name}"
+    if known(full) or (folder == "srv" and known(f"{full}_Request")):
+        return full
+    near = did_you_mean(full, {one.removesuffix("_Request").removesuffix("_Response") for one in type_names()})
+    raise ValueError(f'there is no ROS 2 type "{full}"{near}; its definition may also lie below AMENT_PREFIX_PATH')
+
+
+def field_types(known: Any, parts: Mapping[str, str]) -> dict[str, str]:
+    """Types of the attributes that a file adds; for a node type's `resolve`.
+
+    parts: what attribute names begin with ("outputs:", "inputs:Request:") -> message type. Raises ValueError for an
+    attribute that is no field of its message type.
+    """
+    found: dict[str, str] = {}
+    for prefix, message in parts.items():
+        fields = _fields(message)
+        side = prefix.partition(":")[0]
+        for full in known:
+            if not full.startswith(f"{side}:") or known[full] is not None:
+                continue
+            field = full.removeprefix(prefix)
+            if not full.startswith(prefix) or field not in fields:
+                listed = ", ".join(list(fields)[:12]) or "none"
+                raise ValueError(
+                    f"{full} is no field of {message}{did_you_mean(field, fields)}; its fields are {prefix}... {listed}"
+                )
+            found[full] = fields[field]
+    return found
+
+
+class Fields:
+    """Reads and writes the fields of one message type as attributes of a node, those that the file has added.
+
+    names: the added attributes of that side; prefix: what their names begin with ("", "Request:").
+    """
+
+    def __init__(self, message: str, names: Iterable[str], prefix: str = "") -> None:
+        from graph.sim.ros_fields import leaves, unpack, zero
+
+        self.message = message
+        self._zeros = unpack(message, zero(message))
+        added = set(names)
+        self._places = [
+            (place, python_name(prefix + leaf.name))
+            for place, leaf in enumerate(leaves(message))
+            if prefix + leaf.name in added
+        ]
+
+    def read(self, db: Any) -> Any:
+        """The message of the node's inputs; fields without attribute are zero. Fails the node naming a wrong field."""
+        from graph.sim.ros_fields import pack
+
+        values = list(self._zeros)
+        for place, name in self._places:
+            value = getattr(db.inputs, name)
+            if value is not None:
+                values[place] = value
+        try:
+            return pack(self.message, values)
+        except ValueError as error:
+            db.fail(f"{self.message}: {error}")
+
+    def write(self, db: Any, message: Any) -> None:
+        """Sets the node's outputs to the fields of a message."""
+        from graph.sim.ros_fields import unpack
+
+        values = unpack(self.message, message)
+        for place, name in self._places:
+            setattr(db.outputs, name, values[place])
+
+
+def _fields(message: str) -> dict[str, str]:
+    from graph.sim.ros_fields import leaves
+
+    return {leaf.name: leaf.type for leaf in leaves(message)}
+
+
+def required_type(db: Any) -> str:
+    """The type that the node's inputs name. Fails the node where they name none."""
+    try:
+        name = type_name(lambda one: getattr(db.inputs, one))
+    except ValueError as error:
+        db.fail(str(error))
+    if not name:
+        db.fail("no message type; set messagePackage and messageName")
+    return name

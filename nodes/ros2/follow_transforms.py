@@ -1,0 +1,123 @@
+"""Prims that follow a transform tree from outside."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+from graph import Attribute, node_type
+from graph.errors import RunError
+
+from .messages import TRANSFORMS
+from .subscribing import EXEC_OUT, Subscriber, next_message, subscriber_inputs, unsubscribe
+
+
+@dataclass(slots=True)
+class _Follower(Subscriber):
+    frames: dict[str, str] = field(default_factory=dict)
+    placed: dict[str, Any] = field(default_factory=dict)
+    stop_holding: Callable[[], None] | None = None
+
+
+def _release(db: Any) -> None:
+    unsubscribe(db)
+    if db.memory.stop_holding is not None:
+        db.memory.stop_holding()
+        db.memory.stop_holding = None
+
+
+@node_type(
+    "isaacsim.ros2.bridge.ROS2SubscribeTransformTree",
+    version=1,
+    inputs={
+        **subscriber_inputs("tf"),
+        "frameNamesMap": Attribute("token[]", "prim path, frame name, prim path, frame name, ...", default=[]),
+        "articulationRoots": Attribute("token[]", "robots whose root links follow", default=[]),
+    },
+    outputs={"execOut": EXEC_OUT},
+    memory=_Follower,
+    release=_release,
+)
+def subscribe_transform_tree(db: Any) -> bool:
+    """Receive `tf2_msgs/TFMessage`: prims go to where the transforms between frames of frameNamesMap put them.
+
+    A transform counts if both its frames are in the map: the child's prim goes to the parent's pose times it. All
+    waiting messages are taken at once. A rigid body stays where it was put, whatever physics would do with it; a link
+    that a joint holds cannot be put anywhere and is left to its joint, with a warning.
+    """
+    memory = db.memory
+    if memory.subscription is None:
+        memory.frames = _frames(db)
+    received = False
+    while (message := next_message(db, TRANSFORMS)) is not None:
+        received = True
+        for one in message.transforms:
+            parent, child = memory.frames.get(one.header.frame_id), memory.frames.get(one.child_frame_id)
+            if parent is not None and child is not None:
+                _place(db, child, db.app.fabric.world_matrix(parent), one.transform)
+    if received:
+        db.fire("execOut")
+    return received
+
+
+def _frames(db: Any) -> dict[str, str]:
+    """Frame name -> prim path. Fails the node for a map that is not made of pairs, of prims, of single names."""
+    inputs, stage = db.inputs, db.app.stage
+    names = list(inputs.frameNamesMap)
+    if len(names) % 2:
+        db.fail(f"frameNamesMap has {len(names)} entries; it needs pairs of prim path and frame name")
+    frames: dict[str, str] = {}
+    for path, frame in zip(names[::2], names[1::2], strict=True):
+        if frame in frames or path in frames.values():
+            db.fail(f"frameNamesMap names {frame if frame in frames else path} twice; each prim has one frame")
+        frames[frame] = path
+    for path in (*frames.values(), *inputs.articulationRoots):
+        if not path.startswith("/") or not stage.GetPrimAtPath(path):
+            db.fail(f"there is no prim {path} on the stage; correct the path")
+    return frames
+
+
+def _place(db: Any, path: str, parent: Any, transform: Any) -> None:
+    """Puts a prim at `transform` [m] in the parent's world pose, without scale."""
+    import numpy as np
+
+    from nodes.isaac.poses import rotations_and_scales
+
+    rotation, move = transform.rotation, transform.translation
+    quaternion = np.array([rotation.w, rotation.x, rotation.y, rotation.z])
+    length = float(np.linalg.norm(quaternion))
+    if not np.isfinite(length) or length < 1e-9:
+        db.warn("tf-rotation-invalid", f"a transform of {path} has no rotation (its quaternion is 0); it is left out")
+        return
+    frame = np.eye(4)
+    frame[:3, :3] = rotations_and_scales(parent[None])[0][0]
+    frame[:3, 3] = parent[:3, 3]
+    relative = np.eye(4)
+    relative[:3, :3] = _matrix(*(quaternion / length).tolist())
+    relative[:3, 3] = np.array([move.x, move.y, move.z]) / db.app.meters_per_unit
+    pose = frame @ relative
+    try:
+        db.app.fabric.set_world_matrix(path, pose)
+    except RunError as error:
+        db.warn("tf-prim-held", f"it cannot follow the transforms: {error}")
+        return
+    memory, app = db.memory, db.app
+    if app.physics is not None and path in app.physics.body_paths:
+        memory.placed[path] = pose
+        if memory.stop_holding is None:
+            memory.stop_holding = app.on("physics_post_step", lambda: _hold(app.fabric, memory.placed))
+
+
+def _hold(fabric: Any, placed: dict[str, Any]) -> None:
+    for path, pose in placed.items():
+        fabric.set_world_matrix(path, pose)
+
+
+def _matrix(w: float, x: float, y: float, z: float) -> list[list[float]]:
+    """The rotation matrix of a unit quaternion."""
+    return [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]

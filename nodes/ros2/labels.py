@@ -1,0 +1,100 @@
+"""What ids in sensor data stand for, as ROS 2 topics of JSON text."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from graph import Attribute, node_type
+from nodes.isaac.clocks import stamp_ns
+from sensors import handles
+
+from .lidar_writers import STRING, object_id_map
+from .messages import stamp
+from .publishing import TIME_STAMP, Publisher, publisher_inputs, subscribed_topic
+
+EXEC_IN = Attribute("execution", "publishes")
+CLASS = "class:"
+
+
+@node_type(
+    "isaacsim.ros2.bridge.ROS2PublishSemanticLabels",
+    version=1,
+    inputs={
+        "execIn": EXEC_IN,
+        **publisher_inputs("labels"),
+        "timeStamp": TIME_STAMP,
+        "ids": Attribute("uint[]", "semantic ids"),
+        "labels": Attribute("token[]", "one text per id; `class:car` is the class car"),
+        "semantics": Attribute("token[]", "kinds of the labels; not part of the message"),
+        "idToLabels": Attribute("string", "JSON of ids to labels; where set, ids and labels are not read"),
+    },
+    memory=Publisher,
+)
+def publish_semantic_labels(db: Any) -> bool:
+    """Publish `std_msgs/String`: JSON of ids to labels, with the stamp as time_stamp."""
+    topic = subscribed_topic(db, STRING)
+    if topic is None:
+        return False
+    content = _content(db)
+    nanoseconds = stamp_ns(db.app, db.inputs.timeStamp)
+    time = stamp(nanoseconds)
+    content["time_stamp"] = {"sec": time.sec, "nanosec": time.nanosec}
+    db.app.bus.publish(topic, STRING, _string(json.dumps(content)), nanoseconds)
+    return True
+
+
+def _content(db: Any) -> dict[str, Any]:
+    inputs = db.inputs
+    if inputs.idToLabels:
+        try:
+            content: Any = json.loads(inputs.idToLabels)
+        except ValueError as error:
+            db.fail(f"idToLabels is no JSON ({error})")
+        if not isinstance(content, dict):
+            db.fail("idToLabels is no JSON object of ids to labels")
+        return dict(content)
+    ids, labels = inputs.ids.tolist(), inputs.labels
+    if len(ids) != len(labels):
+        db.fail(f"there are {len(ids)} ids and {len(labels)} labels; give one label for each id")
+    return {
+        str(number): {"class": label.removeprefix(CLASS)} if label.startswith(CLASS) else label
+        for number, label in zip(ids, labels, strict=True)
+    }
+
+
+@node_type(
+    "isaacsim.ros2.bridge.ROS2PublishObjectIdMap",
+    version=1,
+    inputs={
+        "execIn": EXEC_IN,
+        **publisher_inputs("labels"),
+        "timeStamp": TIME_STAMP,
+        "dataPtr": Attribute(
+            "uint64", "handle of a StableIdMap: its buffer, or a mapping of ids to prim paths", default=0
+        ),
+        "bufferSize": Attribute("uint", "size of dataPtr; not needed, the handle knows", default=0, unit="bytes"),
+    },
+    memory=Publisher,
+)
+def publish_object_id_map(db: Any) -> bool:
+    """Publish `std_msgs/String`: JSON of 128-bit object ids to prim paths; without a map nothing is sent."""
+    topic = subscribed_topic(db, STRING)
+    if topic is None:
+        return False
+    found = handles.resolve(db.inputs.dataPtr) if db.inputs.dataPtr else None
+    if found is None:
+        return False
+    if not isinstance(found, dict):
+        from sensors import parse_stable_id_map_data
+
+        found = parse_stable_id_map_data(found)
+    nanoseconds = stamp_ns(db.app, db.inputs.timeStamp)
+    db.app.bus.publish(topic, STRING, object_id_map(found, nanoseconds), nanoseconds)
+    return True
+
+
+def _string(text: str) -> Any:
+    from graph.sim.ros_types import message_type
+
+    return message_type(STRING)(text)

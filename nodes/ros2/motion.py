@@ -1,0 +1,188 @@
+"""How a robot moves, as ROS 2 topics: odometry, one transform, inertial readings, steering commands."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from graph import Attribute, node_type
+from nodes.isaac.clocks import stamp_ns
+
+from .messages import TRANSFORMS, FrameTransform, transforms
+from .publishing import TIME_STAMP, Publisher, publisher_inputs, subscribed_topic
+from .robot_messages import ACKERMANN, IMU, ODOMETRY, ackermann, imu, odometry
+
+EXEC_IN = Attribute("execution", "publishes")
+IDENTITY = [0.0, 0.0, 0.0, 1.0]
+ZERO = [0.0, 0.0, 0.0]
+
+
+@node_type(
+    "isaacsim.ros2.bridge.ROS2PublishOdometry",
+    version=1,
+    inputs={
+        "execIn": EXEC_IN,
+        **publisher_inputs("odom"),
+        "odomFrameId": Attribute("string", "frame that the pose is given in", default="odom"),
+        "chassisFrameId": Attribute("string", "frame of the robot, that velocities are given in", default="base_link"),
+        "timeStamp": TIME_STAMP,
+        "position": Attribute("vectord[3]", "position in the odom frame", default=ZERO, unit="m"),
+        "orientation": Attribute("quatd[4]", "orientation in the odom frame, x, y, z, w", default=IDENTITY),
+        "linearVelocity": Attribute("vectord[3]", "velocity along the robot's axes", default=ZERO, unit="m/s"),
+        "angularVelocity": Attribute("vectord[3]", "turn rate about the robot's axes", default=ZERO, unit="rad/s"),
+        "robotFront": Attribute("vectord[3]", "the axis that points ahead", default=[1.0, 0.0, 0.0]),
+        "publishRawVelocities": Attribute(
+            "bool", "publish velocities as given; if not, along front, left and up", default=False
+        ),
+    },
+    memory=Publisher,
+)
+def publish_odometry(db: Any) -> bool:
+    """Publish `nav_msgs/Odometry`. Its x axis of motion is robotFront, z the stage's up, y to the left."""
+    topic = subscribed_topic(db, ODOMETRY)
+    if topic is None:
+        return False
+    inputs = db.inputs
+    linear, angular = inputs.linearVelocity, inputs.angularVelocity
+    if not inputs.publishRawVelocities:
+        axes = _body_axes(db)
+        linear, angular = axes @ linear, axes @ angular
+    nanoseconds = stamp_ns(db.app, inputs.timeStamp)
+    frames = (inputs.odomFrameId, inputs.chassisFrameId)
+    message = odometry(nanoseconds, frames, inputs.position, inputs.orientation, linear, angular)
+    db.app.bus.publish(topic, ODOMETRY, message, nanoseconds)
+    return True
+
+
+def _body_axes(db: Any) -> Any:
+    """(3, 3) rows: the robot's front, left and up as unit vectors in the axes that velocities are given in."""
+    import numpy as np
+
+    from graph.sim.stage import up_axis
+
+    up = np.array([0.0, 0.0, 1.0] if up_axis(db.app.stage) == "Z" else [0.0, 1.0, 0.0])
+    front = np.array(db.inputs.robotFront)
+    left = np.cross(up, front)
+    length = float(np.linalg.norm(left))
+    if not length > 1e-9 * (1 + float(np.linalg.norm(front))):
+        db.fail(f"robotFront {front.tolist()} is zero or points up; give the axis that points ahead")
+    left = left / length
+    return np.stack([np.cross(left, up), left, up])
+
+
+@dataclass(slots=True)
+class _Static(Publisher):
+    latched: FrameTransform | None = None
+
+
+@node_type(
+    "isaacsim.ros2.bridge.ROS2PublishRawTransformTree",
+    version=1,
+    inputs={
+        "execIn": EXEC_IN,
+        **publisher_inputs("tf"),
+        "parentFrameId": Attribute("string", "frame that the transform is given in", default="odom"),
+        "childFrameId": Attribute("string", "frame that it places", default="base_link"),
+        "timeStamp": TIME_STAMP,
+        "translation": Attribute("vectord[3]", "position in the parent frame", default=ZERO, unit="m"),
+        "rotation": Attribute("quatd[4]", "rotation in the parent frame, x, y, z, w", default=IDENTITY),
+        "staticPublisher": Attribute(
+            "bool", "publish once, and again when it changed, on tf_static where topicName is tf", default=False
+        ),
+    },
+    memory=_Static,
+)
+def publish_raw_transform_tree(db: Any) -> bool:
+    """Publish `tf2_msgs/TFMessage` with the one transform that the inputs give."""
+    inputs, memory = db.inputs, db.memory
+    static = inputs.staticPublisher
+    topic = subscribed_topic(db, TRANSFORMS, "tf_static" if static and inputs.topicName == "tf" else None)
+    if topic is None:
+        return False
+    x, y, z = inputs.translation.tolist()
+    qx, qy, qz, qw = inputs.rotation.tolist()
+    pose = FrameTransform(inputs.parentFrameId, inputs.childFrameId, (x, y, z), (qx, qy, qz, qw))
+    if static:
+        if pose == memory.latched:
+            return False
+        memory.latched = pose
+    nanoseconds = stamp_ns(db.app, inputs.timeStamp)
+    db.app.bus.publish(topic, TRANSFORMS, transforms([pose], nanoseconds), nanoseconds)
+    return True
+
+
+@node_type(
+    "isaacsim.ros2.bridge.ROS2PublishImu",
+    version=1,
+    inputs={
+        "execIn": EXEC_IN,
+        **publisher_inputs("imu", frame_id="sim_imu"),
+        "timeStamp": TIME_STAMP,
+        "publishOrientation": Attribute("bool", "whether orientation is part of the message", default=True),
+        "publishLinearAcceleration": Attribute("bool", "whether acceleration is part of the message", default=True),
+        "publishAngularVelocity": Attribute("bool", "whether the turn rate is part of the message", default=True),
+        "orientation": Attribute("quatd[4]", "orientation, x, y, z, w", default=IDENTITY, optional=True),
+        "linearAcceleration": Attribute(
+            "vectord[3]", "proper acceleration along the sensor's axes", default=ZERO, optional=True, unit="m/s^2"
+        ),
+        "angularVelocity": Attribute(
+            "vectord[3]", "turn rate about the sensor's axes", default=ZERO, optional=True, unit="rad/s"
+        ),
+    },
+    memory=Publisher,
+)
+def publish_imu(db: Any) -> bool:
+    """Publish `sensor_msgs/Imu`; what is switched off is marked absent by covariance[0] = -1."""
+    topic = subscribed_topic(db, IMU)
+    if topic is None:
+        return False
+    nanoseconds = stamp_ns(db.app, db.inputs.timeStamp)
+    db.app.bus.publish(topic, IMU, imu_of(db, nanoseconds), nanoseconds)
+    return True
+
+
+def imu_of(db: Any, nanoseconds: int) -> Any:
+    """The message that an IMU publisher's inputs describe."""
+    inputs = db.inputs
+    return imu(
+        nanoseconds,
+        inputs.frameId,
+        inputs.orientation if inputs.publishOrientation else None,
+        inputs.angularVelocity if inputs.publishAngularVelocity else None,
+        inputs.linearAcceleration if inputs.publishLinearAcceleration else None,
+    )
+
+
+@node_type(
+    "isaacsim.ros2.bridge.ROS2PublishAckermannDrive",
+    version=1,
+    inputs={
+        "execIn": EXEC_IN,
+        **publisher_inputs("ackermann_cmd", frame_id=""),
+        "timeStamp": Attribute("double", "stamp of the message", default=0, unit="s"),
+        "steeringAngle": Attribute("double", "angle of the virtual middle wheel", default=0.0, unit="rad"),
+        "steeringAngleVelocity": Attribute("double", "rate of that angle; 0 is at once", default=0.0, unit="rad/s"),
+        "speed": Attribute("double", "forward speed", default=0.0, unit="m/s"),
+        "acceleration": Attribute("double", "change of speed; 0 is at once", default=0.0, unit="m/s^2"),
+        "jerk": Attribute("double", "change of acceleration; 0 is at once", default=0.0, unit="m/s^3"),
+    },
+    memory=Publisher,
+)
+def publish_ackermann_drive(db: Any) -> bool:
+    """Publish `ackermann_msgs/AckermannDriveStamped`."""
+    topic = subscribed_topic(db, ACKERMANN)
+    if topic is None:
+        return False
+    inputs = db.inputs
+    nanoseconds = stamp_ns(db.app, inputs.timeStamp)
+    message = ackermann(
+        nanoseconds,
+        inputs.frameId,
+        inputs.steeringAngle,
+        inputs.steeringAngleVelocity,
+        inputs.speed,
+        inputs.acceleration,
+        inputs.jerk,
+    )
+    db.app.bus.publish(topic, ACKERMANN, message, nanoseconds)
+    return True

@@ -1,0 +1,80 @@
+"""What every subscriber shares: its inputs, its queue, and the rule of one message for each compute.
+
+A subscriber listens from its first compute on, and gets what came earlier in that update too. Each compute takes one
+message, the oldest waiting, as the original does; what exceeds the queue pushes the oldest out. Outputs keep the last
+message taken; execOut fires only in a compute that took one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from graph import Attribute
+
+from .publishing import topic_name
+from .quality import queue_depth
+
+EXEC_IN = Attribute("execution", "takes the next message, if one has come")
+EXEC_OUT = Attribute("execution", "a message was taken")
+
+
+@dataclass(slots=True)
+class Subscriber:
+    """Memory of a subscribing node: its queue, and whether it has said that messages were lost."""
+
+    subscription: Any = None
+    told: int = 0
+
+
+def subscriber_inputs(topic: str) -> dict[str, Attribute]:
+    """The inputs that all subscribers have, with this node type's default topic."""
+    return {
+        "execIn": EXEC_IN,
+        "context": Attribute("uint64", "a ROS2Context; 0 is the default context", default=0),
+        "nodeNamespace": Attribute(
+            "string", "put before the topic; empty takes the isaac:namespace of the prims above", default=""
+        ),
+        "topicName": Attribute("string", "topic; one that begins with / ignores the namespace", default=topic),
+        "qosProfile": Attribute(
+            "string", "a ROS2QoSProfile's text: its history and depth go before queueSize", default=""
+        ),
+        "queueSize": Attribute(
+            "uint64", "messages that wait; one more pushes the oldest out", default=10, unit="messages"
+        ),
+    }
+
+
+def next_message(db: Any, type_name: str) -> Any:
+    """The oldest waiting message, as its class in the type store; None if none waits. Listens at the first call."""
+    return take(db, type_name, lambda: topic_name(db, db.path))
+
+
+def take(db: Any, type_name: str, topic: Any, depth: Any = None) -> Any:
+    """As `next_message`, for a node whose topic and queue length come from functions."""
+    memory = db.memory
+    if memory.subscription is None:
+        length = queue_depth(db) if depth is None else depth()
+        memory.subscription = db.app.bus.listen(topic(), type_name, depth=length, owner=db.path)
+    subscription = memory.subscription
+    if subscription.dropped > memory.told:
+        memory.told = subscription.dropped
+        db.warn(
+            "subscriber-queue-full",
+            f"messages on {subscription.topic} came faster than they were taken, the oldest are lost; raise queueSize",
+        )
+    message = subscription.take()
+    return None if message is None else message.message
+
+
+def unsubscribe(db: Any) -> None:
+    """Stops listening; for a node type's `release`."""
+    subscription = db.memory.subscription
+    if subscription is not None:
+        db.app.bus.unlisten(subscription)
+        db.memory.subscription = None
+
+
+def seconds(stamp: Any) -> float:
+    """A `builtin_interfaces/Time` in seconds."""
+    return float(stamp.sec + stamp.nanosec * 1e-9)
