@@ -26,7 +26,7 @@ PLUMB_BOB = "plumb_bob"
         "timeStamp": TIME_STAMP,
         "data": Attribute("uchar[]", "pixels, rows from the top", default=[]),
         "width": Attribute("uint", "pixels in a row", default=0, unit="px"),
-        "height": Attribute("uint", "rows", default=0, unit="px"),
+        "height": Attribute("uint", "rows of pixels", default=0, unit="px"),
         "encoding": Attribute(
             "token",
             "what a pixel is: bytes for the colours, or a depth [m] or an id of four bytes",
@@ -120,7 +120,7 @@ def publish_compressed_image(db: Any) -> bool:
         **publisher_inputs("camera_info", frame_id="sim_camera"),
         "timeStamp": TIME_STAMP,
         "width": Attribute("uint", "pixels in a row", unit="px"),
-        "height": Attribute("uint", "rows", unit="px"),
+        "height": Attribute("uint", "rows of pixels", unit="px"),
         "projectionType": Attribute("token", "the camera's projection; told apart by the distortion model"),
         "k": Attribute("double[]", "intrinsic matrix 3 x 3, row by row", unit="px"),
         "r": Attribute("double[]", "rectification matrix 3 x 3, row by row; empty is the identity"),

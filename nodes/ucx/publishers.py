@@ -120,7 +120,7 @@ def publish_imu(db: Any) -> bool:
         "timeStamp": TIME_STAMP,
         "data": Attribute("uchar[]", "pixels, rows from the top", default=[], optional=True),
         "width": Attribute("uint", "pixels in a row", default=0, optional=True, unit="px"),
-        "height": Attribute("uint", "rows", default=0, optional=True, unit="px"),
+        "height": Attribute("uint", "rows of pixels", default=0, optional=True, unit="px"),
         "encoding": Attribute(
             "token",
             "what a pixel is: bytes for the colours, or a depth [m]",
