@@ -107,20 +107,28 @@ def open_session(
     overrides: Mapping[str, str] | None = None,
     seed: int = 0,
     realtime: bool = False,
-    on_error: OnError = "stop",
+    on_error: OnError | None = None,
     registry: Registry | None = None,
     skip_unknown: bool = False,
 ) -> Session:
     """Loads, checks and builds everything that `path` names (or a loaded file says); nothing plays yet.
 
-    `settings` and `fidelity` beat the file's; `on_error` is "stop" or "continue". Raises UserError with every problem
-    found.
+    `settings` and `fidelity` beat the file's; `on_error` is "stop" or "continue" (None: "continue" for a saved scene
+    with missing assets, whose nodes cannot all work, else "stop"). Raises UserError with every problem found.
     """
     from .runner import GraphRunner
     from .sim import App
     from .sim.wall_clock import RealClock
 
-    parts = build_parts(path, allow=allow, overrides=overrides, settings=settings, fidelity=fidelity, registry=registry)
+    parts = build_parts(
+        path,
+        allow=allow,
+        overrides=overrides,
+        settings=settings,
+        fidelity=fidelity,
+        registry=registry,
+        skip_unknown=skip_unknown,
+    )
     if parts.problems or parts.spec is None:
         raise UserError(parts.problems)
     spec = parts.spec
@@ -138,6 +146,9 @@ def open_session(
     for warning in parts.warnings:
         app.warn(*warning)
     app.folders = tuple(folder for folder in (spec.folder, *allow) if folder is not None)
+    if on_error is None:
+        missing = any(code in ("usd-missing-asset", "prim-missing") for code, _, _ in parts.warnings)
+        on_error = "continue" if spec.lenient and missing else "stop"
     runner = GraphRunner(app, parts.graphs, on_error=on_error)
     app.graphs.update(runner.graphs)
     return Session(spec, app, runner)

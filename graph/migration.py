@@ -182,7 +182,7 @@ def _renamed(node: NodeSpec, graph: GraphSpec, registry: Registry, notes: Notes)
     for key in dict.fromkeys((*node.inputs, *_fed(node, graph))) if table or _has_old(node, graph) else ():
         full = key if ":" in key and key.split(":")[0] in ("inputs", "outputs", "state") else f"inputs:{key}"
         prefix, _, name = full.partition(":")
-        if full not in table and full not in REMOVED:
+        if full not in table and (full not in REMOVED or node.type not in registry):
             continue
         if node.type in registry and registry.get(node.type).find(prefix, name) is not None:
             continue

@@ -42,7 +42,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print the report as JSON and nothing else on stdout")
     parser.add_argument("--strict", action="store_true", help="exit 1 if a wired sensor or publisher stayed silent")
     parser.add_argument(
-        "--on-error", choices=("stop", "continue"), default="stop", help="when a node raises (default: stop)"
+        "--on-error",
+        choices=("stop", "continue"),
+        help="when a node raises (default: stop; continue for a saved USD scene with missing assets)",
     )
     parser.add_argument(
         "--allow", action="append", default=[], type=Path, metavar="DIR", help="also allow files below DIR"

@@ -7,15 +7,16 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
-from graph.spec import Evaluator, PipelineStage
+from graph.spec import EvaluationMode, Evaluator, PipelineStage
 
+from .json_values import restored
 from .node_prims import (
     GRAPH_TYPES,
     KEY,
     NODE_TYPES,
+    PREFIXES,
     RawAttribute,
     RawNode,
-    has_node_properties,
     read_node,
     read_properties,
 )
@@ -23,6 +24,8 @@ from .values import plain
 
 COMPOUND = "omni.graph.nodes.CompoundSubgraph"
 _VARIABLE = "graph:variable:"
+_GRAPHS = "omniGraphs"
+"""The relationship of a prim that has graphs of its own (OmniGraphAPI)."""
 _EVALUATORS: dict[str, Evaluator] = {"execution": "execution", "push": "push", "dirty_push": "dirty_push"}
 _GONE_EVALUATORS: dict[str, Evaluator] = {"pull": "dirty_push", "execution_pull": "execution"}
 _STAGES: dict[str, PipelineStage] = {
@@ -48,6 +51,9 @@ class RawGraph:
     compounds: list[RawNode] = field(default_factory=list)
     custom: dict[str, Any] = field(default_factory=dict)
     """Our own customData of the prim."""
+    evaluation_mode: EvaluationMode = "automatic"
+    instances: dict[str, dict[str, Any]] = field(default_factory=dict)
+    """Prims that have the graph, each with the variable values it gives."""
     overs: list[str] = field(default_factory=list)
     """Paths of prims below it that only override nodes which nothing defines."""
 
@@ -58,22 +64,39 @@ def read_graphs(stage: Any, tell: Tell) -> list[RawGraph]:
 
     found: list[RawGraph] = []
     overs: dict[str, list[str]] = {}
+    users: dict[str, dict[str, dict[str, Any]]] = {}
     predicate = Usd.TraverseInstanceProxies(Usd.PrimIsActive & Usd.PrimIsLoaded & ~Usd.PrimIsAbstract)
     prims = iter(Usd.PrimRange(stage.GetPseudoRoot(), predicate))
     for prim in prims:
+        if prim.IsPseudoRoot():
+            continue
         if is_graph(prim):
             prims.PruneChildren()
             for graph in _graph_and_nested(prim, predicate, tell):
                 found.append(graph)
                 for path in graph.overs:
                     overs.setdefault(graph.path, []).append(path)
+        elif prim.HasRelationship(_GRAPHS):
+            for path in prim.GetRelationship(_GRAPHS).GetTargets():
+                users.setdefault(str(path), {})[str(prim.GetPath())] = _variables_of(prim)
         elif not prim.IsDefined() and _over_of_node(prim):
             overs.setdefault(str(prim.GetPath().GetParentPath()), []).append(str(prim.GetPath()))
+    for graph in found:
+        graph.instances = users.get(graph.path, {})
     for parent, paths in overs.items():
         names = ", ".join(path.rpartition("/")[2] for path in paths[:3]) + (", ..." if len(paths) > 3 else "")
         message = f"{parent}: {_some(len(paths), 'prim')} ({names}) only override nodes that no file defines; left out"
         tell("usd-over-only", paths[0], message)
     return found
+
+
+def _variables_of(prim: Any) -> dict[str, Any]:
+    """The variable values that a prim gives the graphs it has."""
+    return {
+        variable_name(one): restored(one.value, one.custom)
+        for one in read_properties(prim)
+        if one.name.startswith(_VARIABLE) and one.value is not None
+    }
 
 
 def _some(count: int, noun: str) -> str:
@@ -93,7 +116,15 @@ def is_node(prim: Any) -> bool:
 
 
 def _over_of_node(prim: Any) -> bool:
-    return not prim.GetTypeName() and has_node_properties(prim)
+    """Whether a prim that nothing defines looks like an override of a node; shaders and lights have inputs, too."""
+    if prim.GetTypeName():
+        return False
+    names = prim.GetAuthoredPropertyNames()
+    if any(name.startswith(("node:type", "ui:nodegraph:node:")) for name in names):
+        return not any(name.startswith("info:") for name in names)
+    parent = prim.GetParent()
+    in_graph = parent.HasAttribute("evaluator:type") or "graph" in parent.GetName().lower()
+    return in_graph and any(name.startswith(PREFIXES) for name in names)
 
 
 def _graph_and_nested(prim: Any, predicate: Any, tell: Tell) -> Iterator[RawGraph]:
@@ -164,6 +195,8 @@ def _settings(prim: Any, graph: RawGraph, tell: Tell) -> None:
         graph.evaluator = _EVALUATORS[evaluator]
     else:
         tell("evaluator-unknown", graph.path, f'{graph.path} has the unknown evaluator "{evaluator}"; it runs as push')
+    mode = str(values.get("evaluationMode") or "Automatic").lower()
+    graph.evaluation_mode = mode if mode in ("standalone", "instanced") else "automatic"  # type: ignore[assignment]
     stage = str(values.get("pipelineStage") or "pipelineStageSimulation")
     if stage not in _STAGES:
         tell(

@@ -121,11 +121,6 @@ def _plain(value: Any, sdf: str) -> Any:
     return None if value is None or type(value).__name__ == "ValueBlock" else from_usd(value, sdf)
 
 
-def has_node_properties(prim: Any) -> bool:
-    """Whether a prim carries attributes of a node, whatever its type."""
-    return any(name.startswith((*PREFIXES, "node:type")) for name in prim.GetAuthoredPropertyNames())
-
-
 def ogn_type(attribute: RawAttribute) -> str | None:
     """The OGN type of an attribute as the file declares it; None for tokens that may stand for any type."""
     if attribute.is_execution:

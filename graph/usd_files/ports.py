@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from .node_prims import RawAttribute, RawNode
@@ -11,8 +11,14 @@ from .node_prims import RawAttribute, RawNode
 class Ports:
     """The promoted attributes of every compound, by path."""
 
-    def __init__(self, compounds: Iterable[RawNode]) -> None:
+    def __init__(self, compounds: Sequence[RawNode], nodes: Iterable[RawNode]) -> None:
         self._ports = {f"{node.path}.{one.name}": one for node in compounds for one in node.attributes}
+        self._readers: dict[str, list[str]] = {}
+        for node in (*compounds, *nodes) if compounds else ():
+            for attribute in node.attributes:
+                for source in sources_of(attribute):
+                    if source in self._ports:
+                        self._readers.setdefault(source, []).append(f"{node.path}.{attribute.name}")
         self._origins: dict[str, tuple[str, ...]] = {}
 
     def __contains__(self, path: str) -> bool:
@@ -27,6 +33,19 @@ class Ports:
             found = (origin for source in sources_of(self._ports[path]) for origin in self.behind(source))
             self._origins[path] = tuple(dict.fromkeys(found))
         return self._origins[path]
+
+    def inside(self, path: str) -> list[str]:
+        """The attributes of real nodes that a port feeds, through the ports of compounds inside."""
+        found: dict[str, None] = {}
+        pending, seen = [path], {path}
+        while pending:
+            for reader in self._readers.get(pending.pop(0), ()):
+                if reader not in self._ports:
+                    found[reader] = None
+                elif reader not in seen:
+                    seen.add(reader)
+                    pending.append(reader)
+        return list(found)
 
     def value(self, path: str) -> RawAttribute | None:
         """The port that holds the value which `path` passes on; None where there is none."""

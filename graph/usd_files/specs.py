@@ -21,7 +21,9 @@ MarkOf = Callable[[str], Mark]
 
 def graph_specs(graphs: Sequence[RawGraph], mark_of: MarkOf, tell: Tell) -> tuple[GraphSpec, ...]:
     """The specifications of all graphs; attributes of nodes have the types that the file declares."""
-    ports = Ports(compound for graph in graphs for compound in graph.compounds)
+    ports = Ports(
+        [one for graph in graphs for one in graph.compounds], [one for graph in graphs for one in graph.nodes]
+    )
     homes = {node.path: (graph.path, node.name) for graph in graphs for node in graph.nodes}
     homes |= {compound.path: (graph.path, compound.name) for graph in graphs for compound in graph.compounds}
     return tuple(_graph(graph, ports, homes, mark_of, tell) for graph in graphs)
@@ -49,7 +51,21 @@ def _graph(
             for one in graph.variables
         },
         mark_of(graph.path),
+        compounds={compound.name: _ports(graph, compound, ports) for compound in graph.compounds},
+        unfinished=not graph.custom,
+        evaluation_mode=graph.evaluation_mode,
+        instances=graph.instances,
     )
+
+
+def _ports(graph: RawGraph, compound: RawNode, ports: Ports) -> dict[str, tuple[str, ...]]:
+    """The ports of a compound and the ends of inner nodes that each stands for."""
+    prefix = f"{graph.path}/"
+    found: dict[str, list[str]] = {}
+    for port in compound.attributes:
+        path = f"{compound.path}.{port.name}"
+        found[port.name] = list(ports.behind(path)) if port.name.startswith("outputs:") else ports.inside(path)
+    return {name: tuple(end.removeprefix(prefix) for end in ends) for name, ends in found.items()}
 
 
 def _written_type(variable: RawAttribute) -> str:
