@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from graph.errors import Problem, UserError
+from graph.errors import Mark, Problem, UserError
 
 from .printing import safe_line
 
@@ -43,7 +43,10 @@ def run(args: argparse.Namespace) -> int:
     logging.getLogger("tickgraph").propagate = False
     logging.getLogger("tickgraph").addHandler(logging.NullHandler())
     files = [read_cases(path, args.allow) for path in test_files(args.files)]
-    problems = [problem for file in files for problem in (*file.problems, *check_cases(file.cases, args.allow))]
+    problems: list[Problem] = []
+    for file in files:
+        found = (*file.problems, *check_cases(file.cases, args.allow))
+        problems += sorted(found, key=lambda one: one.mark or Mark("", 0, 0))
     if problems:
         raise UserError(problems)
     if args.junit is not None and args.junit.is_dir():

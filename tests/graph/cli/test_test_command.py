@@ -82,8 +82,8 @@ def test_a_mistake_in_one_file_stops_all_before_anything_runs(graph, tests):
     result = graph("test", ".", "--junit", "results.xml")
     assert (result.code, result.out) == (2, "")
     assert result.err.splitlines() == [
+        'bad.test.yaml:2:14: case "it": no node type "Countdwn"; did you mean "Countdown"?',
         'bad.test.yaml:2:30: case "it": unknown key "updtes"; did you mean "updates"?',
-        'bad.test.yaml:2:15: case "it": no node type "Countdwn"; did you mean "Countdown"?',
     ]
     assert not (tests / "results.xml").exists()
 
