@@ -33,7 +33,8 @@ def expected(node_type):
 def described(attribute: Attribute):
     """What the facts table says about an attribute, read from its declaration."""
     kind = attribute.type if isinstance(attribute.type, str) else list(attribute.type)
-    found = {"type": kind, "default": None if attribute.default is UNSET else attribute.default}
+    default = None if attribute.default is UNSET else attribute.default
+    found = {"type": kind, "default": "nan" if default != default else default}
     flags = {
         "optional": attribute.optional,
         "literalOnly": attribute.literal_only,

@@ -1,0 +1,185 @@
+"""Attributes of prims, read and written by name."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from graph import Attribute, node_type
+from graph.conversion import converter, convertible
+from graph.types import TYPES, Type
+from graph.values import coerce, shown
+
+from . import usd_values
+from .stage_prims import PRIM, USE_PATH, find_attribute, find_prim, path_of
+
+NAME = Attribute("token", "name of the attribute, such as xformOp:translate", default="")
+HANDLE = Attribute("uint64", "kept for files that carry it; unused")
+TOKEN = Attribute("token", "kept for files that carry it; unused")
+SET_UP = Attribute("bool", "whether the attribute has been found", default=False)
+
+
+@node_type(
+    "omni.graph.nodes.ReadPrimAttribute",
+    version=3,
+    volatile=True,
+    inputs={
+        "name": NAME,
+        "prim": PRIM,
+        "primPath": Attribute("token", "path of the prim where usePath is set", optional=True),
+        "usdTimecode": Attribute(
+            "timecode",
+            "when to read the stage; nan means the latest value",
+            default=math.nan,
+            optional=True,
+            unit="frames",
+        ),
+        "usePath": USE_PATH,
+    },
+    outputs={"value": Attribute("any", "the value, in the type of the attribute")},
+    state={
+        "correctlySetup": SET_UP,
+        "importPath": HANDLE,
+        "reimportAtTime": Attribute("bool", "kept for files that carry it; unused"),
+        "srcAttrib": HANDLE,
+        "srcPath": HANDLE,
+        "srcPathAsToken": HANDLE,
+        "time": Attribute("double", "time code of the value last read", unit="frames"),
+    },
+)
+def read_prim_attribute(db: Any) -> bool:
+    """Read an attribute: what was written to Fabric, else the stage's value; of an animated one the value of now.
+
+    With a usdTimecode it is the stage's value at that time. A missing prim leaves the outputs as they are.
+    """
+    prim = find_prim(db, path_of(db))
+    if prim is None:
+        return False
+    attribute = find_attribute(db, prim, db.inputs.name)
+    type_ = _type_of(db, attribute)
+    raw = _latest(db, attribute) if math.isnan(db.inputs.usdTimecode) else attribute.Get(db.inputs.usdTimecode)
+    if raw is None:
+        db.fail(f"{attribute.GetPath()} has no value; author one")
+    value, wanted = usd_values.read(raw, type_), db.output_type("value")
+    if wanted is not None and TYPES[wanted] is not type_:
+        value = _converted(db, value, type_, TYPES[wanted], f"{attribute.GetPath()} ({type_}) cannot feed {wanted}")
+    db.outputs.value = value
+    db.state.correctlySetup = True
+    return True
+
+
+@node_type(
+    "omni.graph.nodes.WritePrimAttribute",
+    version=3,
+    inputs={
+        "execIn": Attribute("execution", "writes the value"),
+        "layerIdentifier": Attribute(
+            "token", "layer of the stage to write to; none means its edit target", default="", optional=True
+        ),
+        "name": NAME,
+        "prim": PRIM,
+        "primPath": Attribute("token", "path of the prim where usePath is set", default="", optional=True),
+        "usdWriteBack": Attribute(
+            "bool", "whether the stage gets the value; if not, only Fabric has it", default=True, optional=True
+        ),
+        "usePath": USE_PATH,
+        "value": Attribute("any", "the value to write"),
+    },
+    outputs={"execOut": Attribute("execution", "follows once the value is written")},
+    state={
+        "correctlySetup": SET_UP,
+        "destAttrib": HANDLE,
+        "destPath": HANDLE,
+        "destPathToken": HANDLE,
+        "layerIdentifier": TOKEN,
+        "resolvedLayerIdentifier": TOKEN,
+    },
+)
+def write_prim_attribute(db: Any) -> bool:
+    """Write an attribute to the stage, or to Fabric only; a type that does not fit fails, a missing prim is passed by.
+
+    A new transform of a moving body on the stage moves the body.
+    """
+    prim = find_prim(db, path_of(db))
+    if prim is None:
+        return False
+    attribute = find_attribute(db, prim, db.inputs.name)
+    type_ = _type_of(db, attribute)
+    value = usd_values.written(_value_for(db, attribute, type_), type_, attribute)
+    fabric, path, name = db.app.fabric, str(prim.GetPath()), db.inputs.name
+    if not db.inputs.usdWriteBack or fabric.change_stamp(path, name) >= 0:
+        fabric.set(path, name, value)
+    if db.inputs.usdWriteBack and attribute.Get() != value:
+        _write(db, attribute, value)
+        if name.startswith("xformOp"):
+            _move_body(db, prim)
+    db.state.correctlySetup = True
+    db.fire("execOut")
+    return True
+
+
+def _type_of(db: Any, attribute: Any) -> Type:
+    type_ = usd_values.attribute_type(attribute)
+    if type_ is None:
+        db.fail(f"{attribute.GetPath()} is of type {attribute.GetTypeName()}, which graphs do not have")
+    assert type_ is not None
+    return type_
+
+
+def _latest(db: Any, attribute: Any) -> Any:
+    """Fabric's value if somebody set it, else the stage's of now."""
+    path, name = str(attribute.GetPrim().GetPath()), attribute.GetName()
+    if db.app.fabric.change_stamp(path, name) < 0 and attribute.GetNumTimeSamples():
+        db.state.time = db.context.frame
+        return attribute.Get(db.state.time)
+    return db.app.fabric.get(path, name)
+
+
+def _value_for(db: Any, attribute: Any, type_: Type) -> Any:
+    """The value to write, in the attribute's type; one that only a file gives takes any type that it can stand for."""
+    value, given = db.inputs.value, db.input_type("value")
+    message = f"the value ({given or shown(value)}) cannot be written to {attribute.GetPath()} ({type_})"
+    if given is None or not db.connected("value"):
+        return _coerced(db, value, type_, message)
+    return _converted(db, value, TYPES[given], type_, message)
+
+
+def _converted(db: Any, value: Any, given: Type, wanted: Type, message: str) -> Any:
+    if not convertible(given, wanted):
+        db.fail(message)
+    convert = converter(given, wanted)
+    return _coerced(db, value if convert is None else convert(value), wanted, message)
+
+
+def _coerced(db: Any, value: Any, type_: Type, message: str) -> Any:
+    try:
+        return coerce(type_, value)
+    except ValueError as error:
+        return db.fail(f"{message}: {error}")
+
+
+def _write(db: Any, attribute: Any, value: Any) -> None:
+    from graph.sim.usd import Usd
+
+    stage, wanted = db.app.stage, db.inputs.layerIdentifier
+    if not wanted:
+        attribute.Set(value)
+        return
+    layers = [one for one in stage.GetLayerStack() if wanted in (one.identifier, one.GetDisplayName())]
+    if not layers:
+        db.fail(f'input layerIdentifier is "{wanted}", which is no layer of the stage; clear it or correct it')
+    with Usd.EditContext(stage, Usd.EditTarget(layers[0])):
+        attribute.Set(value)
+
+
+def _move_body(db: Any, prim: Any) -> None:
+    """Takes a body of the running physics to where the stage has it now."""
+    physics, path = db.app.physics, str(prim.GetPath())
+    if physics is None or path not in physics.body_paths:
+        return
+    import numpy as np
+
+    from graph.sim.usd import Usd, UsdGeom
+
+    matrix = UsdGeom.XformCache(Usd.TimeCode.Default()).GetLocalToWorldTransform(prim)
+    db.app.fabric.set_world_matrix(path, np.array(matrix).T)

@@ -1,0 +1,125 @@
+"""Prims of the stage: found, named, asked."""
+
+from __future__ import annotations
+
+from fnmatch import fnmatchcase
+from typing import Any
+
+from graph import Attribute, node_type
+
+from .stage_prims import find_prim
+
+PATHS = Attribute("target", "the prims")
+
+
+@node_type(
+    "omni.graph.nodes.GetPrimPath",
+    version=3,
+    inputs={"prim": Attribute("target", "the prim; of several the first")},
+    outputs={
+        "path": Attribute("path", "its path; empty where there is no prim"),
+        "primPath": Attribute("token", "its path as a token"),
+    },
+)
+def get_prim_path(db: Any) -> None:
+    """Give the path of a prim."""
+    targets = db.inputs.prim
+    db.outputs.path = db.outputs.primPath = str(targets[0]) if targets else ""
+
+
+@node_type(
+    "omni.graph.nodes.GetPrimPaths",
+    version=1,
+    inputs={"prims": PATHS},
+    outputs={"primPaths": Attribute("token[]", "their paths, in order")},
+)
+def get_prim_paths(db: Any) -> None:
+    """Give the paths of prims."""
+    db.outputs.primPaths = list(db.inputs.prims)
+
+
+@node_type(
+    "omni.graph.nodes.ToTarget",
+    version=1,
+    inputs={
+        "value": Attribute(("path", "string", "token", "token[]"), "one path or an array; empty ones do not count")
+    },
+    outputs={"converted": Attribute("target", "the prims of these paths")},
+)
+def to_target(db: Any) -> None:
+    """Make a target of paths; one that is no absolute path fails."""
+    value = db.inputs.value
+    paths = [value] if isinstance(value, str) else list(value)
+    for path in paths:
+        if path and not path.startswith("/"):
+            db.fail(f'input value holds "{path}", which is no absolute path; begin it with /')
+    db.outputs.converted = [path for path in paths if path]
+
+
+@node_type(
+    "omni.graph.nodes.IsPrimActive",
+    version=1,
+    volatile=True,
+    inputs={
+        "prim": Attribute("path", "path of the prim", default="", deprecated="use primTarget"),
+        "primTarget": Attribute("target", "the prim"),
+    },
+    outputs={"active": Attribute("bool", "whether it is active; a prim that is not there is not")},
+)
+def is_prim_active(db: Any) -> None:
+    """Tell whether a prim is active on the stage."""
+    path = db.inputs.primTarget[0] if db.inputs.primTarget else db.inputs.prim
+    prim = find_prim(db, str(path))
+    db.outputs.active = prim is not None and bool(prim.IsActive())
+
+
+@node_type(
+    "omni.graph.nodes.FindPrims",
+    version=1,
+    volatile=True,
+    inputs={
+        "namePrefix": Attribute("token", "how their names begin", default=""),
+        "recursive": Attribute("bool", "whether to look below the root's children too", default=False),
+        "requiredAttributes": Attribute("string", "attributes that they must have, with spaces between", default=""),
+        "requiredRelationship": Attribute("token", "a relationship that they must have", default=""),
+        "requiredRelationshipTarget": Attribute("string", "a path that the relationship must name", default=""),
+        "rootPrimPath": Attribute("token", "below which prim to look; empty means the whole stage", default=""),
+        "type": Attribute("token", "their types, as patterns with * and ?; ^ before one leaves it out", default=""),
+    },
+    outputs={"primPaths": Attribute("token[]", "their paths, in the order of the stage")},
+)
+def find_prims(db: Any) -> None:
+    """Find the prims that fit all that is asked; an input that is empty asks nothing."""
+    from graph.sim.usd import Usd
+
+    inputs, stage = db.inputs, db.app.stage
+    root = find_prim(db, inputs.rootPrimPath) if inputs.rootPrimPath else stage.GetPseudoRoot()
+    if root is None:
+        db.outputs.primPaths = []
+        return
+    found = [one for one in Usd.PrimRange(root) if one != root] if inputs.recursive else root.GetChildren()
+    db.outputs.primPaths = [str(one.GetPath()) for one in found if _fits(one, inputs)]
+
+
+def _fits(prim: Any, wanted: Any) -> bool:
+    return (
+        prim.GetName().startswith(wanted.namePrefix)
+        and _of_type(str(prim.GetTypeName()), wanted.type.split())
+        and all(prim.HasAttribute(name) for name in wanted.requiredAttributes.split())
+        and (not wanted.requiredRelationship or _related(prim, wanted))
+    )
+
+
+def _of_type(name: str, patterns: list[str]) -> bool:
+    unwanted = [one[1:] for one in patterns if one.startswith("^")]
+    allowed = [one for one in patterns if not one.startswith("^")]
+    if any(fnmatchcase(name, one) for one in unwanted):
+        return False
+    return not allowed or any(fnmatchcase(name, one) for one in allowed)
+
+
+def _related(prim: Any, wanted: Any) -> bool:
+    if not prim.HasRelationship(wanted.requiredRelationship):
+        return False
+    targets = [str(path) for path in prim.GetRelationship(wanted.requiredRelationship).GetTargets()]
+    return not wanted.requiredRelationshipTarget or wanted.requiredRelationshipTarget in targets

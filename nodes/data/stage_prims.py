@@ -1,0 +1,50 @@
+"""How nodes of the stage find the prim, and the attribute, that their inputs name."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from graph import Attribute
+from graph.suggest import did_you_mean
+
+PRIM = Attribute("target", "the prim, unless usePath is set", optional=True)
+USE_PATH = Attribute("bool", "whether primPath names the prim instead of the input prim", default=False, optional=True)
+
+
+def path_of(db: Any) -> str:
+    """The path that `prim`, or `primPath` with `usePath`, names. Fails the node where that is not just one."""
+    inputs = db.inputs
+    if inputs.usePath:
+        if not inputs.primPath:
+            db.fail("input primPath is empty; give it the path of a prim, or clear usePath")
+        return str(inputs.primPath)
+    return only_target(db, "prim", inputs.prim)
+
+
+def only_target(db: Any, name: str, targets: list[str]) -> str:
+    """The path that a target input names. Fails the node where it does not name just one."""
+    if len(targets) != 1:
+        db.fail(f"input {name} names {len(targets)} prims; give it the path of one prim")
+    return str(targets[0])
+
+
+def find_prim(db: Any, path: str) -> Any:
+    """The prim of that path; None, with a warning, where there is none."""
+    from graph.sim.usd import Sdf
+
+    prim = db.app.stage.GetPrimAtPath(path) if Sdf.Path.IsValidPathString(path) and path.startswith("/") else None
+    if not prim:
+        db.warn("prim-missing", f"there is no prim {path or 'of an empty path'} on the stage; nothing was done")
+        return None
+    return prim
+
+
+def find_attribute(db: Any, prim: Any, name: str) -> Any:
+    """The prim's attribute of that name. Fails the node where it has none."""
+    if not name:
+        db.fail("input name is empty; give it the name of an attribute of the prim")
+    attribute = prim.GetAttribute(name) if prim.HasAttribute(name) else None
+    if not attribute:
+        known = [str(one.GetName()) for one in prim.GetAttributes()]
+        db.fail(f'{prim.GetPath()} has no attribute "{name}"{did_you_mean(name, known)}')
+    return attribute

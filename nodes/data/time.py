@@ -1,0 +1,76 @@
+"""The clocks of a run, and a value that runs with one of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from graph import Attribute, node_type
+from graph.exact import duration
+
+
+@node_type(
+    "omni.graph.nodes.ReadTime",
+    version=1,
+    volatile=True,
+    outputs={
+        "absoluteSimTime": Attribute("double", "time of all updates so far; a stop does not reset it", unit="s"),
+        "deltaSeconds": Attribute("double", "length of this update", unit="s"),
+        "frame": Attribute("double", "timeline time as a frame number", unit="frames"),
+        "isPlaying": Attribute("bool", "whether the timeline plays"),
+        "time": Attribute("double", "timeline time", unit="s"),
+        "timeSinceStart": Attribute("double", "time since the App was made, playing or not", unit="s"),
+    },
+)
+def read_time(db: Any) -> None:
+    """Read the clocks of this update."""
+    context, outputs = db.context, db.outputs
+    outputs.absoluteSimTime = context.absolute_sim_time
+    outputs.deltaSeconds = context.delta_seconds
+    outputs.frame = context.frame
+    outputs.isPlaying = context.is_playing
+    outputs.time = context.time
+    outputs.timeSinceStart = context.time_since_start
+
+
+@dataclass(slots=True)
+class _Running:
+    elapsed: Fraction = Fraction(0)
+
+
+@node_type(
+    "omni.graph.nodes.Timer",
+    version=2,
+    inputs={
+        "duration": Attribute("double", "how long the value runs", default=1.0, unit="s"),
+        "endValue": Attribute("double", "value at the end", default=1.0),
+        "play": Attribute("execution", "starts it; ignored while it runs"),
+        "startValue": Attribute("double", "value at the start", default=0.0),
+    },
+    outputs={
+        "finished": Attribute("execution", "fires in the first update at least `duration` after the start"),
+        "updated": Attribute("execution", "fires in every update after the start, the last one included"),
+        "value": Attribute("double", "startValue to endValue, in proportion to the time that has passed", default=0.0),
+    },
+    memory=_Running,
+)
+def timer(db: Any) -> None:
+    """Run a value from start to end over some seconds of update time; duration 0 finishes in the next update."""
+    inputs, memory = db.inputs, db.memory
+    if db.triggered("play"):
+        memory.elapsed = Fraction(0)
+        db.outputs.value = inputs.startValue
+        db.sleep()
+        return
+    if inputs.duration < 0:
+        db.fail(f"input duration is {inputs.duration}; give it 0 or more seconds")
+    whole = duration(inputs.duration)
+    memory.elapsed += db.context.loop_delta
+    done = memory.elapsed >= whole
+    share = 1.0 if done else float(memory.elapsed / whole)
+    db.outputs.value = inputs.endValue if done else inputs.startValue + share * (inputs.endValue - inputs.startValue)
+    db.fire("updated")
+    if done:
+        db.fire("finished")
+        db.wake()

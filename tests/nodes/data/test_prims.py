@@ -1,0 +1,91 @@
+import numpy as np
+import pytest
+from pxr import UsdGeom, UsdShade
+
+from graph import ComputeError
+from graph.testing import run_node
+
+
+@pytest.fixture
+def scene(stage):
+    """/World with /World/BoxA (a Cube with a size), /World/BoxB (a Sphere), /World/Group/BoxC (a Cube)."""
+    UsdGeom.Xform.Define(stage, "/World")
+    UsdGeom.Cube.Define(stage, "/World/BoxA").AddTranslateOp().Set((1, 2, 3))
+    UsdGeom.Sphere.Define(stage, "/World/BoxB")
+    UsdGeom.Xform.Define(stage, "/World/Group").AddTranslateOp().Set((10, 0, 0))
+    UsdGeom.Cube.Define(stage, "/World/Group/BoxC").AddTranslateOp().Set((0, 5, 0))
+    stage.GetPrimAtPath("/World/BoxB").CreateRelationship("friend").SetTargets(["/World/BoxA"])
+    return stage
+
+
+@pytest.mark.parametrize(
+    ("wanted", "paths"),
+    [
+        ({}, ["/World/BoxA", "/World/BoxB", "/World/Group"]),
+        ({"recursive": True}, ["/World/BoxA", "/World/BoxB", "/World/Group", "/World/Group/BoxC"]),
+        ({"recursive": True, "namePrefix": "Box", "type": "Cube"}, ["/World/BoxA", "/World/Group/BoxC"]),
+        ({"type": "* ^Cube"}, ["/World/BoxB", "/World/Group"]),
+        ({"type": "C* S*"}, ["/World/BoxA", "/World/BoxB"]),
+        ({"requiredAttributes": "radius visibility"}, ["/World/BoxB"]),
+        ({"requiredRelationship": "friend"}, ["/World/BoxB"]),
+        ({"requiredRelationship": "friend", "requiredRelationshipTarget": "/World/BoxA"}, ["/World/BoxB"]),
+        ({"requiredRelationship": "friend", "requiredRelationshipTarget": "/World"}, []),
+        ({"rootPrimPath": "/World/Group"}, ["/World/Group/BoxC"]),
+        ({"rootPrimPath": "/Nowhere"}, []),
+    ],
+)
+def test_prims_are_found_by_all_that_is_asked(world, scene, wanted, paths):
+    trace = run_node("FindPrims", inputs={"rootPrimPath": "/World", **wanted}, app=world())
+    assert trace.value("primPaths") == paths
+
+
+def test_without_a_root_the_whole_stage_is_searched(world, scene):
+    trace = run_node("FindPrims", inputs={"recursive": True, "type": "Sphere"}, app=world())
+    assert trace.value("primPaths") == ["/World/BoxB"]
+
+
+def test_paths_of_prims():
+    trace = run_node("GetPrimPath", inputs={"prim": ["/World/A", "/World/B"]})
+    assert (trace.value("primPath"), trace.value("path")) == ("/World/A", "/World/A")
+    assert run_node("GetPrimPath").value("primPath") == ""
+    assert run_node("GetPrimPaths", inputs={"prims": ["/A", "/B"]}).value("primPaths") == ["/A", "/B"]
+
+
+def test_targets_are_made_of_paths():
+    one = run_node("ToTarget", inputs={"value": {"type": "token", "value": "/A"}})
+    assert one.value("converted") == ["/A"]
+    many = run_node("ToTarget", inputs={"value": {"type": "token[]", "value": ["/A", "", "/B"]}})
+    assert many.value("converted") == ["/A", "/B"]
+    with pytest.raises(ComputeError, match='input value holds "A", which is no absolute path'):
+        run_node("ToTarget", inputs={"value": {"type": "token", "value": "A"}})
+
+
+def test_whether_a_prim_is_active(world, scene):
+    app = world()
+    assert run_node("IsPrimActive", inputs={"primTarget": "/World/BoxA"}, app=app).value("active") is True
+    scene.GetPrimAtPath("/World/BoxA").SetActive(False)
+    assert run_node("IsPrimActive", inputs={"primTarget": "/World/BoxA"}, app=app).value("active") is False
+    assert run_node("IsPrimActive", inputs={"primTarget": "/World/No"}, app=app).value("active") is False
+
+
+def test_transforms_are_row_vector_matrices_of_this_moment(world, scene):
+    app = world()
+    local = run_node("ReadPrimLocalTransform", inputs={"prim": "/World/Group/BoxC"}, app=app).value("value")
+    assert local[3].tolist() == [0, 5, 0, 1]
+    inputs = {"usePath": True, "primPath": "/World/Group/BoxC"}
+    placed = run_node("GetPrimLocalToWorldTransform", inputs=inputs, app=app).value("localToWorldTransform")
+    assert placed[3].tolist() == [10, 5, 0, 1]
+    missing = run_node("ReadPrimLocalTransform", inputs={"prim": "/World/No"}, app=app)
+    assert np.array_equal(missing.value("value"), np.eye(4))
+
+
+def test_a_material_is_bound(world, scene):
+    material = UsdShade.Material.Define(scene, "/World/Red")
+    inputs = {"primPath": "/World/BoxA", "materialPath": "/World/Red"}
+    app = world()
+    trace = run_node("WritePrimMaterial", inputs=inputs, pulses={"execIn": [0]}, app=app)
+    bound, _ = UsdShade.MaterialBindingAPI(scene.GetPrimAtPath("/World/BoxA")).ComputeBoundMaterial()
+    assert bound.GetPath() == material.GetPath()
+    assert trace.fired("execOut") == [0]
+    with pytest.raises(ComputeError, match="/World/BoxB is no Material but Sphere"):
+        run_node("WritePrimMaterial", inputs=inputs | {"materialPath": "/World/BoxB"}, pulses={"execIn": [0]}, app=app)
