@@ -136,10 +136,7 @@ class Player:
             source.close()
 
     def _rewind(self) -> None:
-        streams = [
-            ((entry.time_ns - shift, entry) for entry in source)
-            for source, shift in zip(self._sources, self._shifts, strict=True)
-        ]
+        streams = [_shifted(source, shift) for source, shift in zip(self._sources, self._shifts, strict=True)]
         self._coming = heapq.merge(*streams, key=lambda timed: timed[0])
         self._next = next(self._coming, None)
 
@@ -155,6 +152,11 @@ class Player:
             time_ns, entry = self._next
             self._app.bus.offer(entry.topic, entry.type_name, time_ns, entry.load)
             self._next = next(self._coming, None)
+
+
+def _shifted(source: Source, shift_ns: int) -> Iterator[tuple[int, Entry]]:
+    for entry in source:
+        yield entry.time_ns - shift_ns, entry
 
 
 def _giving(message: Any) -> Callable[[], Any]:
