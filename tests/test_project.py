@@ -11,7 +11,8 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf8"))["project"]
+SETTINGS = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf8"))
+PROJECT = SETTINGS["project"]
 PINS = dict(
     line.split("==")
     for line in (ROOT / ".ci" / "constraints.txt").read_text(encoding="utf8").splitlines()
@@ -83,8 +84,9 @@ def test_the_wheel_ships_every_file_that_the_packages_read(tmp_path):
     [wheel] = tmp_path.glob("*.whl")
     with zipfile.ZipFile(wheel) as archive:
         shipped = set(archive.namelist())
+    elsewhere = SETTINGS["tool"]["hatch"]["build"]["targets"]["wheel"]["force-include"]
     kept = {
-        str(path.relative_to(ROOT))
+        elsewhere.get(str(path.relative_to(ROOT)), str(path.relative_to(ROOT)))
         for package in ("graph", "nodes", "sensors")
         for path in (ROOT / package).rglob("*")
         if path.is_file() and "__pycache__" not in path.parts
