@@ -1,14 +1,9 @@
 """graph convert: whatever a file says, it says in every format, there and back."""
 
-import math
-from dataclasses import replace
-
-import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from graph.cli.convert import convert
-from graph.errors import UserError
 from graph.files import examine
 from graph.files.writing import yaml_document
 from graph.strict_equality import same
@@ -96,7 +91,9 @@ def graphs(draw):
 DOCUMENTS = st.fixed_dictionaries(
     {
         "tickgraph": st.just(1),
-        "graphs": st.dictionaries(st.sampled_from(["/World/G", "/World/H", "/A", "/Robot/deep/G"]), graphs(), max_size=3),
+        "graphs": st.dictionaries(
+            st.sampled_from(["/World/G", "/World/H", "/A", "/Robot/deep/G"]), graphs(), max_size=3
+        ),
     },
     optional={
         "clock": st.fixed_dictionaries(
@@ -104,12 +101,18 @@ DOCUMENTS = st.fixed_dictionaries(
         ),
         "duration": st.sampled_from([5, 0.5, "1/3"]),
         "settings": st.dictionaries(
-            st.sampled_from(["/a/b", "/app/x:y", "/rtx/on"]), st.one_of(SCALARS, st.lists(SCALARS, max_size=3)), max_size=3
+            st.sampled_from(["/a/b", "/app/x:y", "/rtx/on"]),
+            st.one_of(SCALARS, st.lists(SCALARS, max_size=3)),
+            max_size=3,
         ),
         "fidelity": st.dictionaries(st.sampled_from(["lidar.motion", "x"]), SCALARS, max_size=2),
         "record": st.just({"mcap": "other.mcap"}),
         "scene": st.fixed_dictionaries(
-            {"prims": st.dictionaries(st.sampled_from(["/World/Box", "/World/L"]), st.dictionaries(TEXTS, VALUES, max_size=3), max_size=2)}
+            {
+                "prims": st.dictionaries(
+                    st.sampled_from(["/World/Box", "/World/L"]), st.dictionaries(TEXTS, VALUES, max_size=3), max_size=2
+                )
+            }
         ),
     },
 )
@@ -142,7 +145,9 @@ def said(path):
     return {"graphs": graphs, **other}
 
 
-@settings(max_examples=120, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
+@settings(
+    max_examples=120, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow]
+)
 @given(DOCUMENTS)
 def test_yaml_to_usd_to_json_to_yaml_says_the_same(tmp_path_factory, document):
     folder = tmp_path_factory.mktemp("convert")

@@ -1,0 +1,173 @@
+"""What real files carry along: each survives, each with one clear line."""
+
+import pytest
+
+from graph.cli.main import main
+from graph.errors import UserError
+from graph.loading import load_graph
+
+TICK = "omni.graph.action.OnPlaybackTick"
+COUNTER = "omni.graph.action.Counter"
+CONSTANT = "omni.graph.nodes.ConstantDouble"
+
+
+def graph_text(nodes, evaluator="execution", path="G"):
+    return f'def OmniGraph "{path}"\n{{\ntoken evaluator:type = "{evaluator}"\n{nodes}\n}}\n'
+
+
+def a_node(name, type_id, body=""):
+    return f'def OmniGraphNode "{name}"\n{{\ntoken node:type = "{type_id}"\n{body}\n}}\n'
+
+
+CASES = {
+    "empty graph": (graph_text(""), "usd-empty-graph", "3:1: /G has no nodes"),
+    "over-only file": (
+        'over "Robot"\n{\nover "ActionGraph"\n{\nover "tick"\n{\ncustom string inputs:topicName = "x"\n}\n}\n}\n',
+        "usd-over-only",
+        "/Robot/ActionGraph: 1 prim (tick) only override nodes that no file defines; left out",
+    ),
+    "connection to a missing prim": (
+        graph_text(a_node("n", COUNTER, "uint inputs:execIn.connect = </G/gone.outputs:tick>")),
+        "usd-lost-connection",
+        "9:6: /G/n.inputs:execIn is fed by /G/gone.outputs:tick, but that is no node of a graph",
+    ),
+    "two sources on one data input": (
+        graph_text(
+            a_node("a", CONSTANT)
+            + a_node("b", CONSTANT)
+            + a_node(
+                "w",
+                "omni.graph.action.Delay",
+                "double inputs:duration.connect = [</G/a.inputs:value>, </G/b.inputs:value>]",
+            )
+        ),
+        "two-sources",
+        "/G/w.duration has two sources; a.inputs:value counts, b.inputs:value does not",
+    ),
+    "Replicator pipeline": (
+        'def "Replicator" {' + graph_text(a_node("n", "omni.replicator.core.OgnSampler"), path="SDGPipeline") + "}",
+        "usd-replicator",
+        "/Replicator/SDGPipeline is a Replicator pipeline (1 nodes) saved by accident; left out",
+    ),
+    "event node in a push graph": (
+        graph_text(a_node("tick", TICK), "push"),
+        "event-in-push-graph",
+        "/G is a push graph with event nodes (tick)",
+    ),
+    "missing referenced asset": (
+        'def "Robot" (references = @./nowhere/robot.usd@) {}\n' + graph_text(a_node("tick", TICK)),
+        "usd-missing-asset",
+        "./nowhere/robot.usd does not exist; it is left out",
+    ),
+    "asset behind a URL": (
+        'def "Robot" (payload = @https://example.com/robot.usd@) {}\n' + graph_text(a_node("tick", TICK)),
+        "usd-missing-asset",
+        "https://example.com/robot.usd does not exist; it is left out",
+    ),
+    "attribute that the type lost": (
+        graph_text(a_node("t", "isaacsim.core.nodes.IsaacReadSimulationTime", "int64 inputs:swhFrameNumber = 3")),
+        "attribute-removed",
+        "IsaacReadSimulationTime: inputs:swhFrameNumber is gone and is left out",
+    ),
+    "attribute that the type never had": (
+        graph_text(a_node("tick", TICK, "int inputs:nonsense = 3")),
+        "attribute-unknown",
+        "OnPlaybackTick has no inputs:nonsense (any more); its value is left out",
+    ),
+    "connection from an output that does not exist": (
+        graph_text(a_node("tick", TICK) + a_node("n", COUNTER, "uint inputs:execIn.connect = </G/tick.outputs:tock>")),
+        "attribute-unknown",
+        "tick.tock does not exist; the connection is left out",
+    ),
+    "types that cannot meet": (
+        graph_text(
+            a_node("t", "omni.graph.nodes.ConstantString")
+            + a_node("w", "omni.graph.action.Delay", "double inputs:duration.connect = </G/t.inputs:value>")
+        ),
+        "connection-left-out",
+        "the connection is left out",
+    ),
+    "value that does not fit": (
+        graph_text(a_node("w", "omni.graph.action.Countdown", 'string inputs:duration = "long"')),
+        "value-left-out",
+        "the value is left out",
+    ),
+    "old id": (
+        graph_text(a_node("c", "omni.isaac.ros2_bridge.ROS2Context")),
+        "type-renamed",
+        'node type "omni.isaac.ros2_bridge.ROS2Context" is now called "isaacsim.ros2.bridge.ROS2Context"',
+    ),
+    "ROS 1 id": (
+        graph_text(a_node("c", "omni.isaac.ros_bridge.ROS1PublishClock")),
+        "type-renamed",
+        'the ROS 1 node type "omni.isaac.ros_bridge.ROS1PublishClock" is gone; its ROS 2 twin',
+    ),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_it_loads_with_one_line(usda, case):
+    body, code, message = CASES[case]
+    loaded = load_graph(usda(body))
+    told = [f"{where}: {text}" for one, where, text in loaded.spec.notes if one == code]
+    assert len(told) == 1, loaded.spec.notes
+    assert message in told[0]
+    assert [one for one, _, _ in loaded.spec.notes] == [code]
+
+
+def test_an_old_id_is_told_once_with_how_many_more_there_are(usda):
+    old = "omni.isaac.core_nodes.IsaacReadSimulationTime"
+    loaded = load_graph(usda(graph_text("".join(a_node(name, old) for name in "abc"))))
+    [(code, _, message)] = loaded.spec.notes
+    assert code == "type-renamed"
+    assert message.endswith("the new name is used (and 2 more)")
+
+
+def test_unknown_types_are_reported_together_with_their_places(usda):
+    with pytest.raises(UserError) as caught:
+        load_graph(usda(graph_text(a_node("a", "my.own.One") + a_node("tick", TICK) + a_node("b", "my.own.Two"))))
+    assert [str(one).partition("scene.usda:")[2] for one in caught.value.problems] == [
+        '6:1: node "a": no node type "my.own.One"',
+        '16:1: node "b": no node type "my.own.Two"',
+    ]
+
+
+def test_skip_unknown_runs_the_rest(usda, capsys):
+    body = graph_text(
+        a_node("tick", TICK)
+        + a_node("x", "my.own.One", "uint inputs:execIn.connect = </G/tick.outputs:tick>")
+        + a_node("n", COUNTER, "uint inputs:execIn.connect = </G/tick.outputs:tick>")
+    )
+    path = usda(body)
+    loaded = load_graph(path, skip_unknown=True)
+    assert list(loaded.graphs[0].nodes) == ["tick", "n"]
+    assert main(["run", str(path), "--skip-unknown", "--updates", "3", "--json"]) == 0
+    out, err = capsys.readouterr()
+    assert '"computes": 3' in out
+    assert 'there is no node type "my.own.One" here; 1 node of it left out (x)' in err
+    assert main(["run", str(path), "--updates", "3"]) == 2
+
+
+def test_skip_unknown_holds_for_yaml_too(tmp_path, capsys):
+    path = tmp_path / "a.yaml"
+    path.write_text(
+        "tickgraph: 1\ngraphs: {/G: {nodes: {t: OnPlaybackTick, x: my.Own}, connections: [t.tick -> x.in]}}\n"
+    )
+    assert main(["check", str(path)]) == 2
+    assert main(["check", str(path), "--skip-unknown"]) == 0
+    assert "left out (x)" in capsys.readouterr().err
+
+
+def test_a_node_whose_prim_came_with_a_missing_asset_does_not_stop_the_others(usda, capsys):
+    body = 'def "Robot" (references = @./gone.usd@) {}\n' + graph_text(
+        a_node("tick", TICK)
+        + a_node(
+            "drive",
+            "isaacsim.core.nodes.IsaacArticulationController",
+            "uint inputs:execIn.connect = </G/tick.outputs:tick>\nrel inputs:targetPrim = </Robot>",
+        )
+        + a_node("n", COUNTER, "uint inputs:execIn.connect = </G/tick.outputs:tick>")
+    )
+    path = usda(body)
+    assert main(["run", str(path), "--updates", "5", "--json"]) == 0
+    assert main(["run", str(path), "--updates", "5", "--on-error", "stop"]) == 1
