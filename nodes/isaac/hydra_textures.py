@@ -72,5 +72,6 @@ def _add_variables(stage: Any, path: str, names: Any) -> None:
         for name in filter(None, names):
             place = f"{VARS}/{re.sub(r'[^A-Za-z0-9_]', '_', name)}"
             if place not in known:
+                known.add(place)
                 UsdRender.Var.Define(stage, place).CreateSourceNameAttr().Set(str(name))
                 ordered.AddTarget(place, Usd.ListPositionBackOfAppendList)

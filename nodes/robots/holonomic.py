@@ -1,0 +1,155 @@
+"""Holonomic drive: a body with omni or mecanum wheels goes where it is told without turning first."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from graph import Attribute, node_type
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Floats = NDArray[np.float64]
+
+ONCE = "read at the first compute after play"
+NO_LIMIT = 100000
+
+
+@dataclass(frozen=True, slots=True)
+class Platform:
+    """Wheel speeds per speed of the body, (n, 3), and the limits of body and wheels."""
+
+    wheels: Floats
+    max_linear: float = math.inf
+    max_angular: float = math.inf
+    max_wheel: float = math.inf
+
+    def speeds(self, forward: float, sideways: float, turning: float) -> Floats:
+        """(n,) wheel speeds [rad/s] for the speeds of the body [m/s, m/s, rad/s].
+
+        Speeds beyond a limit are scaled down together: the body's two linear ones, then all wheels.
+        """
+        import numpy as np
+
+        linear = math.hypot(forward, sideways)
+        share = self.max_linear / linear if linear > self.max_linear else 1.0
+        turning = min(max(turning, -self.max_angular), self.max_angular)
+        out: Floats = self.wheels @ np.array([forward * share, sideways * share, turning])
+        largest = float(np.abs(out).max(initial=0.0))
+        return out * (self.max_wheel / largest) if largest > self.max_wheel else out
+
+
+def drive_directions(orientations: Floats, roller_angles: Floats, axis: Floats, up: Floats) -> Floats:
+    """(n, 3) unit directions in which wheels drive: their axles, turned by the roller angles [deg] about `up`.
+
+    orientations (n, 4): w, x, y, z of the wheel joints in the body; axis: the axle in the joints' frames.
+    """
+    import numpy as np
+
+    from graph.sim.transforms import rotation_matrices
+
+    normal = up / np.linalg.norm(up)
+    unit = orientations / np.linalg.norm(orientations, axis=1, keepdims=True)
+    axles = rotation_matrices(unit) @ (axis / np.linalg.norm(axis))
+    angles = np.radians(roller_angles)[:, None]
+    along = normal * (axles @ normal)[:, None] * (1 - np.cos(angles))
+    out: Floats = axles * np.cos(angles) + np.cross(normal, axles) * np.sin(angles) + along
+    return out
+
+
+def wheel_matrix(radii: Floats, positions: Floats, directions: Floats) -> Floats:
+    """(n, 3) wheel speeds per speed of the body, by the original's rule.
+
+    The wheels' drives radius x speed x direction add up to the body's velocity along x and y, and their cross products
+    with the wheels' positions (direction x position) to its turning; of all solutions the one with the least
+    sum of radius x speed^2. Raises ValueError where the wheels cannot drive in all three ways.
+    """
+    import numpy as np
+
+    drives = directions * radii[:, None]
+    ways = np.stack([drives[:, 0], drives[:, 1], drives[:, 0] * positions[:, 1] - drives[:, 1] * positions[:, 0]])
+    if np.linalg.matrix_rank(ways) < 3:
+        raise ValueError("the wheels cannot drive forward, sideways and round independently")
+    weighted = ways.T / radii[:, None]
+    out: Floats = weighted @ np.linalg.inv(ways @ weighted)
+    return out
+
+
+@dataclass(slots=True)
+class _Driving:
+    platform: Platform | None = None
+
+
+@node_type(
+    "isaacsim.robot.wheeled_robots.HolonomicController",
+    version=2,
+    inputs={
+        "execIn": Attribute("execution", "computes the wheel speeds"),
+        "wheelRadius": Attribute("double[]", f"radius of each wheel, or one for all; {ONCE}", unit="m"),
+        "wheelPositions": Attribute("double[3][]", f"position of each wheel in the body; {ONCE}", unit="m"),
+        "wheelOrientations": Attribute(
+            "double[4][]", f"orientation of each wheel's joint in the body, quaternion w, x, y, z; {ONCE}"
+        ),
+        "mecanumAngles": Attribute(
+            "double[]", f"angle from each wheel's axle to where it drives, or one for all; {ONCE}", unit="deg"
+        ),
+        "wheelAxis": Attribute("double[3]", f"axle in the frame of a wheel's joint; {ONCE}", default=[1.0, 0.0, 0.0]),
+        "upAxis": Attribute("double[3]", f"up axis of the body; {ONCE}", default=[0.0, 0.0, 1.0]),
+        "inputVelocity": Attribute(
+            "double[3]", "wanted speed of the body along x and y, and round", unit="m/s, m/s, rad/s"
+        ),
+        "maxLinearSpeed": Attribute(
+            "double", f"limit of the linear speed; {ONCE}", default=NO_LIMIT, optional=True, unit="m/s"
+        ),
+        "maxAngularSpeed": Attribute(
+            "double", f"limit of the turning speed; {ONCE}", default=NO_LIMIT, optional=True, unit="rad/s"
+        ),
+        "maxWheelSpeed": Attribute(
+            "double", f"limit of each wheel's speed; {ONCE}", default=NO_LIMIT, optional=True, unit="rad/s"
+        ),
+        "linearGain": Attribute("double", "factor of the linear speed", default=1),
+        "angularGain": Attribute("double", "factor of the turning speed", default=1),
+    },
+    outputs={"jointVelocityCommand": Attribute("double[]", "speed of each wheel", unit="rad/s")},
+    memory=_Driving,
+)
+def holonomic_controller(db: Any) -> None:
+    """Share a velocity of the body among its wheels."""
+    inputs, memory = db.inputs, db.memory
+    platform = memory.platform
+    if platform is None:
+        platform = memory.platform = _read(db)
+    forward, sideways, turning = (float(part) for part in inputs.inputVelocity)
+    linear, angular = inputs.linearGain, inputs.angularGain
+    db.outputs.jointVelocityCommand = platform.speeds(forward * linear, sideways * linear, turning * angular)
+
+
+def _read(db: Any) -> Platform:
+    import numpy as np
+
+    inputs = db.inputs
+    positions = np.array(inputs.wheelPositions, dtype=np.float64).reshape(-1, 3)
+    orientations = np.array(inputs.wheelOrientations, dtype=np.float64).reshape(-1, 4)
+    count = len(positions)
+    if len(orientations) != count or not count:
+        db.fail(f"wheelPositions has {count} and wheelOrientations {len(orientations)} entries; give one per wheel")
+    numbers = []
+    for name in ("wheelRadius", "mecanumAngles"):
+        values = np.array(getattr(inputs, name), dtype=np.float64)
+        if len(values) not in (1, count):
+            db.fail(f"{name} has {len(values)} entries for {count} wheels; give one per wheel, or one for all")
+        numbers.append(np.broadcast_to(values, (count,)))
+    radii, angles = numbers
+    if not (np.isfinite(radii).all() and (radii > 0).all()):
+        db.fail("wheelRadius has an entry that is no positive length")
+    vectors = (orientations, inputs.wheelAxis[None], inputs.upAxis[None])
+    if not all((np.linalg.norm(each, axis=1) > 0).all() for each in vectors):
+        db.fail("wheelOrientations, wheelAxis and upAxis must not be zero")
+    try:
+        wheels = wheel_matrix(radii, positions, drive_directions(orientations, angles, inputs.wheelAxis, inputs.upAxis))
+    except ValueError as error:
+        db.fail(f"{error}; see wheelPositions, wheelOrientations and mecanumAngles")
+    return Platform(wheels, inputs.maxLinearSpeed, inputs.maxAngularSpeed, inputs.maxWheelSpeed)
