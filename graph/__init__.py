@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from .context import Context
+    from .controller import Controller, OmniGraphError, OmniGraphValueError
     from .db import Database, NodeError
     from .declaration import UNSET, Attribute, NodeType, declare, node_type
     from .errors import Mark, Problem, RunError, UserError
@@ -24,6 +25,7 @@ _HOMES = {
     "Attribute": "declaration",
     "ComputeError": "evaluate",
     "Context": "context",
+    "Controller": "controller",
     "Database": "db",
     "Graph": "evaluate",
     "LoadedFile": "loading",
@@ -31,6 +33,8 @@ _HOMES = {
     "Node": "evaluate",
     "NodeError": "db",
     "NodeType": "declaration",
+    "OmniGraphError": "controller",
+    "OmniGraphValueError": "controller",
     "Problem": "errors",
     "RunError": "errors",
     "UserError": "errors",
@@ -45,6 +49,7 @@ __all__ = [
     "Attribute",
     "ComputeError",
     "Context",
+    "Controller",
     "Database",
     "Graph",
     "LoadedFile",
@@ -52,6 +57,8 @@ __all__ = [
     "Node",
     "NodeError",
     "NodeType",
+    "OmniGraphError",
+    "OmniGraphValueError",
     "Problem",
     "RunError",
     "UserError",

@@ -12,18 +12,22 @@ from .node import Node
 def adopt(graphs: Mapping[str, Graph], fresh: Mapping[str, Graph], touched: Mapping[str, Collection[str]]) -> None:
     """Gives each of `graphs` the form of the graph of that path in `fresh`; none of them may be running.
 
+    Graphs in `fresh` alone are new ones; they are connected to the nodes of the others that stay.
+
     Graph, Node and Variables objects stay the same, so that what people hold remains good, and with them memory, state,
     outputs, sleep and counts; a node whose type id changed is a new one. `touched` names the nodes that the edit
     concerns, by graph path: a lazy graph computes these again. Nodes that are gone are released.
     """
     kept: dict[Node, Node] = {}
     changed: dict[str, list[Node]] = {}
+    for path, graph in graphs.items():
+        changed[path] = _take_nodes(graph, fresh[path], set(touched.get(path, ())), kept)
     for path, new in fresh.items():
-        changed[path] = _take_nodes(graphs[path], new, set(touched.get(path, ())), kept)
+        _link(graphs.get(path, new), kept)
+    for path, graph in graphs.items():
+        _finish(graph, fresh[path], changed[path])
     for path, new in fresh.items():
-        _finish(graphs[path], new, kept, changed[path])
-    for path in fresh:
-        for copy in graphs[path].starts:
+        for copy in graphs.get(path, new).starts:
             copy()
 
 
@@ -49,12 +53,15 @@ def _take_nodes(graph: Graph, new: Graph, touched: set[str], kept: dict[Node, No
     return changed
 
 
-def _finish(graph: Graph, new: Graph, kept: Mapping[Node, Node], changed: Collection[Node]) -> None:
+def _link(graph: Graph, kept: Mapping[Node, Node]) -> None:
     for node in graph.nodes.values():
         if node.sources:
             node.sources = tuple(kept.get(one, one) for one in node.sources)
         if node.readers:
             node.readers = tuple(kept.get(one, one) for one in node.readers)
+
+
+def _finish(graph: Graph, new: Graph, changed: Collection[Node]) -> None:
     graph.variables.take(new.variables)
     graph.take(new)
     for prim, instance in list(graph.instances.items()):

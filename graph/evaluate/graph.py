@@ -6,13 +6,14 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Literal, Protocol, get_args
 
 from graph.context import Context
-from graph.db import Database, NodeError
+from graph.db import STARTED, Database, NodeError
 from graph.declaration import Compute
 from graph.spec import Evaluator, GraphSpec, PipelineStage
 from graph.suggest import did_you_mean
 from graph.variables import Variables
 
 from .errors import ComputeError
+from .familiar import FamiliarGraph
 from .instances import with_target
 from .node import Node
 from .wire import Copy
@@ -40,7 +41,7 @@ class EvaluatorProtocol(Protocol):
         """Hears that a value of a node was set from outside."""
 
 
-class Graph:
+class Graph(FamiliarGraph):
     """One graph, ready to run. Made by `graph.plan.compile_graphs`.
 
     on_error: "stop" (a failing node ends the run) or "continue" (it is warned of and treated as having nothing to do).
@@ -77,6 +78,7 @@ class Graph:
         """The graph once more for each prim that has it, with values and memory of its own."""
         self._wraps: list[Callable[[Node, Compute], Compute]] = []
         self._idle: list[Callable[[], None]] = []
+        self._requested: dict[Node, None] = {}
         self._told = False
         self.evaluator_state: EvaluatorProtocol | None = None
         """What evaluates it; made at the first evaluation."""
@@ -116,11 +118,28 @@ class Graph:
             else:
                 if self.evaluator_state is None:
                     self.evaluator_state = _evaluator_of(self)
-                self.evaluator_state.run([(self._of(node), name) for node, name in activations] if activations else ())
+                started = [(self._of(node), name) for node, name in activations] if activations else []
+                if self._requested:
+                    started += self._take_requested()
+                self.evaluator_state.run(started)
         finally:
             self._running = False
             if self._idle:
                 self._now_idle()
+
+    def request(self, node: Node) -> None:
+        """Has a node compute in the next evaluation: after the events and activations; at most once."""
+        self._requested[node] = None
+
+    def _take_requested(self) -> list[tuple[Node, Any]]:
+        requested, self._requested = self._requested, {}
+        present = [node for node in requested if self.nodes.get(node.name) is node]
+        # Events compute anyway, in lazy and push graphs everybody does.
+        if self.evaluator == "execution":
+            return [(node, STARTED) for node in present if node.type.event is None and node.type.compute is not None]
+        for node in present:
+            self.touched(node)
+        return []
 
     @property
     def running(self) -> bool:

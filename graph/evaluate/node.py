@@ -13,6 +13,7 @@ from graph.suggest import did_you_mean
 from graph.types import Type
 from graph.values import coerce
 
+from .familiar import FamiliarNode
 from .wire import Copy, Wire, storage
 
 if TYPE_CHECKING:
@@ -39,7 +40,7 @@ _FROM_FRESH = (
 """What an edit renews."""
 
 
-class Node:
+class Node(FamiliarNode):
     """One node. `types` has its attributes' settled types by full name (`inputs:x`), None for open ones."""
 
     __slots__ = (

@@ -1,0 +1,26 @@
+"""Graphs made, changed, read and evaluated from Python: OmniGraph's Controller.
+
+from graph import Controller
+"""
+
+from .controller import Controller, get_graph_by_path, get_node_by_path, get_registered_nodes
+from .errors import OmniGraphError, OmniGraphValueError
+from .graph_set import GraphSet
+from .handles import Compound, Variable
+from .keys import GraphEvaluationMode, GraphPipelineStage, Keys, TypedValue
+
+__all__ = [
+    "Compound",
+    "Controller",
+    "GraphEvaluationMode",
+    "GraphPipelineStage",
+    "GraphSet",
+    "Keys",
+    "OmniGraphError",
+    "OmniGraphValueError",
+    "TypedValue",
+    "Variable",
+    "get_graph_by_path",
+    "get_node_by_path",
+    "get_registered_nodes",
+]

@@ -1,0 +1,340 @@
+"""One edit: its entries are worked into models of the graphs, which are then compiled and applied as a whole."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from graph.declaration import NodeType
+from graph.errors import Mark, Problem, UserError
+from graph.evaluate import Graph, Node
+from graph.migration import migrated_type
+from graph.registry import UnknownNodeTypeError
+from graph.spec import ConnectionSpec, GraphSpec, VariableSpec
+from graph.suggest import did_you_mean
+from graph.types import concrete_type
+from graph.values import shown
+
+from .errors import OmniGraphError, OmniGraphValueError
+from .graph_set import GraphSet
+from .keys import ORDER, PrimExposureType, TypedValue
+from .model import PREFIXES, SUBGRAPH, Model, NodeModel, Side
+from .names import end_text, listed, node_text
+from .prims import PrimPlan
+
+COMPOUND = "omni.graph.nodes.CompoundSubgraph"
+
+
+class _ToldError(Exception):
+    """What is wrong has been told of another entry."""
+
+
+class Edit:
+    """Collects what one call of `Controller.edit` changes. Nothing is changed before `apply`."""
+
+    def __init__(self, graphs: GraphSet, spec: GraphSpec) -> None:
+        self._graphs = graphs
+        self._models = {spec.path: Model(spec, graphs.registry)}
+        self._main = self._models[spec.path]
+        self._problems: list[Problem] = []
+        self._value_marks: set[int] = set()
+        self._marks: set[int] = set()
+        self._kept: list[Mark] = []
+        self._broken: set[str] = set()
+        self._prims = PrimPlan(graphs.app)
+        self.created: list[str] = []
+        """Names of new nodes in this graph, compounds included, in order."""
+        self.names: dict[str, str] = {}
+        """Short name to the name in this graph."""
+
+    def collect(self, operations: Mapping[str, Any], scope: str = "") -> None:
+        """Works all entries into the models; `scope` is the beginning of the names inside a compound."""
+        unknown = [key for key in operations if key not in ORDER]
+        for key in unknown:
+            self._problems.append(Problem(f'"{key}" is no key of an edit{did_you_mean(str(key), ORDER)}'))
+        for key in ORDER:
+            if key not in operations:
+                continue
+            work: Callable[[Any, str, Mark], None] = getattr(self, f"_{key}")
+            for position, entry in enumerate(listed(operations[key])):
+                mark = Mark(f"{self._main.path} {scope}{key.upper()}[{position}]", 0, 0)
+                self._kept.append(mark)
+                self._marks.add(id(mark))
+                try:
+                    work(entry, scope, mark)
+                except _ToldError:
+                    continue
+                except UserError as error:
+                    self._problems += [Problem(one.message, one.mark or mark) for one in error.problems]
+                except (TypeError, ValueError) as error:
+                    self._problems.append(Problem(f"{shown(entry)} is no entry of {key.upper()}: {error}", mark))
+
+    def apply(self) -> tuple[Graph, list[Any]]:
+        """Compiles and applies; gives the graph and the prims. Raises OmniGraphError, with nothing changed."""
+        self._raise_problems()
+        for path in list(self._models):
+            for other in self._graphs.linked_with(path):
+                self._model(other)
+        specs = [model.spec() for model in self._models.values()]
+        touched = {path: model.touched for path, model in self._models.items()}
+        try:
+            applied = self._graphs.apply(specs, touched)
+        except UserError as error:
+            self._problems += error.problems
+            self._raise_problems()
+            raise
+        self._forget_marks(applied)
+        return applied[self._main.path], self._prims.apply()
+
+    def _raise_problems(self) -> None:
+        if not self._problems:
+            return
+        only_values = all(id(one.mark) in self._value_marks for one in self._problems)
+        raise (OmniGraphValueError if only_values else OmniGraphError)(self._problems)
+
+    def _forget_marks(self, applied: Mapping[str, Graph]) -> None:
+        """The place in an edit means nothing to whoever reads a message later."""
+        for path, model in self._models.items():
+            if not model.touched:
+                continue
+            for name in model.touched:
+                node = model.nodes.get(name)
+                if node is not None:
+                    node.mark = None if id(node.mark) in self._marks else node.mark
+                    node.marks = {key: mark for key, mark in node.marks.items() if id(mark) not in self._marks}
+                    applied[path].nodes[name].mark = node.mark
+            for ends, one in model.connections.items():
+                if id(one.mark) in self._marks:
+                    model.connections[ends] = ConnectionSpec(one.source, one.target)
+            applied[path].spec = model.spec()
+
+    # -- names -------------------------------------------------------------------------------------------------------
+
+    def _model(self, path: str) -> Model:
+        if path not in self._models:
+            self._models[path] = Model(self._graphs.current_spec(path), self._graphs.registry)
+        return self._models[path]
+
+    def _new_name(self, written: Any, scope: str) -> str:
+        text = node_text(written)
+        if text.startswith("/"):
+            if not text.startswith(f"{self._main.path}/"):
+                raise OmniGraphError(f"node {text} does not lie below the graph {self._main.path}; give a name instead")
+            return text[len(self._main.path) + 1 :]
+        return scope + text
+
+    def _known_name(self, written: str, scope: str) -> tuple[Model, str]:
+        """The model and the name of a node or compound. Raises OmniGraphError with the nearest name."""
+        main = self._main
+        if written.startswith("/"):
+            for model in (main, *self._models.values()):
+                name = model.local_name(written)
+                if name in model.nodes or name in model.compounds:
+                    return model, name
+            path = written
+            if path.rpartition("/")[2].count("."):
+                path = path[::-1].replace(".", "/", 1)[::-1]
+            owner = self._graphs.owner_of(path)
+            if owner is not None and owner.path not in self._models:
+                model = self._model(owner.path)
+                name = model.local_name(path)
+                if name in model.nodes or name in model.compounds:
+                    return model, name
+            raise OmniGraphError(f'"{written}" is not a legal node; there is none of that path')
+        for name in (scope + written, self.names.get(written, ""), written):
+            if name in main.nodes or name in main.compounds:
+                return main, name
+            if name in self._broken:
+                raise _ToldError
+        near = did_you_mean(written, (*self.names, *main.nodes))
+        raise OmniGraphError(f'"{written}" is not a legal node; graph {main.path} has none of that name{near}')
+
+    def _ends(self, spec: Any, scope: str, side: Side) -> list[tuple[Model, str, str]]:
+        """The model, node and full attribute of an end; several behind an input of a compound."""
+        owner, _, attribute = end_text(spec).rpartition(".")
+        model, name = self._known_name(owner, scope)
+        if name not in model.compounds:
+            return [(model, name, model.full_attribute(name, attribute, side))]
+        ports = model.compounds[name]
+        prefixed = (
+            [attribute] if attribute.partition(":")[0] in PREFIXES else [f"inputs:{attribute}", f"outputs:{attribute}"]
+        )
+        full = next((one for one in prefixed if one in ports), None)
+        if full is None:
+            near = did_you_mean(attribute, ports)
+            raise OmniGraphError(
+                f'"{owner}.{attribute}" is not a legal attribute; the compound has no such port{near}; make one with '
+                "PROMOTE_ATTRIBUTES"
+            )
+        inside = [end.rpartition(".") for end in ports[full]]
+        return [(model, node, inner) for node, _, inner in inside]
+
+    # -- the keys ----------------------------------------------------------------------------------------------------
+
+    def _delete_nodes(self, entry: Any, scope: str, mark: Mark) -> None:
+        model, name = self._known_name(node_text(entry), scope)
+        inside = [one for one in model.nodes if one == name or one.startswith(f"{name}/")]
+        gone = {f"{model.path}{separator}{one}" for separator in "/." for one in inside}
+        for other in self._graphs.linked_with(model.path):
+            self._model(other).drop(gone)
+        model.remove_node(name)
+        model.touched.discard(name)
+
+    def _create_nodes(self, entry: Any, scope: str, mark: Mark) -> None:
+        written, kind = entry
+        name = self._new_name(written, scope)
+        short = name.removeprefix(scope)
+        if name in self._main.nodes or name in self._main.compounds:
+            raise OmniGraphError(f'node "{name}" exists already in graph {self._main.path}; choose another name')
+        if isinstance(kind, Mapping) or kind == COMPOUND:
+            self._main.compounds[name] = {}
+            self._note_created(short, name)
+            self.collect(kind if isinstance(kind, Mapping) else {}, f"{name}/{SUBGRAPH}/")
+            return
+        type_id = kind.id if isinstance(kind, NodeType) else str(kind)
+        if type_id not in self._graphs.registry:
+            type_id = migrated_type(type_id, self._graphs.registry)[0]
+        try:
+            self._graphs.registry.get(type_id)
+        except UnknownNodeTypeError as error:
+            self._broken.add(name)
+            raise OmniGraphError(f'node "{name}": {error}') from None
+        self._main.nodes[name] = NodeModel(type_id, mark=mark)
+        self._main.touched.add(name)
+        self._note_created(short, name)
+
+    def _note_created(self, short: str, name: str) -> None:
+        self.created.append(name)
+        self.names.setdefault(short, name)
+
+    def _create_prims(self, entry: Any, scope: str, mark: Mark) -> None:
+        self._prims.add(entry)
+
+    def _create_attributes(self, entry: Any, scope: str, mark: Mark) -> None:
+        written, type_ = entry
+        owner, _, attribute = end_text(written).rpartition(".")
+        model, name = self._known_name(owner, scope)
+        full = attribute if attribute.partition(":")[0] in PREFIXES else f"inputs:{attribute}"
+        if name in model.compounds:
+            raise OmniGraphError(f"{owner} is a compound; make its ports with PROMOTE_ATTRIBUTES")
+        node = model.nodes[name]
+        declared = self._declared(node, full)
+        if declared or full in node.attributes:
+            raise OmniGraphError(f"{owner}.{full} exists already")
+        node = model.change(name)
+        node.attributes[full] = type_name(type_)
+
+    def _declared(self, node: NodeModel, full: str) -> bool:
+        prefix, _, name = full.partition(":")
+        try:
+            return name in getattr(self._graphs.registry.get(node.type), prefix)
+        except UnknownNodeTypeError:
+            return False
+
+    def _create_variables(self, entry: Any, scope: str, mark: Mark) -> None:
+        name, kind, *value = entry
+        if name in self._main.variables:
+            raise OmniGraphError(f'variable "{name}" exists already in graph {self._main.path}')
+        given = value[0] if value else None
+        if isinstance(given, TypedValue):
+            given = given.value
+        self._main.variables[str(name)] = VariableSpec(type_name(kind), given, mark)
+
+    def _expose_prims(self, entry: Any, scope: str, mark: Mark) -> None:
+        kind, prim, name = entry
+        known = {getattr(PrimExposureType, one): one for one in vars(PrimExposureType) if one.isupper()}
+        if kind not in known:
+            raise OmniGraphError(f"{shown(kind)} is none of {', '.join(known.values())} of PrimExposureType")
+        self._create_nodes((name, kind), scope, mark)
+        full = self._new_name(name, scope)
+        self._main.nodes[full].inputs["inputs:prim"] = [node_text(prim, "prim")]
+        self._main.nodes[full].marks["inputs:prim"] = mark
+
+    def _promote_attributes(self, entry: Any, scope: str, mark: Mark) -> None:
+        inner, name = entry
+        if not scope:
+            raise OmniGraphError("PROMOTE_ATTRIBUTES stands inside the dict of a compound in CREATE_NODES")
+        compound = scope.removesuffix(f"/{SUBGRAPH}/")
+        ends = self._ends(inner, scope, "target")
+        prefix = ends[0][2].partition(":")[0]
+        if not all(node.startswith(scope) for _, node, _ in ends):
+            raise OmniGraphError(f"{end_text(inner)} is not inside the compound {compound}")
+        port = str(name) if str(name).partition(":")[0] in PREFIXES else f"{prefix}:{name}"
+        if port.partition(":")[0] != prefix:
+            raise OmniGraphError(f"{end_text(inner)} is one of {prefix}; it cannot be promoted to {port}")
+        ports = self._main.compounds[compound]
+        if port in ports and prefix == "outputs":
+            raise OmniGraphError(f"the compound {compound} has a port {port} already")
+        ports[port] = (*ports.get(port, ()), *(f"{node}.{full}" for _, node, full in ends))
+
+    def _disconnect(self, entry: Any, scope: str, mark: Mark) -> None:
+        for source, target in self._pairs(entry, scope):
+            for model in self._models.values():
+                ends = _seen_from(model, source), _seen_from(model, target)
+                if model.connections.pop(ends, None) is not None:
+                    target[0].touched.add(target[1])
+                    break
+            else:
+                raise OmniGraphError(f"{_shown(source)} and {_shown(target)} are not connected")
+
+    def _connect(self, entry: Any, scope: str, mark: Mark) -> None:
+        for source, target in self._pairs(entry, scope):
+            model = target[0]
+            ends = _seen_from(model, source), _seen_from(model, target)
+            if ends not in model.connections:
+                model.connections[ends] = ConnectionSpec(*ends, mark)
+                model.touched.add(target[1])
+
+    def _pairs(self, entry: Any, scope: str) -> list[tuple[tuple[Model, str, str], tuple[Model, str, str]]]:
+        if not isinstance(entry, Sequence) or isinstance(entry, str) or len(entry) != 2:
+            raise OmniGraphError(f"{shown(entry)} is no connection; write (source, destination)")
+        sources = self._ends(entry[0], scope, "source")
+        targets = self._ends(entry[1], scope, "target")
+        return [(sources[0], target) for target in targets]
+
+    def _set_values(self, entry: Any, scope: str, mark: Mark) -> None:
+        written, value, *kind = entry
+        self._value_marks.add(id(mark))
+        for model, name, full in self._ends(written, scope, "target"):
+            node = model.change(name)
+            bare = full.partition(":")[2]
+            if full.startswith("inputs:") and bare in node.inputs:
+                del node.inputs[bare]
+                node.marks.pop(bare, None)
+            node.inputs[full] = plain_value(value, kind[0] if kind else None)
+            node.marks[full] = mark
+
+
+def _seen_from(model: Model, end: tuple[Model, str, str]) -> str:
+    owner, name, full = end
+    return f"{name}.{full}" if owner is model else f"{owner.path}/{name}.{full}"
+
+
+def _shown(end: tuple[Model, str, str]) -> str:
+    return f"{end[0].path}/{end[1]}.{end[2]}"
+
+
+def type_name(kind: Any) -> str:
+    """The OGN name of a type given as text or as a `Type`. Raises OmniGraphError for an unknown one."""
+    text = str(getattr(kind, "name", kind))
+    if text != "any":
+        try:
+            concrete_type(text)
+        except ValueError as error:
+            raise OmniGraphError(str(error)) from None
+    return text
+
+
+def plain_value(value: Any, kind: Any = None) -> Any:
+    """The value as a spec holds it: with its type where one is given; nodes and paths as text."""
+    if isinstance(value, TypedValue):
+        value, kind = value.value, value.type
+    if kind is not None:
+        return {"type": type_name(kind), "value": plain_value(value)}
+    if isinstance(value, (Node, Graph)):
+        return value.path
+    if type(value).__name__ == "Path":  # Sdf.Path, pathlib is no value
+        return str(value)
+    if isinstance(value, list) and any(type(one).__name__ in ("Path", "Node") for one in value):
+        return [plain_value(one) for one in value]
+    return value

@@ -1,0 +1,203 @@
+"""A set of graphs that live together: those of one App, or those of a script without a world."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping
+from contextlib import suppress
+from dataclasses import replace
+from importlib import import_module
+from typing import Any
+from weakref import WeakKeyDictionary
+
+from graph.context import Context
+from graph.errors import UserError
+from graph.evaluate import Graph, Node
+from graph.evaluate.adopt import adopt
+from graph.plan import compile_graphs
+from graph.registry import DEFAULT, Registry
+from graph.spec import GraphSpec, NodeSpec
+from graph.suggest import did_you_mean
+
+from .errors import OmniGraphError
+
+
+class GraphSet:
+    """Graphs by path, in the order in which they came, and the context that they are evaluated with.
+
+    Without an App the set has a clock of its own: every evaluation on request is one playing update at 60 Hz.
+    """
+
+    def __init__(
+        self,
+        graphs: dict[str, Graph] | None = None,
+        *,
+        context: Context | None = None,
+        app: Any = None,
+        registry: Registry = DEFAULT,
+    ) -> None:
+        self.graphs: dict[str, Graph] = {} if graphs is None else graphs
+        self.context = Context.standalone() if context is None else context
+        self.app = app
+        self.registry = registry
+        self._waiting: dict[str, Graph] = {}
+        self._touched: dict[str, set[str]] = {}
+
+    def latest(self, path: str) -> Graph | None:
+        """The graph of that path as edited last: edits made while it runs count already."""
+        return self._waiting.get(path) or self.graphs.get(path)
+
+    def get(self, path: str) -> Graph:
+        """The graph of that path. Raises OmniGraphError with the nearest one."""
+        graph = self.graphs.get(path) or self._waiting.get(path)
+        if graph is None:
+            raise OmniGraphError(f'there is no graph "{path}"{did_you_mean(path, self.graphs)}')
+        return graph
+
+    def owner_of(self, node_path: str) -> Graph | None:
+        """The graph, as edited last, whose prim path the path of a node begins with."""
+        parent = node_path.rpartition("/")[0]
+        while parent:
+            graph = self.latest(parent)
+            if graph is not None:
+                return graph
+            parent = parent.rpartition("/")[0]
+        return None
+
+    def linked_with(self, path: str) -> list[str]:
+        """The graphs that exchange data with one, directly or through others, itself first."""
+        found = [path]
+        for one in found:
+            graph = self.latest(one)
+            found += sorted((graph.linked if graph else set()) - set(found))
+        return found
+
+    def current_spec(self, path: str) -> GraphSpec:
+        """What a graph would be compiled from now: its spec with the values that were set since."""
+        graph = self.latest(path)
+        assert graph is not None
+        return with_written(graph.spec, graph.written)
+
+    def apply(self, specs: Iterable[GraphSpec], touched: Mapping[str, Collection[str]]) -> dict[str, Graph]:
+        """Compiles the specs and gives the graphs of these paths that form; makes those that do not exist yet.
+
+        At once, or when the last of them that is being evaluated has ended. `touched` names the nodes that the edit
+        concerns. Returns the graphs as they are or will be. Raises UserError, with nothing changed, if one is wrong.
+        """
+        fresh = {graph.path: graph for graph in compile_graphs(list(specs), self.registry)}
+        waiting = any(path in self._waiting or self._runs(path) for path in fresh)
+        into = {path: graph for path in fresh if (graph := self.latest(path)) is not None}
+        if not waiting:
+            self._take(into, fresh, touched)
+            return {path: self.graphs[path] for path in fresh}
+        adopt({path: self._waiting[path] for path in fresh if path in self._waiting}, fresh, touched)
+        for path, graph in fresh.items():
+            if path in self.graphs:
+                self.graphs[path].written.clear()  # the specs have them; what is set from here on comes on top
+            self._waiting.setdefault(path, graph)
+            self._touched.setdefault(path, set()).update(touched.get(path, ()))
+        for path in fresh:
+            if self._runs(path):
+                self.graphs[path].when_idle(self._settle)
+        return {path: self._waiting[path] for path in fresh}
+
+    def node(self, path: str) -> Node | None:
+        """The node of that path: the one that runs, else one that is to come."""
+        for graphs in (self.graphs, self._waiting):
+            parent = path.rpartition("/")[0]
+            while parent:
+                name = path[len(parent) + 1 :]
+                if parent in graphs and name in graphs[parent].nodes:
+                    return graphs[parent].nodes[name]
+                parent = parent.rpartition("/")[0]
+        return None
+
+    def remove(self, path: str) -> None:
+        """Takes a graph away and releases what its nodes hold. Raises OmniGraphError if it runs or is not there."""
+        graph = self.get(path)
+        if graph.running:
+            raise OmniGraphError(f"graph {path} is being evaluated; delete it afterwards")
+        if graph.linked:
+            raise OmniGraphError(
+                f"graph {path} exchanges data with {', '.join(sorted(graph.linked))}; disconnect it first"
+            )
+        self.graphs.pop(path, None)
+        self._waiting.pop(path, None)
+        if self.app is not None:
+            self.app.graphs.pop(path, None)
+        graph.close()
+
+    def _runs(self, path: str) -> bool:
+        return path in self.graphs and self.graphs[path].running
+
+    def _settle(self) -> None:
+        if any(self._runs(path) for path in self._waiting):
+            return
+        waiting, self._waiting = self._waiting, {}
+        touched, self._touched = self._touched, {}
+        there = {path: self.graphs[path] for path in waiting if path in self.graphs}
+        written = {path: dict(graph.written) for path, graph in there.items()}
+        self._take(there, waiting, touched)
+        for path, values in written.items():
+            for (name, full), value in values.items():
+                with suppress(KeyError, ValueError):  # the edit removed or connected it
+                    there[path].nodes[name].set(full, value)
+
+    def _take(
+        self, into: Mapping[str, Graph], fresh: Mapping[str, Graph], touched: Mapping[str, Collection[str]]
+    ) -> None:
+        adopt(into, fresh, touched)
+        for path, graph in fresh.items():
+            if path not in into:
+                graph.context = self.context
+                self.graphs[path] = graph
+                if self.app is not None:
+                    self.app.graphs[path] = graph
+
+
+def with_written(spec: GraphSpec, written: Mapping[tuple[str, str], Any]) -> GraphSpec:
+    """The spec with values that were set on its compiled nodes, by node name and full attribute name."""
+    if not written:
+        return spec
+    by_node: dict[str, dict[str, Any]] = {}
+    for (name, full), value in written.items():
+        by_node.setdefault(name, {})[full] = value
+
+    def renewed(node: NodeSpec) -> NodeSpec:
+        if node.name not in by_node:
+            return node
+        inputs = dict(node.inputs)
+        for full, value in by_node[node.name].items():
+            key = next((k for k in (full, full.partition(":")[2]) if k in inputs), full)
+            inputs[key] = value
+        return replace(node, inputs=inputs)
+
+    return replace(spec, nodes=tuple(map(renewed, spec.nodes)))
+
+
+_OF_APP: WeakKeyDictionary[Any, GraphSet] = WeakKeyDictionary()
+_WITHOUT_APP = GraphSet()
+
+
+def bind(app: Any, graphs: GraphSet) -> None:
+    """Makes a set the one that an App's graphs are edited in."""
+    _OF_APP[app] = graphs
+
+
+def graphs_of(app: Any) -> GraphSet:
+    """The set of an App's graphs; an App that has none gets an empty one, evaluated in its phases."""
+    if app not in _OF_APP:
+        import_module("graph.runner").GraphRunner(app, [])
+    return _OF_APP[app]
+
+
+def present_set() -> GraphSet:
+    """The graphs of the most recently entered App; without one, those of this process."""
+    import sys
+
+    module = sys.modules.get("graph.sim.app")
+    if module is not None:
+        try:
+            return graphs_of(module.App.current())
+        except UserError:
+            pass
+    return _WITHOUT_APP

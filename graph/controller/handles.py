@@ -1,0 +1,77 @@
+"""What an edit returns beside nodes: compounds, variables."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from graph.evaluate import Graph, Node
+from graph.evaluate.familiar import AttributeOf
+from graph.suggest import did_you_mean
+
+from .errors import OmniGraphError
+from .model import PREFIXES
+
+
+class Compound:
+    """A compound of a graph: its ports stand for attributes of the nodes inside."""
+
+    def __init__(self, graph: Graph, name: str) -> None:
+        self.graph = graph
+        self.name = name
+        self.path = f"{graph.path}/{name}"
+
+    def __repr__(self) -> str:
+        return f"<compound {self.path}>"
+
+    @property
+    def ports(self) -> dict[str, tuple[str, ...]]:
+        """Its ports, `inputs:x`, with the ends inside that each stands for."""
+        return dict(self.graph.spec.compounds.get(self.name, {}))
+
+    @property
+    def nodes(self) -> list[Node]:
+        """The nodes inside."""
+        return [node for name, node in self.graph.nodes.items() if name.startswith(f"{self.name}/")]
+
+    def get_attribute(self, name: str) -> AttributeOf:
+        """The attribute inside that a port stands for, the first of several. Raises OmniGraphError for no port."""
+        ports = self.ports
+        for full in (name, *(f"{prefix}:{name}" for prefix in PREFIXES)):
+            if full in ports:
+                owner, _, attribute = ports[full][0].rpartition(".")
+                return AttributeOf(self.graph.nodes[owner], attribute)
+        raise OmniGraphError(f'the compound {self.path} has no port "{name}"{did_you_mean(name, ports)}')
+
+    def get(self, name: str) -> Any:
+        """The present value at a port."""
+        return self.get_attribute(name).get()
+
+    def get_prim_path(self) -> str:
+        """The compound's path."""
+        return self.path
+
+
+class Variable:
+    """A variable of a graph."""
+
+    def __init__(self, graph: Graph, name: str) -> None:
+        self.graph = graph
+        self.name = name
+
+    def __repr__(self) -> str:
+        return f"<variable {self.name} of {self.graph.path}>"
+
+    def get(self, instance_path: str | None = None) -> Any:
+        """The present value, of the graph or of the instance on a prim."""
+        return self._of(instance_path).variables[self.name]
+
+    def set(self, value: Any, instance_path: str | None = None) -> None:
+        """Sets the value. Raises ValueError for one that is not of its type."""
+        self._of(instance_path).variables[self.name] = value
+
+    def get_type_name(self) -> str:
+        """The OGN type name."""
+        return self.graph.variables.types[self.name].name
+
+    def _of(self, prim: str | None) -> Graph:
+        return self.graph if prim is None else self.graph.instance(prim)

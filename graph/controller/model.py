@@ -1,0 +1,142 @@
+"""A graph while it is edited: what its spec says, in a form that can be changed, with ends named in full."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal
+
+from graph.errors import Mark
+from graph.registry import Registry, UnknownNodeTypeError
+from graph.spec import ConnectionSpec, GraphSpec, NodeSpec, VariableSpec
+
+Side = Literal["source", "target"]
+PREFIXES = ("inputs", "outputs", "state")
+SUBGRAPH = "Subgraph"
+"""The part of a path between a compound and what is inside it."""
+
+
+@dataclass(slots=True)
+class NodeModel:
+    """A node being edited. `marks` say which entry of the edit is to blame for a value."""
+
+    type: str
+    inputs: dict[str, Any] = field(default_factory=dict)
+    marks: dict[str, Mark] = field(default_factory=dict)
+    attributes: dict[str, str] = field(default_factory=dict)
+    mark: Mark | None = None
+    spec: NodeSpec | None = None
+    """The node as it was, while nothing of it has changed."""
+
+
+class Model:
+    """An editable graph. Connections are kept by their ends: `node.outputs:x`, absolute where in another graph."""
+
+    def __init__(self, spec: GraphSpec, registry: Registry) -> None:
+        self.base = spec
+        self.path = spec.path
+        self.registry = registry
+        self.nodes = {
+            node.name: NodeModel(
+                node.type, dict(node.inputs), dict(node.input_marks), dict(node.attributes), node.mark, node
+            )
+            for node in spec.nodes
+        }
+        self.variables: dict[str, VariableSpec] = dict(spec.variables)
+        self.compounds = {name: dict(ports) for name, ports in spec.compounds.items()}
+        self._connections: dict[tuple[str, str], ConnectionSpec] | None = None
+        self.touched: set[str] = set()
+
+    @property
+    def connections(self) -> dict[tuple[str, str], ConnectionSpec]:
+        """Connections by both ends in full, in order."""
+        if self._connections is None:
+            self._connections = {
+                (self.full_end(one.source, "source"), self.full_end(one.target, "target")): one
+                for one in self.base.connections
+            }
+        return self._connections
+
+    def change(self, name: str) -> NodeModel:
+        """The node, which is going to be changed."""
+        node = self.nodes[name]
+        node.spec = None
+        self.touched.add(name)
+        return node
+
+    def full_end(self, text: str, side: Side) -> str:
+        """An end of a connection as this model names it."""
+        owner, _, attribute = text.rpartition(".")
+        name = self.local_name(owner)
+        if name not in self.nodes:
+            return text
+        return f"{name}.{self.full_attribute(name, attribute, side)}"
+
+    def local_name(self, owner: str) -> str:
+        """A node's name in this graph, from a name or from an absolute path of either form."""
+        for separator in "/.":
+            start = f"{self.path}{separator}"
+            if owner.startswith(start):
+                return owner[len(start) :]
+        return owner
+
+    def full_attribute(self, name: str, written: str, side: Side) -> str:
+        """`inputs:x` for `x`, as it is meant on this side; as written where the node has no such attribute."""
+        prefix, _, rest = written.partition(":")
+        if prefix in PREFIXES and rest:
+            return written
+        order = ("outputs", "inputs", "state") if side == "source" else ("inputs", "state", "outputs")
+        node = self.nodes[name]
+        for one in order:
+            if f"{one}:{written}" in node.attributes:
+                return f"{one}:{written}"
+        try:
+            node_type = self.registry.get(node.type)
+        except UnknownNodeTypeError:
+            return written
+        for one in order:
+            if written in getattr(node_type, one):
+                return f"{one}:{written}"
+        for one in order:
+            if node_type.find(one, written) is not None:
+                return f"{one}:{written}"
+        return written
+
+    def remove_node(self, name: str) -> None:
+        """Removes a node, or a compound with all that is inside, with every connection in this graph."""
+        gone = {name, *(one for one in self.nodes if one.startswith(f"{name}/"))}
+        for one in gone:
+            self.nodes.pop(one, None)
+        for compound in [one for one in self.compounds if one == name or one.startswith(f"{name}/")]:
+            del self.compounds[compound]
+        self.drop(gone)
+
+    def drop(self, names: set[str]) -> None:
+        """Removes the connections from and to these nodes (names, or paths of nodes of other graphs)."""
+        for source, target in list(self.connections):
+            if source.rpartition(".")[0] in names or target.rpartition(".")[0] in names:
+                del self.connections[source, target]
+                self.touched.add(target.rpartition(".")[0])
+
+    def spec(self) -> GraphSpec:
+        """What the graph is to be compiled from."""
+        return replace(
+            self.base,
+            nodes=tuple(_node_spec(name, node) for name, node in self.nodes.items()),
+            connections=self.base.connections if self._connections is None else tuple(self._connections.values()),
+            variables=self.variables,
+            compounds=self.compounds,
+        )
+
+
+def _node_spec(name: str, node: NodeModel) -> NodeSpec:
+    return node.spec or NodeSpec(name, node.type, node.inputs, node.mark, node.marks, node.attributes)
+
+
+def ports_of(compounds: Mapping[str, Mapping[str, tuple[str, ...]]], end: str) -> tuple[str, ...] | None:
+    """The ends inside that a compound's port stands for; None if `end` is no port of a compound."""
+    owner, _, attribute = end.rpartition(".")
+    ports = compounds.get(owner)
+    if ports is None:
+        return None
+    return ports.get(attribute, ())

@@ -1,0 +1,89 @@
+"""CREATE_PRIMS: prims on the App's stage, checked before anything is made."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib import import_module
+from typing import Any
+
+from graph.suggest import did_you_mean
+from graph.values import shown
+
+from .errors import OmniGraphError
+from .names import node_text
+
+
+class PrimPlan:
+    """The prims that one edit makes."""
+
+    def __init__(self, app: Any) -> None:
+        self._app = app
+        self._entries: dict[str, tuple[str, dict[str, tuple[Any, Any]]]] = {}
+
+    def add(self, entry: Any) -> None:
+        """Notes one entry: path, (path, type), (path, {attribute: (type, value)}) or all three.
+
+        Raises OmniGraphError for what cannot be made.
+        """
+        path, attributes, kind = _parts(entry)
+        if self._app is None:
+            raise OmniGraphError(f"prim {path} needs a stage; edit the graphs of an App")
+        usd = import_module("graph.sim.usd")
+        if not usd.Sdf.Path.IsValidPathString(path) or not path.startswith("/"):
+            raise OmniGraphError(f'"{path}" is no absolute prim path')
+        if path in self._entries or self._app.stage.GetPrimAtPath(path):
+            raise OmniGraphError(f"prim {path} exists already")
+        self._entries[path] = kind, {name: _typed(usd, path, name, given) for name, given in attributes.items()}
+
+    def apply(self) -> list[Any]:
+        """Makes the prims, in order."""
+        made = []
+        for path, (kind, attributes) in self._entries.items():
+            prim = self._app.stage.DefinePrim(path, kind)
+            for name, (type_, value) in attributes.items():
+                prim.CreateAttribute(name, type_).Set(value)
+            made.append(prim)
+        return made
+
+
+def _parts(entry: Any) -> tuple[str, Mapping[str, Any], str]:
+    if isinstance(entry, (tuple, list)):
+        path, *rest = entry
+    else:
+        path, rest = entry, []
+    attributes = next((one for one in rest if isinstance(one, Mapping)), {})
+    kind = next((one for one in rest if isinstance(one, str)), "")
+    return node_text(path, "prim"), attributes, kind
+
+
+def _typed(usd: Any, path: str, name: str, given: Any) -> tuple[Any, Any]:
+    """The Sdf type and the value of an attribute, the value as that type holds it."""
+    if not isinstance(given, (tuple, list)) or len(given) != 2:
+        raise OmniGraphError(f"prim {path}: {name}: write (type, value), not {shown(given)}")
+    written, value = str(given[0]), given[1]
+    type_ = usd.Sdf.ValueTypeNames.Find(_usd_name(written))
+    if not type_:
+        known = [one for one in dir(usd.Sdf.ValueTypeNames) if not one.startswith("_")]
+        raise OmniGraphError(f'prim {path}: {name}: no attribute type "{written}"{did_you_mean(written, known)}')
+    try:
+        return type_, _usd_value(type_, value)
+    except Exception as error:
+        reason = " ".join(str(error).split())[:100]
+        raise OmniGraphError(f"prim {path}: {name}: {shown(value)} is no {written} ({reason})") from None
+
+
+def _usd_name(written: str) -> str:
+    """double3 for double[3], double3[] for double[3][]."""
+    array = written.endswith("[]")
+    bare = written.removesuffix("[]").replace("[", "").replace("]", "")
+    return bare + ("[]" if array else "")
+
+
+def _usd_value(type_: Any, value: Any) -> Any:
+    if type_.isArray:
+        make = type_.scalarType.type.pythonClass
+        return [make(*one) if isinstance(one, (tuple, list)) else one for one in value]
+    make = type_.type.pythonClass
+    if isinstance(value, (tuple, list)) or hasattr(value, "tolist"):
+        return make(*(value.tolist() if hasattr(value, "tolist") else value))
+    return value if make is None else make(value)

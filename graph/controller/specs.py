@@ -1,0 +1,47 @@
+"""New graphs: what the dict of an edit says about one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from graph.spec import GraphSpec
+from graph.suggest import did_you_mean
+from graph.values import shown
+
+from .errors import OmniGraphError
+from .find import graph_path
+from .graph_set import GraphSet
+from .keys import EVALUATORS, MODES, STAGES
+
+_KEYS = ("graph_path", "evaluator_name", "pipeline_stage", "evaluation_mode", "fc_backing_type")
+
+
+def new_spec(graphs: GraphSet, graph_id: Any) -> GraphSpec:
+    """The spec of a new, empty graph. Raises OmniGraphError for a path or a setting that cannot be."""
+    path = graph_path(graph_id)
+    parts = path.split("/")[1:]
+    if not path.startswith("/") or not all(part.replace("_", "a").isalnum() for part in parts):
+        raise OmniGraphError(f'"{path}" is not a legal graph; write an absolute prim path such as /World/ActionGraph')
+    if graphs.node(path) is not None:
+        raise OmniGraphError(f"there is a node at {path}; a graph needs a path of its own")
+    settings = graph_id if isinstance(graph_id, Mapping) else {}
+    for key in settings:
+        if key not in _KEYS:
+            raise OmniGraphError(f'graph {path}: unknown setting "{key}"{did_you_mean(str(key), _KEYS)}')
+    return GraphSpec(
+        path,
+        evaluator=_choice(path, settings, "evaluator_name", EVALUATORS, "push"),
+        pipeline_stage=_choice(path, settings, "pipeline_stage", STAGES, "simulation"),
+        evaluation_mode=_choice(path, settings, "evaluation_mode", MODES, "automatic"),
+        unfinished=True,
+    )
+
+
+def _choice(path: str, settings: Mapping[str, Any], key: str, choices: Mapping[str, Any], default: str) -> Any:
+    written = settings.get(key, default)
+    if written not in choices:
+        near = did_you_mean(str(written), choices)
+        known = ", ".join(dict.fromkeys(choices.values()))
+        raise OmniGraphError(f"graph {path}: {key}: {shown(written)} is none of {known}{near}")
+    return choices[written]

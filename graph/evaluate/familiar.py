@@ -1,0 +1,134 @@
+"""The names that scripts written for OmniGraph call on nodes and graphs; each is a short form of what we call so."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .graph import Graph
+    from .node import Node
+
+
+class AttributeOf:
+    """An attribute of one node: `inputs:x` there, whatever edits make of the node."""
+
+    __slots__ = ("full_name", "node")
+
+    def __init__(self, node: Node, full_name: str) -> None:
+        self.node = node
+        self.full_name = full_name
+
+    def __repr__(self) -> str:
+        return f"<attribute {self.path}>"
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, AttributeOf) and (self.node, self.full_name) == (other.node, other.full_name)
+
+    def __hash__(self) -> int:
+        return hash((self.node, self.full_name))
+
+    @property
+    def path(self) -> str:
+        """`/Graph/node.inputs:x`."""
+        return f"{self.node.path}.{self.full_name}"
+
+    def get(self) -> Any:
+        """The present value."""
+        return self.node.get(self.full_name)
+
+    def set(self, value: Any) -> None:
+        """Sets the value. Raises ValueError for one that is not of its type or that a connection would overwrite."""
+        self.node.set(self.full_name, value)
+
+    def get_name(self) -> str:
+        """`inputs:x`."""
+        return self.full_name
+
+    def get_path(self) -> str:
+        """`/Graph/node.inputs:x`."""
+        return self.path
+
+    def get_node(self) -> Node:
+        """The node it belongs to."""
+        return self.node
+
+    def get_type_name(self) -> str:
+        """The OGN type name: the settled one of an open attribute, else as declared."""
+        settled = self.node.types.get(self.full_name)
+        return str(settled if settled is not None else self.node.attribute(self.full_name).parsed)
+
+    def get_port_type(self) -> str:
+        """inputs, outputs or state."""
+        return self.full_name.partition(":")[0]
+
+    def is_connected(self) -> bool:
+        """Whether something feeds it or leads away from it."""
+        return self.node.connected(self.full_name) or self.full_name in self.node._consumed
+
+
+class FamiliarNode:
+    """What scripts call on a node."""
+
+    __slots__ = ()
+
+    def get_attribute(self: Any, name: str) -> AttributeOf:
+        """The attribute of that name, `x` or `inputs:x`. Raises KeyError with the nearest one."""
+        return AttributeOf(self, self.full_name(name))
+
+    def get_attributes(self: Any) -> list[AttributeOf]:
+        """All attributes, inputs first."""
+        return [AttributeOf(self, full) for full, _ in self.attributes()]
+
+    def get_attribute_exists(self: Any, name: str) -> bool:
+        """Whether there is an attribute of that name."""
+        try:
+            self.full_name(name)
+        except KeyError:
+            return False
+        return True
+
+    def get_prim_path(self: Any) -> str:
+        """The node's path."""
+        return str(self.path)
+
+    def get_type_name(self: Any) -> str:
+        """The type id."""
+        return str(self.type.id)
+
+    def get_graph(self: Any) -> Graph:
+        """The graph it belongs to."""
+        graph: Graph = self.graph
+        return graph
+
+    def get_compute_count(self: Any) -> int:
+        """How often it has computed."""
+        return int(self.computes)
+
+    def request_compute(self: Any) -> None:
+        """Has it compute in the next evaluation of its graph, once however often this is asked."""
+        self.graph.request(self)
+
+
+class FamiliarGraph:
+    """What scripts call on a graph."""
+
+    def get_nodes(self: Any) -> list[Node]:
+        """All nodes, in order."""
+        return list(self.nodes.values())
+
+    def get_node(self: Any, name: str) -> Node:
+        """The node of that name or path. Raises KeyError with the nearest one."""
+        node: Node = self.node(name)
+        return node
+
+    def get_path_to_graph(self: Any) -> str:
+        """The graph's path."""
+        return str(self.path)
+
+    def get_pipeline_stage(self: Any) -> str:
+        """The stage it is evaluated in."""
+        return str(self.pipeline_stage)
+
+    def get_evaluator_name(self: Any) -> str:
+        """execution, push or dirty_push."""
+        return str(self.evaluator)
