@@ -14,9 +14,10 @@ from graph.files import model as file_model
 from graph.files import paths
 from graph.files.build import Builder
 from graph.files.loading import _parser
-from graph.files.source import Source, decode, file_format
+from graph.files.source import JSON_LIMIT, YAML_LIMIT, Source, decode, file_format
 from graph.files.text import described
 from graph.files.tree import Location, Map, offset, without
+from graph.migration import migrate
 from graph.spec import FileSpec
 
 from . import messages, model
@@ -69,7 +70,8 @@ def read_cases(path: str | Path, allow: Iterable[str | Path] = ()) -> CaseFile:
     """Reads a test file; graph files that it names lie below its folder or below one of `allow`."""
     name, path = str(path), Path(path)
     try:
-        data = path.read_bytes()
+        with path.open("rb") as stream:
+            data = stream.read((JSON_LIMIT if file_format(name) == "json" else YAML_LIMIT) + 1)
     except OSError as error:
         return CaseFile(name, (), (Problem(f"{name} cannot be read: {error.strerror or error}."),))
     return parse_cases(data, name, path.absolute(), allow)
@@ -203,7 +205,7 @@ def _case(
     spec = Builder(source, graph_file, problems, None, folder, allow).build(
         file_model.GraphFile.model_validate(graph_file)
     )
-    return Case(name, setup, spec, file, setup.node, tree, source)
+    return Case(name, setup, migrate(spec), file, setup.node, tree, source)
 
 
 def _sibling(path: Path) -> Path | None:

@@ -102,6 +102,7 @@ def _counted(case: Case, where: tuple[str, str], wanted: Any, get: Any) -> Itera
     """Compares a count, or a list of updates, with the updates that were seen."""
     name = " ".join(where)
     mark = case.at("expect", *where)
+    wanted = wanted if isinstance(wanted, int) else list(wanted)
     try:
         got = list(get())
     except KeyError as error:

@@ -10,7 +10,7 @@ from pydantic import PlainValidator, WithJsonSchema
 from graph.files.model import problem
 from graph.files.text import described, quoted
 
-from .updates import read_range
+from .updates import UpdateList, read_range
 
 MOST_UPDATES = 1_000_000
 """Updates that one case may run or name."""
@@ -23,14 +23,12 @@ def whole(value: Any) -> Any:
     return value
 
 
-def _update_list(value: Any) -> list[int]:
+def _update_list(value: Any) -> UpdateList:
     if not isinstance(value, list):
         raise problem(f"must be a list of updates such as [0, 3, 6..9], found {described(value)}.")
-    updates: list[int] = []
-    for item in value:
-        updates += _range(item)
-        if len(updates) > MOST_UPDATES:
-            raise problem(f"names more than {MOST_UPDATES:,} updates; write fewer.")
+    updates = UpdateList(tuple(map(_range, value)))
+    if len(updates) > MOST_UPDATES:
+        raise problem(f"names more than {MOST_UPDATES:,} updates; write fewer.")
     return updates
 
 
@@ -127,7 +125,7 @@ _NUMBER: dict[str, Any] = {"type": "number", "minimum": 0}
 _COUNT = {"type": "integer", "minimum": 0}
 _TEXT = {"type": "string", "minLength": 1}
 
-Updates = Annotated[list[int], PlainValidator(_update_list), WithJsonSchema(_UPDATES)]
+Updates = Annotated[Any, PlainValidator(_update_list), WithJsonSchema(_UPDATES)]
 CountOrUpdates = Annotated[Any, PlainValidator(_count_or_updates), WithJsonSchema({"anyOf": [_COUNT, _UPDATES]})]
 Changes = Annotated[
     Any,

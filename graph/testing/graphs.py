@@ -9,13 +9,14 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Mapping
 from contextlib import ExitStack
 from fractions import Fraction
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from graph.context import Context, WarningLog
 from graph.errors import Problem, RunError, UserError
 from graph.evaluate import Graph
-from graph.plan import compile_graphs
+from graph.leniency import compile_file
 from graph.registry import DEFAULT, Registry
 from graph.spec import FileSpec, GraphSpec, PipelineStage
 
@@ -36,6 +37,7 @@ def run_graph(
     app: bool | None = None,
     loop_hz: float | str | Fraction | None = None,
     playing: bool | Callable[[int], bool] = True,
+    stops: Collection[int] = (),
     settings: Mapping[str, Any] | None = None,
     fidelity: Mapping[str, Any] | None = None,
     seed: int = 0,
@@ -53,9 +55,11 @@ def run_graph(
     app: True runs in an App without a window, False without a world; else an App is made if the file has a scene.
     In an App graphs are evaluated as in `graph run`. Without one every graph is evaluated once per update (simulation,
     pre_render, on_demand, post_render; in file order) and time is a clock of `loop_hz` (default: the file's, else 60).
-    playing: whether the timeline plays, or a function of the update index. seed: of an App's random streams.
-    record: the data attributes to keep the values of (default: all). on_update: called with the index and the trace
-    so far before each update. catch: a failure of the run ends it and stands in `trace.error` instead of being raised.
+    playing: whether the timeline plays, or a function of the update index. stops: the updates before which it is
+    stopped (clocks at 0, node state as at the start), to play again if it plays there. seed: of an App's random
+    streams. record: the data attributes to keep the values of (default: all). on_update: called with the index and the
+    trace so far before each update. catch: a failure of the run ends it and stands in `trace.error` instead of being
+    raised.
     allow: folders besides the file's own that it may name files in.
 
     Raises UserError with every problem of the file, of `inputs` and of `pulses`, and RunError when the run fails.
@@ -70,17 +74,23 @@ def run_graph(
             world = observe(spec, folders, seed, registry, cleanup)
             warnings, graphs = world.app.warnings, list(world.app.graphs.values())
         else:
-            graphs = compile_graphs(spec.graphs, registry)
+            graphs, spec = compile_file(spec, registry)
+            for note in spec.notes:
+                warnings(*note)
             cleanup.callback(_close, graphs)
         trace = _trace(graphs, record)
         driver = Driver(trace, inputs or {}, pulses or {})
         rate = spec.clock.loop_hz or Fraction(60)
         total = updates if updates is not None else length_in_updates(spec, world.app.loop_rate if world else rate)
-        step = _world_step(world, trace, playing) if world else _standalone_step(graphs, rate, warnings, playing)
+        context = standalone_context(rate, warnings)
+        step = _world_step(world, trace, playing) if world else _standalone_step(graphs, context, playing)
+        stop = world.app.stop if world else partial(stop_standalone, graphs, context)
         try:
             for update in range(total):
                 if on_update is not None:
                     on_update(update, trace)
+                if update in stops:
+                    stop()
                 driver.begin(update)
                 step(update)
                 driver.end()
@@ -102,11 +112,23 @@ def _trace(graphs: list[Graph], record: Collection[str] | None) -> GraphTrace:
         raise UserError(Problem(f"record: {error.args[0]}")) from None
 
 
-def _standalone_step(
-    graphs: list[Graph], rate: Fraction, warnings: WarningLog, playing: bool | Callable[[int], bool]
-) -> Callable[[int], None]:
+def standalone_context(rate: Fraction, warnings: WarningLog) -> Context:
+    """Time without a world, at `rate` updates a second."""
     context = Context.standalone(rate)
     context.warn = warnings
+    return context
+
+
+def stop_standalone(graphs: Iterable[Graph], context: Context) -> None:
+    """What a stop does where there is no world: timeline at 0, node state as at the start."""
+    context.exact_time = Fraction(0)
+    for graph in graphs:
+        graph.reset()
+
+
+def _standalone_step(
+    graphs: list[Graph], context: Context, playing: bool | Callable[[int], bool]
+) -> Callable[[int], None]:
     ordered = sorted(graphs, key=lambda graph: _STAGES.index(graph.pipeline_stage))
 
     def step(update: int) -> None:

@@ -59,6 +59,7 @@ from .fields import (
     text_as,
     whole,
 )
+from .updates import UpdateList
 
 VERSION = 1
 KEY = "tickgraph_tests"
@@ -157,6 +158,11 @@ class Setup(_Part):
     playing: Playing = Field(
         default=True,
         description="Whether the timeline plays, or the updates in which it does; it pauses in the others.",
+    )
+    stops: Updates = Field(
+        default=UpdateList(),
+        description="The updates before which the simulation is stopped: clocks at 0, all node state as at the start. "
+        "It plays again in the same update, if it plays there.",
     )
     settings: dict[SettingPath, Setting] = Field(
         default_factory=dict, description="Settings of the App; they beat the file's.", json_schema_extra=PATH_KEYS

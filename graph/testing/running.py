@@ -18,7 +18,7 @@ from graph.spec import ClockSpec, FileSpec
 
 from .cases import Case
 from .expectations import failures_of
-from .graphs import run_graph
+from .graphs import run_graph, stop_standalone
 from .node import Trace, run_node, set_input
 from .seen import Seen, of_graphs, of_node
 from .trace import GraphTrace
@@ -84,6 +84,7 @@ def _run_graph(case: Case, options: Options) -> Seen:
         pulses=setup.pulses,
         app=setup.world,
         playing=_playing(case),
+        stops=frozenset(setup.stops),
         settings=options.settings,
         seed=setup.seed or 0,
         record=[*setup.expect.outputs, *setup.expect.values],
@@ -108,7 +109,14 @@ def _run_node(case: Case, options: Options) -> Seen:
         if setup.world or (setup.world is None and spec.scene.prims) or spec.scene.usd:
             world = observe(spec, options.allow, setup.seed or 0, options.registry, cleanup)
 
+        stops = frozenset(setup.stops)
+
         def before(update: int, node: Node) -> None:
+            if update in stops:
+                if world is not None:
+                    world.app.stop()
+                else:
+                    stop_standalone([node.graph], node.graph.context)
             for reference, value in changes.get(update, ()):
                 if reference in brought:
                     brought[reference] = value

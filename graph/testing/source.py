@@ -11,6 +11,7 @@ from typing import Any
 
 from graph import exact
 from graph.errors import Problem, UserError
+from graph.migration import migrate
 from graph.spec import FileSpec, GraphSpec, NodeSpec
 from graph.suggest import did_you_mean
 
@@ -22,7 +23,7 @@ def load_source(source: str | Path | FileSpec | GraphSpec, allow: Sequence[Path]
     if isinstance(source, FileSpec):
         return source
     if isinstance(source, GraphSpec):
-        return FileSpec(folder=Path.cwd(), graphs=(source,))
+        return migrate(FileSpec(folder=Path.cwd(), graphs=(source,)))
     if isinstance(source, str) and ("\n" in source or source.lstrip().startswith("{")):
         is_json = source.lstrip().startswith("{")
         return loads(source, name="<text>.json" if is_json else "<text>", allow=allow)

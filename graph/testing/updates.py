@@ -3,10 +3,30 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from itertools import chain
 from typing import Any
 
 _RANGE = re.compile(r"([0-9]{1,9})(?:\.\.([0-9]{1,9}))?")
+
+
+@dataclass(frozen=True, slots=True)
+class UpdateList:
+    """Updates as ranges: a short text may name a million of them, so they are only written out when they are used."""
+
+    ranges: tuple[range, ...] = ()
+
+    def __iter__(self) -> Iterator[int]:
+        return chain.from_iterable(self.ranges)
+
+    def __len__(self) -> int:
+        return sum(map(len, self.ranges))
+
+    def first_from(self, update: int) -> int | None:
+        """The first listed update that is `update` or later; None if there is none."""
+        late = (max(span[0], update) for span in self.ranges if span[-1] >= update)
+        return next(late, None)
 
 
 def read_range(item: Any, most: int) -> range | None:

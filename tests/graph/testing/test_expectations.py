@@ -308,3 +308,21 @@ def test_a_case_of_its_own_graph_must_get_along_with_what_is_shared(run_tests):
         'small.test.yaml:3:10: case "other": inputs: "duration" names no attribute; write node.attribute.',
         'small.test.yaml:3:23: case "other": inputs: "period" names no attribute; write node.attribute.',
     ]  # of the pulses null is left
+
+
+@pytest.mark.parametrize("world", ["false", "true"])
+def test_a_stop_sets_a_node_back(run_tests, world):
+    result = run_tests(
+        f"""\
+        cases:
+          it:
+            node: Countdown
+            world: {world}
+            inputs: {{duration: 3}}
+            pulses: {{execIn: [0, 2]}}
+            stops: [2]
+            updates: 7
+            expect: {{fired: {{finished: [5]}}}}
+        """
+    )
+    assert (result.problems, result.failures) == ([], {"it": []})

@@ -179,3 +179,11 @@ def test_all_problems_of_a_text_are_told():
     with pytest.raises(UserError) as caught:
         run_graph(HELD_BACK.replace("Countdown", "Cuontdown").replace("tick.tick ->", "tock.tick ->"))
     assert len(caught.value.problems) == 2
+
+
+@pytest.mark.parametrize("app", [False, True])
+def test_a_stop_sets_clocks_and_nodes_back(app):
+    trace = run_graph(HELD_BACK, updates=12, stops=[4], app=app)
+    assert trace.fired("wait.finished") == [9]
+    times = trace.values("tick.time")
+    assert times[3:6] == pytest.approx([4 / 60, 1 / 60, 2 / 60])
