@@ -103,9 +103,9 @@ class Tracer:
         name = f"update {app.update_index}"
         self._end(name)
         if moved:
-            writer.slice(TIMELINE, self._updates, name, _us(now - moved), _us(moved))
+            writer.slice(TIMELINE, self._updates, name, *_span(now - moved, now))
         if external > self._external:
-            writer.slice(RENDERER, self._rendered, name, _us(self._external), _us(external - self._external))
+            writer.slice(RENDERER, self._rendered, name, *_span(self._external, external))
         self._external = external
         physics = app.simulation.time
         writer.curve("clocks [s]", self._now(), timeline=float(now), physics=float(physics), renderer=float(external))
@@ -146,9 +146,8 @@ class Tracer:
     def _end_step(self) -> None:
         self._end("step")
         simulation = self._app.simulation
-        length = simulation.time - self._step_began
         name = f"step {simulation.get_num_physics_steps()}"
-        self._writer.slice(PHYSICS, self._steps, name, _us(self._step_began), _us(length))
+        self._writer.slice(PHYSICS, self._steps, name, *_span(self._step_began, simulation.time))
 
     def _find_sensors(self) -> None:
         """Watches the sensors of products that came since the last update."""
@@ -171,8 +170,7 @@ class Tracer:
                 writer.slice(WALL, wall, "render", start, round(self._now() - start, 3), elements=count)
             if frame is not None:
                 stamp = getattr(frame, "timestamp_ns", None)
-                length = _us(tick.end - tick.start)
-                writer.slice(RENDERER, scans, "frame", _us(tick.start), length, stamp_ns=stamp, elements=count)
+                writer.slice(RENDERER, scans, "frame", *_span(tick.start, tick.end), stamp_ns=stamp, elements=count)
             return frame
 
         sensor.render = traced
@@ -201,3 +199,9 @@ class Tracer:
 def _us(seconds: Fraction) -> float:
     """Seconds in microseconds, to the nanosecond."""
     return round(seconds * 10**9) / 1000
+
+
+def _span(start: Fraction, end: Fraction) -> tuple[float, float]:
+    """Start and length in microseconds, such that neighbours meet exactly."""
+    first, last = round(start * 10**9), round(end * 10**9)
+    return first / 1000, (last - first) / 1000

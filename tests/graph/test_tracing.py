@@ -97,7 +97,7 @@ def test_nodes_stand_on_their_graphs_tracks(trace):
 def test_the_three_clocks_show_simulated_time(trace):
     _, events = trace()
     updates = events.on(TIMELINE, "updates")
-    assert [(e["ts"], e["dur"]) for e in updates[:2]] == [(0.0, 16666.667), (16666.667, 16666.667)]
+    assert [(e["ts"], e["dur"]) for e in updates[:2]] == [(0.0, 16666.667), (16666.667, 16666.666)]
     steps = events.on(PHYSICS, "steps")
     assert [e["name"] for e in steps] == [f"step {index}" for index in range(1, 25)]
     assert (steps[-1]["ts"], steps[-1]["dur"]) == (191666.667, 8333.333)

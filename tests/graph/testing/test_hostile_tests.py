@@ -22,9 +22,10 @@ cases:
   two: {graph: {nodes: {a: Once}, connections: [a.once -> a.execIn]}, scene: {prims: {/A: {type: Cube}}}}
   three: {expect: {warnings: [a, {code: b}], error: {message: [a], exit: 2}, computes: {node: 1}, frames: {/A: []}}}
 """
+WORDS = """{ } [ ] *a ~ 0..999999 1e999 -1 .. cases graph node expect values null ' # ../ <<"""
 PIECES = st.sampled_from(
     [
-        *"{ } [ ] *a ~ 0..999999 1e999 -1 .. cases graph node expect values null ' # ../ <<".split(),
+        *WORDS.split(),
         *(": ", "\n", "- ", "&a ", "!!int ", "\x00", "\U0001f4a3", '"', "9" * 500, "\t"),
     ]
 )
