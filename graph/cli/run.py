@@ -179,6 +179,8 @@ def _advance(app: App, updates: int, *, show_progress: bool) -> None:
             advance()
             if interrupted:
                 raise KeyboardInterrupt
+            if app.exit_requested:
+                break
 
 
 @contextmanager

@@ -87,6 +87,8 @@ class App:
         """What nodes may read files from: the graph file's folder and those the user allows; the first is for names."""
         self.update_index = 0
         """Index of the running update, else the number of updates done."""
+        self.exit_requested = False
+        """Whether something (a node ExitApplication) asked the run to end; nothing is updated after that update."""
         self._subscribers = {name: Subscribers() for name in (*PHASES, *EVENTS)}
         self._subscribers["physics_pre_step"] = self.simulation.pre_step
         self._subscribers["physics_post_step"] = self.simulation.post_step
@@ -182,7 +184,7 @@ class App:
         self.timeline.commit()
 
     def update(self, steps: int = 1) -> None:
-        """Runs `steps` app updates, each through all phases."""
+        """Runs `steps` app updates, each through all phases; fewer once the run is asked to end."""
         if self._updating:
             raise RunError("update() was called from inside an update; a subscriber must not drive the App")
         if self._closed:
@@ -193,6 +195,8 @@ class App:
                 self._update()
                 self.rendering.end_update()
                 self.update_index += 1
+                if self.exit_requested:
+                    break
         finally:
             self.rendering.end_update()
             self._updating = False
