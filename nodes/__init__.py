@@ -3,11 +3,13 @@
 from importlib import import_module
 
 FAMILIES = (
+    "action.application",
     "action.events",
     "action.flow",
     "action.latent",
     "action.log",
     "action.loops",
+    "action.prims",
     "data.arithmetic",
     "data.array_edits",
     "data.arrays",
@@ -16,11 +18,13 @@ FAMILIES = (
     "data.conversions",
     "data.functions",
     "data.geometry",
+    "data.keyboard",
     "data.logic",
     "data.materials",
     "data.prim_attributes",
     "data.prim_transforms",
     "data.prims",
+    "data.render_entry",
     "data.text",
     "data.time",
     "data.transforms",
@@ -73,6 +77,7 @@ FAMILIES = (
     "ros2.transforms",
     "ucx.publishers",
     "ucx.subscribers",
+    "ui.cameras",
 )
 
 for _family in FAMILIES:

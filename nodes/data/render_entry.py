@@ -1,0 +1,30 @@
+"""The entry of saved render pipelines."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from graph import Attribute, node_type
+
+
+@node_type(
+    "omni.graph.nodes.GpuInteropRenderProductEntry",
+    version=2,
+    event=True,
+    outputs={
+        "exec": Attribute("execution", "fires where its graph is evaluated for a new frame"),
+        "gpu": Attribute("uint64", "always 0: there are no addresses here"),
+        "hydraTime": Attribute("double", "renderer time of the frame", unit="s"),
+        "rp": Attribute("uint64", "always 0: render products are named by path"),
+        "simTime": Attribute("double", "simulation time of the frame", unit="s"),
+    },
+)
+def gpu_interop_render_product_entry(db: Any) -> bool:
+    """Begin the render pipeline that a scene was saved with; without a new frame it does nothing."""
+    app = db.context.app
+    if app is None or not app.rendering.new_frames:
+        return False
+    db.outputs.hydraTime = float(app.external_time)
+    db.outputs.simTime = app.simulation.get_simulation_time()
+    db.fire("exec")
+    return True
