@@ -1,4 +1,4 @@
-"""`graph check`: validates graph files without running them; every problem of every file, one line each."""
+"""`graph check`: validates graph and test files without running them; every problem of every file, one line each."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from graph.errors import Problem
+from graph.errors import Mark, Problem
 
 from .printing import note_line, problem_line, safe_line
 
@@ -26,9 +26,13 @@ class Checked:
     spec: FileSpec | None
     problems: tuple[Problem, ...]
     notes: tuple[Note, ...] = ()
+    cases: int | None = None
+    """How many cases it has, if it is a test file."""
 
     def counts(self) -> dict[str, int]:
-        """How many graphs, nodes, connections and inline prims the file has."""
+        """How many graphs, nodes, connections and inline prims the file has; how many cases a test file has."""
+        if self.cases is not None:
+            return {"cases": self.cases}
         graphs = self.spec.graphs if self.spec else ()
         return {
             "graphs": len(graphs),
@@ -58,7 +62,7 @@ class Checked:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the command's options."""
-    parser.add_argument("files", metavar="FILE", nargs="+", help="graph file (.yaml, .json or .usda)")
+    parser.add_argument("files", metavar="FILE", nargs="+", help="graph file (.yaml, .json or .usda), or *.test.yaml")
     parser.add_argument("--skip-unknown", action="store_true", help="leave nodes of unknown types out, with a warning")
     parser.add_argument("--json", action="store_true", help="print the result as JSON and nothing else on stdout")
     parser.add_argument(
@@ -90,9 +94,23 @@ def check(
     """Loads, compiles and stages one file, without playing it; `settings` beat the file's."""
     # Only here are the engine, the world and the nodes imported: `graph check --help` needs none of them.
     from graph.assembly import build_parts
+    from graph.testing.cases import is_test_file
 
+    if is_test_file(Path(file)):
+        return _check_tests(file, allow)
     parts = build_parts(file, allow=allow, settings=settings, skip_unknown=skip_unknown)
     return Checked(file, parts.spec, tuple(parts.problems), tuple(parts.warnings))
+
+
+def _check_tests(file: str, allow: Sequence[Path]) -> Checked:
+    from graph.testing.cases import read_cases
+    from graph.testing.checking import check_cases
+
+    tests = read_cases(file, allow)
+    problems = (*tests.problems, *check_cases(tests.cases, allow))
+    return Checked(
+        file, None, tuple(sorted(problems, key=lambda one: one.mark or Mark("", 0, 0))), (), len(tests.cases)
+    )
 
 
 def _counted(number: int, plural: str) -> str:

@@ -161,3 +161,12 @@ def test_the_schema_of_test_files_takes_the_examples_and_refuses_mistakes(graph)
         None,
     ):
         assert validator.is_valid({"tickgraph_tests": 1, "cases": {"a": right}})
+
+
+def test_check_knows_test_files(graph, tests):
+    result = graph("check", "a.test.yaml")
+    assert (result.code, result.out) == (0, "a.test.yaml: ok, 2 cases\n")
+    (tests / "bad.test.yaml").write_text(TESTS.replace("[2]", "often").replace("alpha", "alhpa"))
+    result = graph("check", "bad.test.yaml")
+    assert (result.code, result.out) == (2, "")
+    assert [line.split(": ")[0] for line in result.err.splitlines()] == ["bad.test.yaml:8:32", "bad.test.yaml:10:48"]
