@@ -88,7 +88,7 @@ def test_a_stop_lets_go(props, world, says, play):
         if update == 2:
             seen.append(node.db.memory.stop_holding is None)
             app.stop()
-            seen += [node.db.memory.stop_holding is None, app.bus.is_listened_to("/tf"), place(app, "/Ball")]
+            seen.extend([node.db.memory.stop_holding is None, app.bus.is_listened_to("/tf"), place(app, "/Ball")])
 
     follow(app, 3, on_update=stop_and_play)
     assert seen == [False, True, False, [0, 0, 5]]
