@@ -1,0 +1,78 @@
+"""Inertial measurement units."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from graph import Attribute, node_type
+
+EVERY_STEP = "readings are always of the newest physics step"
+
+
+@dataclass(slots=True)
+class _Imu:
+    path: str = ""
+    unit: Any = None
+
+
+def _release(db: Any) -> None:
+    if db.memory.unit is not None:
+        db.memory.unit.close()
+        db.memory.unit = None
+
+
+def sensor_prim(db: Any, targets: Any, name: str) -> Any:
+    """The one prim that a target input names. Fails the node where it is none or several, or not on the stage."""
+    if len(targets) != 1:
+        db.fail(f"input {name} names {len(targets)} prims; give it the path of one prim")
+    prim = db.app.stage.GetPrimAtPath(targets[0])
+    if not prim:
+        db.fail(f"there is no prim {targets[0]} on the stage; correct the path")
+    return prim
+
+
+@node_type(
+    "isaacsim.sensors.physics.IsaacReadIMU",
+    version=1,
+    inputs={
+        "execIn": Attribute("execution", "reads the sensor"),
+        "imuPrim": Attribute("target", "an IsaacImuSensor, or any other prim, on a rigid body or below one"),
+        "useLatestData": Attribute("bool", "has no effect", default=False, deprecated=EVERY_STEP),
+        "readGravity": Attribute("bool", "feel gravity, as a real sensor does: 9.81 m/s^2 up at rest", default=True),
+    },
+    outputs={
+        "execOut": Attribute("execution", "follows when there is a reading"),
+        "sensorTime": Attribute("float", "simulation time of the reading", default=0, unit="s"),
+        "linAcc": Attribute("vectord[3]", "acceleration along the sensor's axes", default=[0.0] * 3, unit="m/s^2"),
+        "angVel": Attribute("vectord[3]", "turn rate about the sensor's axes", default=[0.0] * 3, unit="rad/s"),
+        "orientation": Attribute(
+            "quatd[4]", "orientation in the world, quaternion x, y, z, w", default=[0.0, 0.0, 0.0, 1.0]
+        ),
+    },
+    memory=_Imu,
+    release=_release,
+)
+def read_imu(db: Any) -> None:
+    """Read an IMU: the change of its velocity over the newest physics step, averaged over its filter widths.
+
+    The first compute after play starts the sensor, and there is a reading from the physics step after it. Before, and
+    while the prim's `enabled` is false, the outputs are zero and nothing follows.
+    """
+    from graph.sim.inertial import InertialUnit, attribute_of, widths_of
+
+    inputs, outputs, memory, app = db.inputs, db.outputs, db.memory, db.app
+    prim = sensor_prim(db, inputs.imuPrim, "imuPrim")
+    path = str(prim.GetPath())
+    if path != memory.path or memory.unit is None:
+        _release(db)
+        if not app.timeline.is_stopped():
+            memory.path, memory.unit = path, InertialUnit(app, path, widths_of(prim))
+    reading = memory.unit.reading(inputs.readGravity) if memory.unit and attribute_of(prim, "enabled", True) else None
+    if reading is None:
+        outputs.linAcc = outputs.angVel = [0.0, 0.0, 0.0]
+        outputs.orientation, outputs.sensorTime = [0.0, 0.0, 0.0, 1.0], 0.0
+        return
+    outputs.linAcc, outputs.angVel = reading.acceleration, reading.angular_velocity
+    outputs.orientation, outputs.sensorTime = reading.orientation, reading.time
+    db.fire("execOut")
