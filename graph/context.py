@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import Any
+from typing import Any, Literal
 
 from . import exact
+from .events import EventBus
 
 
 @dataclass(slots=True)
@@ -45,14 +46,23 @@ Warn = Callable[[str, str, str], None]
 """Takes code, where and message."""
 
 
+Scripts = Literal["refuse", "skip", "run"]
+SCRIPTS_REFUSED = (
+    "this node runs Python code that the graph file brings; if you trust the file, allow it: --allow-scripts on the "
+    "command line, allow_scripts=True in Python"
+)
+
+
 @dataclass(slots=True)
 class Context:
     """Time and world as one evaluation sees them. Seconds are floats for nodes; the exact values stand beside them.
 
     delta: what the timeline moved in this update; loop_delta: how long the update was meant to last;
     exact_time: timeline time; since_start: loop time since the app started, playing or not; absolute: simulation time
-    that a stop does not reset; frames_per_second: time codes per second; update: index of the app update.
-    warn: takes code, where and message of a warning.
+    that a stop does not reset; frames_per_second: time codes per second; update: index of the app update; events: what
+    nodes and scripts send each other.
+    warn: takes code, where and message of a warning. scripts: what a node does that would run code of the graph file:
+    fail, nothing, or run it.
     """
 
     app: Any = None
@@ -65,6 +75,7 @@ class Context:
     absolute: Fraction = Fraction(0)
     frames_per_second: Fraction = Fraction(60)
     update: int = 0
+    events: EventBus = field(default_factory=EventBus)
 
     @classmethod
     def standalone(cls, loop_hz: float | str | Fraction = 60) -> Context:

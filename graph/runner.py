@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from .context import Context
+from .controller.graph_set import GraphSet, bind
 
 if TYPE_CHECKING:
     from graph.sim import App
@@ -17,51 +19,110 @@ OnError = Literal["stop", "continue"]
 
 # A node of a post-render graph is started by a new frame of the product that its `renderProductPath` names.
 PRODUCT_INPUT = "renderProductPath"
+INTERRUPTS_OFF = "/ext/omni.graph.action/disableInterrupts"
+"""Setting: whether a trigger that reaches a sleeping node is ignored."""
+
+STARTS = ("OmniGraph Start Play", "Simulation Start Play", "Animation Start Play")
+STOPS = ("OmniGraph Stop Play", "Simulation Stop Play", "Animation Stop Play")
 
 
-class GraphRunner:
-    """Binds graphs to an App: who is evaluated in which phase, in file order; all node state resets on stop."""
+@dataclass(frozen=True, slots=True)
+class _Stages:
+    """Which graphs are evaluated when, in their order."""
 
-    def __init__(self, app: App, graphs: Sequence[Graph], *, on_error: OnError = "stop") -> None:
-        self.graphs = {graph.path: graph for graph in graphs}
-        self._app = app
-        self._context = Context(app=app, warn=app.warn)
-        for graph in graphs:
-            graph.context, graph.on_error = self._context, on_error
+    every_update: tuple[Graph, ...]
+    after_frames: tuple[tuple[Graph, tuple[tuple[Node, str], ...]], ...]
+    demanded: dict[str, list[Graph]]
+    """On-demand graphs by the phase that their events name."""
+
+    @classmethod
+    def of(cls, graphs: Iterable[Graph]) -> _Stages:
+        """The graphs by their present stages."""
         of_stage: dict[str, list[Graph]] = {}
         for graph in graphs:
             of_stage.setdefault(graph.pipeline_stage, []).append(graph)
-        self._every_update = [*of_stage.get("simulation", ()), *of_stage.get("pre_render", ())]
-        self._after_frames = [(graph, list(_frame_entries(graph))) for graph in of_stage.get("post_render", ())]
         demanded: dict[str, list[Graph]] = {}
         for graph in of_stage.get("on_demand", ()):
             for phase in dict.fromkeys(node.type.phase for node in graph.nodes.values()):
                 demanded.setdefault(phase, []).append(graph)
         demanded.pop("", None)
-        self._unsubscribe: list[Callable[[], None]] = []
-        for phase, asking in demanded.items():
-            self._on(phase, partial(self._run_on_demand, asking), when=asking)
-        self._on("simulation_graphs", self._run_update, when=graphs)
-        self._on("post_render_graphs", self._run_frames, when=self._after_frames)
-        self._on("stop", self._reset, when=graphs)
-        self._on("close", self.close, when=graphs)
+        return cls(
+            (*of_stage.get("simulation", ()), *of_stage.get("pre_render", ())),
+            tuple((graph, tuple(_frame_entries(graph))) for graph in of_stage.get("post_render", ())),
+            demanded,
+        )
+
+
+class GraphRunner:
+    """Binds graphs to an App: who is evaluated in which phase, in file order; all node state resets on stop.
+
+    Graphs may be added, edited and moved to another stage at any time (see `graph.Controller`); each update begins
+    with what they are then.
+    """
+
+    def __init__(self, app: App, graphs: Sequence[Graph], *, on_error: OnError = "stop") -> None:
+        self.graphs = {graph.path: graph for graph in graphs}
+        self._app = app
+        self._on_error = on_error
+        self._context = Context(app=app, warn=app.warn)
+        self.set = GraphSet(self.graphs, context=self._context, app=app, prepare=self._prepare)
+        bind(app, self.set)
+        for graph in graphs:
+            self._prepare(graph)
+        self._key: tuple[Any, ...] = ()
+        self._stages = _Stages.of(())
+        self._in_phases: list[Callable[[], None]] = []
+        self._instance_prims()
+        self._regroup()
+        self._unsubscribe = [
+            app.on("timeline_state", self._regroup),
+            app.on("simulation_graphs", self._run_update),
+            app.on("post_render_graphs", self._run_frames),
+            app.on("play", self._played),
+            app.on("stop", self._reset),
+            app.on("close", self.close),
+            app.settings.subscribe(INTERRUPTS_OFF, self._set_interrupts),
+        ]
+
+    @property
+    def events(self) -> Any:
+        """The event bus of these graphs, for scripts that send events to their nodes."""
+        return self._context.events
 
     def close(self) -> None:
         """Releases what the nodes hold and leaves the App's phases; calling it twice is harmless."""
         while self._unsubscribe:
             self._unsubscribe.pop()()
+        while self._in_phases:
+            self._in_phases.pop()()
         for graph in self.graphs.values():
             graph.close()
 
-    def _on(self, phase: str, callback: Callable[[], None], when: Iterable[object]) -> None:
-        if when:
-            self._unsubscribe.append(self._app.on(phase, callback))
+    def _prepare(self, graph: Graph) -> None:
+        graph.context, graph.on_error = self._context, self._on_error
+        graph.interrupts = not self._app.settings.get(INTERRUPTS_OFF, True)
+
+    def _set_interrupts(self, off: Any) -> None:
+        for graph in self.graphs.values():
+            graph.interrupts = not off
+
+    def _regroup(self) -> None:
+        """Takes up what edits and changes of stage have made of the graphs."""
+        key = tuple([(graph, graph.pipeline_stage, id(graph.nodes)) for graph in self.graphs.values()])
+        if key == self._key:
+            return
+        self._key = key
+        self._stages = _Stages.of(self.graphs.values())
+        while self._in_phases:
+            self._in_phases.pop()()
+        for phase, asking in self._stages.demanded.items():
+            self._in_phases.append(self._app.on(phase, partial(self._run_on_demand, asking)))
 
     def _run_update(self) -> None:
         self._context.follow(self._app)
-        for graph in self._every_update:
+        for graph in self._stages.every_update:
             graph.evaluate(self._context)
-        for _, entries in self._after_frames:
+        for _, entries in self._stages.after_frames:
             for node, _ in entries:
                 node.prepare()
 
@@ -72,14 +133,38 @@ class GraphRunner:
 
     def _run_frames(self) -> None:
         for product in self._app.rendering.new_frames:
-            for graph, entries in self._after_frames:
+            for graph, entries in self._stages.after_frames:
                 activations = [(node, port) for node, port in entries if node.get(PRODUCT_INPUT) == product.path]
                 if activations:
                     graph.evaluate(self._context, activations)
 
+    def _played(self) -> None:
+        self._instance_prims()
+        for name in STARTS:
+            self.events.send(f"stage:{name}", update=self._context.update)
+
     def _reset(self) -> None:
         for graph in self.graphs.values():
             graph.reset()
+        self.events.clear()
+        for name in STOPS:
+            self.events.send(f"stage:{name}", update=self._context.update)
+
+    def _instance_prims(self) -> None:
+        """Gives each graph an instance for every prim of the stage that has it."""
+        if not self.graphs:
+            return
+        from .usd_files.instances import instances_on
+
+        users = instances_on(self._app.stage)
+        for path in list(self.graphs):
+            spec = self.set.current_spec(path)
+            instances = {
+                prim: {name: value for name, value in given.items() if name in spec.variables}
+                for prim, given in users.get(path, {}).items()
+            }
+            if instances and instances != spec.instances:
+                self.set.apply([replace(spec, instances=instances)], {})
 
 
 def _frame_entries(graph: Graph) -> Iterable[tuple[Node, str]]:

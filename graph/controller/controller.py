@@ -18,6 +18,7 @@ from typing import Any, Concatenate, Generic, ParamSpec, TypeVar, overload
 
 from graph.evaluate import Graph, Node
 from graph.evaluate.familiar import AttributeOf
+from graph.plan.compiler import collector_paused
 from graph.registry import Registry
 from graph.spec import GraphSpec
 from graph.suggest import did_you_mean
@@ -99,9 +100,10 @@ class Controller:
         """
         graphs: GraphSet = self.graphs
         spec = graphs.current_spec(path) if (path := find.existing(graphs, graph_id)) else new_spec(graphs, graph_id)
-        work = Edit(graphs, spec)
-        work.collect(edit_commands or {})
-        graph, prims = work.apply()
+        with collector_paused():
+            work = Edit(graphs, spec)
+            work.collect(edit_commands or {})
+            graph, prims = work.apply()
         latest = graphs.latest(graph.path) or graph
 
         def made(name: str) -> Any:

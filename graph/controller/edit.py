@@ -100,9 +100,10 @@ class Edit:
             for name in model.touched:
                 node = model.nodes.get(name)
                 if node is not None:
-                    node.mark = None if id(node.mark) in self._marks else node.mark
-                    node.marks = {key: mark for key, mark in node.marks.items() if id(mark) not in self._marks}
-                    applied[path].nodes[name].mark = node.mark
+                    if id(node.mark) in self._marks:
+                        node.mark = applied[path].nodes[name].mark = None
+                    if node.marks:
+                        node.marks = {key: mark for key, mark in node.marks.items() if id(mark) not in self._marks}
             for ends, one in model.connections.items():
                 if id(one.mark) in self._marks:
                     model.connections[ends] = ConnectionSpec(one.source, one.target)

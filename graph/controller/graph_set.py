@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from importlib import import_module
@@ -34,11 +34,14 @@ class GraphSet:
         context: Context | None = None,
         app: Any = None,
         registry: Registry = DEFAULT,
+        prepare: Callable[[Graph], None] | None = None,
     ) -> None:
+        """prepare: called with every graph that an edit makes."""
         self.graphs: dict[str, Graph] = {} if graphs is None else graphs
         self.context = Context.standalone() if context is None else context
         self.app = app
         self.registry = registry
+        self._prepare = prepare
         self._waiting: dict[str, Graph] = {}
         self._touched: dict[str, set[str]] = {}
 
@@ -149,6 +152,8 @@ class GraphSet:
         for path, graph in fresh.items():
             if path not in into:
                 graph.context = self.context
+                if self._prepare is not None:
+                    self._prepare(graph)
                 self.graphs[path] = graph
                 if self.app is not None:
                     self.app.graphs[path] = graph

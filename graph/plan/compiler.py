@@ -47,7 +47,7 @@ def compile_graphs(specs: Sequence[GraphSpec], registry: Registry = DEFAULT) -> 
     Resolves short names, checks names, types and values, settles open types, finds cycles and orders the nodes.
     Raises UserError with every problem of all graphs, each with its place and, where a name is close, a suggestion.
     """
-    with _collector_paused():
+    with collector_paused():
         graphs = _compile(specs, registry)
         for graph in graphs:
             if graph.spec.instances:
@@ -82,7 +82,7 @@ def _instances(graph: Graph, registry: Registry) -> dict[str, Graph]:
 
 
 @contextmanager
-def _collector_paused() -> Iterator[None]:
+def collector_paused() -> Iterator[None]:
     """Without the garbage collector, which would walk a large half-made graph again and again."""
     enabled = gc.isenabled()
     gc.disable()
