@@ -125,6 +125,7 @@ def run_node(
     node = trace.node
     context = Context.standalone(loop_hz)
     context.warn = trace.log
+    context.scripts = "run" if allow_scripts else "refuse"
     if app is not None:
         context.app = app
 

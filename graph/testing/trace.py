@@ -22,6 +22,7 @@ class GraphTrace:
 
     def __init__(self, graphs: Iterable[Graph], record: Collection[str] | None = None) -> None:
         self.graphs: dict[str, Graph] = {graph.path: graph for graph in graphs}
+        self._by_path = {node.path: node for graph in self.graphs.values() for node in graph.nodes.values()}
         self.updates = 0
         self.in_world = False
         self.error: RunError | None = None
@@ -35,17 +36,14 @@ class GraphTrace:
 
     def node(self, reference: str) -> Node:
         """The node of that name or path. Raises KeyError with the nearest name."""
-        path, _, name = reference.rpartition("/")
-        if path in self.graphs:
-            return self.graphs[path].node(name)
+        if reference in self._by_path:
+            return self._by_path[reference]
         found = [graph.nodes[reference] for graph in self.graphs.values() if reference in graph.nodes]
         if len(found) == 1:
             return found[0]
         if found:
             raise KeyError(f'"{reference}" stands in several graphs; write {" or ".join(node.path for node in found)}')
-        known = [name for graph in self.graphs.values() for name in graph.nodes]
-        if "/" in reference:
-            known = [node.path for graph in self.graphs.values() for node in graph.nodes.values()]
+        known = self._by_path if "/" in reference else [node.name for node in self._by_path.values()]
         raise KeyError(f'there is no node "{reference}"{did_you_mean(reference, known)}')
 
     def attribute(self, reference: str, prefix: str = "outputs") -> tuple[Node, str]:

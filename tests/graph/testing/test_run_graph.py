@@ -145,7 +145,7 @@ def test_a_failure_is_raised_or_kept_with_what_came_before():
         ({"inputs": {"wait.alpha": lambda u: u}}, "alpha"),
         ({"pulses": {"wait.duration": [0]}}, '"wait.duration" (omni.graph.action.Countdown) is no execution input'),
         ({"pulses": {"wait.execOut": [0]}}, 'pulses: node /World/G/wait (Countdown) has no attribute "execOut"'),
-        ({"pulses": {"/World/G/wiat.execIn": [0]}}, 'has no node "wiat"; did you mean "wait"'),
+        ({"pulses": {"/World/G/wiat.execIn": [0]}}, 'there is no node "/World/G/wiat"; did you mean "/World/G/wait"?'),
         ({"inputs": {"wait.duration": "many"}}, "duration"),
         (
             {"inputs": {"wait.duration": lambda u: 3 if u < 2 else "many"}},
