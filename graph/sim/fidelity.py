@@ -37,7 +37,9 @@ KNOBS: dict[str, Knob] = {
         "choice",
         "frozen: the whole scan at its tick; update: each update casts what fired since; continuous: each firing alone",
         ("frozen", "update", "continuous"),
-        available=("frozen", "update"),
+    ),
+    "lidar.bins": Knob(
+        "count", "lidar.motion continuous: into how many spans of time a scan is cut; bodies keep still in each"
     ),
     "lidar.noise": Knob("switch", "seeded range, angle and origin errors", available=(False,)),
     "lidar.subrays": Knob("count", "rays per beam", available=(1,)),
@@ -61,6 +63,7 @@ class Fidelity:
     physics_integrator: Literal["euler", "rk4", "implicit", "implicitfast", "discrete"] | None = None
     physics_iterations: int | None = None
     lidar_motion: Literal["frozen", "update", "continuous"] = "frozen"
+    lidar_bins: int = 10
     lidar_noise: bool = False
     lidar_subrays: int = 1
     radar_rays: int | None = None

@@ -28,6 +28,9 @@ EMITTER_INTEGERS = ("fire_time_ns", "channel_id", "bank", "range_id")
 MIN_SCAN_RATE_HZ = Fraction(10**9, 2**31 - 1)
 """Time offsets are int32 nanoseconds: a slower turn does not fit (0.466 Hz)."""
 
+MAX_RAYS_PER_SCAN = 10_000_000
+"""About 2 GB of tables; the largest real lidars cast half a million."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class EmitterState:
@@ -141,6 +144,11 @@ class LidarConfig:
         return max(1, math.floor(self.pattern_firing_rate_hz / self.scan_rate_base_hz))
 
     @property
+    def rays_per_scan(self) -> int:
+        """How many rays one scan casts, before any azimuth window."""
+        return self.ticks_per_scan * self.number_of_emitters
+
+    @property
     def ticks_per_second(self) -> Fraction:
         """The firing rate, or the scan rate where a profile fires slower than it scans."""
         return max(self.pattern_firing_rate_hz, self.scan_rate_base_hz)
@@ -152,6 +160,11 @@ class LidarConfig:
 
     def __post_init__(self) -> None:
         problems = [*self._bad_scalars(), *self._bad_states()]
+        if not problems and self.rays_per_scan > MAX_RAYS_PER_SCAN:
+            problems.append(
+                f"{self.rays_per_scan:,} rays a scan are more than {MAX_RAYS_PER_SCAN:,}; lower patternFiringRateHz, "
+                "raise scanRateBaseHz or use fewer emitters"
+            )
         if problems:
             raise UserError(f"lidar config {self.name}: {'; '.join(problems)}")
 

@@ -128,9 +128,14 @@ def apply_schemas(prim: Usd.Prim, names: list[str]) -> None:
 
 
 def write(prim: Usd.Prim, name: str, kind: str, value: Any) -> None:
-    """Sets an attribute, creating it with the USD type `kind` where neither the schema nor the prim has it."""
+    """Sets an attribute, creating it with the USD type `kind` where neither the schema nor the prim has it.
+
+    Raises UserError for a fraction where the type is a whole number: USD would cut it off without a word.
+    """
     from graph.sim.usd import Sdf, Vt
 
+    if kind in ("int", "uint") and value != int(value):
+        raise UserError(f"{prim.GetPath()}.{name} is a whole number; {value} does not fit")
     attribute = prim.GetAttribute(name)
     if not attribute:
         attribute = prim.CreateAttribute(name, Sdf.ValueTypeNames.Find(kind), custom=not name.startswith("omni:"))

@@ -13,6 +13,7 @@ from sensors.frame import spherical
 from sensors.gmo import ElementFlags
 from sensors.raycast.rays import NO_SURFACE, Hits
 
+from .aim import Aim, RayPoses
 from .pattern import Pattern
 
 REFLECTANCE = 0.5
@@ -31,13 +32,15 @@ class Shot:
     """One geometry state to look at: the firings, from where, at what, in which state of the world.
 
     rows: firings of the pattern. pose: (4, 4) float64 sensor to world [m]. poses: snapshot for the caster (None: now).
-    base_ns: what the turn's start lies after the frame's timestamp [ns].
+    base_ns: what the turn's start lies after the frame's timestamp [ns]. moves: where the sensor is when each of the
+    firings goes out; None where it keeps still at `pose`.
     """
 
     rows: slice
     pose: np.ndarray
     poses: Any = None
     base_ns: int = 0
+    moves: RayPoses | None = None
 
 
 class Returns:
@@ -52,18 +55,19 @@ class Returns:
         index: np.ndarray,
         valid: np.ndarray | None,
         columns: np.ndarray,
-        world: np.ndarray,
+        aim: Aim,
         in_world: bool,
         velocities: Velocities | None,
         tables: Mapping[str, SurfaceTable],
     ) -> None:
         """index: rows that are kept, counted from the shot's first; valid: which rows are returns, None where all kept
-        ones are; columns, world: (3, n) float32 ray directions of the shot, in sensor and world axes.
+        ones are; columns: (3, n) float32 ray directions of the shot in the sensor frame; aim: where they went.
         """
         self._pattern, self._shot, self._hits, self._index = pattern, shot, hits, index
         self._rows = shot.rows
         self._invalid = None if valid is None else ~valid
-        self._columns, self._world, self._in_world = columns, world, in_world
+        self._columns, self._aim, self._in_world = columns, aim, in_world
+        self._world = aim.directions
         self._measure, self._tables = velocities, tables
         self._beam_angles = not in_world and pattern.origins is None
         self._cached: dict[str, Any] = {}
@@ -112,11 +116,9 @@ class Returns:
             np.multiply(column, self._range, out=points[:, axis])
         return points
 
-    def _to_world(self, points: np.ndarray) -> np.ndarray:
-        """(k, 3) float64 [m], world, of points in the sensor frame; column by column, whatever their number."""
-        rotation, origin = self._shot.pose[:3, :3], self._shot.pose[:3, 3]
-        x, y, z = points.astype(np.float64).T
-        return np.stack([rotation[i, 0] * x + rotation[i, 1] * y + rotation[i, 2] * z + origin[i] for i in range(3)], 1)
+    def _to_world(self, points: np.ndarray, rows: np.ndarray | None = None) -> np.ndarray:
+        """(k, 3) float64 [m], world, of points in the sensor frame, of all returns or of some `rows` of them."""
+        return self._aim.to_world(points, self._index if rows is None else self._index[rows])
 
     def azimuth(self) -> np.ndarray:
         """Azimuths [deg]: the beams' own, where points lie on them."""
@@ -167,7 +169,7 @@ class Returns:
         facing += np.float32(0.0)  # no negative zeros
         if self._in_world:
             return np.ascontiguousarray(facing.T)
-        return turned_back(facing.T, self._shot.pose[:3, :3].astype(np.float32))
+        return self._aim.turned_back(facing.T, self._index)
 
     def velocities(self) -> np.ndarray:
         """Velocities of the hit points [m/s], (k, 3), float32."""
@@ -177,7 +179,7 @@ class Returns:
             return found
         surfaces = np.take(self._hits.surface, self._index, mode="clip")
         rows, world = measure(surfaces, self._world_points, self._shot.poses)
-        velocities = world if self._in_world else turned_back(world, self._shot.pose[:3, :3])
+        velocities = world if self._in_world else self._aim.turned_back(world, self._index[rows])
         found[rows] = velocities
         if self._invalid is not None:
             found[self._invalid] = 0.0
@@ -187,7 +189,7 @@ class Returns:
         points = self._along_beams()[rows]
         if self._pattern.origins is not None:
             points += self._of_pattern(self._pattern.origins)[rows]
-        return self._to_world(points)
+        return self._to_world(points, rows)
 
     def _of_surface(self, name: str) -> np.ndarray:
         """Rows of a surface table; 0 where nothing was hit."""
@@ -241,16 +243,3 @@ _MAKERS: dict[str, Callable[[Returns], np.ndarray]] = {
     "hitNormals": Returns.hit_normals,
     "velocities": Returns.velocities,
 }
-
-
-def turned_back(vectors: np.ndarray, rotation: np.ndarray) -> np.ndarray:
-    """Vectors (n, 3) in the axes of the rotated frame: R^T v, column by column, so that no length changes the sums."""
-    out = np.empty(vectors.shape, np.result_type(vectors, rotation))
-    x, y, z = vectors[:, 0], vectors[:, 1], vectors[:, 2]
-    column, term = np.empty(len(vectors), out.dtype), np.empty(len(vectors), out.dtype)
-    for axis in range(3):
-        np.multiply(x, rotation[0, axis], out=column)
-        column += np.multiply(y, rotation[1, axis], out=term)
-        column += np.multiply(z, rotation[2, axis], out=term)
-        out[:, axis] = column
-    return out

@@ -18,6 +18,7 @@ from sensors.frame import Frame, FramePose
 from sensors.ids import stable_id_map
 from sensors.raycast.shared import cast_world, surface_ids, surface_materials
 
+from .bins import Bins
 from .motion import surface_velocities
 from .pattern import firing_pattern
 from .prim import read_aux_level, read_config, read_exclude, read_tick_rate
@@ -45,9 +46,11 @@ class LidarRuntime:
     """Implements `graph.sim.rendering.SensorRuntime` for an OmniLidar prim.
 
     A lidar whose tick rate equals its scan rate, with accumulateOutputs, gives whole scans: `frozen` casts the scan
-    from the state of its tick, `update` casts each update's firings from that update's state and puts them together.
-    Any other gives, in every update, the firings since its last output, from the state of that update; rates that
-    differ warn `lidar-partial-scan`. Raises UserError for a prim that is no lidar or cannot be one.
+    from the state of its tick, `update` casts each update's firings from that update's state and puts them together,
+    `continuous` fires each ray from where the sensor then was, at bodies where they then were (see `Bins`).
+    Any other gives, in every update, the firings since its last output, from the state of that update or, `continuous`,
+    of their own times; rates that differ warn `lidar-partial-scan`. Raises UserError for a prim that is no lidar or
+    cannot be one.
     """
 
     def __init__(self, app: App, prim_path: str) -> None:
@@ -90,6 +93,7 @@ class LidarRuntime:
             self.schedule = EveryUpdate(app.rendering.moment, self.rate)
             self._warn_partial()
         self.wants_updates = whole and app.fidelity.lidar_motion == "update"
+        self._bins = Bins(app, prim_path, self.pattern) if app.fidelity.lidar_motion == "continuous" else None
         self._scanner = Scanner(
             self.pattern,
             lambda: cast_world(app),
@@ -179,8 +183,11 @@ class LidarRuntime:
         """The frame of a tick."""
         if isinstance(self.schedule, EveryUpdate):
             return self._partial_scan(tick)
-        turn = tick.index - 1
-        scan = self._turns.pop(turn, _Turn()) if self.wants_updates else self._frozen_scan(tick)
+        if self._bins is not None:
+            turn = tick.index - 1
+            scan = self._continuous_scan(tick.start, tick.end, [(turn, slice(0, len(self.pattern)))])
+        else:
+            scan = self._turns.pop(tick.index - 1, _Turn()) if self.wants_updates else self._frozen_scan(tick)
         if scan.start is None or scan.end is None:
             scan.start = scan.end = self.pose(tick.poses)
         stamp = nanoseconds(tick.start)
@@ -200,6 +207,15 @@ class LidarRuntime:
         part = self._scanner.scan(Shot(slice(0, len(self.pattern)), pose, tick.poses), self.channels())
         return _Turn([part], len(self.pattern), pose, pose)
 
+    def _continuous_scan(self, start: Fraction, end: Fraction, slices: list[tuple[int, slice]]) -> _Turn:
+        assert self._bins is not None
+        scan = _Turn()
+        shots, scan.start, scan.end = self._bins.shots(start, end, slices)
+        for shot in shots:
+            scan.parts.append(self._scanner.scan(shot, self.channels()))
+            scan.firings += shot.rows.stop - shot.rows.start
+        return scan
+
     def _add(self, turn: int, rows: slice, pose: np.ndarray, poses: Any) -> None:
         scan = self._turns.setdefault(turn, _Turn())
         scan.parts.append(self._scanner.scan(Shot(rows, pose, poses), self.channels()))
@@ -211,15 +227,17 @@ class LidarRuntime:
         period = self.pattern.period
         start = max(tick.start, tick.end - period)
         stamp = nanoseconds(start)
-        pose = self.pose(tick.poses)
-        parts, firings = [], 0
-        for turn, rows in self.pattern.slices(start, tick.end):
-            shot = Shot(rows, pose, tick.poses, nanoseconds(turn * period) - stamp)
-            parts.append(self._scanner.scan(shot, self.channels()))
-            firings += rows.stop - rows.start
-        return self._frame(
-            stamp, (FramePose(stamp, pose), FramePose(nanoseconds(tick.end), pose)), parts, complete=False
-        )
+        slices = self.pattern.slices(start, tick.end)
+        if self._bins is not None:
+            scan = self._continuous_scan(start, tick.end, slices)
+        else:
+            pose = self.pose(tick.poses)
+            shots = [Shot(rows, pose, tick.poses, nanoseconds(turn * period) - stamp) for turn, rows in slices]
+            scan = _Turn([self._scanner.scan(shot, self.channels()) for shot in shots], 0, pose, pose)
+        assert scan.start is not None
+        assert scan.end is not None
+        poses = FramePose(stamp, scan.start), FramePose(nanoseconds(tick.end), scan.end)
+        return self._frame(stamp, poses, scan.parts, complete=False)
 
     def _frame(
         self, stamp: int, poses: tuple[FramePose, FramePose], parts: list[dict[str, np.ndarray]], *, complete: bool

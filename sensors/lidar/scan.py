@@ -9,8 +9,9 @@ import numpy as np
 from sensors.raycast.rays import Hits, RayBundle, RayCaster
 from sensors.raycast.windows import RayGrid
 
+from .aim import Aim, moving_aim, turned_back
 from .pattern import Pattern
-from .returns import Returns, Shot, SurfaceTable, Velocities, turned_back
+from .returns import Returns, Shot, SurfaceTable, Velocities
 
 
 class Scanner:
@@ -51,7 +52,7 @@ class Scanner:
 
     def scan(self, shot: Shot, channels: frozenset[str]) -> dict[str, np.ndarray]:
         """The channels asked for, each with one row per return, in the order of the pattern. Always has "count"."""
-        hits = self._cast(shot, channels)
+        hits, aim = self._cast(shot, channels)
         valid = self._valid(hits.distance, shot.rows)
         index = np.arange(len(valid)) if self._keep_invalid else np.flatnonzero(valid)
         returns = Returns(
@@ -61,39 +62,54 @@ class Scanner:
             index=index,
             valid=valid if self._keep_invalid else None,
             columns=self._columns[:, shot.rows],
-            world=self._world[:, : len(valid)],
+            aim=aim,
             in_world=self._in_world,
             velocities=self._velocities,
             tables=self._tables,
         )
         return returns.arrays(channels)
 
-    def _cast(self, shot: Shot, channels: frozenset[str]) -> Hits:
+    def _cast(self, shot: Shot, channels: frozenset[str]) -> tuple[Hits, Aim]:
         pattern, rows = self.pattern, shot.rows
-        rotation = shot.pose[:3, :3]
-        whole = rows.start == 0 and rows.stop == len(pattern)
         table = self._table[: rows.stop - rows.start]
-        key = rotation.tobytes() if whole else None
-        if key is None or key != self._turned_by:
-            self._turn(table, rows, rotation.astype(np.float32))
-            self._turned_by = key
-        offsets = None if pattern.origins is None else turned_back(pattern.origins[rows], rotation.T.astype(np.float32))
+        world = self._world[:, : len(table)]
+        swing = 0.0
+        if shot.moves is not None:
+            self._turned_by = None
+            local = None if pattern.origins is None else pattern.origins[rows]
+            aim = moving_aim(shot.pose, shot.moves, self._columns[:, rows], local, world)
+            for axis in range(3):
+                table[:, 3 + axis] = world[axis]
+            swing = shot.moves.swing(shot.pose)
+        else:
+            rotation = shot.pose[:3, :3]
+            whole = rows.start == 0 and rows.stop == len(pattern)
+            key = rotation.tobytes() if whole else None
+            if key is None or key != self._turned_by:
+                self._turn(table, rows, rotation.astype(np.float32))
+                self._turned_by = key
+            offsets = None
+            if pattern.origins is not None:
+                offsets = turned_back(pattern.origins[rows], rotation.T.astype(np.float32))
+            aim = Aim(shot.pose, world, offsets)
         bundle = RayBundle(
-            origin=shot.pose[:3, 3],
+            origin=aim.pose[:3, 3],
             table=table,
-            offsets=offsets,
+            offsets=aim.offsets,
             exclude=self._exclude,
             reach=self._reach,
-            grid=self._turned_grid(rotation),
+            grid=self._turned_grid(aim.pose[:3, :3]),
             first=rows.start,
+            swing=swing,
             written=self._written,
         )
-        return self._caster().cast(
+        hits = self._caster().cast(
             bundle,
             shot.poses,
             normals="scalar" in channels or "hitNormals" in channels,
             surfaces="velocities" in channels or not channels.isdisjoint(self._tables),
         )
+        return hits, aim
 
     def _turn(self, table: np.ndarray, rows: slice, rotation: np.ndarray) -> None:
         """World directions into the table; by columns, so that a slice has the bytes it has in the whole."""

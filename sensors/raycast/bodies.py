@@ -64,7 +64,10 @@ class Spheres:
         """
         radii = self.radii + spread_of(rays)
         towards = centres - rays.origin
-        seen = np.sqrt((towards**2).sum(axis=1)) - radii <= rays.reach
+        distance = np.sqrt((towards**2).sum(axis=1))
+        seen = distance - radii <= rays.reach
+        if rays.swing:
+            radii = radii + rays.swing * distance
         if skip:
             seen &= ~np.isin(self.surfaces, list(skip))
         which = np.flatnonzero(seen)

@@ -22,6 +22,7 @@ class RayBundle:
     world [m], near all ray origins. offsets: (n, 3) float32 [m], world axes, each ray's origin less `origin`; None
     where all start there. exclude: prim paths that are never hit, nor what lies below them. reach: farther hits [m]
     may be left out. grid: a `RayGrid` of directions of which the bundle's are those from `first` on; only a speed-up.
+    swing: the largest angle [rad] between a direction and its place in the grid.
     written: (4,) float32 that belongs to the table's memory, at first NaN: the origin that its first rows hold, and of
     how many; None where the caller does not keep the table.
     """
@@ -33,6 +34,7 @@ class RayBundle:
     reach: float = math.inf
     grid: RayGrid | None = None
     first: int = 0
+    swing: float = 0.0
     written: np.ndarray | None = None
 
     @property

@@ -48,6 +48,9 @@ def measure(quick: bool) -> Iterator[Row]:
             yield Row(f"{scene}: one second, one lidar at 10 Hz, {what}", found, bound)
     crowd = update_ratio(boxes, cloud, rounds, 16, 240)
     yield Row("boxes: one second at a 240 Hz loop, 16 lidars at 10 Hz", crowd, 1.25)
+    for mount in ("/World", "/World/Box0"):
+        found = continuous_ratio(mount, rounds)
+        yield Row(f"boxes: lidar.motion continuous against frozen, 20 bodies turn, lidar on {mount}", found, 3.0)
     yield Row("boxes: a frozen lidar that is not due, each update", idle_cost(rounds) * 1e6, 5.0, "us")
 
 
@@ -71,6 +74,20 @@ def update_ratio(
 
     found = ratio(lambda: app.update(steps=turns * loop_hz // 10), baseline, rounds)
     app.close()
+    return found
+
+
+def continuous_ratio(mount: str, rounds: int) -> float:
+    """Time of App updates with `lidar.motion` continuous over that with frozen."""
+    apps = [boxes(60, {"lidar.motion": motion}) for motion in ("continuous", "frozen")]
+    for app in apps:
+        add_lidar(app, 0, frozenset({"xyz"}), mount)
+        app.play()
+        app.update(steps=12)
+    continuous, frozen = apps
+    found = ratio(lambda: continuous.update(steps=60), lambda: frozen.update(steps=60), rounds)
+    for app in apps:
+        app.close()
     return found
 
 
@@ -100,9 +117,9 @@ def yard(loop_hz: int) -> App:
     return App(str(YARD), physics_hz=240, loop_hz=loop_hz, settings=EVERYTHING_ON)
 
 
-def boxes(loop_hz: int) -> App:
+def boxes(loop_hz: int, fidelity: dict[str, Any] | None = None) -> App:
     """Rough ground of 50,000 triangles, 20 boxes that slide without friction on a smooth floor, physics at 240 Hz."""
-    app = App(None, physics_hz=240, loop_hz=loop_hz, settings=EVERYTHING_ON)
+    app = App(None, physics_hz=240, loop_hz=loop_hz, settings=EVERYTHING_ON, fidelity=fidelity)
     stage = app.stage
     side = 159
     axis = np.linspace(-100, 100, side)

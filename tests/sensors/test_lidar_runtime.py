@@ -379,7 +379,7 @@ def bytes_of_first(lidars, threads=0, motion="frozen"):
         return [{name: array.tobytes() for name, array in sorted(frame.arrays.items())} for frame in frames]
 
 
-@pytest.mark.parametrize("motion", ["frozen", "update"])
+@pytest.mark.parametrize("motion", ["frozen", "update", "continuous"])
 def test_a_sensors_bytes_depend_on_no_other_sensor_and_no_thread_count(motion):
     alone = bytes_of_first(1, threads=1, motion=motion)
 

@@ -341,7 +341,7 @@ def test_zero_delay_runs_both_at_one_rate():
         {"experience": "bare"},
         {"parity": "isaacsim-5"},
         {"parity": "isaacsim-6.0.1"},
-        {"fidelity": {"lidar.motion": "continuous"}},
+        {"fidelity": {"lidar.motion": "at_once"}},
         {"fidelity": {"lidar.moton": "frozen"}},
         {"settings": {keys.RATE_LIMIT_FREQUENCY: 0}},
     ],

@@ -1,0 +1,168 @@
+"""The physics states of the last scans, and the world between them."""
+
+from __future__ import annotations
+
+import weakref
+from bisect import bisect_right
+from collections import deque
+from collections.abc import Callable, Iterable, Sequence
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from graph.sim.transforms import rigid_part, rotation_matrices
+
+from .slerp import Trajectory, quaternions, slerp
+
+if TYPE_CHECKING:
+    from graph.sim import App
+
+LAST = 1000
+"""Order among the subscribers of a step: what they move is in the state that is kept."""
+
+_histories: weakref.WeakKeyDictionary[App, History] = weakref.WeakKeyDictionary()
+
+
+def history_of(app: App) -> History:
+    """The history of an App; all its sensors share it. Keeping it begins here."""
+    known = _histories.get(app)
+    if known is None:
+        known = _histories[app] = History(app)
+    return known
+
+
+class BlendedPoses:
+    """All bodies between two captured states, the `share` (0 to 1) of the way: what `graph.sim.fabric.Poses` says.
+
+    matrices: (B + 1, 4, 4) rigid body poses [m], the identity last. Velocities are interpolated linearly; what users
+    wrote is that of the first state.
+    """
+
+    def __init__(self, first: Any, second: Any, share: float, matrices: np.ndarray) -> None:
+        self.stamp = first.stamp
+        self.written = first.written
+        self.matrices = matrices
+        self._first, self._second, self._share = first, second, share
+
+    def velocities(self, bodies: Iterable[str]) -> np.ndarray:
+        """(n, 6) of the origins of bodies: linear [m/s], angular [rad/s], world axes."""
+        bodies = tuple(bodies)
+        first, second = self._first.velocities(bodies), self._second.velocities(bodies)
+        return np.asarray(first + self._share * (second - first))
+
+
+def blend(first: Sequence[Any], second: Sequence[Any], shares: np.ndarray) -> list[BlendedPoses]:
+    """Each of the pairs of states `shares` (n,) of the way: positions along lines, rotations by slerp."""
+    a, b = np.stack([state.matrices for state in first]), np.stack([state.matrices for state in second])
+    out = a + shares[:, None, None, None] * (b - a)
+    pair, body = np.nonzero(np.any(a[..., :3, :3] != b[..., :3, :3], axis=(2, 3)))
+    if len(pair):
+        ends = quaternions(np.concatenate([a[pair, body, :3, :3], b[pair, body, :3, :3]]))
+        out[pair, body, :3, :3] = rotation_matrices(slerp(ends[: len(pair)], ends[len(pair) :], shares[pair]))
+    return [
+        BlendedPoses(one, two, float(share), matrices)
+        for one, two, share, matrices in zip(first, second, shares, out, strict=True)
+    ]
+
+
+class History:
+    """The states after the latest physics steps, with their exact external times.
+
+    It begins with the state before the first step that is seen; what lies before that counts as being like it. A body
+    that is placed somewhere else between two steps goes there within that step.
+    """
+
+    def __init__(self, app: App) -> None:
+        self._app = weakref.ref(app)
+        self._times: deque[Fraction] = deque()
+        self._states: deque[Any] = deque()
+        self._span = Fraction(0)
+        for event, handler, order in (
+            ("physics_pre_step", History._begin, -LAST),
+            ("physics_post_step", History._record, LAST),
+            ("stop", History._forget, 0),
+        ):
+            app.on(event, _weakly(self, handler), order)
+
+    def __len__(self) -> int:
+        return len(self._times)
+
+    def keep(self, span: Fraction) -> None:
+        """Keeps at least so much of the past [s]."""
+        self._span = max(self._span, span)
+
+    def at(self, times: Sequence[Fraction]) -> list[Any]:
+        """All bodies at each of some times [s], between the two states that were kept around it."""
+        self._begin()
+        last = len(self._times) - 1
+        number = [min(max(bisect_right(self._times, time) - 1, 0), last) for time in times]
+        after = [min(index + 1, last) for index in number]
+        shares = [
+            float(min(max(time - self._times[one], Fraction(0)) / (self._times[two] - self._times[one]), Fraction(1)))
+            if two > one
+            else 0.0
+            for time, one, two in zip(times, number, after, strict=True)
+        ]
+        return list(
+            blend([self._states[one] for one in number], [self._states[two] for two in after], np.array(shares))
+        )
+
+    def rests(self, start: Fraction, end: Fraction) -> bool:
+        """Whether no body is anywhere else at any time from `start` to `end` [s]."""
+        _, states = self._around(start, end)
+        first = states[0].matrices
+        return all(np.array_equal(first, state.matrices) for state in states[1:])
+
+    def trajectory(self, path: str, start: Fraction, end: Fraction) -> Trajectory:
+        """How a prim moves from `start` to `end`; its times are seconds after `start`."""
+        app = self._app()
+        assert app is not None
+        times, states = self._around(start, end)
+        poses = np.stack([rigid_part(app.fabric.world_matrix(path, state)) for state in states])
+        poses[:, :3, 3] *= app.meters_per_unit
+        return Trajectory(np.array([float(time - start) for time in times]), poses)
+
+    def _around(self, start: Fraction, end: Fraction) -> tuple[list[Fraction], list[Any]]:
+        """The states from the last one at or before `start` to the first one at or after `end`."""
+        self._begin()
+        first = max(0, bisect_right(self._times, start) - 1)
+        last = first
+        while last + 1 < len(self._times) and self._times[last] < end:
+            last += 1
+        times, states = list(self._times), list(self._states)
+        return times[first : last + 1], states[first : last + 1]
+
+    def _begin(self) -> None:
+        if not self._times:
+            self._record()
+
+    def _record(self) -> None:
+        app = self._app()
+        if app is None:
+            return
+        time, state = app.rendering.time, app.fabric.capture()
+        if self._times and self._times[-1] >= time:
+            self._times.pop()
+            self._states.pop()
+        self._times.append(time)
+        self._states.append(state)
+        while len(self._times) > 2 and self._times[1] <= time - self._span:
+            self._times.popleft()
+            self._states.popleft()
+
+    def _forget(self) -> None:
+        self._times.clear()
+        self._states.clear()
+
+
+def _weakly(history: History, handler: Callable[[History], None]) -> Callable[[], None]:
+    """A callback that does not keep the history, nor its App, alive."""
+    weak = weakref.ref(history)
+
+    def call() -> None:
+        alive = weak()
+        if alive is not None:
+            handler(alive)
+
+    return call
