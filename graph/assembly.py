@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from .evaluate import Graph
     from .registry import Registry
     from .runner import GraphRunner, OnError
+    from .scripts import Scripts
     from .sim import App
 
 
@@ -89,6 +90,7 @@ def build_parts(
             stage = build_stage(spec, allow, warn)
         problems += option_problems(spec)
     if spec is not None and stage is not None:
+        problems += bad_lidars(stage, spec)
         missing = missing_targets(stage, spec, graphs)
         if spec.lenient:
             warnings += [("prim-missing", str(one.mark), one.message) for one in missing]
@@ -110,13 +112,16 @@ def open_session(
     on_error: OnError | None = None,
     registry: Registry | None = None,
     skip_unknown: bool = False,
+    allow_scripts: bool = False,
 ) -> Session:
     """Loads, checks and builds everything that `path` names (or a loaded file says); nothing plays yet.
 
     `settings` and `fidelity` beat the file's; `on_error` is "stop" or "continue" (None: "continue" for a saved scene
-    with missing assets, whose nodes cannot all work, else "stop"). Raises UserError with every problem found.
+    with missing assets, whose nodes cannot all work, else "stop"). Nodes that run code of the file are refused unless
+    `allow_scripts`; those of a saved scene do nothing, with a warning. Raises UserError with every problem found.
     """
     from .runner import GraphRunner
+    from .scripts import script_problems
     from .sim import App
     from .sim.wall_clock import RealClock
 
@@ -129,8 +134,10 @@ def open_session(
         registry=registry,
         skip_unknown=skip_unknown,
     )
-    if parts.problems or parts.spec is None:
-        raise UserError(parts.problems)
+    refused = [] if allow_scripts else script_problems(parts.graphs)
+    if parts.spec is None or parts.problems or (refused and not parts.spec.lenient):
+        found = [*parts.problems, *([] if parts.spec and parts.spec.lenient else refused)]
+        raise UserError(sorted(found, key=_place))
     spec = parts.spec
     app = App(
         parts.stage,
@@ -145,11 +152,14 @@ def open_session(
     )
     for warning in parts.warnings:
         app.warn(*warning)
+    for problem in refused:
+        app.warn("scripts-not-allowed", str(problem.mark or spec.path), f"{problem.message}; it does nothing")
     app.folders = tuple(folder for folder in (spec.folder, *allow) if folder is not None)
     if on_error is None:
         missing = any(code in ("usd-missing-asset", "prim-missing") for code, _, _ in parts.warnings)
         on_error = "continue" if spec.lenient and missing else "stop"
-    runner = GraphRunner(app, parts.graphs, on_error=on_error)
+    scripts: Scripts = "run" if allow_scripts else "skip" if refused else "refuse"
+    runner = GraphRunner(app, parts.graphs, on_error=on_error, scripts=scripts)
     app.graphs.update(runner.graphs)
     return Session(spec, app, runner)
 
@@ -164,13 +174,14 @@ def build_stage(spec: FileSpec, allow: Sequence[Path], warn: Warn) -> Usd.Stage:
     from sensors.configs import author_config
 
     from .sim.prims import author_prims
-    from .sim.stage import open_stage
+    from .sim.stage import meters_per_unit, open_stage, up_axis
 
     scene = spec.scene
     if scene.mjcf is not None:
         raise UserError(Problem("scene.mjcf: MJCF scenes cannot be loaded yet; convert the model to USD", scene.mark))
     roots = [root for root in (spec.folder, *allow) if root is not None]
     stage = open_stage(scene.usd, roots, warn=warn)
+    meters_per_unit(stage), up_axis(stage)
 
     def where(path: str, key: str | None = None) -> Mark | None:
         return scene.prim_marks.get((path, key) if key else (path,)) or scene.prim_marks.get((path,))
@@ -185,7 +196,7 @@ def option_problems(spec: FileSpec) -> list[Problem]:
     """What is wrong with the file's clock, settings and fidelity knobs."""
     from .sim import settings
     from .sim.fidelity import Fidelity
-    from .sim.options import refuse_unavailable
+    from .sim.options import clock_rates, refuse_unavailable
 
     def mark(section: str) -> Callable[[str], Mark | None]:
         return lambda key: spec.marks.get((section, key))
@@ -195,9 +206,18 @@ def option_problems(spec: FileSpec) -> list[Problem]:
         settings.from_mapping(spec.settings, mark("settings"))
     with _collecting(problems, mark("fidelity")("lidar.motion")):
         refuse_unavailable("base", "documented", Fidelity.from_mapping(spec.fidelity, mark("fidelity")))
-    with _collecting(problems, spec.clock.mark):
-        refuse_unavailable(spec.clock.experience, spec.clock.parity, Fidelity())
+    clock = spec.clock
+    with _collecting(problems, clock.mark):
+        refuse_unavailable(clock.experience, clock.parity, Fidelity())
+        clock_rates(clock.physics_hz, clock.loop_hz, clock.experience, None, None)
     return problems
+
+
+def bad_lidars(stage: Usd.Stage, spec: FileSpec) -> list[Problem]:
+    """A line for each lidar of the stage that cannot be one, at its prim in the file where it stands there."""
+    from sensors.lidar.check import lidar_problems
+
+    return [Problem(message, spec.scene.prim_marks.get((path,))) for path, message in lidar_problems(stage)]
 
 
 def missing_targets(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Graph]) -> list[Problem]:

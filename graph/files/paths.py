@@ -10,6 +10,10 @@ from graph.suggest import did_you_mean
 
 from .text import quoted
 
+REPORT = "report.json"
+"""What `graph run --out` writes besides the recording."""
+
+_LONGEST_NAME = 255
 _URL = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+:")
 
 
@@ -36,8 +40,12 @@ def confined(text: str, folder: Path, allow: Sequence[Path] = ()) -> Path:
 def output_name(text: str) -> str:
     """The name of a file to write below the output folder. Raises ValueError for one that could leave it."""
     path = Path(text)
-    if not text or "\0" in text or text.endswith("/"):
+    if not path.name or "\0" in text or text.endswith("/"):
         raise ValueError(f"{quoted(text)} is no file name.")
+    if any(len(part.encode(errors="replace")) > _LONGEST_NAME for part in path.parts):
+        raise ValueError(f"{quoted(text)} is longer than {_LONGEST_NAME} bytes.")
+    if text == REPORT:
+        raise ValueError(f"{quoted(text)} is where the report goes; give another name such as run.mcap.")
     if path.is_absolute() or ".." in path.parts or "\\" in text or _URL.match(text):
         raise ValueError(f"{quoted(text)} could leave the output folder; give a plain name such as run.mcap.")
     return text

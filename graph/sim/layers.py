@@ -26,16 +26,20 @@ _OPAQUE = re.compile(
     rb"|@@@.*?@@@|@[^@\n]*@|#[^\n]*|/\*.*?\*/|//[^\n]*",
     re.DOTALL,
 )
+_ARCS = ("references", "payload", "inheritPaths", "specializes")
 _BINARY = (b"PXR-USDC", b"PK\x03\x04")
 _SCENE_SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
 
 
-def check_scene(file: Path, roots: Sequence[Path], warn: Callable[[str, str, str], None]) -> None:
+def check_scene(file: Path, roots: Sequence[Path], warn: Callable[[str, str, str], None]) -> list[Any]:
     """Walk the scene's layers breadth first, opening none that is not below one of `roots` (links resolved).
 
-    Raises UserError with every problem: no such file, a file outside the roots, a text layer nested deeper than
-    `MAX_NESTING`, a layer that cannot be read. What a layer asks for but does not exist gives `usd-missing-asset`.
+    Returns the layers; as long as they are held, opening the scene does not read them again. Raises UserError with
+    every problem: no such file, a file outside the roots, a text layer nested deeper than `MAX_NESTING`, a layer that
+    cannot be read, references that multiply beyond all bounds. What a layer asks for but does not exist gives
+    `usd-missing-asset`.
     """
+    from .composed_size import LIMIT, composed_prims
     from .usd import Ar, Sdf
 
     if not file.is_file():
@@ -45,6 +49,8 @@ def check_scene(file: Path, roots: Sequence[Path], warn: Callable[[str, str, str
     allowed = [root.expanduser().resolve() for root in roots]
     problems: list[Problem] = []
     seen = {str(file)}
+    layers: list[Any] = []
+    references = False
     queue = deque([(str(file), "")])
     while queue:
         path, wanted_by = queue.popleft()
@@ -60,7 +66,10 @@ def check_scene(file: Path, roots: Sequence[Path], warn: Callable[[str, str, str
                 raise UserError(reason if reason.startswith(path) else f"{file}: USD cannot read this file; {reason}")
             warn("usd-missing-asset", wanted_by, f"{path} cannot be read as a USD layer ({reason}); it is left out.")
             continue
-        for asset in filter(None, _dependencies(layer)):
+        layers.append(layer)
+        assets, has_arcs = _dependencies(layer)
+        references = references or has_arcs
+        for asset in filter(None, assets):
             anchored = Sdf.ComputeAssetPathRelativeToLayer(layer, asset)
             found = glob.glob(re.sub("#+", "*", anchored)) if "#" in asset else [Ar.GetResolver().Resolve(anchored)]
             for resolved in map(str, found):
@@ -71,6 +80,9 @@ def check_scene(file: Path, roots: Sequence[Path], warn: Callable[[str, str, str
                     queue.append((resolved, layer.identifier))
     if problems:
         raise UserError(problems)
+    if references and composed_prims(layers[0]) > LIMIT:
+        raise UserError(f"{file}: its references multiply into more than {LIMIT:,} prims; remove some.")
+    return layers
 
 
 def _open_layer(path: str) -> tuple[Any, str]:
@@ -80,7 +92,11 @@ def _open_layer(path: str) -> tuple[Any, str]:
     try:
         return Sdf.Layer.FindOrOpen(path), "it is damaged or of another kind"
     except Tf.ErrorException as error:
-        return None, " ".join(str(error.args[0]).rpartition(" : ")[2].split()).strip("' ")
+        try:
+            text = str(error.args[0])
+        except UnicodeDecodeError:
+            return None, "it is not UTF-8 text"
+        return None, " ".join(text.rpartition(" : ")[2].split()).strip("' ")
 
 
 def _refused(path: Path, allowed: Sequence[Path], wanted_by: str) -> str | None:
@@ -127,18 +143,24 @@ def nesting(data: bytes) -> int:
     return int(np.cumsum(marks[marks != 0], dtype=np.int64).max(initial=0))
 
 
-def _dependencies(layer: Any) -> Iterable[str]:
-    """Assets that composing the layer opens: sublayers, references, payloads (in variants too) and value clips."""
+def _dependencies(layer: Any) -> tuple[Iterable[str], bool]:
+    """Assets that composing the layer opens (sublayers, references, payloads, in variants too, and value clips), and
+    whether any prim brings in another."""
     assets = dict.fromkeys(layer.GetCompositionAssetDependencies())
+    get, arcs = layer.GetPrimAtPath, False
 
     def visit(path: Any) -> None:
+        nonlocal arcs
         if path.IsPrimPath() or path.IsPrimVariantSelectionPath():
-            spec = layer.GetPrimAtPath(path)
-            if spec is not None and spec.HasInfo("clips"):
+            spec = get(path)
+            if spec is None:
+                return
+            if spec.HasInfo("clips"):
                 assets.update(dict.fromkeys(_clip_assets(spec.GetInfo("clips"))))
+            arcs = arcs or any(map(spec.HasInfo, _ARCS))
 
     layer.Traverse("/", visit)
-    return assets
+    return assets, arcs
 
 
 def _clip_assets(value: Any) -> Iterator[str]:
@@ -163,7 +185,8 @@ def quiet(warn: Callable[[str, str, str], None], where: str) -> Iterator[None]:
         yield
     finally:
         for message in delegate.TakeUncoalescedDiagnostics():
-            text = " ".join(message.commentary.split())
+            # Anonymous layers are named by their address, which differs from run to run.
+            text = re.sub(r"anon:0x[0-9a-f]+:", "", " ".join(message.commentary.split()))
             if "Could not open asset" not in text:
                 warn("usd-composition", where, text)
         del delegate

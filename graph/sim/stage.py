@@ -49,7 +49,7 @@ def open_stage(
     register_schemas()
     from .usd import Sdf, Usd, UsdGeom
 
-    root = Sdf.Layer.CreateAnonymous("world.usda")
+    root = Sdf.Layer.CreateAnonymous(Path(path).name if path else "world.usda")
     if path is None:
         stage = Usd.Stage.Open(root)
         UsdGeom.SetStageMetersPerUnit(stage, UsdGeom.LinearUnits.meters)
@@ -59,14 +59,16 @@ def open_stage(
 
     file = Path(path).expanduser().absolute()
     roots = [file.parent] if allow_roots is None else [Path(each) for each in allow_roots]
-    check_scene(file, roots, warn)
+    checked = check_scene(file, roots, warn)  # held while the stage opens, so that nothing is parsed twice
     with quiet(warn, str(path)):
         scene = Sdf.Layer.FindOrOpen(str(file))
         if scene is None:
             raise UserError(f"{path}: USD cannot read this file.")
         _copy_metadata(scene, root)
         root.subLayerPaths.append(scene.identifier)
-        return Usd.Stage.Open(root)
+        stage = Usd.Stage.Open(root)
+        checked.clear()
+        return stage
 
 
 def _copy_metadata(scene: Any, root: Any) -> None:
@@ -82,15 +84,24 @@ def meters_per_unit(stage: Any) -> float:
 
     value = float(UsdGeom.GetStageMetersPerUnit(stage))
     if not 0 < value < float("inf"):
-        raise UserError(f"{stage.GetRootLayer().identifier}: metersPerUnit is {value:g}; it must be greater than 0.")
+        raise UserError(f"{_scene_name(stage)}: metersPerUnit is {value:g}; it must be greater than 0.")
     return value
 
 
 def up_axis(stage: Any) -> str:
-    """'Y' or 'Z': the stage's up axis."""
+    """'Y' or 'Z': the stage's up axis. Raises UserError for another, which USD itself takes without a word."""
     from .usd import UsdGeom
 
-    return str(UsdGeom.GetStageUpAxis(stage))
+    axis = str(UsdGeom.GetStageUpAxis(stage))
+    if axis not in ("Y", "Z"):
+        raise UserError(f"{_scene_name(stage)}: upAxis is {axis}; it must be Y or Z.")
+    return axis
+
+
+def _scene_name(stage: Any) -> str:
+    """The scene file of a stage, for messages."""
+    root = stage.GetRootLayer()
+    return next(iter(root.subLayerPaths), root.GetDisplayName()) if root.anonymous else root.identifier
 
 
 def physics_scene_rate(stage: Any) -> Fraction | None:

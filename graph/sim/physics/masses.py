@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from graph.errors import UserError
 from graph.sim import transforms
 from graph.sim.stage import Warn
 from graph.sim.transforms import Floats
@@ -39,7 +40,16 @@ def body_inertia(body: Body, parts: Sequence[tuple[Collider, Volume]], warn: War
     """Authored values first: the body's mass over its colliders', mass over density, collider over body over material.
 
     An authored mass scales what the volumes give; an authored centre moves it without changing the tensor.
+    Raises UserError, naming the body, where sizes and densities give no finite mass.
     """
+    with np.errstate(over="ignore", invalid="ignore"):
+        inertia = _body_inertia(body, parts, warn)
+    if not (np.isfinite(inertia.mass) and np.isfinite(inertia.center).all() and np.isfinite(inertia.tensor).all()):
+        raise UserError(f"{body.path}: its size and density give no finite mass and inertia; make it smaller")
+    return inertia
+
+
+def _body_inertia(body: Body, parts: Sequence[tuple[Collider, Volume]], warn: Warn) -> Inertia:
     out = _summed([_weighed(body, collider, volume) for collider, volume in parts])
     if out is None:
         mass = body.mass or 1.0
