@@ -114,10 +114,13 @@ class Tracer:
 
     def _observed(self, graph: Graph) -> Callable[[Node, Any], Any]:
         writer, clock, began = self._writer, time.perf_counter_ns, self._began
+        known: set[Any] = set()
         wall, timeline = writer.track(WALL, f"graph {graph.path}"), writer.track(TIMELINE, f"graph {graph.path}")
 
         def wrap(node: Node, compute: Any) -> Any:
-            name, kind = node.name, node.type.short_name
+            if compute in known:  # an edit of the graph has its nodes observed again
+                return compute
+            name, kind, own = node.name, node.type.short_name, node.graph
 
             def traced(db: Any) -> Any:
                 start = clock()
@@ -130,9 +133,10 @@ class Tracer:
                 finally:
                     length = clock() - start
                     writer.slice(WALL, wall, name, (start - began) / 1000, length / 1000, **args)
-                    writer.instant(TIMELINE, timeline, name, _us(graph.context.exact_time))
+                    writer.instant(TIMELINE, timeline, name, _us(own.context.exact_time))
                 return done
 
+            known.add(traced)
             return traced
 
         return wrap

@@ -163,3 +163,24 @@ def test_a_traced_run_does_the_same(tmp_path, capsys):
         assert main(["run", str(file), "--updates", "20", "--out", str(out), *extra]) == 0
         recordings.append((out / "run.mcap").read_bytes())
     assert recordings[0] == recordings[1]
+
+
+def test_nodes_that_an_edit_adds_are_traced_and_the_others_only_once(tmp_path):
+    from graph import Controller
+    from graph.tracing import Tracer
+
+    file, out = tmp_path / "small.yaml", tmp_path / "trace.json"
+    file.write_text(FILE)
+    with App.from_file(file) as app:
+        tracer = Tracer(app, app.graphs.values(), out.open("w"))
+        app.play()
+        app.update()
+        keys = Controller.Keys
+        Controller.edit(
+            "/World/G",
+            {keys.CREATE_NODES: [("count", "Counter")], keys.CONNECT: [("tick.outputs:tick", "count.inputs:execIn")]},
+        )
+        app.update()
+        tracer.close()
+    computed = [e["name"] for e in Events(out).on(WALL, "graph /World/G")]
+    assert computed == ["tick", "clock", "product", "cloud", "tick", "clock", "product", "cloud", "count"]
