@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import Any, Literal
+from typing import Any
 
 from . import exact
 from .events import EventBus
+from .scripts import Scripts
 
 
 @dataclass(slots=True)
@@ -46,13 +47,6 @@ Warn = Callable[[str, str, str], None]
 """Takes code, where and message."""
 
 
-Scripts = Literal["refuse", "skip", "run"]
-SCRIPTS_REFUSED = (
-    "this node runs Python code that the graph file brings; if you trust the file, allow it: --allow-scripts on the "
-    "command line, allow_scripts=True in Python"
-)
-
-
 @dataclass(slots=True)
 class Context:
     """Time and world as one evaluation sees them. Seconds are floats for nodes; the exact values stand beside them.
@@ -62,7 +56,7 @@ class Context:
     that a stop does not reset; frames_per_second: time codes per second; update: index of the app update; events: what
     nodes and scripts send each other.
     warn: takes code, where and message of a warning. scripts: what a node does that would run code of the graph file:
-    fail, nothing, or run it.
+    fail, nothing, or run it (see `graph.scripts`).
     """
 
     app: Any = None
@@ -76,6 +70,7 @@ class Context:
     frames_per_second: Fraction = Fraction(60)
     update: int = 0
     events: EventBus = field(default_factory=EventBus)
+    scripts: Scripts = "refuse"
 
     @classmethod
     def standalone(cls, loop_hz: float | str | Fraction = 60) -> Context:

@@ -115,6 +115,7 @@ class NodeType:
     and repeatable. resolve: settles open types from the known ones (see `graph.plan.types.Known`).
     specialize: called with db once, when the graph is compiled: this node's own compute, made for its settled types, or
     None for the common one; it may keep db.inputs and db.outputs, which last as long as the node.
+    runs_code: its work is code that the graph file brings, which needs the user's leave (`Context.scripts`).
     volatile: reads more than its inputs (time, the world, variables), so a dirty_push graph always computes it.
     phase: an event that comes with a phase of the App: on-demand graphs that hold it are evaluated in that phase.
     dynamic_inputs, dynamic_outputs: attributes that a file may add, by name template: `{n}` stands for digits,
@@ -139,6 +140,7 @@ class NodeType:
     origin: str = ""
     specialize: Specialize | None = None
     phase: str = ""
+    runs_code: bool = False
 
     def __post_init__(self) -> None:
         for kind in ("inputs", "outputs", "state", "dynamic_inputs", "dynamic_outputs"):
@@ -206,6 +208,7 @@ def node_type(
     resolve: Resolve | None = None,
     specialize: Specialize | None = None,
     phase: str = "",
+    runs_code: bool = False,
     volatile: bool = False,
     dynamic_inputs: Mapping[str, Attribute] | None = None,
     dynamic_outputs: Mapping[str, Attribute] | None = None,
@@ -239,6 +242,7 @@ def node_type(
                 f"{compute.__module__}:{line}",
                 specialize,
                 phase,
+                runs_code,
             )
         )
         return compute

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from graph.sim import App
 
     from .evaluate import Graph, Node
+    from .scripts import Scripts
 
 OnError = Literal["stop", "continue"]
 
@@ -60,11 +61,13 @@ class GraphRunner:
     with what they are then.
     """
 
-    def __init__(self, app: App, graphs: Sequence[Graph], *, on_error: OnError = "stop") -> None:
+    def __init__(
+        self, app: App, graphs: Sequence[Graph], *, on_error: OnError = "stop", scripts: Scripts = "refuse"
+    ) -> None:
         self.graphs = {graph.path: graph for graph in graphs}
         self._app = app
         self._on_error = on_error
-        self._context = Context(app=app, warn=app.warn)
+        self._context = Context(app=app, warn=app.warn, scripts=scripts)
         self.set = GraphSet(self.graphs, context=self._context, app=app, prepare=self._prepare)
         bind(app, self.set)
         for graph in graphs:

@@ -30,6 +30,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the command's options."""
     parser.add_argument("file", metavar="FILE", type=Path, help="graph file (.yaml, .json or .usda)")
     parser.add_argument("--skip-unknown", action="store_true", help="leave nodes of unknown types out, with a warning")
+    parser.add_argument(
+        "--allow-scripts", action="store_true", help="run Python code that the file brings (ScriptNode)"
+    )
     length = parser.add_mutually_exclusive_group()
     length.add_argument("--updates", type=int, metavar="N", help="run N app updates")
     length.add_argument("--duration", metavar="S", help="run S seconds of updates (default: the file's, else 5)")
@@ -69,6 +72,7 @@ def run(args: argparse.Namespace) -> int:
         realtime=args.realtime,
         on_error=args.on_error,
         skip_unknown=args.skip_unknown,
+        allow_scripts=args.allow_scripts,
     )
     app = session.app
     updates = _number_of_updates(args, session)
@@ -77,14 +81,15 @@ def run(args: argparse.Namespace) -> int:
         cleanup.enter_context(app)
         tracing = cleanup.enter_context(ExitStack())
         app.bus.subscribe(counter)
+        started = time.perf_counter()
+        # Physics is built here: a scene that has none that can be built is refused before anything is written.
+        app.play()
         if args.out:
             _record(session, args.out, cleanup)
         if args.trace:
             _trace(session, args.trace, tracing)
         failure: BaseException | None = None
-        started = time.perf_counter()
         try:
-            app.play()
             _advance(app, updates, show_progress=not args.json and sys.stderr.isatty())
         except (RunError, KeyboardInterrupt) as error:
             failure = error

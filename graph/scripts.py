@@ -1,0 +1,29 @@
+"""The user's leave to run code that a graph file brings: a file from a stranger must not run any."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Literal
+
+from .errors import Problem
+
+if TYPE_CHECKING:
+    from .evaluate import Graph
+
+Scripts = Literal["refuse", "skip", "run"]
+"""What a node does that would run code of its graph file: fail, nothing, or run it."""
+
+REFUSED = (
+    "runs Python code that the graph file brings; if you trust the file, allow it by --allow-scripts "
+    "(allow_scripts=True in Python)"
+)
+
+
+def script_problems(graphs: Iterable[Graph]) -> list[Problem]:
+    """A line for each node that would run code of the file."""
+    return [
+        Problem(f'node "{node.name}" ({node.type.short_name}) {REFUSED}', node.mark)
+        for graph in graphs
+        for node in graph.nodes.values()
+        if node.type.runs_code
+    ]
