@@ -152,7 +152,8 @@ def _measured(colliders: Iterable[Collider], warn: Warn) -> list[tuple[Collider,
                 warn("bad-collider", collider.path, f"nothing hits it: {' '.join(str(error).split())}")
                 continue
             axes = transforms.rotation_matrices(model.body_iquat[1])
-            tensor = axes @ np.diag(model.body_inertia[1]) @ axes.T
+            with np.errstate(over="ignore", invalid="ignore"):  # body_inertia tells what came of it
+                tensor = axes @ np.diag(model.body_inertia[1]) @ axes.T
             known[key] = Volume(float(model.body_mass[1]), model.body_ipos[1].copy(), tensor)
         out.append((collider, known[key]))
     return out
