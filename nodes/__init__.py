@@ -72,7 +72,6 @@ FAMILIES = (
     "ros2.motion",
     "ros2.point_cloud_config",
     "ros2.prim_services",
-    "ros2.prim_services",
     "ros2.publish_laser_scan",
     "ros2.publish_point_cloud",
     "ros2.quality",
