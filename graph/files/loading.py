@@ -118,7 +118,7 @@ def _parser(kind: str) -> Any:
 
 
 @contextmanager
-def _collector_paused() -> Iterator[None]:
+def collector_paused() -> Iterator[None]:
     """Without the cyclic garbage collector: it would walk the growing tree again and again, for 40 % of the time."""
     enabled = gc.isenabled()
     gc.disable()
@@ -129,7 +129,7 @@ def _collector_paused() -> Iterator[None]:
             gc.enable()
 
 
-@_collector_paused()
+@collector_paused()
 def _examine(source: Source, kind: str, path: Path | None, folder: Path, allow: Sequence[Path]) -> Examined:
     problems: list[Problem] = []
     try:

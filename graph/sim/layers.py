@@ -39,7 +39,7 @@ def check_scene(file: Path, roots: Sequence[Path], warn: Callable[[str, str, str
     cannot be read, references that multiply beyond all bounds. What a layer asks for but does not exist gives
     `usd-missing-asset`.
     """
-    from .composed_size import LIMIT, composed_prims
+    from .composed_size import too_many_prims
     from .usd import Ar, Sdf
 
     if not file.is_file():
@@ -80,8 +80,8 @@ def check_scene(file: Path, roots: Sequence[Path], warn: Callable[[str, str, str
                     queue.append((resolved, layer.identifier))
     if problems:
         raise UserError(problems)
-    if references and composed_prims(layers[0]) > LIMIT:
-        raise UserError(f"{file}: its references multiply into more than {LIMIT:,} prims; remove some.")
+    if references and (prims := too_many_prims(layers[0])):
+        raise UserError(f"{file}: its references multiply into about {float(prims):.0e} prims; remove some.")
     return layers
 
 

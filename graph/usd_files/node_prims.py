@@ -77,26 +77,30 @@ def read_properties(prim: Any) -> Iterator[RawAttribute]:
     stack = prim.GetPrimStack()
     if len(stack) == 1 and stack[0].path == prim.GetPath():
         for spec in stack[0].properties:
-            yield _of_spec(spec, prim)
+            name = spec.name
+            if not name.startswith("ui:"):  # how an editor lays the graph out
+                yield _of_spec(spec, name, prim)
         return
     for prop in prim.GetAuthoredProperties():
         yield _composed(prop)
 
 
-def _of_spec(spec: Any, prim: Any) -> RawAttribute:
-    name = spec.name
-    custom = plain(dict(spec.customData)) if spec.HasInfo("customData") else {}
-    if not hasattr(spec, "typeName"):
-        listed = spec.GetInfo("targetPaths").GetAppliedItems() if spec.HasInfo("targetPaths") else ()
+def _of_spec(spec: Any, name: str, prim: Any) -> RawAttribute:
+    info = spec.ListInfoKeys()
+    custom = plain(dict(spec.customData)) if "customData" in info else {}
+    if "typeName" not in info:
+        listed = spec.GetInfo("targetPaths").GetAppliedItems() if "targetPaths" in info else ()
         return RawAttribute(name, "rel", [str(path) for path in listed], (), custom)
-    sdf = str(spec.typeName)
-    value = spec.default
-    if value is None and spec.HasInfo("timeSamples"):
+    sdf = spec.GetInfo("typeName")
+    value = None
+    if "default" in info:
+        value = spec.default
+    elif "timeSamples" in info:
         value = _earliest(prim.GetAttribute(name))
     sources: tuple[str, ...] = ()
-    if spec.HasInfo("connectionPaths"):
+    if "connectionPaths" in info:
         sources = tuple(map(str, spec.GetInfo("connectionPaths").GetAppliedItems()))
-    return RawAttribute(name, sdf, _plain(value, sdf), sources, custom)
+    return RawAttribute(name, sdf, None if value is None else _plain(value, sdf), sources, custom)
 
 
 def _composed(prop: Any) -> RawAttribute:

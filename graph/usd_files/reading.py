@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from graph.errors import Mark, Problem, UserError
-from graph.files.loading import Examined, examine_text
+from graph.files.loading import Examined, collector_paused, examine_text
 from graph.files.source import DEPTH_LIMIT
 from graph.migration import migrate
 from graph.spec import FileSpec, GraphSpec, Note, SceneSpec
@@ -25,6 +25,7 @@ TEXT_LIMIT = 64 * 2**20
 """Bytes of the largest USD text file that is read; binary ones are not limited."""
 
 
+@collector_paused()
 def examine(path: Path, name: str, allow: Iterable[Path] = ()) -> Examined:
     """What a USD file says as a graph file, and everything that is wrong with it; see `graph.files.examine`."""
     notes: list[Note] = []
@@ -83,8 +84,18 @@ def check_text(path: Path, name: str) -> None:
         raise UserError(Problem('the file is empty; a USD text file starts with "#usda 1.0".', Mark(name, 1, 1)))
     if not data.startswith(b"#"):
         raise UserError(Problem('this is no USD text; it must start with "#usda 1.0".', Mark(name, 1, 1)))
+    _decoded(data, name)
     if nesting(data) > DEPTH_LIMIT:
         raise UserError(f"{name} is nested deeper than {DEPTH_LIMIT} levels; a graph file need not be.")
+
+
+def _decoded(data: bytes, name: str) -> None:
+    try:
+        data.decode("utf-8")
+    except UnicodeDecodeError as error:
+        before = data[: error.start]
+        place = Mark(name, before.count(b"\n") + 1, error.start - before.rfind(b"\n"))
+        raise UserError(Problem(f"byte 0x{data[error.start]:02X} is not UTF-8; save the file as UTF-8.", place)) from None
 
 
 def _open(path: Path, name: str, allow: Sequence[Path], notes: list[Note]) -> Any:
