@@ -31,6 +31,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--allow", action="append", default=[], type=Path, metavar="DIR", help="also allow files below DIR"
     )
+    parser.add_argument(
+        "--allow-scripts", action="store_true", help="run Python code that graph files bring (ScriptNode)"
+    )
     parser.add_argument("-q", "--quiet", action="store_true", help="print only failures and the closing line")
 
 
@@ -52,7 +55,7 @@ def run(args: argparse.Namespace) -> int:
         raise UserError(problems)
     if args.junit is not None and args.junit.is_dir():
         raise UserError(f"--junit {args.junit} is a folder; name a file in it")
-    options = Options(tuple(args.allow), args.settings)
+    options = Options(tuple(args.allow), args.settings, args.allow_scripts)
     outcomes = {file.name: list(_outcomes(file, args, options)) for file in files}
     every = [outcome for group in outcomes.values() for outcome in group]
     if not every:

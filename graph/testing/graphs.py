@@ -45,6 +45,7 @@ def run_graph(
     on_update: Callable[[int, GraphTrace], None] | None = None,
     catch: bool = False,
     allow: Iterable[str | Path] = (),
+    allow_scripts: bool = False,
     registry: Registry = DEFAULT,
 ) -> GraphTrace:
     """Runs the graphs of a file, of a text (YAML or JSON of more than one line), or of a specification.
@@ -60,7 +61,8 @@ def run_graph(
     streams. record: the data attributes to keep the values of (default: all). on_update: called with the index and the
     trace so far before each update. catch: a failure of the run ends it and stands in `trace.error` instead of being
     raised.
-    allow: folders besides the file's own that it may name files in.
+    allow: folders besides the file's own that it may name files in. allow_scripts: whether nodes may run code that the
+    file brings (ScriptNode).
 
     Raises UserError with every problem of the file, of `inputs` and of `pulses`, and RunError when the run fails.
     """
@@ -71,7 +73,7 @@ def run_graph(
         world: Observed | None = None
         warnings: Any = WarningLog()
         if in_world:
-            world = observe(spec, folders, seed, registry, cleanup)
+            world = observe(spec, folders, seed, registry, cleanup, allow_scripts=allow_scripts)
             warnings, graphs = world.app.warnings, list(world.app.graphs.values())
         else:
             graphs, spec = compile_file(spec, registry)
@@ -83,6 +85,7 @@ def run_graph(
         rate = spec.clock.loop_hz or Fraction(60)
         total = updates if updates is not None else length_in_updates(spec, world.app.loop_rate if world else rate)
         context = standalone_context(rate, warnings)
+        context.scripts = "run" if allow_scripts else "refuse"
         step = _world_step(world, trace, playing) if world else _standalone_step(graphs, context, playing)
         stop = world.app.stop if world else partial(stop_standalone, graphs, context)
         try:

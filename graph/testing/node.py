@@ -111,9 +111,8 @@ def run_node(
     for a data node, unless given. playing: whether the timeline plays, or a function of the update index.
     app: an App to run in, one app update for each update; it is played first if it is stopped. phase: the App's phase
     in which the node is evaluated. on_update: called with index and node before each update.
-    interrupts: see `Graph.interrupts`. allow_scripts: whether a ScriptNode may run its script.
-    catch: a failure of the run ends it and stands in `trace.error` instead of being
-    raised.
+    interrupts: see `Graph.interrupts`. catch: a failure of the run ends it and stands in `trace.error` instead of being
+    raised. allow_scripts: whether a ScriptNode may run its script.
 
     Outputs are held against their declared types after every compute: a value that is not of its type raises
     AssertionError. Raises UserError for a wrong type id, name or value, and ComputeError when the node fails.

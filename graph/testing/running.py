@@ -42,10 +42,14 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Options:
-    """What holds for all cases of a run: folders that files may lie in, settings that beat all others."""
+    """What holds for all cases of a run.
+
+    Folders that files may lie in, settings that beat all others, whether nodes may run code that a file brings.
+    """
 
     allow: tuple[Path, ...] = ()
     settings: dict[str, Any] = field(default_factory=dict)
+    allow_scripts: bool = False
     registry: Registry = DEFAULT
 
 
@@ -91,6 +95,7 @@ def _run_graph(case: Case, options: Options) -> Seen:
         on_update=change if changes else None,
         catch=True,
         allow=options.allow,
+        allow_scripts=options.allow_scripts,
         registry=options.registry,
     )
     return of_graphs(trace)
@@ -138,6 +143,7 @@ def _run_node(case: Case, options: Options) -> Seen:
             app=world.app if world else None,
             on_update=before,
             catch=True,
+            allow_scripts=options.allow_scripts,
             registry=options.registry,
         )
         return of_node(trace, world)

@@ -50,11 +50,19 @@ class Observed:
             self.frames[product.camera_path].append(self.update)
 
 
-def observe(spec: FileSpec, allow: Sequence[Path], seed: int, registry: Registry, cleanup: ExitStack) -> Observed:
+def observe(
+    spec: FileSpec,
+    allow: Sequence[Path],
+    seed: int,
+    registry: Registry,
+    cleanup: ExitStack,
+    *,
+    allow_scripts: bool = False,
+) -> Observed:
     """Opens the App of a file and watches it; `cleanup` closes it. Raises UserError with every problem."""
     from graph.assembly import open_session
 
-    app = open_session(spec, allow=allow, seed=seed, registry=registry).app
+    app = open_session(spec, allow=allow, seed=seed, registry=registry, allow_scripts=allow_scripts).app
     cleanup.enter_context(app)
     observed = Observed(app)
     app.bus.subscribe(observed)

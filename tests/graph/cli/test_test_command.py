@@ -170,3 +170,18 @@ def test_check_knows_test_files(graph, tests):
     result = graph("check", "bad.test.yaml")
     assert (result.code, result.out) == (2, "")
     assert [line.split(": ")[0] for line in result.err.splitlines()] == ["bad.test.yaml:8:32", "bad.test.yaml:10:48"]
+
+
+@pytest.mark.parametrize("world", ["false", "true"])
+def test_scripts_run_only_when_they_are_allowed(graph, folder, world):
+    (folder / "a.test.yaml").write_text(
+        "tickgraph_tests: 1\n"
+        f"world: {world}\n"
+        "cases:\n"
+        "  node: {node: ScriptNode, inputs: {script: &code 'def compute(db): pass'}, pulses: {execIn: [0]}}\n"
+        "  graph: {graph: {nodes: {s: {type: ScriptNode, inputs: {script: *code}}}}, pulses: {s.execIn: [0]}}\n"
+    )
+    refused = graph("test", "a.test.yaml")
+    assert refused.out.splitlines()[-1] == "0 passed, 2 failed"
+    assert refused.out.count("--allow-scripts") == 2
+    assert graph("test", "a.test.yaml", "--allow-scripts").out.splitlines()[-1] == "2 passed, 0 failed"
