@@ -4,12 +4,18 @@ from importlib import import_module
 
 FAMILIES = (
     "action.application",
+    "action.change_events",
+    "action.custom_events",
     "action.events",
     "action.flow",
+    "action.keyboard_events",
     "action.latent",
+    "action.legacy",
     "action.log",
     "action.loops",
     "action.prims",
+    "action.stage_events",
+    "action.sync_gates",
     "data.arithmetic",
     "data.array_edits",
     "data.arrays",

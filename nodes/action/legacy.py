@@ -1,0 +1,30 @@
+"""Types that only old graphs have."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from graph import Attribute, node_type
+
+
+class _Odd:
+    """Whether the next activation is an odd one."""
+
+    def __init__(self) -> None:
+        self.next_is_odd = True
+
+
+@node_type(
+    "omni.graph.action.Sequence",
+    version=2,
+    inputs={"execIn": Attribute("execution", "goes on at one of the outputs")},
+    outputs={
+        "a": Attribute("execution", "follows at the first, third, ... activation"),
+        "b": Attribute("execution", "follows at the second, fourth, ... activation"),
+    },
+    memory=_Odd,
+)
+def sequence(db: Any) -> None:
+    """Follow a and b in turn, one per activation; for both, one after the other, there is Multisequence."""
+    db.fire("a" if db.memory.next_is_odd else "b")
+    db.memory.next_is_odd = not db.memory.next_is_odd
