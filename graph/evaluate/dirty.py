@@ -66,8 +66,10 @@ class DirtyPushEvaluator:
         self._seen = {node: values for node, values in before._seen.items() if node in present}
         self._queue, self._queued = [], set()
         for node in (*before._queued, *changed):
-            if node in present:
-                self._mark(node)
+            # A constant never computes, what it feeds does.
+            for one in (node,) if node.type.compute is not None else node.readers:
+                if one in present:
+                    self._mark(one)
 
     def touched(self, node: Node) -> None:
         """A node was set from outside: it and the readers of its inputs are to be computed."""
