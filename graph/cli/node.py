@@ -34,6 +34,8 @@ def run(args: argparse.Namespace) -> int:
 
 def describe(node_type: NodeType) -> Iterator[str]:
     """The lines that describe a type to a person."""
+    from graph.example import example
+
     yield f"{node_type.id} (version {node_type.version})"
     if node_type.doc:
         yield ""
@@ -41,6 +43,10 @@ def describe(node_type: NodeType) -> Iterator[str]:
     yield from _section("inputs", {**node_type.inputs, **node_type.dynamic_inputs})
     yield from _section("outputs", {**node_type.outputs, **node_type.dynamic_outputs})
     yield from _section("state", node_type.state)
+    yield ""
+    yield "example:"
+    for line in example(node_type).splitlines():
+        yield "  " + line[: len(line) - len(line.lstrip())] + safe_line(line.strip())
     if node_type.origin:
         yield ""
         yield f"declared in {node_type.origin}"

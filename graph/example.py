@@ -1,0 +1,163 @@
+"""A graph file that shows one node type at work, made from its declaration alone."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from .declaration import UNSET, Attribute, NodeType
+from .errors import UserError
+from .plan import compile_graphs
+from .registry import DEFAULT, Registry
+from .spec import ConnectionSpec, GraphSpec, NodeSpec, VariableSpec
+from .types import Extended
+from .values import zero
+
+# Values that an open input is tried with, the plainest first.
+_SAMPLES: tuple[tuple[str, Any], ...] = (
+    ("double", 1.0),
+    ("double[3]", [1.0, 2.0, 3.0]),
+    ("double[]", [1.0, 2.0, 3.0]),
+    ("bool", True),
+    ("token", "text"),
+    ("int", 1),
+    ("double[2]", [1.0, 2.0]),
+    ("double[4]", [0.0, 0.0, 0.0, 1.0]),
+    ("vectord[3]", [1.0, 2.0, 3.0]),
+    ("token[]", ["text"]),
+)
+_PRIM = "/World/Thing"
+_VARIABLE = "gain"
+_GRAPH = "/World/Graph"
+
+
+def example(node_type: NodeType, registry: Registry = DEFAULT) -> str:
+    """The text of a YAML graph file with one node of the type, its inputs as they are by default, and what starts it.
+
+    Inputs without a default get a plain value where they need one: numbers, or the prim /World/Thing.
+    """
+    name = _node_name(node_type)
+    values = next((found for found in _candidates(node_type) if _compiles(node_type, found, registry)), {})
+    lines = ["tickgraph: 1"]
+    if _PRIM in values.values():
+        lines += ["scene:", "  prims:", f"    {_PRIM}: {{type: {_prim_type(node_type)}}}"]
+    lines += ["graphs:", f"  {_GRAPH}:"]
+    if not node_type.has_execution:
+        lines.append("    evaluator: push")
+    if node_type.phase:
+        lines.append("    pipeline_stage: on_demand")
+    if "variableName" in node_type.inputs:
+        lines.append(f"    variables: {{{_VARIABLE}: {{type: double, value: 1.0}}}}")
+    lines.append("    nodes:")
+    links = list(_links(node_type, name))
+    if any(source == "tick.tick" for source, _ in links):
+        lines.append("      tick: OnPlaybackTick")
+    lines += [f"      {name}:", f"        type: {node_type.id}"]
+    if values:
+        lines.append("        inputs:")
+        lines += [
+            f"          {_key(key)}: {_written(value)}{_note(node_type.inputs[key])}" for key, value in values.items()
+        ]
+    if any(target == "count.execIn" for _, target in links):
+        lines.append("      count: Counter")
+    if links:
+        lines.append("    connections:")
+        lines += [f"      - {source} -> {target}" for source, target in links]
+    return "\n".join(lines) + "\n"
+
+
+def _node_name(node_type: NodeType) -> str:
+    words = re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+", node_type.short_name.removeprefix("Ogn"))
+    name = "_".join(words).lower() or "node"
+    return f"the_{name}" if name in ("tick", "count") else name
+
+
+def _links(node_type: NodeType, name: str) -> Iterator[tuple[str, str]]:
+    """What starts the node, and what follows it."""
+    starts = [one for one, attribute in node_type.inputs.items() if attribute.is_execution]
+    ends = [one for one, attribute in node_type.outputs.items() if attribute.is_execution]
+    if starts and node_type.event is None:
+        yield "tick.tick", f"{name}.{'execIn' if 'execIn' in starts else starts[0]}"
+    if ends:
+        yield f"{name}.{'execOut' if 'execOut' in ends else ends[0]}", "count.execIn"
+
+
+def _candidates(node_type: NodeType) -> Iterator[dict[str, Any]]:
+    """Values of the inputs to write down: the declared defaults, and for open inputs one choice after the other."""
+    targets = [one for one, attribute in node_type.inputs.items() if attribute.type == "target" and one != "graph"]
+    main = next((one for one in targets if not node_type.inputs[one].optional), next(iter(targets), ""))
+    fixed: dict[str, Any] = {}
+    choices: dict[str, list[dict[str, Any]]] = {}
+    for name, attribute in node_type.inputs.items():
+        if attribute.is_execution or attribute.deprecated:
+            continue
+        parsed = attribute.parsed
+        if isinstance(parsed, Extended):
+            accepted = [{"type": kind, "value": value} for kind, value in _SAMPLES if _accepts(parsed, kind)]
+            rest = [{"type": one.name, "value": _plain(zero(one))} for one in parsed.members[:1]]
+            choices[name] = accepted or rest
+        elif name == "variableName":
+            fixed[name] = _VARIABLE
+        elif name == main:
+            fixed[name] = _PRIM
+        elif name == "name" and main:
+            fixed[name] = "size"
+        elif name == "usePath" and main:
+            fixed[name] = False
+        elif attribute.default is not UNSET:
+            fixed[name] = _plain(attribute.default)
+    for number in range(max([len(one) for one in choices.values()], default=1)):
+        chosen = {name: options[min(number, len(options) - 1)] for name, options in choices.items()}
+        yield {name: (fixed | chosen)[name] for name in node_type.inputs if name in fixed or name in chosen}
+
+
+def _accepts(open_type: Extended, name: str) -> bool:
+    return not open_type.members or any(one.name == name for one in open_type.members)
+
+
+def _compiles(node_type: NodeType, values: Mapping[str, Any], registry: Registry) -> bool:
+    variables = {_VARIABLE: VariableSpec("double", 1.0)} if "variableName" in node_type.inputs else {}
+    nodes = (NodeSpec("node", node_type.id, values),)
+    evaluator = "execution" if node_type.has_execution else "push"
+    connections: tuple[ConnectionSpec, ...] = ()
+    try:
+        compile_graphs([GraphSpec(_GRAPH, nodes, connections, evaluator, variables=variables)], registry)  # type: ignore[arg-type]
+    except UserError:
+        return False
+    return True
+
+
+def _prim_type(node_type: NodeType) -> str:
+    """A prim that the node's targets may mean: a lidar where sensors are asked for, else a thing with a place."""
+    docs = " ".join(one.doc for one in node_type.inputs.values() if one.type == "target")
+    return "OmniLidar, config: Example_Rotary" if "sensor" in docs or "lidar" in docs.lower() else "Cube, rigid_body: true"
+
+
+def _plain(value: Any) -> Any:
+    value = value.tolist() if hasattr(value, "tolist") else value
+    return [_plain(one) for one in value] if isinstance(value, (list, tuple)) else value
+
+
+def _key(name: str) -> str:
+    return json.dumps(name) if ":" in name else name
+
+
+def _written(value: Any) -> str:
+    """A value as YAML, on one line."""
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{key}: {_written(one)}" for key, one in value.items()) + "}"
+    if isinstance(value, list):
+        return "[" + ", ".join(map(_written, value)) + "]"
+    if isinstance(value, float) and not math.isfinite(value):
+        return ".nan" if math.isnan(value) else ".inf" if value > 0 else "-.inf"
+    plain_text = isinstance(value, str) and re.fullmatch(r"[A-Za-z_/][\w/.\[\]]*", value) and "[" not in value
+    return str(value) if plain_text and value not in ("true", "false", "null") else json.dumps(value)
+
+
+def _note(attribute: Attribute) -> str:
+    unit = f" [{attribute.unit}]" if attribute.unit else ""
+    doc = " ".join(attribute.doc.split())
+    return f"  # {doc}{unit}"
