@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
 
-from graph.errors import UserError
+from graph.errors import RunError, UserError
 
 from .bus import topic_name
 from .ros_types import deserialize, known, register
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 ENCODING = "cdr"
 SCHEMAS = "ros2msg"
+MOST_SCHEMA_BYTES = 100_000
 
 
 class McapSource:
@@ -40,7 +41,8 @@ class McapSource:
         except UserError:
             raise
         except Exception as error:  # whatever a damaged file makes of the reader
-            raise UserError(f"{path}: not a whole MCAP recording ({error or type(error).__name__})") from None
+            reason = " ".join(str(error).split())[:120] or type(error).__name__
+            raise UserError(f"{path}: not a whole MCAP recording ({reason})") from None
 
     def topics(self) -> Mapping[str, str]:
         """The topics that can be read and their types."""
@@ -55,10 +57,17 @@ class McapSource:
             return
         with Path(self.name).open("rb") as file:
             self._files.append(file)
-            for schema, channel, message in _reader(file).iter_messages():
+            for schema, channel, message in self._records(file):
                 topic = topic_name(channel.topic)
                 if schema is not None and self._types.get(topic) == schema.name:
                     yield Entry(message.log_time, topic, schema.name, _decoding(message.data, schema.name, self.name))
+
+    def _records(self, file: BinaryIO) -> Iterator[tuple[Any, Any, Any]]:
+        try:
+            yield from _reader(file).iter_messages()
+        except Exception as error:  # whatever damaged content makes of the reader
+            reason = " ".join(str(error).split())[:120] or type(error).__name__
+            raise RunError(f"{self.name}: the recording is damaged ({reason})") from error
 
     def close(self) -> None:
         """Closes the file; calling it twice is harmless."""
@@ -89,6 +98,8 @@ def _unreadable(encoding: str, schema: Any) -> str:
         return ""
     if schema.encoding != SCHEMAS:
         return f"its type {schema.name} is unknown and defined as {schema.encoding}, not as {SCHEMAS}"
+    if len(schema.data) > MOST_SCHEMA_BYTES:
+        return f"the definition of {schema.name} has {len(schema.data)} bytes; {MOST_SCHEMA_BYTES} are read at most"
     try:
         register(schema.name, schema.data.decode("utf-8", "replace"))
     except ValueError as error:
@@ -107,6 +118,7 @@ def _decoding(data: bytes, type_name: str, name: str) -> Callable[[], Any]:
         try:
             return deserialize(data, type_name)
         except Exception as error:
-            raise UserError(f"{name}: a message of type {type_name} cannot be decoded ({error})") from None
+            reason = " ".join(str(error).split())[:120] or type(error).__name__
+            raise RunError(f"{name}: a message of type {type_name} cannot be decoded ({reason})") from error
 
     return load

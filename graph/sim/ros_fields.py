@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from .ros_types import fields, message_type
+from .ros_types import attribute, fields, message_type
 
 _BASE, _NAME, _ARRAY, _SEQUENCE = 1, 2, 3, 4
 _FILLER = "structure_needs_at_least_one_member"
@@ -95,7 +95,9 @@ def from_plain(type_name: str, data: Mapping[str, Any], path: str = "") -> Any:
         listed = ", ".join(name for name in known if name != _FILLER) or "no fields"
         raise ValueError(f"{type_name} has no field {path}{unknown[0]}; it has {listed}")
     parts = {
-        name: _plain_field(f"{path}{name}", kind, content, data[name]) if name in data else _zero(kind, content)
+        attribute(name): _plain_field(f"{path}{name}", kind, content, data[name])
+        if name in data
+        else _zero(kind, content)
         for name, (kind, content) in known.items()
     }
     return message_type(type_name)(**parts)
@@ -104,7 +106,7 @@ def from_plain(type_name: str, data: Mapping[str, Any], path: str = "") -> Any:
 def to_plain(type_name: str, message: Any) -> dict[str, Any]:
     """The message as nested mappings, lists, numbers and texts."""
     return {
-        name: _plain(kind, content, getattr(message, name))
+        name: _plain(kind, content, getattr(message, attribute(name)))
         for name, (kind, content) in fields(type_name)
         if name != _FILLER
     }
@@ -204,9 +206,9 @@ def _contents(type_name: str, message: Any) -> list[Any]:
     found: list[Any] = []
     for name, (kind, content) in fields(type_name):
         if kind == _NAME:
-            found += _contents(content, getattr(message, name))
+            found += _contents(content, getattr(message, attribute(name)))
         elif name != _FILLER:
-            found.append(getattr(message, name))
+            found.append(getattr(message, attribute(name)))
     return found
 
 

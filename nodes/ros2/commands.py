@@ -51,7 +51,10 @@ def subscribe_twist(db: Any) -> bool:
     release=unsubscribe,
 )
 def subscribe_joint_state(db: Any) -> bool:
-    """Receive `sensor_msgs/JointState` as a command: the next message of the topic, if there is one."""
+    """Receive `sensor_msgs/JointState` as a command: the next message of the topic, if there is one.
+
+    Values are passed on as they are: in rad and m, also where the stage has other units.
+    """
     message = next_message(db, JOINT_STATE)
     if message is None:
         return False

@@ -95,6 +95,31 @@ def test_a_definition_that_cannot_be_read_or_needs_unknown_types_is_refused():
     assert not known("a_msgs/msg/Holey")
 
 
+@pytest.mark.parametrize(
+    ("name", "text", "message"),
+    [
+        ("a_msgs/Twist", "int32 x", "is no type name; one reads package/msg/Name"),
+        ("a_msgs/msg/X\nimport os", "int32 x", "is no type name"),
+        ("a_msgs/msg/L", "a_msgs/L[] inner", "field inner makes the type hold itself"),
+        ("a_msgs/msg/M", f"a_msgs/N n\n{'=' * 80}\nMSG: a_msgs/N\na_msgs/M[] m", "makes the type hold itself"),
+        ("a_msgs/msg/D", "int32 x\nfloat64 x", "a_msgs/msg/D: "),
+        ("a_msgs/msg/B", "int32[999999999999] x", "its fixed lists hold more than 1000000 values"),
+        ("a_msgs/msg/P", f"a_msgs/Q[2000] q\n{'=' * 80}\nMSG: a_msgs/Q\nint32[2000] x", "more than 1000000 values"),
+    ],
+)
+def test_definitions_of_strangers_cannot_do_harm(name, text, message):
+    with pytest.raises(ValueError, match=message):
+        register(name, text)
+
+
+def test_fields_may_be_named_like_words_of_python_and_constants_are_left_out():
+    name = "own_msgs/msg/Mail"
+    register(name, 'string from\nint32 lambda\nstring HINT="a\'\\\\b"\n')
+    message = from_plain(name, {"from": "me", "lambda": 3})
+    assert to_plain(name, deserialize(serialize(message, name), name)) == {"from": "me", "lambda": 3}
+    assert unpack(name, message) == ["me", 3]
+
+
 def test_numbers_leave_a_message_in_their_own_width():
     message = pack("std_msgs/msg/Float32MultiArray", [[], 0, np.array([1.0, 2.0])])
     assert message.data.dtype == np.float32
