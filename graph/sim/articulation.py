@@ -67,6 +67,13 @@ class Articulation:
         return joint_reactions(self._physics, self._joints)
 
     @property
+    def limits(self) -> Floats:
+        """(J, 2) lowest and highest positions [rad or stage units]; infinite where there is no limit."""
+        ends = np.array([(joint.lower, joint.upper) for joint in self._joints]).reshape(-1, 2)
+        out: Floats = ends * self._scale[:, None]
+        return out
+
+    @property
     def linear(self) -> NDArray[np.bool_]:
         """(J,) which joints slide; the others turn."""
         return np.array([joint.kind == "prismatic" for joint in self._joints], dtype=np.bool_)

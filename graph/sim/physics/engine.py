@@ -16,6 +16,7 @@ from .compile import Compiled
 from .drives import Drives
 from .library import mujoco
 from .model import Joint
+from .surfaces import Surfaces
 
 _BAD = tuple(
     int(kind)
@@ -43,6 +44,7 @@ class Physics:
         self._quaternions: Floats = self.data.xquat[1:]
         self._rotations: Floats = self.data.xmat[1:].reshape(-1, 3, 3)
         self._aside: Any = None
+        self._surfaces: Surfaces | None = None
         self._stale = self.closed = False
         self._articulations: dict[str, Articulation] = {}
         self.drives = Drives(self.model, self.joints)
@@ -54,11 +56,21 @@ class Physics:
         """Advance by one dt. Raises RunError if the simulation has diverged, naming the body."""
         if self.drives.limited:
             self.drives.limit_forces(self.data)
-        mujoco.mj_step(self.model, self.data)
+        if self._surfaces is None:
+            mujoco.mj_step(self.model, self.data)
+        else:
+            self._surfaces.step(self.data)
         self._stale = True
         counters = self._counters
         if counters[3] or counters[4] or counters[5]:
             raise RunError(self._divergence())
+
+    @property
+    def surfaces(self) -> Surfaces:
+        """Surfaces that move by themselves, such as belts."""
+        if self._surfaces is None:
+            self._surfaces = Surfaces(self)
+        return self._surfaces
 
     @property
     def positions(self) -> Floats:
@@ -136,7 +148,7 @@ class Physics:
     def close(self) -> None:
         """Free the engine's memory; nothing may be asked of it afterwards."""
         self._positions, self._quaternions = self._positions.copy(), self._quaternions.copy()
-        self._rotations, self._aside = self._rotations.copy(), None
+        self._rotations, self._aside, self._surfaces = self._rotations.copy(), None, None
         self._counters.release()
         self.closed = True
         del self.data, self.model

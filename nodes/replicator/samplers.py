@@ -1,0 +1,118 @@
+"""Random places for prims: in a ball, on a sphere, between two spheres."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from graph import Attribute, node_type
+
+from .random_numbers import Random, generator_of
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+PRIMS = Attribute("target", "the prims to place, each in the frame of its parent", default=[])
+EXEC_IN = Attribute("execution", "places the prims anew")
+EXEC_OUT = Attribute("execution", "follows when the prims are placed")
+
+
+def sample_shell(generator: np.random.Generator, inner: float, outer: float, count: int) -> NDArray[np.float64]:
+    """(count, 3) points spread evenly over the volume between two spheres, or over one sphere where they are equal."""
+    import numpy as np
+
+    around = generator.uniform(0, 2 * np.pi, count)
+    height = generator.uniform(-1, 1, count)
+    radius = np.cbrt(generator.uniform(inner**3, outer**3, count)) if outer > inner else np.full(count, outer)
+    aside = radius * np.sqrt(1 - height**2)
+    return np.stack([aside * np.cos(around), aside * np.sin(around), radius * height], axis=1)
+
+
+def _place(db: Any, inner: float, outer: float) -> bool:
+    paths = [str(path) for path in db.inputs.prims]
+    if not paths:
+        return False
+    if not (inner >= 0 and outer > 0):
+        db.fail(f"a radius is {min(inner, outer):g}; give a positive one")
+    prims = [_xformable(db, path) for path in paths]
+    for prim, place in zip(prims, sample_shell(generator_of(db), inner, outer, len(prims)), strict=True):
+        _translate(db.app, prim, place.tolist())
+    db.fire("execOut")
+    return True
+
+
+def _xformable(db: Any, path: str) -> Any:
+    from pxr import UsdGeom
+
+    prim = db.app.stage.GetPrimAtPath(path) if path.startswith("/") else None
+    if not prim:
+        db.fail(f"there is no prim {path} on the stage; correct input prims")
+    elif not prim.IsA(UsdGeom.Xformable):
+        db.fail(f"{path} is a {prim.GetTypeName() or 'typeless prim'}, which has no place; give Xformable prims")
+    return prim
+
+
+def _translate(app: Any, prim: Any, place: Sequence[float]) -> None:
+    """Write a prim's translation; a body that physics moves is moved there too."""
+    from graph.sim import transforms
+    from graph.sim.usd import EARLIEST, Gf, Sdf, UsdGeom
+
+    attribute = prim.GetAttribute("xformOp:translate")
+    if not attribute:
+        attribute = UsdGeom.Xformable(prim).AddTranslateOp().GetAttr()
+    exact = attribute.GetTypeName() == Sdf.ValueTypeNames.Double3
+    attribute.Set(Gf.Vec3d(*place) if exact else Gf.Vec3f(*place))
+    path = str(prim.GetPath())
+    if app.physics is not None and path in app.physics.body_paths:
+        world = UsdGeom.XformCache(EARLIEST).GetLocalToWorldTransform(prim)
+        app.fabric.set_world_matrix(path, transforms.from_usd(world))
+
+
+@node_type(
+    "isaacsim.replicator.examples.OgnSampleInSphere",
+    version=1,
+    inputs={
+        "prims": PRIMS,
+        "execIn": EXEC_IN,
+        "radius": Attribute("float", "radius of the ball", default=1.0, unit="stage units"),
+    },
+    outputs={"execOut": EXEC_OUT},
+    memory=Random,
+)
+def sample_in_sphere(db: Any) -> bool:
+    """Place each prim somewhere in a ball about its parent, evenly spread over the volume."""
+    return _place(db, 0.0, db.inputs.radius)
+
+
+@node_type(
+    "isaacsim.replicator.examples.OgnSampleOnSphere",
+    version=1,
+    inputs={
+        "prims": PRIMS,
+        "execIn": EXEC_IN,
+        "radius": Attribute("float", "radius of the sphere", default=1.0, unit="stage units"),
+    },
+    outputs={"execOut": EXEC_OUT},
+    memory=Random,
+)
+def sample_on_sphere(db: Any) -> bool:
+    """Place each prim somewhere on a sphere about its parent, evenly spread over the surface."""
+    return _place(db, db.inputs.radius, db.inputs.radius)
+
+
+@node_type(
+    "isaacsim.replicator.examples.OgnSampleBetweenSpheres",
+    version=1,
+    inputs={
+        "prims": PRIMS,
+        "execIn": EXEC_IN,
+        "radius1": Attribute("float", "radius of one sphere", default=0.5, unit="stage units"),
+        "radius2": Attribute("float", "radius of the other sphere", default=1.0, unit="stage units"),
+    },
+    outputs={"execOut": EXEC_OUT},
+    memory=Random,
+)
+def sample_between_spheres(db: Any) -> bool:
+    """Place each prim somewhere between two spheres about its parent, evenly spread over the volume."""
+    return _place(db, *sorted((db.inputs.radius1, db.inputs.radius2)))
