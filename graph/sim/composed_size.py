@@ -19,7 +19,7 @@ _ARCS = ("references", "payload", "inheritPaths", "specializes")
 
 
 def too_many_prims(root: Any) -> int:
-    """The estimated number of prims of a stage over the root layer (`Sdf.Layer`) if it is out of all proportion, else 0.
+    """The number of prims that a root layer (`Sdf.Layer`) would compose if it is out of all proportion, else 0.
 
     Layers that are not open count nothing; prims that are instances of one prototype count once.
     """

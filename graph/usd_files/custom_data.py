@@ -35,8 +35,19 @@ def texts(values: Sequence[str]) -> Any:
     return Vt.StringArray(list(values))
 
 
+def survives(value: Any) -> bool:
+    """Whether USD's text format brings every text in a value back: control characters and lone surrogates do not."""
+    if isinstance(value, str):
+        return all(c.isprintable() or c in "\n\t" for c in value)
+    if isinstance(value, Mapping):
+        return all(survives(key) and survives(item) for key, item in value.items())
+    return not isinstance(value, list | tuple) or all(map(survives, value))
+
+
 def _native(value: Any) -> Any:
     """The value as a dictionary of USD holds it; None where it cannot."""
+    if not survives(value):
+        return None
     if isinstance(value, bool | str | float):
         return value
     if isinstance(value, int):

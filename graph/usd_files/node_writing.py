@@ -14,6 +14,7 @@ from graph.types import TYPES, Extended, Type
 from graph.untyped import natural_type, typed_value
 from graph.values import coerce
 
+from .custom_data import survives
 from .json_values import kept
 from .node_prims import KEY
 from .ports import as_source
@@ -115,7 +116,7 @@ def write_value(prim: Any, full: str, type_name: str | None, value: Any, *, note
     else:
         prop = Sdf.AttributeSpec(prim, full, Sdf.ValueTypeNames.Find(sdf))
         stored = None
-        if value is not None and type_.storage != "execution":
+        if value is not None and type_.storage != "execution" and survives(value):
             try:
                 prop.default = to_usd(coerce(type_, value), type_)
                 stored = from_usd(prop.default, sdf)
@@ -181,7 +182,7 @@ def _write_extended(prim: Any, full: str, declared: Extended, value: Any) -> Non
         candidates = [one for one in (*natural_type(value), *declared.members) if declared.accepts(one)]
         fitting = next((one for one in candidates if _fits(one, value)), None)
         typed = (fitting, coerce(fitting, value)) if fitting else None
-    if typed is not None and sdf_name(typed[0]) != "rel" and typed[0].storage != "execution":
+    if typed is not None and survives(value) and sdf_name(typed[0]) != "rel" and typed[0].storage != "execution":
         graph["resolvedType"] = typed[0].name
         graph["attrValue"] = to_usd(typed[1], typed[0])
         stored = {"type": typed[0].name, "value": plain(graph["attrValue"])}

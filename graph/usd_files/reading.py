@@ -95,7 +95,9 @@ def _decoded(data: bytes, name: str) -> None:
     except UnicodeDecodeError as error:
         before = data[: error.start]
         place = Mark(name, before.count(b"\n") + 1, error.start - before.rfind(b"\n"))
-        raise UserError(Problem(f"byte 0x{data[error.start]:02X} is not UTF-8; save the file as UTF-8.", place)) from None
+        raise UserError(
+            Problem(f"byte 0x{data[error.start]:02X} is not UTF-8; save the file as UTF-8.", place)
+        ) from None
 
 
 def _open(path: Path, name: str, allow: Sequence[Path], notes: list[Note]) -> Any:
@@ -112,7 +114,8 @@ def _other_keys(path: Path, name: str, text: Text) -> tuple[FileSpec, tuple[Prob
     layer = _layer(path)
     scene = SceneSpec(usd=path, mark=PlacedMark(text, "/"))
     document = other_keys(layer)
-    document.get("scene", {}).pop("usd", None)  # a sublayer of this file
+    if isinstance(document.get("scene"), dict):
+        document["scene"].pop("usd", None)  # a sublayer of this file
     if not document:
         return FileSpec(scene=scene), ()
     examined = examine_text(json.dumps({"tickgraph": 1, **document}), f"{name}.json", path.parent)

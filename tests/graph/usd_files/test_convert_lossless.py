@@ -146,7 +146,7 @@ def said(path):
 
 
 @settings(
-    max_examples=120, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow]
+    max_examples=80, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow]
 )
 @given(DOCUMENTS)
 def test_yaml_to_usd_to_json_to_yaml_says_the_same(tmp_path_factory, document):
