@@ -26,7 +26,7 @@ _FIRST, _LAST = -(2**60), 2**60
 
 
 class Tracer:
-    """Watches an App and its graphs and writes what happens. Attach it before the App plays; close it at the end."""
+    """Watches an App and its graphs and writes what happens. Attach it before the first update; close it at the end."""
 
     def __init__(self, app: App, graphs: Iterable[Graph], stream: TextIO) -> None:
         self._app = app
@@ -40,7 +40,7 @@ class Tracer:
         self._updates = writer.track(TIMELINE, "updates")
         self._steps = writer.track(PHYSICS, "steps")
         self._rendered = writer.track(RENDERER, "updates")
-        self._external = Fraction(0)
+        self._external = app.external_time
         for graph in graphs:
             graph.observe(self._observed(graph))
         for index, phase in enumerate(PHASES):
@@ -51,6 +51,8 @@ class Tracer:
         for event in ("play", "pause", "resume", "stop"):
             self._undo.append(app.on(event, self._noted(event), _FIRST))
         app.bus.subscribe(self)
+        if app.timeline.is_playing():
+            self._noted("play")()
 
     def close(self) -> None:
         """Ends what is still going on (a run that failed ends inside a phase) and finishes the file."""
