@@ -256,8 +256,18 @@ def override_inputs(spec: FileSpec, overrides: Mapping[str, str]) -> FileSpec:
             which = "no node has that name" if not found else "several graphs have such a node; give its whole path"
             raise UserError(f"--set {target}: {which}")
         [(g, n)] = found
-        graphs[g] = _with_input(graphs[g], n, attribute.removeprefix("inputs:"), parse_value(text))
+        attribute = attribute.removeprefix("inputs:")
+        if _is_connected(graphs[g], graphs[g].nodes[n].name, attribute):
+            raise UserError(f"--set {target}: a connection feeds this input; set the attribute at its source")
+        graphs[g] = _with_input(graphs[g], n, attribute, parse_value(text))
     return replace(spec, graphs=tuple(graphs))
+
+
+def _is_connected(graph: GraphSpec, node: str, attribute: str) -> bool:
+    ends = (connection.target.rpartition(".") for connection in graph.connections)
+    return any(
+        end in (node, f"{graph.path}/{node}") and name.removeprefix("inputs:") == attribute for end, _, name in ends
+    )
 
 
 def _with_input(graph: GraphSpec, index: int, attribute: str, value: Any) -> GraphSpec:

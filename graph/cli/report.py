@@ -6,6 +6,8 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from graph.errors import RunError
+
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
@@ -17,6 +19,8 @@ if TYPE_CHECKING:
     from graph.sim.bus import CountingSink
 
 Report = dict[str, Any]
+
+REPORT = "report.json"
 
 
 def build_report(app: App, runner: GraphRunner, published: CountingSink, wall_time_s: float) -> Report:
@@ -47,8 +51,11 @@ def silent_parts(report: Report) -> list[str]:
 
 
 def write_report(report: Report, out: Path) -> None:
-    """Writes `report.json` into the folder `out`."""
-    (out / "report.json").write_text(to_json(report) + "\n", encoding="utf-8")
+    """Writes `report.json` into the folder `out`. Raises RunError where that fails."""
+    try:
+        (out / REPORT).write_text(to_json(report) + "\n", encoding="utf-8", errors="backslashreplace")
+    except OSError as error:
+        raise RunError(f"{out / REPORT} cannot be written: {error.strerror}") from error
 
 
 def to_json(report: Report) -> str:

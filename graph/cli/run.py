@@ -157,11 +157,17 @@ def _pairs(options: list[str], flag: str) -> dict[str, str]:
 def _record(session: Session, out: Path, cleanup: ExitStack) -> None:
     from graph.sim.recording import McapSink
 
+    from .report import REPORT
+
+    recording = out / session.spec.record_mcap
+    for file in (recording, out / REPORT):
+        if file.is_dir():
+            raise UserError(f"--out {out}: {file} is a folder; move it or name another folder")
     try:
-        out.mkdir(parents=True, exist_ok=True)
+        recording.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise UserError(f"--out {out}: {error.strerror}; name a folder that can be written") from None
-    sink = McapSink(out / session.spec.record_mcap)
+    sink = McapSink(recording)
     cleanup.callback(sink.close)
     session.app.bus.subscribe(sink)
 

@@ -17,7 +17,7 @@ from graph.errors import Problem, UserError
 
 from . import scalars
 from .source import DEPTH_LIMIT, Source
-from .text import quoted
+from .text import is_unicode, quoted
 from .tree import Map, Seq
 
 # The standard library's own scanner of strings, which typeshed leaves out.
@@ -149,6 +149,8 @@ class _Reader:
         except json.JSONDecodeError as error:
             reason = error.msg.removesuffix(" at").removesuffix(" starting").lower()
             raise self._broken(error.pos, reason) from error
+        if not is_unicode(value):
+            raise self._broken(at, f"{quoted(value)} holds half a surrogate pair; write the character")
         return value, end
 
     def _repeated(self, node: Map, key: str, key_at: int) -> None:

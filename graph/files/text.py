@@ -10,6 +10,11 @@ from graph.suggest import did_you_mean
 _SHOWN = 60
 
 
+def is_unicode(text: str) -> bool:
+    """Whether the text can be written as UTF-8: an escape such as `\\ud800` makes half a character."""
+    return text.isascii() or not any("\ud800" <= character <= "\udfff" for character in text)
+
+
 def shown(text: str) -> str:
     """Text from a file on one line, shortened, with nothing a terminal would obey."""
     short = text if len(text) <= _SHOWN else f"{text[: _SHOWN - 3]}..."

@@ -25,7 +25,7 @@ from graph.errors import Problem, UserError
 
 from . import scalars
 from .source import DEPTH_LIMIT, Source
-from .text import quoted
+from .text import is_unicode, quoted
 from .tree import Map, Seq
 
 ALIASED_LIMIT = 100_000
@@ -151,6 +151,8 @@ class _Composer:
     def _scalar(self, event: Event) -> Any:
         text: str = event.value
         plain = event.implicit[0]
+        if not is_unicode(text):
+            self._problem(event.start_mark.index, f"{quoted(text)} holds half a surrogate pair; write the character.")
         parent = self.stack[-1] if self.stack else None
         if parent is not None and parent.key is _NO_KEY and isinstance(parent.node, Map):
             if text == "<<" and plain:

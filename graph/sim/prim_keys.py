@@ -207,8 +207,14 @@ def _mass(context: PrimContext, prim: Any, keys: Keys, name: str, done: set[str]
     (api.CreateMassAttr if name == "mass" else api.CreateDensityAttr)(value)
 
 
+FASTEST = 1e30
+"""USD keeps velocities as float32, which ends near 3.4e38."""
+
+
 def _velocity(context: PrimContext, prim: Any, keys: Keys, name: str, done: set[str]) -> None:
     parts = numbers(keys[name], 3)
+    if max(map(abs, parts)) > FASTEST:
+        raise ValueError(f"{keys[name]!r} is faster than {FASTEST:g}")
     if not prim.HasAPI(UsdPhysics.RigidBodyAPI):
         raise ValueError("only a body moves by itself; add rigid_body: true")
     api = UsdPhysics.RigidBodyAPI(prim)

@@ -49,7 +49,7 @@ def open_stage(
     register_schemas()
     from .usd import Sdf, Usd, UsdGeom
 
-    root = Sdf.Layer.CreateAnonymous(Path(path).name if path else "world.usda")
+    root = Sdf.Layer.CreateAnonymous(f"{Path(path or 'world').stem}.usda")
     if path is None:
         stage = Usd.Stage.Open(root)
         UsdGeom.SetStageMetersPerUnit(stage, UsdGeom.LinearUnits.meters)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from typing import Any
 
@@ -55,6 +56,10 @@ def subscribed_topic(db: Any, type_name: str, name: str | None = None) -> str | 
     return topic if bus.has_subscribers(topic) else None
 
 
+_TOPIC = re.compile(r"(/[A-Za-z_][A-Za-z0-9_]*)+")
+"""https://design.ros2.org/articles/topic_and_service_names.html"""
+
+
 def topic_name(db: Any, below: str, name: str | None = None) -> str:
     """The absolute topic of a publishing node; `below`: the path whose ancestors may carry isaac:namespace.
 
@@ -64,9 +69,13 @@ def topic_name(db: Any, below: str, name: str | None = None) -> str:
     if not name.strip("/"):
         db.fail("input topicName is empty; give it a topic")
     if name.startswith("/"):
-        return "/" + name.strip("/")
-    namespace = db.inputs.nodeNamespace or collect_namespace(db.app.stage, below)
-    return "/" + "/".join(part.strip("/") for part in (namespace, name) if part.strip("/"))
+        topic = "/" + name.strip("/")
+    else:
+        namespace = db.inputs.nodeNamespace or collect_namespace(db.app.stage, below)
+        topic = "/" + "/".join(part.strip("/") for part in (namespace, name) if part.strip("/"))
+    if not _TOPIC.fullmatch(topic):
+        db.fail(f"{topic!r} is no ROS 2 topic name; its parts are letters, digits and _, and start with no digit")
+    return topic
 
 
 def collect_namespace(stage: Any, path: str) -> str:

@@ -72,6 +72,8 @@ def _convex(points: Floats, faces: NDArray[np.int64]) -> bool:
     normals = _normals(points, faces)
     lengths = np.linalg.norm(normals, axis=1)
     solid = lengths > 0
+    if not solid.any():
+        return True
     faces, normals = faces[solid], normals[solid] / lengths[solid, None]
     edges = np.concatenate([faces[:, (0, 1)], faces[:, (1, 2)], faces[:, (2, 0)]])
     opposite = np.concatenate([faces[:, 2], faces[:, 0], faces[:, 1]])

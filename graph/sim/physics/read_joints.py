@@ -46,6 +46,9 @@ def _joint(scan: Scan, prim: JointPrim, warn: Warn) -> Joint | None:
         if target is not None and not scan.stage.GetPrimAtPath(target):
             warn("bad-joint", prim.path, f"there is no prim {target}; that end of the joint is tied to the world.")
     frames = _frame(scan, prim, 0, first), _frame(scan, prim, 1, second)
+    if not all(np.isfinite(frame).all() for frame in frames):
+        warn("bad-joint", prim.path, "localPos or localRot is not finite; the joint is left out.")
+        return None
     schema = UsdPhysics.Joint(prim.prim)
     common: dict[str, Any] = {
         "path": prim.path,
@@ -62,12 +65,21 @@ def _joint(scan: Scan, prim: JointPrim, warn: Warn) -> Joint | None:
     if lower > upper:
         warn("bad-joint", prim.path, f"its lower limit is above its upper one ({lower:g} > {upper:g}); it has none.")
         lower, upper = -FREE, FREE
-    axis = "XYZ".index(str(typed.GetAxisAttr().Get(EARLIEST)))
+    axis = "XYZ".find(str(typed.GetAxisAttr().Get(EARLIEST)))
+    if axis < 0:
+        warn("bad-joint", prim.path, f"physics:axis is {typed.GetAxisAttr().Get(EARLIEST)}, not X, Y or Z; X is taken.")
+        axis = 0
     start = _start(scan, frames, (first, second), axis, kind)
     if kind == "revolute" and not lower <= start <= upper:
         start += next((turn for turn in (2 * math.pi, -2 * math.pi) if lower <= start + turn <= upper), 0.0)
     return Joint(
-        kind=kind, axis=axis, lower=lower, upper=upper, start=start, drive=_drive(scan, prim, kind, unit), **common
+        kind=kind,
+        axis=axis,
+        lower=lower,
+        upper=upper,
+        start=start,
+        drive=_drive(scan, prim, kind, unit, warn),
+        **common,
     )
 
 
@@ -103,7 +115,7 @@ def _start(
     return math.remainder(angle, 2 * math.pi)
 
 
-def _drive(scan: Scan, prim: JointPrim, kind: JointKind, unit: float) -> Drive | None:
+def _drive(scan: Scan, prim: JointPrim, kind: JointKind, unit: float, warn: Warn) -> Drive | None:
     """Angular drives are written per degree, linear ones per stage unit."""
     name = "angular" if kind == "revolute" else "linear"
     if not prim.prim.HasAPI(UsdPhysics.DriveAPI, name):
@@ -112,6 +124,8 @@ def _drive(scan: Scan, prim: JointPrim, kind: JointKind, unit: float) -> Drive |
 
     def number(attribute: Any) -> float:
         value = attribute.Get(EARLIEST)
+        if value is not None and math.isnan(value):
+            warn("bad-joint", prim.path, f"{attribute.GetName()} is not a number; 0 is taken.")
         return 0.0 if value is None or math.isnan(value) else float(value)
 
     acceleration = drive.GetTypeAttr().Get(EARLIEST) == UsdPhysics.Tokens.acceleration

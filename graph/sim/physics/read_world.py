@@ -13,7 +13,7 @@ from graph.sim.stage import Warn, up_axis
 from graph.sim.transforms import Floats
 from graph.sim.usd import EARLIEST, UsdGeom, UsdPhysics
 
-from .attributes import authored, kilograms_per_unit, quaternion_of, vector, vector_or_zero
+from .attributes import authored, kilograms_per_unit, quaternion_of, vector
 from .model import Body, World
 from .read_colliders import read_colliders
 from .read_joints import read_joints
@@ -73,9 +73,18 @@ def _body(scan: Scan, prim: BodyPrim, warn: Warn) -> Body:
         center_of_mass=None if center is None else local_scale @ center * unit,
         diagonal_inertia=None if inertia is None or not (inertia > 0).all() else inertia * mass_unit * unit**2,
         principal_axes=None if axes is None or axes.GetLength() == 0 else quaternion_of(axes),
-        velocity=turned @ vector_or_zero(rigid.GetVelocityAttr()) * unit,
-        angular_velocity=turned @ np.radians(vector_or_zero(rigid.GetAngularVelocityAttr())),
+        velocity=turned @ _speed(rigid.GetVelocityAttr(), prim.path, warn) * unit,
+        angular_velocity=turned @ np.radians(_speed(rigid.GetAngularVelocityAttr(), prim.path, warn)),
     )
+
+
+def _speed(attribute: Any, path: str, warn: Warn) -> Floats:
+    value = vector(attribute)
+    if value is not None:
+        return value
+    if attribute.HasAuthoredValue():
+        warn("bad-velocity", path, f"{attribute.GetName()} is not finite; the body starts without it.")
+    return np.zeros(3)
 
 
 def _parent_rotation(scan: Scan, prim: Any) -> Floats:
