@@ -17,6 +17,8 @@ from typing import TYPE_CHECKING, Any
 from graph.errors import RunError, UserError
 from graph.exact import duration as exact_duration
 
+from .playing import add_play_argument, open_sources, play_into, warn_unheard
+
 if TYPE_CHECKING:
     from graph.assembly import Session
     from graph.sim import App
@@ -38,6 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     length.add_argument("--duration", metavar="S", help="run S seconds of updates (default: the file's, else 5)")
     parser.add_argument("--out", type=Path, metavar="DIR", help="write report.json and the recording into DIR")
     parser.add_argument("--trace", type=Path, metavar="FILE", help="write a trace for ui.perfetto.dev to FILE (JSON)")
+    add_play_argument(parser)
     parser.add_argument("--set", action="append", default=[], metavar="NODE.ATTR=VALUE", help="override a node's input")
     parser.add_argument("--fidelity", action="append", default=[], metavar="K=V", help="override a fidelity knob")
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="seed of every random stream (default 0)")
@@ -62,6 +65,7 @@ def run(args: argparse.Namespace) -> int:
     from .report import build_report, print_table, silent_parts, to_json, warning_lines, write_report
 
     _show_log()
+    sources = open_sources(args.play)
     session = open_session(
         args.file,
         allow=args.allow,
@@ -81,6 +85,7 @@ def run(args: argparse.Namespace) -> int:
         cleanup.enter_context(app)
         tracing = cleanup.enter_context(ExitStack())
         app.bus.subscribe(counter)
+        player = play_into(app, sources) if sources else None
         started = time.perf_counter()
         # Physics is built here: a scene that has none that can be built is refused before anything is written.
         app.play()
@@ -94,6 +99,8 @@ def run(args: argparse.Namespace) -> int:
         except (RunError, KeyboardInterrupt) as error:
             failure = error
         tracing.close()
+        if player is not None:
+            warn_unheard(app, player)
         report = build_report(app, session.runner, counter, time.perf_counter() - started)
     if args.out:
         write_report(report, args.out)
