@@ -133,7 +133,8 @@ def _compiles(node_type: NodeType, values: Mapping[str, Any], registry: Registry
 def _prim_type(node_type: NodeType) -> str:
     """A prim that the node's targets may mean: a lidar where sensors are asked for, else a thing with a place."""
     docs = " ".join(one.doc for one in node_type.inputs.values() if one.type == "target")
-    return "OmniLidar, config: Example_Rotary" if "sensor" in docs or "lidar" in docs.lower() else "Cube, rigid_body: true"
+    lidar = "sensor" in docs or "lidar" in docs.lower()
+    return "OmniLidar, config: Example_Rotary" if lidar else "Cube, rigid_body: true"
 
 
 def _plain(value: Any) -> Any:
