@@ -113,6 +113,8 @@ class LidarConfig:
     effective_aperture_size_m: float = 0.0
     intensity_processing: str = "NORMALIZATION"
     intensity_mapping_type: str = "LINEAR"
+    intensity_mapping_encoding: tuple[float, ...] = ()
+    intensity_mapping_decoding: tuple[float, ...] = ()
     intensity_scale_percent: float = 255.0
     ray_type: str = "IDEALIZED"
     rotation_direction: str = "CW"
@@ -213,6 +215,7 @@ class LidarConfig:
 
 _TOKENS = {
     "scan_type": ("ROTARY", "SOLID_STATE"),
+    "intensity_mapping_type": ("LINEAR", "NONLINEAR", "NONLINEAR_ENCODING_ONLY", "NONLINEAR_DECODING_ONLY"),
     "rotation_direction": ("CW", "CCW"),
     "elements_coords_type": ("SPHERICAL", "CARTESIAN"),
     "output_frame_of_reference": ("SENSOR", "WORLD", "CUSTOM"),

@@ -15,9 +15,7 @@ from sensors.raycast.rays import NO_SURFACE, Hits
 
 from .aim import Aim, RayPoses
 from .pattern import Pattern
-
-REFLECTANCE = 0.5
-"""Reflectance of a surface whose material says nothing."""
+from .receiver import Receiver
 
 Velocities = Callable[[np.ndarray, Callable[[np.ndarray], np.ndarray], Any], tuple[np.ndarray, np.ndarray]]
 """Surfaces (k,) hit, a function from rows to hit points (m, 3) float64 [m, world], a state -> the rows that move (m,)
@@ -59,9 +57,12 @@ class Returns:
         in_world: bool,
         velocities: Velocities | None,
         tables: Mapping[str, SurfaceTable],
+        receiver: Receiver | None = None,
+        reflected: np.ndarray | None = None,
     ) -> None:
         """index: rows that are kept, counted from the shot's first; valid: which rows are returns, None where all kept
-        ones are; columns: (3, n) float32 ray directions of the shot in the sensor frame; aim: where they went.
+        ones are; columns: (3, n) float32 ray directions of the shot in the sensor frame; aim: where they went;
+        reflected: what comes back of each ray of the shot.
         """
         self._pattern, self._shot, self._hits, self._index = pattern, shot, hits, index
         self._rows = shot.rows
@@ -69,6 +70,7 @@ class Returns:
         self._columns, self._aim, self._in_world = columns, aim, in_world
         self._world = aim.directions
         self._measure, self._tables = velocities, tables
+        self._receiver, self._reflected = receiver, reflected
         self._beam_angles = not in_world and pattern.origins is None
         self._cached: dict[str, Any] = {}
         self._range = np.take(hits.distance, index, mode="clip")
@@ -138,30 +140,23 @@ class Returns:
         a, e, d = self._cached["spherical"]
         return a, e, d
 
-    def _facing(self) -> tuple[np.ndarray, np.ndarray]:
-        """(cosine of incidence, unsigned (k,) float32; unit normals towards the sensor (k, 3), world axes)."""
-        if "facing" not in self._cached:
-            assert self._hits.normals is not None
-            normals = np.take(self._hits.normals, self._index, axis=0, mode="clip")
-            cosine, column = np.zeros(len(normals), np.float32), np.empty(len(normals), np.float32)
-            for axis in range(3):
-                np.take(self._world[axis], self._index, out=column, mode="clip")
-                cosine += np.multiply(column, normals[:, axis], out=column)
-            self._cached["facing"] = cosine, normals
-        cosine, normals = self._cached["facing"]
-        return cosine, normals
-
     def scalar(self) -> np.ndarray:
-        """Reflectance times cosine of incidence."""
-        scalar = np.abs(self._facing()[0])
-        scalar *= np.float32(REFLECTANCE)
+        """Intensities, as the receiver gives them."""
+        if self._receiver is None or self._reflected is None:
+            return np.zeros(len(self._index), np.float32)
+        scalar = self._receiver.intensity(np.take(self._reflected, self._index, mode="clip"), self._range)
         if self._invalid is not None:
             scalar[self._invalid] = 0.0
-        return np.asarray(scalar)
+        return scalar
 
     def hit_normals(self) -> np.ndarray:
         """Unit normals towards the sensor, (k, 3)."""
-        cosine, normals = self._facing()
+        assert self._hits.normals is not None
+        normals = np.take(self._hits.normals, self._index, axis=0, mode="clip")
+        cosine, column = np.zeros(len(normals), np.float32), np.empty(len(normals), np.float32)
+        for axis in range(3):
+            np.take(self._world[axis], self._index, out=column, mode="clip")
+            cosine += np.multiply(column, normals[:, axis], out=column)
         towards = np.where(cosine > 0, np.float32(-1.0), np.float32(1.0))
         facing = np.empty((3, len(cosine)), np.float32)
         for axis in range(3):

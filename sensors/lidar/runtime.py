@@ -16,12 +16,13 @@ from graph.sim.transforms import rigid_part
 from sensors.channels import CHANNELS, AuxLevel, Demand
 from sensors.frame import Frame, FramePose
 from sensors.ids import stable_id_map
-from sensors.raycast.shared import cast_world, surface_ids, surface_materials
+from sensors.raycast.shared import cast_world, surface_ids, surface_materials, surface_optics
 
 from .bins import Bins
 from .motion import surface_velocities
 from .pattern import firing_pattern
 from .prim import read_aux_level, read_config, read_exclude, read_tick_rate
+from .receiver import Receiver
 from .returns import Shot
 from .scan import Scanner
 
@@ -101,6 +102,8 @@ class LidarRuntime:
             exclude=exclude,
             keep_invalid=config.skip_dropping_invalid_points,
             velocities=surface_velocities(app, prim_path, config.output_frame_of_reference == "WORLD"),
+            receiver=Receiver(config),
+            optics=lambda: surface_optics(app),
             tables={"matId": lambda: surface_materials(app), "objId": lambda: surface_ids(app)},
         )
         self._channels: frozenset[str] = frozenset()

@@ -6,11 +6,13 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
+from sensors.optics import Optics, optics_of
 from sensors.raycast.rays import Hits, RayBundle, RayCaster
 from sensors.raycast.windows import RayGrid
 
 from .aim import Aim, moving_aim, turned_back
 from .pattern import Pattern
+from .receiver import Receiver, reflected_light
 from .returns import Returns, Shot, SurfaceTable, Velocities
 
 
@@ -20,8 +22,8 @@ class Scanner:
     frame: SENSOR gives points, angles, normals and velocities in the sensor frame of each shot, WORLD in world axes
     about the world's origin. Firings without a return between the near and far gates are left out, unless
     `keep_invalid`: then they stay with distance 0, scalar 0 and without the VALID flag. Ranges are exact.
-    Intensity: reflectance x cosine of incidence, range divided out (NORMALIZATION of the documented chain);
-    every surface has reflectance 0.5.
+    Returns that `receiver` cannot detect count as none; without one there is no threshold, and no intensity.
+    optics: what the surfaces do to light.
     """
 
     def __init__(
@@ -34,6 +36,8 @@ class Scanner:
         keep_invalid: bool = False,
         velocities: Velocities | None = None,
         tables: Mapping[str, SurfaceTable] | None = None,
+        receiver: Receiver | None = None,
+        optics: Callable[[], Optics] = lambda: optics_of(np.zeros(0)),
     ) -> None:
         self.pattern = pattern
         self._caster = caster
@@ -41,19 +45,27 @@ class Scanner:
         self._exclude = exclude
         self._keep_invalid = keep_invalid
         self._velocities, self._tables = velocities, dict(tables or {})
+        self._receiver, self._optics = receiver, optics
         count = len(pattern)
         self._columns = np.ascontiguousarray(pattern.directions.T)
         self._table = np.empty((count, 6), np.float32)
         self._written = np.full(4, np.nan, np.float32)
         self._world = np.empty((3, count), np.float32)
+        self._cosine, self._term = np.empty(count, np.float32), np.empty(count, np.float32)
         self._turned_by: bytes | None = None
         self._grid: RayGrid | None = None
         self._reach = float(pattern.far_m.max(initial=0.0)) * (1 + 1e-6)
 
     def scan(self, shot: Shot, channels: frozenset[str]) -> dict[str, np.ndarray]:
         """The channels asked for, each with one row per return, in the order of the pattern. Always has "count"."""
-        hits, aim = self._cast(shot, channels)
+        optics = self._optics() if self._receiver is not None else None
+        hits, aim = self._cast(shot, channels, optics)
         valid = self._valid(hits.distance, shot.rows)
+        reflected = None
+        if optics is not None and hits.normals is not None:
+            reflected = reflected_light(self._incidence(hits.normals), hits.surface, optics)
+            assert self._receiver is not None
+            self._receiver.detect(reflected, hits.distance, valid)
         index = np.arange(len(valid)) if self._keep_invalid else np.flatnonzero(valid)
         returns = Returns(
             pattern=self.pattern,
@@ -66,10 +78,12 @@ class Scanner:
             in_world=self._in_world,
             velocities=self._velocities,
             tables=self._tables,
+            receiver=self._receiver,
+            reflected=reflected,
         )
         return returns.arrays(channels)
 
-    def _cast(self, shot: Shot, channels: frozenset[str]) -> tuple[Hits, Aim]:
+    def _cast(self, shot: Shot, channels: frozenset[str], optics: Optics | None) -> tuple[Hits, Aim]:
         pattern, rows = self.pattern, shot.rows
         table = self._table[: rows.stop - rows.start]
         world = self._world[:, : len(table)]
@@ -103,11 +117,15 @@ class Scanner:
             swing=swing,
             written=self._written,
         )
+        receiver = self._receiver
+        lit = receiver is not None and (receiver.detects or "scalar" in channels)
         hits = self._caster().cast(
             bundle,
             shot.poses,
-            normals="scalar" in channels or "hitNormals" in channels,
-            surfaces="velocities" in channels or not channels.isdisjoint(self._tables),
+            normals=lit or "hitNormals" in channels,
+            surfaces="velocities" in channels
+            or not channels.isdisjoint(self._tables)
+            or (lit and optics is not None and optics.uniform is None),
         )
         return hits, aim
 
@@ -129,6 +147,15 @@ class Scanner:
             self._grid = RayGrid(self.pattern.directions)
         self._grid.rotation = rotation
         return self._grid
+
+    def _incidence(self, normals: np.ndarray) -> np.ndarray:
+        """The cosine of incidence of each ray of the shot that was turned last, (n,) float32, unsigned."""
+        count = len(normals)
+        cosine, term = self._cosine[:count], self._term[:count]
+        np.multiply(self._world[0, :count], normals[:, 0], out=cosine)
+        cosine += np.multiply(self._world[1, :count], normals[:, 1], out=term)
+        cosine += np.multiply(self._world[2, :count], normals[:, 2], out=term)
+        return np.abs(cosine, out=cosine)
 
     def _valid(self, distance: np.ndarray, rows: slice) -> np.ndarray:
         """Whether each distance lies between the gates of its emitter."""

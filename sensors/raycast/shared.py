@@ -10,6 +10,7 @@ import numpy as np
 from graph.sim.settings import RAY_THREADS
 from sensors.ids import stable_id
 from sensors.materials import PREFIX, PREFIX_SETTING, material_of
+from sensors.optics import Optics, optics_of
 
 from .world import CastWorld
 
@@ -44,6 +45,15 @@ def surface_materials(app: App) -> np.ndarray:
         prefix = str(app.settings.get(PREFIX_SETTING) or PREFIX)
         numbers = [material_of(app.stage, surface.material, prefix) for surface in world.surfaces]
         found = world.cache["materials"] = np.array(numbers, np.uint32)
+    return found
+
+
+def surface_optics(app: App) -> Optics:
+    """What every surface of the App's cast world does to light."""
+    world = cast_world(app)
+    found: Optics | None = world.cache.get("optics")
+    if found is None:
+        found = world.cache["optics"] = optics_of(surface_materials(app))
     return found
 
 

@@ -5,7 +5,7 @@ from fractions import Fraction
 import numpy as np
 from pxr import Gf, UsdGeom, UsdPhysics
 
-from graph.sim import App
+from graph.sim import App, nonvisual
 from sensors import LidarConfig
 from sensors.lidar.config import EmitterState
 from sensors.lidar.prim import write_aux_level, write_config
@@ -44,6 +44,11 @@ def add_box(app, path, size, position, velocity=None, spin=None):
         UsdPhysics.CollisionAPI.Apply(cube.GetPrim())
         UsdPhysics.MassAPI.Apply(cube.GetPrim()).CreateMassAttr(1.0)
     return cube.GetPrim()
+
+
+def bind(app, prim, base, coating="none", attributes="none"):
+    """Gives a prim a non-visual material."""
+    nonvisual.bind(app.stage, prim, (base, coating, attributes))
 
 
 def rotary(ticks=360, scan_hz=Fraction(10), elevations=(0.0,), **fields):

@@ -1,0 +1,84 @@
+"""From reflected light to a return and its intensity: the range equation."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sensors.optics import RETRO_GAIN, Optics
+
+from .config import LidarConfig
+
+FULL_SCALE = 255.0
+"""`intensityScalePercent` that leaves the intensity as it is."""
+
+
+class Receiver:
+    """What a lidar's receiver makes of the light that comes back.
+
+    The range equation of a beam that lies on a diffuse surface as a whole: the energy received goes with
+    reflectance x cos(incidence) / range^2 (Wagner et al., "Gaussian decomposition and calibration of a novel small-
+    footprint full-waveform digitising airborne laser scanner", ISPRS Journal 60, 2006). All of it is relative to the
+    reflectance `minReflectance` along its normal at `minReflectionRangeM`, which is just detected: weaker returns do
+    not exist. Beam power, aperture and atmosphere are in that threshold, and alike for all emitters.
+
+    The chain of the intensity: processing (NORMALIZATION divides the range out: reflectance x cos(incidence); any other
+    keeps it, relative to a white surface at `nearRangeM`), at most 1 (the receiver saturates: retro-reflectors), then
+    mapping (LINEAR, or by tables whose entries lie at equal steps of the input from 0 to 1), then
+    `intensityScalePercent` / 255. The exact formula of the original is not public.
+    """
+
+    def __init__(self, config: LidarConfig) -> None:
+        self._near = np.float32(max(config.near_range_m, 1e-3))
+        self._normalised = config.intensity_processing == "NORMALIZATION"
+        self._tables = [np.asarray(table, np.float32) for table in _mapping(config) if len(table) > 1]
+        self._scale = np.float32(config.intensity_scale_percent / FULL_SCALE)
+        reach = config.min_reflection_range_m
+        self._least = np.float32(config.min_reflectance / reach**2) if reach > 0 else np.float32(0)
+
+    @property
+    def detects(self) -> bool:
+        """Whether any return can be too weak."""
+        return bool(self._least > 0)
+
+    def detect(self, reflected: np.ndarray, distance: np.ndarray, valid: np.ndarray) -> None:
+        """Takes the returns that are too weak out of `valid` (n,); distance (n,) float32 [m]."""
+        if self._least > 0:
+            least = distance * distance
+            least *= self._least
+            valid &= reflected >= least
+
+    def intensity(self, reflected: np.ndarray, distance: np.ndarray) -> np.ndarray:
+        """The scalar of returns, (n,) float32 from 0 to 1; `reflected` as `reflected_light` gives it."""
+        out = reflected if self._normalised else reflected * (self._near / np.maximum(distance, self._near)) ** 2
+        out = np.minimum(out, np.float32(1.0))
+        for table in self._tables:
+            out = np.interp(out, np.linspace(0.0, 1.0, len(table)), table).astype(np.float32)
+        if self._scale != 1.0:
+            out *= self._scale
+        return np.asarray(out)
+
+
+def reflected_light(cosine: np.ndarray, surface: np.ndarray | None, optics: Optics) -> np.ndarray:
+    """What surfaces send back towards the sensor, (n,) float32, relative to a white diffuse one along its normal.
+
+    cosine: (n,) float32 of the incidence, 0 to 1; surface: (n,) numbers of the surfaces that were hit, which may be
+    None where the optics are uniform.
+    """
+    if surface is None or optics.uniform is not None:
+        return np.asarray(cosine * (optics.uniform or np.float32(0)))
+    reflected = np.take(optics.reflectance, surface, mode="clip")
+    reflected *= cosine
+    if optics.retro.any():
+        retro = np.take(optics.retro, surface, mode="clip")
+        reflected[retro] = RETRO_GAIN
+    return np.asarray(reflected)
+
+
+def _mapping(config: LidarConfig) -> list[tuple[float, ...]]:
+    """The tables of the intensity mapping, in the order in which they apply."""
+    encoding, decoding = config.intensity_mapping_encoding, config.intensity_mapping_decoding
+    return {
+        "NONLINEAR": [encoding, decoding],
+        "NONLINEAR_ENCODING_ONLY": [encoding],
+        "NONLINEAR_DECODING_ONLY": [decoding],
+    }.get(config.intensity_mapping_type, [])

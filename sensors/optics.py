@@ -1,0 +1,114 @@
+"""How surfaces send laser light back: reflectance by non-visual material, in the near infrared (about 905 nm)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .materials import decode
+
+DEFAULT_REFLECTANCE = 0.5
+"""Of a surface whose material says nothing."""
+
+REFLECTANCE = {
+    # Wehr and Lohr, "Airborne laser scanning: an introduction and overview", ISPRS Journal 54 (1999), table of diffuse
+    # reflectivities at 900 nm: lumber 0.94, snow 0.8 to 0.9, white paper up to 1, leaves about 0.6, conifers about 0.3,
+    # limestone and clay up to 0.75, dry sand about 0.57, rough wood 0.25, concrete 0.24, asphalt 0.17, neoprene 0.05.
+    "asphalt": 0.17,
+    "concrete": 0.24,
+    "wood": 0.6,
+    "bark": 0.3,
+    "paper": 0.9,
+    "leaf_grass": 0.6,
+    "snow": 0.85,
+    "rubber": 0.05,
+    "stone": 0.4,
+    "marble": 0.7,
+    # Estimated from those, from reflectances of plastics and metals that are commonly given, and from Fresnel's 4 % a
+    # surface for glass; no public table is behind them.
+    "none": DEFAULT_REFLECTANCE,
+    "aluminum": 0.6,
+    "steel": 0.5,
+    "oxidized_steel": 0.3,
+    "iron": 0.45,
+    "oxidized_iron": 0.3,
+    "silver": 0.7,
+    "brass": 0.6,
+    "bronze": 0.5,
+    "oxidized_bronze_patina": 0.3,
+    "tin": 0.5,
+    "plastic": 0.5,
+    "fiberglass": 0.5,
+    "carbon_fiber": 0.08,
+    "vinyl": 0.4,
+    "plexiglass": 0.08,
+    "pvc": 0.5,
+    "nylon": 0.5,
+    "polyester": 0.5,
+    "clear_glass": 0.08,
+    "frosted_glass": 0.4,
+    "one_way_mirror": 0.3,
+    "mirror": 0.05,
+    "ceramic_glass": 0.2,
+    "dead_leaf_grass": 0.45,
+    "cardboard": 0.6,
+    "fabric": 0.5,
+    "skin": 0.5,
+    "fur_hair": 0.4,
+    "leather": 0.4,
+    "brick": 0.4,
+    "gravel": 0.3,
+    "dirt": 0.3,
+    "mud": 0.2,
+    "water": 0.03,
+    "salt_water": 0.03,
+    "ice": 0.3,
+    "calibration_lambertion": 0.99,
+}
+"""Share of the light that a diffuse surface of each base material sends back, seen along its normal."""
+
+PAINTED = 0.5
+"""Reflectance of paint, whatever it covers (estimated)."""
+
+CLEARCOAT = 0.96**2
+"""What a clear coat lets through, in and out: a surface of refractive index 1.5 reflects 4 %."""
+
+RETRO_GAIN = 785.0
+"""How much more light a retro-reflector sends back than a white diffuse surface: pi times the coefficient of
+retro-reflection 250 cd/(lx m^2) that ASTM D4956 asks of white type III sheeting; independent of incidence here."""
+
+
+@dataclass(frozen=True, slots=True)
+class Optics:
+    """What the surfaces of a world do to light; arrays of one entry for each surface.
+
+    reflectance: (n,) float32, 0 to 1. retro: (n,) bool. uniform: the reflectance that all share, if they do and none
+    is a retro-reflector.
+    """
+
+    reflectance: np.ndarray
+    retro: np.ndarray
+
+    @property
+    def uniform(self) -> np.float32 | None:
+        """The one reflectance of all surfaces, or None where they differ."""
+        if not len(self.reflectance):
+            return np.float32(DEFAULT_REFLECTANCE)
+        same = not self.retro.any() and bool((self.reflectance == self.reflectance[0]).all())
+        return np.float32(self.reflectance[0]) if same else None
+
+
+def optics_of(materials: np.ndarray) -> Optics:
+    """The optics of surfaces with these encoded materials, (n,)."""
+    known, which = np.unique(np.asarray(materials, np.int64), return_inverse=True)
+    decoded = [decode(int(number)) for number in known]
+    reflectance = np.array([reflectance_of(base, coating) for base, coating, _ in decoded], np.float32)
+    retro = np.array(["retroreflective" in attributes for _, _, attributes in decoded], bool)
+    return Optics(reflectance[which], retro[which])
+
+
+def reflectance_of(base: str, coating: str = "none") -> float:
+    """The reflectance of a coated material, 0 to 1."""
+    bare = PAINTED if coating in ("paint", "paint_clearcoat") else REFLECTANCE[base]
+    return bare * CLEARCOAT if coating in ("clearcoat", "paint_clearcoat") else bare
