@@ -71,6 +71,7 @@ FAMILIES = (
     "robots.quintic",
     "robots.stanley",
     "ros2.any_topic",
+    "ros2.boxes",
     "ros2.clock",
     "ros2.commands",
     "ros2.context",

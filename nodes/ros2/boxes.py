@@ -1,0 +1,105 @@
+"""Bounding boxes as ROS 2 detections."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+from graph import Attribute, node_type
+from nodes.isaac.clocks import stamp_ns
+from nodes.isaac.poses import quaternions_xyzw, rotations_and_scales
+
+from .messages import header
+from .publishing import TIME_STAMP, Publisher, publisher_inputs, subscribed_topic
+from .robot_messages import point, quaternion, vector
+
+DETECTIONS_2D = "vision_msgs/msg/Detection2DArray"
+DETECTIONS_3D = "vision_msgs/msg/Detection3DArray"
+
+BOX_2D = [("id", "<u4"), ("x_min", "<i4"), ("y_min", "<i4"), ("x_max", "<i4"), ("y_max", "<i4"), ("occlusion", "<f4")]
+"""One box in the image [px], as the bounding box annotators lay it out."""
+
+BOX_3D = [("id", "<u4"), ("low", "<f4", 3), ("high", "<f4", 3), ("transform", "<f4", (4, 4)), ("occlusion", "<f4")]
+"""One box in its prim's axes [stage units], and the prim's pose (row vectors) in the frame of the message."""
+
+
+def _inputs(topic: str) -> dict[str, Attribute]:
+    return {
+        "execIn": Attribute("execution", "publishes"),
+        **publisher_inputs(topic, frame_id="sim_camera"),
+        "timeStamp": TIME_STAMP,
+        "data": Attribute("uchar[]", "boxes, one structure after the other", default=[]),
+    }
+
+
+@node_type("isaacsim.ros2.bridge.ROS2PublishBbox2D", version=1, inputs=_inputs("bbox2d"), memory=Publisher)
+def publish_boxes_2d(db: Any) -> bool:
+    """Publish `vision_msgs/Detection2DArray`: centre and size [px] of each box by semantic id."""
+    topic = subscribed_topic(db, DETECTIONS_2D)
+    if topic is None:
+        return False
+    box, position, pose = (_type(f"vision_msgs/msg/{name}") for name in ("BoundingBox2D", "Point2D", "Pose2D"))
+    nanoseconds = stamp_ns(db.app, db.inputs.timeStamp)
+    head = header(nanoseconds, db.inputs.frameId)
+    detections = []
+    for number, x_low, y_low, x_high, y_high, _ in _rows(db, BOX_2D).tolist():
+        centre = position((x_low + x_high) / 2, (y_low + y_high) / 2)
+        found = box(pose(centre, 0.0), float(x_high - x_low), float(y_high - y_low))
+        detections.append(_type("vision_msgs/msg/Detection2D")(head, [_hypothesis(number)], found, ""))
+    db.app.bus.publish(topic, DETECTIONS_2D, _type(DETECTIONS_2D)(head, detections), nanoseconds)
+    return True
+
+
+@node_type("isaacsim.ros2.bridge.ROS2PublishBbox3D", version=1, inputs=_inputs("bbox3d"), memory=Publisher)
+def publish_boxes_3d(db: Any) -> bool:
+    """Publish `vision_msgs/Detection3DArray`: centre, orientation, size [m] of each box by semantic id."""
+    import numpy as np
+
+    topic = subscribed_topic(db, DETECTIONS_3D)
+    if topic is None:
+        return False
+    rows = _rows(db, BOX_3D)
+    poses = rows["transform"].astype(np.float64).transpose(0, 2, 1)
+    low, high = rows["low"].astype(np.float64), rows["high"].astype(np.float64)
+    rotations, scales = rotations_and_scales(poses)
+    middles = (poses[:, :3, :3] @ ((low + high) / 2)[:, :, None])[:, :, 0] + poses[:, :3, 3]
+    middles, sizes = middles * db.app.meters_per_unit, (high - low) * np.abs(scales) * db.app.meters_per_unit
+    turns = quaternions_xyzw(rotations)
+    nanoseconds = stamp_ns(db.app, db.inputs.timeStamp)
+    head = header(nanoseconds, db.inputs.frameId)
+    box, pose, detection = (
+        _type(name)
+        for name in ("vision_msgs/msg/BoundingBox3D", "geometry_msgs/msg/Pose", "vision_msgs/msg/Detection3D")
+    )
+    detections = [
+        detection(head, [_hypothesis(number)], box(pose(point(middle), quaternion(turn)), vector(size)), "")
+        for number, middle, turn, size in zip(rows["id"].tolist(), middles, turns, sizes, strict=True)
+    ]
+    db.app.bus.publish(topic, DETECTIONS_3D, _type(DETECTIONS_3D)(head, detections), nanoseconds)
+    return True
+
+
+def _rows(db: Any, layout: Any) -> Any:
+    """The boxes of the input data. Fails the node for a number of bytes that is no number of boxes."""
+    import numpy as np
+
+    data, kind = np.ascontiguousarray(db.inputs.data), np.dtype(layout)
+    if data.size % kind.itemsize:
+        db.fail(f"data has {data.size} bytes; a box has {kind.itemsize}")
+    return data.view(kind)
+
+
+def _hypothesis(number: int) -> Any:
+    import numpy as np
+
+    hypothesis = _type("vision_msgs/msg/ObjectHypothesis")(str(number), 1.0)
+    pose = _type("geometry_msgs/msg/Pose")(point((0.0, 0.0, 0.0)), quaternion((0.0, 0.0, 0.0, 1.0)))
+    placed = _type("geometry_msgs/msg/PoseWithCovariance")(pose, np.zeros(36))
+    return _type("vision_msgs/msg/ObjectHypothesisWithPose")(hypothesis, placed)
+
+
+@cache
+def _type(name: str) -> Any:
+    from graph.sim.ros_types import message_type
+
+    return message_type(name)
