@@ -99,7 +99,11 @@ class DirtyPushEvaluator:
             self._graph.failed(db, error)
             return
         count_fired(db)
-        if done is False or not node.readers:
+        if done is False:
+            return
+        if not node.readers:
+            # What nobody has got yet is new to a reader that an edit connects.
+            self._seen.pop(node, None)
             return
         values = node.source_values()
         before = self._seen.get(node)

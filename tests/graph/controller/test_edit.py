@@ -109,7 +109,7 @@ def test_connecting_what_is_connected_changes_nothing(control):
 
 
 def test_values_may_carry_their_type(control):
-    graph, nodes, _, _ = made(
+    _, nodes, _, _ = made(
         control,
         {
             K.CREATE_NODES: [("one", "test.Sum"), ("two", "test.Sum"), ("three", "test.Sum")],
@@ -204,7 +204,7 @@ def test_a_compound_is_flattened_and_its_ports_stand_for_what_is_inside(control)
 def test_compounds_nest(control):
     deep = {K.CREATE_NODES: ("inc", "test.Inc"), K.PROMOTE_ATTRIBUTES: [("inc.inputs:a", "a"), ("inc.outputs:y", "y")]}
     outer = {K.CREATE_NODES: ("deep", deep), K.PROMOTE_ATTRIBUTES: [("deep.inputs:a", "a"), ("deep.outputs:y", "y")]}
-    graph, *_ = control.edit("/G", {K.CREATE_NODES: [("outer", outer)], K.SET_VALUES: [("outer.inputs:a", 7.0)]})
+    control.edit("/G", {K.CREATE_NODES: [("outer", outer)], K.SET_VALUES: [("outer.inputs:a", 7.0)]})
     control.evaluate_sync()
     assert control.get(("outputs:y", "/G/outer")) == 8.0
 

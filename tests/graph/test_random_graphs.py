@@ -1,0 +1,202 @@
+"""Promises over graphs that nobody thought of: order, laziness, and edits that equal a fresh compile."""
+
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from graph import Attribute, Context, Controller, compile_graphs, node_type
+from graph.registry import Registry
+from graph.spec import ConnectionSpec, GraphSpec, NodeSpec
+
+K = Controller.Keys
+LIBRARY = Registry()
+ORDER: list[str] = []
+FEW = settings(max_examples=30, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+
+
+@node_type(
+    "random.Mix",
+    inputs={"a": Attribute("double", "one"), "b": Attribute("double", "two"), "own": Attribute("double", "own value")},
+    outputs={"y": Attribute("double", "a mix")},
+    registry=LIBRARY,
+)
+def mix(db):
+    """Mixes its inputs so that no two orders give the same."""
+    ORDER.append(db.node.name)
+    db.outputs.y = db.inputs.a * 0.5 + db.inputs.b * 0.25 + db.inputs.own
+
+
+@node_type(
+    "random.Step",
+    inputs={"execIn": Attribute("execution", "runs"), "a": Attribute("double", "in")},
+    outputs={
+        "one": Attribute("execution", "first"),
+        "two": Attribute("execution", "second"),
+        "y": Attribute("double", "a + 1"),
+    },
+    registry=LIBRARY,
+)
+def step(db):
+    """Goes on both ways."""
+    ORDER.append(db.node.name)
+    db.outputs.y = db.inputs.a + 1
+    db.fire("one")
+    db.fire("two")
+
+
+@node_type("random.Tick", outputs={"tick": Attribute("execution", "starts")}, event=True, registry=LIBRARY)
+def tick(db):
+    """Starts."""
+    db.fire("tick")
+
+
+@st.composite
+def data_graphs(draw, most=8):
+    """Nodes in random file order; every input has at most one source, of a node that is earlier in a hidden order."""
+    count = draw(st.integers(1, most))
+    hidden = draw(st.permutations(range(count)))
+    edges = {}
+    for position, node in enumerate(hidden):
+        for port in "ab":
+            source = draw(st.sampled_from([None, *hidden[:position]]))
+            if source is not None:
+                edges[f"n{node}", port] = f"n{source}"
+    values = {f"n{i}": draw(st.integers(-5, 5)) for i in range(count)}
+    return [f"n{i}" for i in range(count)], edges, values
+
+
+def spec_of(nodes, edges, values, evaluator, path="/R"):
+    made = [NodeSpec(name, "random.Mix", {"own": values[name]}) for name in nodes]
+    links = [ConnectionSpec(f"{source}.y", f"{node}.{port}") for (node, port), source in edges.items()]
+    return GraphSpec(path, tuple(made), tuple(links), evaluator)
+
+
+def outputs(graph):
+    return {name: node.get("outputs:y") for name, node in graph.nodes.items()}
+
+
+def by_hand(nodes, edges, values):
+    """The values by recursion, straight from the definition."""
+    done = {}
+
+    def value(node):
+        if node not in done:
+            a, b = (value(edges[node, port]) if (node, port) in edges else 0.0 for port in "ab")
+            done[node] = a * 0.5 + b * 0.25 + values[node]
+        return done[node]
+
+    return {node: value(node) for node in nodes}
+
+
+@FEW
+@given(data_graphs())
+def test_a_push_graph_computes_each_node_once_behind_its_sources_in_file_order(drawn):
+    nodes, edges, values = drawn
+    graph = compile_graphs([spec_of(nodes, edges, values, "push")], LIBRARY)[0]
+    ORDER.clear()
+    graph.evaluate(Context.standalone())
+    expected, waiting = [], list(nodes)
+    while waiting:
+        ready = next(n for n in waiting if not any(edges.get((n, port)) in waiting for port in "ab"))
+        waiting.remove(ready)
+        expected.append(ready)
+    assert expected == ORDER
+    assert outputs(graph) == by_hand(nodes, edges, values)
+
+
+@FEW
+@given(data_graphs(), st.lists(st.tuples(st.integers(0, 11), st.integers(-5, 5)), max_size=6))
+def test_a_lazy_graph_gives_what_a_push_graph_gives(drawn, sets):
+    nodes, edges, values = drawn
+    lazy, push = (compile_graphs([spec_of(nodes, edges, values, one)], LIBRARY)[0] for one in ("dirty_push", "push"))
+    context = Context.standalone()
+    for index, value in [(None, None), *sets]:
+        if index is not None:
+            for graph in (lazy, push):
+                graph.nodes[nodes[index % len(nodes)]].set("own", value)
+        lazy.evaluate(context)
+        push.evaluate(context)
+        assert outputs(lazy) == outputs(push)
+    ORDER.clear()
+    lazy.evaluate(context)
+    assert ORDER == []
+
+
+@FEW
+@given(st.sampled_from(["push", "dirty_push"]), data_graphs(), data_graphs(), st.data())
+def test_edits_end_where_a_fresh_compile_begins(evaluator, before, after, data):
+    """From any graph to any other by a few edits, evaluated in between or not: the same nodes, links, values."""
+    nodes, edges, values = before
+    wanted, new_edges, new_values = after
+    control = Controller(registry=LIBRARY)
+    graph = control.edit({"graph_path": "/R", "evaluator_name": evaluator})[0]
+    control.edit(
+        graph,
+        {
+            K.CREATE_NODES: [(name, "random.Mix") for name in nodes],
+            K.CONNECT: [(f"{s}.outputs:y", f"{n}.inputs:{p}") for (n, p), s in edges.items()],
+            K.SET_VALUES: [(f"{name}.inputs:own", values[name]) for name in nodes],
+        },
+    )
+    if data.draw(st.booleans()):
+        control.evaluate_sync(graph)
+    control.edit(
+        graph,
+        {
+            K.DISCONNECT: [
+                (f"{s}.outputs:y", f"{n}.inputs:{p}") for (n, p), s in edges.items() if n in wanted and s in wanted
+            ],
+            K.DELETE_NODES: [name for name in nodes if name not in wanted],
+        },
+    )
+    if data.draw(st.booleans()):
+        control.evaluate_sync(graph)
+    control.edit(
+        graph,
+        {
+            K.CREATE_NODES: [(name, "random.Mix") for name in wanted if name not in nodes],
+            K.CONNECT: [(f"{s}.outputs:y", f"{n}.inputs:{p}") for (n, p), s in new_edges.items()],
+            K.SET_VALUES: [(f"{name}.inputs:own", new_values[name]) for name in wanted],
+        },
+    )
+    control.evaluate_sync(graph)
+    assert outputs(graph) == by_hand(wanted, new_edges, new_values)
+    fresh = compile_graphs([graph.spec], LIBRARY)[0]
+    graph.reset()
+    for one in (graph, fresh):
+        ORDER.clear()
+        one.evaluate(Context.standalone())
+        order = list(ORDER)
+        assert outputs(one) == by_hand(wanted, new_edges, new_values)
+    assert [node.rank for node in fresh.nodes.values()] == [node.rank for node in graph.nodes.values()]
+    assert sorted(order) == sorted(wanted)
+
+
+@st.composite
+def trees(draw, most=15):
+    """Execution trees: each node hangs on an output of an earlier one; the connections come in random order."""
+    count = draw(st.integers(1, most))
+    parents = [draw(st.tuples(st.integers(0, i - 1), st.sampled_from(["one", "two"]))) for i in range(1, count)]
+    links = [("tick.tick", "n0")] + [(f"n{p}.{out}", f"n{i}") for i, (p, out) in enumerate(parents, 1)]
+    return count, draw(st.permutations(links))
+
+
+@FEW
+@given(trees())
+def test_an_action_graph_walks_depth_first_in_connection_order(drawn):
+    count, links = drawn
+    nodes = [NodeSpec("tick", "random.Tick"), *(NodeSpec(f"n{i}", "random.Step") for i in range(count))]
+    connections = [ConnectionSpec(source, f"{target}.execIn") for source, target in links]
+    graph = compile_graphs([GraphSpec("/R", tuple(nodes), tuple(connections))], LIBRARY)[0]
+    ORDER.clear()
+    graph.evaluate(Context.standalone())
+    walked = []
+
+    def walk(node):
+        walked.append(node)
+        for output in ("one", "two"):
+            for source, target in links:
+                if source == f"{node}.{output}":
+                    walk(target)
+
+    walk("n0")
+    assert walked == ORDER
