@@ -70,6 +70,7 @@ FAMILIES = (
     "robots.holonomic_setup",
     "robots.quintic",
     "robots.stanley",
+    "robots.surface_gripper",
     "ros2.any_topic",
     "ros2.boxes",
     "ros2.clock",

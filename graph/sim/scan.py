@@ -10,6 +10,9 @@ from .stage import meters_per_unit
 from .transforms import Floats
 from .usd import EARLIEST, Usd, UsdGeom, UsdPhysics
 
+GRIPPER, ATTACHMENTS = "IsaacSurfaceGripper", "isaac:attachmentPoints"
+"""Type of a surface gripper's prim, and its relationship to the joints that are its points of attachment."""
+
 
 @dataclass(frozen=True)
 class BodyPrim:
@@ -50,6 +53,7 @@ class Scan:
     joints: list[JointPrim] = field(default_factory=list)
     scenes: list[Any] = field(default_factory=list)
     articulation_roots: list[str] = field(default_factory=list)
+    grippers: list[Any] = field(default_factory=list)
     moving: frozenset[str] = frozenset()
     """Bodies whose pose can change: not those that fixed joints hold to the world."""
 
@@ -99,6 +103,9 @@ def scan_stage(stage: Any) -> Scan:
         if prim.IsA(UsdPhysics.Scene):
             scan.scenes.append(prim)
             continue
+        if prim.GetTypeName() == GRIPPER:
+            scan.grippers.append(prim)
+            continue
         if not prim.GetAppliedSchemas():
             continue
         if prim.HasAPI(UsdPhysics.RigidBodyAPI):
@@ -114,9 +121,16 @@ def scan_stage(stage: Any) -> Scan:
     for prim in colliders:
         path = str(prim.GetPath())
         scan.colliders.append(ColliderPrim(path, prim, scan.body_of(path)))
-    scan.joints = [joint for prim in joints if (joint := _joint(scan, prim))]
+    held = _attachments(scan)
+    scan.joints = [joint for prim in joints if str(prim.GetPath()) not in held and (joint := _joint(scan, prim))]
     scan.moving = _moving(scan)
     return scan
+
+
+def _attachments(scan: Scan) -> frozenset[str]:
+    """Joints that are points of attachment of grippers: places, not ties."""
+    relationships = [prim.GetRelationship(ATTACHMENTS) for prim in scan.grippers]
+    return frozenset(str(path) for each in relationships if each for path in each.GetForwardedTargets())
 
 
 def _joint(scan: Scan, prim: Any) -> JointPrim | None:

@@ -15,9 +15,10 @@ from graph.sim import transforms
 from graph.sim.stage import Warn
 from graph.sim.transforms import Floats
 
+from .grippers import weld_name
 from .library import mujoco
 from .masses import Inertia, Volume, body_inertia
-from .model import Body, Collider, Joint, World
+from .model import Body, Collider, Gripper, Joint, World
 from .tree import Branch, Forest, grow_forest
 
 TORSION, ROLLING = 0.005, 0.0001
@@ -50,6 +51,7 @@ class Compiled:
     bodies: tuple[Body, ...]
     joints: tuple[Joint, ...]
     kinematic: tuple[str, ...]
+    grippers: tuple[Gripper, ...] = ()
 
 
 def compile_world(world: World, dt: Fraction, integrator: str, iterations: int | None, warn: Warn) -> Compiled:
@@ -71,6 +73,7 @@ def compile_world(world: World, dt: Fraction, integrator: str, iterations: int |
         parent = spec.worldbody if collider.body is None else handles[collider.body]
         _add_geom(parent, collider, meshes, f"{collider.path}#{number}")
     _add_constraints(spec, world, forest, warn)
+    grippers = _add_grips(spec, world)
     hung = {branch.joint.path for branch in forest.branches if branch.joint}
     joints = tuple(joint for joint in world.joints if joint.path in hung and joint.kind != "fixed")
     for joint in joints:
@@ -82,6 +85,7 @@ def compile_world(world: World, dt: Fraction, integrator: str, iterations: int |
         tuple(branch.body for branch in forest.branches),
         joints,
         tuple(body.path for body in world.bodies if body.kinematic),
+        grippers,
     )
 
 
@@ -222,6 +226,18 @@ def _add_constraints(spec: Any, world: World, forest: Forest, warn: Warn) -> Non
     apart = [joint.bodies for joint in world.joints if not joint.collide] + list(world.filtered)
     for first, second in dict.fromkeys((min(pair), max(pair)) for pair in apart if pair[0] and pair[1]):  # type: ignore
         spec.add_exclude(bodyname1=first, bodyname2=second)
+
+
+def _add_grips(spec: Any, world: World) -> tuple[Gripper, ...]:
+    """A weld for each point of a gripper, off and between any two bodies until it holds one; none for a lone body."""
+    if len(world.bodies) < 2:
+        return ()
+    for gripper in world.grippers:
+        for point in gripper.points:
+            other = next(body.path for body in world.bodies if body.path != point.body)
+            weld = spec.add_equality(type=mujoco.mjtEq.mjEQ_WELD, objtype=mujoco.mjtObj.mjOBJ_BODY)
+            weld.name, weld.name1, weld.name2, weld.active = weld_name(point), point.body, other, False
+    return world.grippers
 
 
 def _add_loop(spec: Any, joint: Joint, warn: Warn) -> None:

@@ -14,6 +14,7 @@ from graph.sim.transforms import Floats
 
 from .compile import Compiled
 from .drives import Drives
+from .grippers import SurfaceGripper
 from .library import mujoco
 from .model import Joint
 from .surfaces import Surfaces
@@ -48,6 +49,7 @@ class Physics:
         self._stale = self.closed = False
         self._articulations: dict[str, Articulation] = {}
         self.drives = Drives(self.model, self.joints)
+        self._grippers = {spec.path: SurfaceGripper(self, spec) for spec in compiled.grippers}
         self._actuators = {joint.path: number for number, joint in enumerate(self.drives.joints)}
         self.set_dt(dt)
         self._start(compiled)
@@ -64,6 +66,8 @@ class Physics:
         counters = self._counters
         if counters[3] or counters[4] or counters[5]:
             raise RunError(self._divergence())
+        for gripper in self._grippers.values():
+            gripper.step()
 
     @property
     def surfaces(self) -> Surfaces:
@@ -144,6 +148,12 @@ class Physics:
                 raise RunError(f"{root}: no revolute or prismatic joint is there.")
             self._articulations[root] = found
         return self._articulations[root]
+
+    def gripper(self, path: str) -> SurfaceGripper:
+        """The surface gripper at a path. RunError if there is none."""
+        if path not in self._grippers:
+            raise RunError(f"{path}: no surface gripper is there; it is a prim of type IsaacSurfaceGripper.")
+        return self._grippers[path]
 
     def close(self) -> None:
         """Free the engine's memory; nothing may be asked of it afterwards."""

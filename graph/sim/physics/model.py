@@ -100,6 +100,32 @@ class Joint:
 
 
 @dataclass(frozen=True)
+class Suction:
+    """A point of a body that can hold what is before it: its joint prim, place [m] and unit direction in the body.
+
+    clearance: how far before the point the search begins [m].
+    """
+
+    path: str
+    body: str
+    place: Floats
+    direction: Floats
+    clearance: float = 0.0
+
+
+@dataclass(frozen=True)
+class Gripper:
+    """Points that grip together: how far they search [m], what they can hold [N], how long they go on trying [s]."""
+
+    path: str
+    points: tuple[Suction, ...]
+    reach: float
+    coaxial_limit: float = FREE
+    shear_limit: float = FREE
+    patience: float = 0.0
+
+
+@dataclass(frozen=True)
 class World:
     """All that one engine needs: gravity [m/s2], bodies, colliders, joints and pairs of bodies that never collide."""
 
@@ -108,3 +134,4 @@ class World:
     colliders: tuple[Collider, ...]
     joints: tuple[Joint, ...]
     filtered: tuple[tuple[str, str], ...] = ()
+    grippers: tuple[Gripper, ...] = ()

@@ -16,6 +16,7 @@ from graph.sim.usd import EARLIEST, UsdGeom, UsdPhysics
 from .attributes import authored, kilograms_per_unit, quaternion_of, vector
 from .model import Body, World
 from .read_colliders import read_colliders
+from .read_grippers import read_grippers
 from .read_joints import read_joints
 
 EARTH_GRAVITY = 9.81
@@ -29,6 +30,7 @@ def read_world(scan: Scan, warn: Warn) -> World:
         colliders=read_colliders(scan, warn),
         joints=read_joints(scan, warn),
         filtered=_filtered_pairs(scan),
+        grippers=read_grippers(scan, warn),
     )
 
 

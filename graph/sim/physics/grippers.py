@@ -1,0 +1,123 @@
+"""Surface grippers at work: they hold what is before their points of attachment, up to a force."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from graph.sim import transforms
+from graph.sim.transforms import Floats
+
+from .library import mujoco
+from .model import Gripper, Suction
+
+if TYPE_CHECKING:
+    from .engine import Physics
+
+Status = Literal["Open", "Closing", "Closed"]
+
+
+def weld_name(point: Suction) -> str:
+    """Name of the model's weld that a point of attachment uses."""
+    return f"{point.path}#grip"
+
+
+class SurfaceGripper:
+    """Holds bodies by welds that are switched on where a ray from a point of attachment meets one.
+
+    Closing, it tries in every step until something is held or its patience is over; then it is open again. A point lets
+    go of what pulls along its axis, or across it, with more than the limits.
+    """
+
+    def __init__(self, physics: Physics, spec: Gripper) -> None:
+        self.spec = spec
+        self.status: Status = "Open"
+        self._physics = physics
+        self._until = 0.0
+        self._welds = [int(physics.model.equality(weld_name(point)).id) for point in spec.points]
+        self._held: dict[int, str] = {}
+
+    @property
+    def held(self) -> tuple[str, ...]:
+        """Paths of the bodies held."""
+        return tuple(dict.fromkeys(self._held.values()))
+
+    def close(self) -> None:
+        """Begin to grip, now and in the steps to come; nothing changes where it is closed or closing."""
+        if self.status == "Open":
+            self.status = "Closing"
+            self._until = float(self._physics.data.time) + self.spec.patience
+            self._grip()
+
+    def open(self) -> None:
+        """Let everything go."""
+        for number in tuple(self._held):
+            self._release(number)
+        self.status = "Open"
+
+    def step(self) -> None:
+        """After a step of the engine: let go of what pulls too hard; try on while closing."""
+        for number in tuple(self._held):
+            if self._overloaded(number):
+                self._release(number)
+        if self.status == "Closed" and not self._held:
+            self.status = "Open"
+        if self.status == "Closing":
+            self._grip()
+
+    def _grip(self) -> None:
+        for number, point in enumerate(self.spec.points):
+            body = self._before(point)
+            if body and number not in self._held:
+                self._hold(number, body)
+        if self._held:
+            self.status = "Closed"
+        elif float(self._physics.data.time) >= self._until:
+            self.status = "Open"
+
+    def _frame(self, point: Suction) -> tuple[Floats, Floats, int]:
+        """Place and direction of a point in the world, and the number of its body."""
+        physics = self._physics
+        body = physics.body_paths.index(point.body)
+        turn = physics.rotations[body]
+        return physics.positions[body] + turn @ point.place, turn @ point.direction, body
+
+    def _before(self, point: Suction) -> int:
+        """The model's number of the body before a point; 0 where there is none within reach."""
+        physics = self._physics
+        place, direction, body = self._frame(point)
+        geom = np.array([-1], dtype=np.int32)
+        start = place + point.clearance * direction
+        distance = mujoco.mj_ray(physics.model, physics.data, start, direction, None, 0, body + 1, geom)
+        if geom[0] < 0 or not 0 <= distance <= self.spec.reach:
+            return 0
+        return int(physics.model.geom_bodyid[geom[0]])
+
+    def _hold(self, number: int, body: int) -> None:
+        physics, weld = self._physics, self._welds[number]
+        holder = physics.body_paths.index(self.spec.points[number].body)
+        turn = physics.rotations[holder].T
+        model = physics.model
+        model.eq_obj1id[weld], model.eq_obj2id[weld] = holder + 1, body
+        model.eq_data[weld, :3] = 0
+        model.eq_data[weld, 3:6] = turn @ (physics.positions[body - 1] - physics.positions[holder])
+        model.eq_data[weld, 6:10] = transforms.quaternion(turn @ physics.rotations[body - 1])
+        model.eq_data[weld, 10] = 1
+        physics.data.eq_active[weld] = 1
+        self._held[number] = physics.body_paths[body - 1]
+
+    def _release(self, number: int) -> None:
+        self._physics.data.eq_active[self._welds[number]] = 0
+        del self._held[number]
+
+    def _overloaded(self, number: int) -> bool:
+        data, weld = self._physics.data, self._welds[number]
+        welds = data.efc_type[: data.nefc] == mujoco.mjtConstraint.mjCNSTR_EQUALITY
+        rows = np.flatnonzero(welds & (data.efc_id[: data.nefc] == weld))
+        if not len(rows):
+            return False
+        force = data.efc_force[rows[:3]]
+        along = float(force @ self._frame(self.spec.points[number])[1])
+        across = float(np.sqrt(max(force @ force - along**2, 0.0)))
+        return abs(along) > self.spec.coaxial_limit or across > self.spec.shear_limit

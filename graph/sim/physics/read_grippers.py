@@ -1,0 +1,79 @@
+"""Surface grippers (suction cups) as the robot schema of Isaac Sim describes them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from graph.sim import transforms
+from graph.sim.scan import ATTACHMENTS, Scan
+from graph.sim.stage import Warn
+from graph.sim.usd import EARLIEST, UsdGeom, UsdPhysics
+
+from .attributes import kilograms_per_unit, quaternion_of
+from .model import FREE, Gripper, Suction
+
+REACH = 0.01
+"""Default of isaac:maxGripDistance [stage units]."""
+
+
+def read_grippers(scan: Scan, warn: Warn) -> tuple[Gripper, ...]:
+    """The grippers of a stage whose points of attachment are on bodies that can move."""
+    return tuple(_gripper(scan, prim, warn) for prim in scan.grippers)
+
+
+def _gripper(scan: Scan, prim: Any, warn: Warn) -> Gripper:
+    path = str(prim.GetPath())
+    points = []
+    attached = prim.GetRelationship(ATTACHMENTS)
+    for target in attached.GetForwardedTargets() if attached else ():
+        joint = scan.stage.GetPrimAtPath(target.GetPrimPath())
+        point = _point(scan, joint) if joint and joint.IsA(UsdPhysics.Joint) else None
+        if point is None:
+            warn("bad-gripper", path, f"{target} is no joint whose first body can move; it holds nothing.")
+        else:
+            points.append(point)
+    newton = kilograms_per_unit(scan.stage) * scan.meters_per_unit
+    return Gripper(
+        path,
+        tuple(points),
+        reach=_number(prim, "isaac:maxGripDistance", REACH) * scan.meters_per_unit,
+        coaxial_limit=_limit(prim, "isaac:coaxialForceLimit") * newton,
+        shear_limit=_limit(prim, "isaac:shearForceLimit") * newton,
+        patience=max(_number(prim, "isaac:retryInterval", 0.0), 0.0),
+    )
+
+
+def _point(scan: Scan, prim: Any) -> Suction | None:
+    joint = UsdPhysics.Joint(prim)
+    targets = joint.GetBody0Rel().GetForwardedTargets()
+    link = str(targets[0].GetPrimPath()) if targets else ""
+    body = scan.moving_body_of(link)
+    if body is None:
+        return None
+    place = np.array([joint.GetLocalPos0Attr().Get(EARLIEST)], dtype=np.float64)
+    target = scan.stage.GetPrimAtPath(link)
+    base = scan.world_matrix(target) if target.IsA(UsdGeom.Xformable) else np.eye(4)
+    frame = transforms.rigid_part(base)
+    turn = quaternion_of(joint.GetLocalRot0Attr().Get(EARLIEST))
+    frame[:3, :3] = frame[:3, :3] @ transforms.rotation_matrices(turn)
+    frame[:3, 3] = transforms.transformed(base, place)[0] * scan.meters_per_unit
+    local = transforms.inverse_rigid(scan.body_pose(body)) @ frame
+    attribute = prim.GetAttribute("isaac:forwardAxis")
+    axis = str((attribute.Get(EARLIEST) if attribute else None) or "Z").upper()
+    direction = local[:3, "XYZ".index(axis) if axis in ("X", "Y", "Z") else 2]
+    clearance = _number(prim, "isaac:clearanceOffset", 0.0) * scan.meters_per_unit
+    return Suction(str(prim.GetPath()), body, local[:3, 3], direction, clearance)
+
+
+def _number(prim: Any, name: str, default: float) -> float:
+    attribute = prim.GetAttribute(name)
+    value = attribute.Get(EARLIEST) if attribute else None
+    return default if value is None or not np.isfinite(value) else float(value)
+
+
+def _limit(prim: Any, name: str) -> float:
+    """A force; not authored or not above 0 is no limit."""
+    value = _number(prim, name, 0.0)
+    return value if value > 0 else FREE
