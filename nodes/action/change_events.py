@@ -10,6 +10,7 @@ from graph import Attribute, node_type
 
 from .events import ONLY_PLAYBACK
 from .inboxes import ignored
+from .notices import StageWatch
 
 
 @dataclass(slots=True)
@@ -23,7 +24,7 @@ class LastValue:
 @node_type(
     "omni.graph.action.OnVariableChange",
     version=2,
-    event=True,
+    event=-1,
     inputs={
         "onlyPlayback": ONLY_PLAYBACK,
         "variableName": Attribute("token", "name of the variable", default="", literal_only=True),
@@ -114,12 +115,10 @@ def on_object_change(db: Any) -> bool:
 
 def _watch(stage: Any, path: str, changed: list[str]) -> Callable[[], None]:
     """Notes the names of the prim's properties as they change; returns what ends that."""
-    from graph.sim.usd import Tf, Usd
 
-    def told(notice: Any, sender: Any) -> None:
+    def told(notice: Any) -> None:
         for one in (*notice.GetChangedInfoOnlyPaths(), *notice.GetResyncedPaths()):
             if one.IsPropertyPath() and str(one.GetPrimPath()) == path and one.name not in changed:
                 changed.append(one.name)
 
-    key = Tf.Notice.Register(Usd.Notice.ObjectsChanged, told, stage)
-    return lambda: key.Revoke()
+    return StageWatch(stage, told)

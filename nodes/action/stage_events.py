@@ -10,6 +10,7 @@ from graph import Attribute, node_type
 
 from .events import ONLY_PLAYBACK
 from .inboxes import Listening, close_inbox, ignored, inbox_of
+from .notices import StageWatch
 
 HIERARCHY = "Hierarchy Changed"
 STAGE_EVENTS = (
@@ -28,7 +29,7 @@ STAGE_EVENTS = (
 @node_type(
     "omni.graph.action.OnLoaded",
     version=2,
-    event=-1,
+    event=-2,
     outputs={"execOut": Attribute("execution", "fires once, ahead of all other events")},
 )
 def on_loaded(db: Any) -> bool:
@@ -85,11 +86,9 @@ def on_stage_event(db: Any) -> bool:
 
 def _watch_hierarchy(stage: Any, events: Any) -> Callable[[], None]:
     """Sends an event whenever prims come, go or change their type; returns what ends that."""
-    from graph.sim.usd import Tf, Usd
 
-    def told(notice: Any, sender: Any) -> None:
+    def told(notice: Any) -> None:
         if any(path.IsPrimPath() for path in notice.GetResyncedPaths()):
             events.send(f"stage:{HIERARCHY}")
 
-    key = Tf.Notice.Register(Usd.Notice.ObjectsChanged, told, stage)
-    return lambda: key.Revoke()
+    return StageWatch(stage, told)
