@@ -127,6 +127,8 @@ class Builder:
                 for name, variable in graph.variables.items()
             },
             mark=self._key_mark("graphs", path),
+            evaluation_mode=graph.evaluation_mode,
+            instances=graph.instances,
         )
 
     def _nodes(self, graph: model.Graph, tree: Map | None) -> Iterator[NodeSpec]:

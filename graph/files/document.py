@@ -37,6 +37,10 @@ def graph_document(graph: GraphSpec) -> dict[str, Any]:
         document["evaluator"] = graph.evaluator
     if graph.pipeline_stage != "simulation":
         document["pipeline_stage"] = graph.pipeline_stage
+    if graph.evaluation_mode != "automatic":
+        document["evaluation_mode"] = graph.evaluation_mode
+    if graph.instances:
+        document["instances"] = {prim: dict(values) for prim, values in graph.instances.items()}
     if graph.variables:
         document["variables"] = {
             name: {"type": one.type} | ({} if one.value is None else {"value": one.value})

@@ -215,6 +215,7 @@ class Variable(_Part):
     value: Any = Field(default=None, description="Value at the start; the type's zero if left out.")
 
 
+InstanceEntry = Annotated[dict[str, Any], BeforeValidator(_empty_if_null)]
 NodeEntry = Annotated[
     Node,
     BeforeValidator(_type_or_mapping, json_schema_input_type=str | Node),
@@ -233,6 +234,16 @@ class Graph(_Part):
         default="simulation",
         description="When the graph is evaluated: after the physics of an update, before rendering, after a new frame "
         "of a render product, or when something asks for it.",
+    )
+    evaluation_mode: Literal["automatic", "standalone", "instanced"] = Field(
+        default="automatic",
+        description="standalone: the graph runs once. instanced: once for each prim of instances. automatic: for each "
+        "prim if there are any, else once.",
+    )
+    instances: dict[PrimPath, InstanceEntry] = Field(
+        default_factory=dict,
+        description="Prims that have this graph, each with the values of variables that are its own.",
+        json_schema_extra=_PATH_KEYS,
     )
     variables: dict[Identifier, Variable] = Field(default_factory=dict, description="Variables of the graph by name.")
     nodes: dict[NodeName, NodeEntry] = Field(

@@ -9,7 +9,7 @@ from typing import Any
 
 from graph.spec import EvaluationMode, Evaluator, PipelineStage
 
-from .json_values import restored
+from .json_values import decoded, restored
 from .node_prims import (
     GRAPH_TYPES,
     KEY,
@@ -83,6 +83,9 @@ def read_graphs(stage: Any, tell: Tell) -> list[RawGraph]:
             overs.setdefault(str(prim.GetPath().GetParentPath()), []).append(str(prim.GetPath()))
     for graph in found:
         graph.instances = users.get(graph.path, {})
+        noted = decoded(graph.custom, "instances")
+        if isinstance(noted, dict) and noted.keys() == graph.instances.keys():
+            graph.instances = noted  # in the order, and with the values, that our own writer had
     for parent, paths in overs.items():
         names = ", ".join(path.rpartition("/")[2] for path in paths[:3]) + (", ..." if len(paths) > 3 else "")
         message = f"{parent}: {_some(len(paths), 'prim')} ({names}) only override nodes that no file defines; left out"

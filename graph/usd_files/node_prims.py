@@ -11,6 +11,7 @@ from .values import from_usd, ogn_name, plain
 PREFIXES = ("inputs:", "outputs:", "state:")
 GRAPH_TYPES = ("OmniGraph", "ComputeGraph")
 NODE_TYPES = ("OmniGraphNode", "ComputeNode")
+_NOTHING: Mapping[str, Any] = {}
 KEY = "tickgraph"
 """Key of our own data in customData and customLayerData."""
 
@@ -86,19 +87,17 @@ def read_properties(prim: Any) -> Iterator[RawAttribute]:
 
 
 def _of_spec(spec: Any, name: str, prim: Any) -> RawAttribute:
-    info = spec.ListInfoKeys()
-    custom = plain(dict(spec.customData)) if "customData" in info else {}
-    if "typeName" not in info:
-        listed = spec.GetInfo("targetPaths").GetAppliedItems() if "targetPaths" in info else ()
+    has = spec.HasInfo
+    custom = plain(dict(spec.customData)) if has("customData") else _NOTHING
+    if not hasattr(spec, "typeName"):
+        listed = spec.GetInfo("targetPaths").GetAppliedItems() if has("targetPaths") else ()
         return RawAttribute(name, "rel", [str(path) for path in listed], (), custom)
-    sdf = spec.GetInfo("typeName")
-    value = None
-    if "default" in info:
-        value = spec.default
-    elif "timeSamples" in info:
+    sdf = str(spec.typeName)
+    value = spec.default
+    if value is None and has("timeSamples"):
         value = _earliest(prim.GetAttribute(name))
     sources: tuple[str, ...] = ()
-    if "connectionPaths" in info:
+    if has("connectionPaths"):
         sources = tuple(map(str, spec.GetInfo("connectionPaths").GetAppliedItems()))
     return RawAttribute(name, sdf, None if value is None else _plain(value, sdf), sources, custom)
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from graph.errors import Problem, UserError
+from graph.files.document import simple
 from graph.registry import DEFAULT, Registry
 from graph.spec import FileSpec, GraphSpec
 
@@ -52,6 +54,8 @@ def layer_of(
     with Sdf.ChangeBlock():
         for graph in spec.graphs:
             _graph(layer, graph, links, documentation, registry)
+        for graph in spec.graphs:
+            _instances(layer, graph)
     roots = [prim.name for prim in layer.rootPrims]
     if roots:
         layer.defaultPrim = roots[0]
@@ -100,7 +104,7 @@ def _graph(layer: Any, graph: GraphSpec, links: Links, documentation: Mapping[st
     prim = _defined(layer, graph.path, "OmniGraph", "" if layer.subLayerPaths else "Xform")
     _document(prim, documentation.get(graph.path, ""))
     for name, kind, value in (
-        ("evaluationMode", Sdf.ValueTypeNames.Token, "Automatic"),
+        ("evaluationMode", Sdf.ValueTypeNames.Token, graph.evaluation_mode.capitalize()),
         ("evaluator:type", Sdf.ValueTypeNames.Token, _EVALUATORS[graph.evaluator]),
         ("fabricCacheBacking", Sdf.ValueTypeNames.Token, "StageWithoutHistory"),
         ("fileFormatVersion", Sdf.ValueTypeNames.Int2, Gf.Vec2i(1, 9)),
@@ -116,7 +120,27 @@ def _graph(layer: Any, graph: GraphSpec, links: Links, documentation: Mapping[st
         _document(node_prim, documentation.get(f"{graph.path}/{node.name}", ""))
         NodeWriter(node_prim, node, registry).write()
     notes = links.write(layer, graph)
-    prim.customData = {KEY: {"connections": custom_data.texts(notes)}}
+    ours: dict[str, Any] = {"connections": custom_data.texts(notes)}
+    if graph.instances:
+        ours["instances"] = json.dumps(simple(graph.instances))
+    prim.customData = {KEY: ours}
+
+
+def _instances(layer: Any, graph: GraphSpec) -> None:
+    """Notes on each prim that has the graph, in their order and with the variable values that are their own."""
+    from graph.sim.usd import Sdf
+
+    for path, values in graph.instances.items():
+        if not Sdf.Path.IsValidPathString(path):
+            raise UserError(Problem(f"graph {graph.path}: {path} cannot be a prim of USD; rename it.", graph.mark))
+        prim = layer.GetPrimAtPath(path) or Sdf.CreatePrimInLayer(layer, path)
+        prim.SetInfo("apiSchemas", Sdf.TokenListOp.Create(prependedItems=["OmniGraphAPI"]))
+        relationship = prim.relationships.get("omniGraphs") or Sdf.RelationshipSpec(prim, "omniGraphs")
+        relationship.targetPathList.explicitItems.append(graph.path)
+        for name, value in values.items():
+            if f"graph:variable:{name}" not in prim.properties:
+                variable = graph.variables.get(name)
+                write_value(prim, f"graph:variable:{name}", variable.type if variable else None, value)
 
 
 def _document(spec: Any, text: str) -> None:

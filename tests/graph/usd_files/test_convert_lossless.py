@@ -65,6 +65,14 @@ def graphs(draw):
     graph = {"nodes": made}
     graph["evaluator"] = draw(st.sampled_from(["execution", "push", "dirty_push"]))
     graph["pipeline_stage"] = draw(st.sampled_from(["simulation", "pre_render", "post_render", "on_demand"]))
+    graph["evaluation_mode"] = draw(st.sampled_from(["automatic", "standalone", "instanced"]))
+    graph["instances"] = draw(
+        st.dictionaries(
+            st.sampled_from(["/World/Box", "/Robot", "/Robot/arm"]),
+            st.dictionaries(NAMES, VALUES, max_size=2),
+            max_size=2,
+        )
+    )
     graph["variables"] = draw(
         st.dictionaries(
             NAMES,
@@ -128,6 +136,8 @@ def said(path):
             "path": graph.path,
             "evaluator": graph.evaluator,
             "stage": graph.pipeline_stage,
+            "mode": graph.evaluation_mode,
+            "instances": {prim: dict(values) for prim, values in graph.instances.items()},
             "variables": {name: [one.type, one.value] for name, one in graph.variables.items()},
             "nodes": [[n.name, n.type, dict(n.inputs), dict(n.attributes)] for n in graph.nodes],
             "connections": [f"{one.source} -> {one.target}" for one in graph.connections],
