@@ -22,6 +22,10 @@ if TYPE_CHECKING:
     from .sim import App
 
 
+GRAPH_PRIMS = ("", "Scope", "Xform", "OmniGraph", "ComputeGraph")
+"""Types of prims that a graph's path may name."""
+
+
 @dataclass(frozen=True, slots=True)
 class Parts:
     """What a graph file gave: what it says, its compiled graphs, its stage (None where it could not be made),
@@ -91,6 +95,7 @@ def build_parts(
         problems += option_problems(spec)
     if spec is not None and stage is not None:
         problems += bad_lidars(stage, spec)
+        problems += taken_paths(stage, spec)
         missing = missing_targets(stage, spec, graphs)
         if spec.lenient:
             warnings += [("prim-missing", str(one.mark), one.message) for one in missing]
@@ -218,6 +223,16 @@ def bad_lidars(stage: Usd.Stage, spec: FileSpec) -> list[Problem]:
     from sensors.lidar.check import lidar_problems
 
     return [Problem(message, spec.scene.prim_marks.get((path,))) for path, message in lidar_problems(stage)]
+
+
+def taken_paths(stage: Usd.Stage, spec: FileSpec) -> list[Problem]:
+    """A line for each graph whose path is that of a prim which is something else."""
+    problems = []
+    for graph in spec.graphs:
+        kind = str(stage.GetPrimAtPath(graph.path).GetTypeName()) if stage.GetPrimAtPath(graph.path) else ""
+        if kind not in GRAPH_PRIMS:
+            problems.append(Problem(f"{graph.path} is a {kind} on the stage; give the graph another path", graph.mark))
+    return problems
 
 
 def missing_targets(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Graph]) -> list[Problem]:

@@ -115,6 +115,17 @@ BAD_EDITS = {
     "nan position": ("translate: [3, 0, 2]", "translate: [.nan, 0, 2]", "translate"),
     "missing scene": ("scene:\n", "scene:\n  usd: nowhere.usda\n", "nowhere.usda"),
     "path outside": ("scene:\n", "scene:\n  usd: ../../../etc/scene.usda\n", "outside"),
+    "a graph where a prim is": ("  /World/Graph:", "  /World/Ball:", "/World/Ball is a Sphere"),
+    "more rays than memory": (
+        "rotate: [0, 10, 0]",
+        'attributes: {"omni:sensor:Core:patternFiringRateHz": 4000000000}',
+        "rays a scan",
+    ),
+    "negative tick rate": ("rotate: [0, 10, 0]", 'attributes: {"omni:sensor:tickRate": -1}', "tickRate is -1"),
+    "rate no clock can keep": ("loop_hz: 60", "loop_hz: 1.0e-30", "loop_hz"),
+    "recording over the report": ("tickgraph: 1", "tickgraph: 1\nrecord: {mcap: report.json}", "report.json"),
+    "half a character": ("topicName: points", 'topicName: "\\ud800"', "surrogate"),
+    "absurd speed": ("mass: 1.0", "mass: 1.0, velocity: [1.0e+200, 0, 0]", "faster"),
     "malformed": ("tickgraph: 1", "tickgraph: [1", "small.yaml:"),
 }
 
@@ -141,6 +152,24 @@ def test_all_mistakes_of_a_file_are_told_at_once(small, capsys):
     assert main(["check", str(small)]) == 2
     error = capsys.readouterr().err
     assert all(word in error for word in ("ROS2RtxLidarHelpr", "RPLIDAR_S3", "radios"))
+
+
+def test_a_size_without_a_finite_mass_is_refused_before_anything_is_written(tmp_path, small, capsys):
+    small.write_text(SMALL.replace("radius: 0.25", "radius: 1.0e+300").replace(", mass: 1.0", ""))
+    assert main(["run", str(small), "--out", str(tmp_path / "out")]) == 2
+    assert "/World/Ball" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_set_on_a_connected_input_is_refused(small, capsys):
+    assert main(["run", str(small), "--set", "cloud.renderProductPath=/x"]) == 2
+    assert "a connection feeds this input" in capsys.readouterr().err
+
+
+def test_a_topic_that_ros_does_not_allow_ends_the_run(small, capsys):
+    small.write_text(SMALL.replace("topicName: points", 'topicName: "a b!"'))
+    assert main(["run", str(small), "--updates", "3"]) == 1
+    assert "is no ROS 2 topic name" in capsys.readouterr().err
 
 
 def test_an_empty_scene_runs(tmp_path):
