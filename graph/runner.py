@@ -143,6 +143,7 @@ class GraphRunner:
 
     def _played(self) -> None:
         self._instance_prims()
+        self._regroup()
         for name in STARTS:
             self.events.send(f"stage:{name}", update=self._context.update)
 

@@ -7,6 +7,7 @@ from importlib import import_module
 from typing import Any
 
 from graph.suggest import did_you_mean
+from graph.types import TYPES
 from graph.values import shown
 
 from .errors import OmniGraphError
@@ -63,8 +64,7 @@ def _typed(usd: Any, path: str, name: str, given: Any) -> tuple[Any, Any]:
     written, value = str(given[0]), given[1]
     type_ = usd.Sdf.ValueTypeNames.Find(_usd_name(written))
     if not type_:
-        known = [one for one in dir(usd.Sdf.ValueTypeNames) if not one.startswith("_")]
-        raise OmniGraphError(f'prim {path}: {name}: no attribute type "{written}"{did_you_mean(written, known)}')
+        raise OmniGraphError(f'prim {path}: {name}: no attribute type "{written}"{did_you_mean(written, TYPES)}')
     try:
         return type_, _usd_value(type_, value)
     except Exception as error:
@@ -73,10 +73,10 @@ def _typed(usd: Any, path: str, name: str, given: Any) -> tuple[Any, Any]:
 
 
 def _usd_name(written: str) -> str:
-    """double3 for double[3], double3[] for double[3][]."""
-    array = written.endswith("[]")
-    bare = written.removesuffix("[]").replace("[", "").replace("]", "")
-    return bare + ("[]" if array else "")
+    """`point3d` for pointd[3]; what is no OGN name may be a name of USD."""
+    if written not in TYPES:
+        return written
+    return str(import_module("graph.usd_files.values").sdf_name(TYPES[written]))
 
 
 def _usd_value(type_: Any, value: Any) -> Any:
