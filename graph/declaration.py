@@ -158,6 +158,11 @@ class NodeType:
         """The last part of the id."""
         return self.id.rpartition(".")[2]
 
+    @property
+    def shipped(self) -> bool:
+        """Whether it is one of ours, from the package `nodes`."""
+        return self.origin.startswith(("nodes.", "nodes:"))
+
     @cached_property
     def has_execution(self) -> bool:
         """Whether control reaches it: it has execution attributes, so it is never computed on demand."""

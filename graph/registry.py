@@ -12,6 +12,9 @@ from .suggest import did_you_mean
 ENTRY_POINTS = "tickgraph.nodes"
 """Entry point group of third-party node packages: each names a module whose import registers its types."""
 
+OGN_ENTRY_POINTS = "tickgraph.ogn"
+"""Entry point group of packages with `.ogn` files, see `graph.ogn`."""
+
 SHIPPED = "nodes"
 """The package of the shipped types; they win when two types share a short name."""
 
@@ -53,7 +56,7 @@ class Registry:
         if name in self._types:
             return self._types[name]
         candidates = self._short.get(name, [])
-        shipped = [one for one in candidates if one.origin.startswith((f"{SHIPPED}.", f"{SHIPPED}:"))]
+        shipped = [one for one in candidates if one.shipped]
         for group in (shipped, candidates):
             if len(group) == 1:
                 return group[0]
@@ -86,6 +89,20 @@ class Registry:
             except UserError:
                 raise
             except Exception as error:
+                raise UserError(
+                    f'the node package "{entry.name}" ({entry.value}) cannot be imported: {error}; '
+                    "repair or uninstall it"
+                ) from error
+        self._load_ogn_packages()
+
+    def _load_ogn_packages(self) -> None:
+        """Registers the types that installed packages declare by `.ogn` files."""
+        for entry in sorted(metadata.entry_points(group=OGN_ENTRY_POINTS), key=lambda entry: (entry.name, entry.value)):
+            from .ogn import register_package
+
+            try:
+                register_package(self, entry.name, entry.value)
+            except ImportError as error:
                 raise UserError(
                     f'the node package "{entry.name}" ({entry.value}) cannot be imported: {error}; '
                     "repair or uninstall it"

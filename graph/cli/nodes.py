@@ -37,8 +37,12 @@ def run(args: argparse.Namespace) -> int:
     if args.json:
         print(json.dumps({one.id: node_type_as_dict(one) for one in types}, indent=2))
     else:
-        rows = ((one.id, str(one.version), first_line(one.doc)) for one in types)
-        print_table(rows, ("TYPE", "VERSION", "WHAT IT DOES"))
+        rows = [[one.id, str(one.version), first_line(one.doc)] for one in types]
+        headings = ["TYPE", "VERSION", "WHAT IT DOES"]
+        if any(not one.shipped for one in types):
+            headings.append("FROM")
+            rows = [[*row, "" if one.shipped else one.origin] for row, one in zip(rows, types, strict=True)]
+        print_table(rows, headings)
     return 0
 
 

@@ -8,9 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from graph import Attribute, node_type
+from graph.ogn.database import OG, OgnDatabase, log_print
 from graph.scripts import REFUSED
-
-from .database import OG, ScriptDatabase, log_print
 
 MAX_BYTES = 1_000_000
 CALLBACKS = ("setup", "compute", "cleanup")
@@ -25,6 +24,15 @@ class _Script:
     code: Any = None
     names: dict[str, Any] = field(default_factory=dict)
     db: Any = None
+
+
+class ScriptView(OgnDatabase):
+    """The database of one script: what it keeps is its own, made afresh with the script."""
+
+    @property
+    def internal_state(self) -> Any:
+        """Whatever the script keeps between computes."""
+        return self._own
 
 
 def _clean_up(db: Any) -> None:
@@ -89,7 +97,7 @@ def script_node(db: Any) -> bool:
 def _load(db: Any, memory: _Script, origin: tuple[Any, ...]) -> None:
     """Takes a script up: defines its functions and calls its setup."""
     source = _text(db, *origin) if len(origin) > 1 else origin[0]
-    memory.db = ScriptDatabase(db)
+    memory.db = ScriptView(db)
     memory.names = {"__name__": "__script__", "db": memory.db, "og": OG, "print": log_print}
     memory.code = _guarded(db, lambda: compile(source, _label(db), "exec"))
     if any(f"def {name}" in source for name in CALLBACKS):

@@ -46,7 +46,16 @@ def types(monkeypatch):
 
 
 def test_types_are_listed_one_a_line_with_version_and_purpose(types, graph):
-    assert graph("nodes").out == "acme.flow.Wait\t3\tWaits.\nacme.math.Sum\t1\tAdds things.\n"
+    rows = [line.split("\t") for line in graph("nodes").out.splitlines()]
+    assert [row[:3] for row in rows] == [["acme.flow.Wait", "3", "Waits."], ["acme.math.Sum", "1", "Adds things."]]
+
+
+def test_types_that_are_not_ours_are_listed_with_their_origin(types, graph):
+    assert graph("nodes", "Sum").out.split("\t")[3].rpartition(":")[0].endswith("test_node_types")
+
+
+def test_our_types_are_listed_without_an_origin(graph):
+    assert graph("nodes", "Countdown").out.count("\t") == 2
 
 
 def test_a_terminal_gets_a_table_with_headings(types, capsys, monkeypatch):
@@ -55,7 +64,8 @@ def test_a_terminal_gets_a_table_with_headings(types, capsys, monkeypatch):
     monkeypatch.setenv("TERM", "dumb")
     assert main(["nodes"]) == 0
     lines = [line.split() for line in capsys.readouterr().out.splitlines()]
-    assert lines[:2] == [["TYPE", "VERSION", "WHAT", "IT", "DOES"], ["acme.flow.Wait", "3", "Waits."]]
+    assert lines[0] == ["TYPE", "VERSION", "WHAT", "IT", "DOES", "FROM"]
+    assert lines[1][:3] == ["acme.flow.Wait", "3", "Waits."]
 
 
 @pytest.mark.parametrize(

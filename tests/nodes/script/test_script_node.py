@@ -100,7 +100,7 @@ def test_an_error_names_the_line_of_the_script(script, message):
 
 def test_warnings_of_a_script_are_collected():
     trace = run_script("def compute(db):\n    db.log_warning('careful')", pulses=(0, 1), updates=2)
-    assert [(one.code, one.message, one.count) for one in trace.warnings] == [("script-warning", "careful", 2)]
+    assert [(one.code, one.message, one.count) for one in trace.warnings] == [("node-warning", "careful", 2)]
 
 
 FILE = """\

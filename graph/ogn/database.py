@@ -1,12 +1,14 @@
-"""What a script sees of its node: the node's database, and the names that OmniGraph's scripts use besides."""
+"""What OmniGraph's Python nodes and scripts see of their node: our database under the names that they use."""
 
 from __future__ import annotations
 
 import logging
+from collections.abc import Mapping
 from enum import IntEnum
 from types import SimpleNamespace
 from typing import Any
 
+from graph.db import NodeError
 from graph.types import TYPES
 from graph.values import coerce
 
@@ -14,7 +16,7 @@ LOGGER = logging.getLogger("tickgraph")
 
 
 class ExecutionAttributeState(IntEnum):
-    """What a script may assign to an execution output; only the enabled ones are followed."""
+    """What may be assigned to an execution output; only the enabled ones are followed."""
 
     DISABLED = 0
     ENABLED = 1
@@ -25,8 +27,8 @@ OG = SimpleNamespace(ExecutionAttributeState=ExecutionAttributeState)
 """Stands for the module that OmniGraph's scripts call `og`."""
 
 
-class ScriptOutputs:
-    """The outputs of a script node: values are checked against their types, execution outputs fire when enabled."""
+class CheckedOutputs:
+    """A node's outputs: values are checked against their types, execution outputs fire when they are enabled."""
 
     def __init__(self, db: Any) -> None:
         object.__setattr__(self, "_db", db)
@@ -55,29 +57,47 @@ class ScriptOutputs:
         setattr(db.outputs, name, value)
 
 
-class ScriptDatabase:
-    """`db` of a script: inputs, outputs, state, logging, and a place of its own for whatever it keeps.
+class OgnDatabase:
+    """`db` as OmniGraph's Python nodes know it: inputs, outputs, state, tokens, logging, and a place of its own.
 
-    `internal_state`, `per_instance_state` and `shared_state` are one object, as a node has one instance; it is made
-    afresh with the script. Everything else is that of the node's own database (`graph.db.Database`).
+    `internal_state`, `per_instance_state` and `shared_state` are the node's one memory, made afresh after every stop.
+    Everything else is that of the node's own database (`graph.db.Database`).
     """
 
-    def __init__(self, db: Any) -> None:
+    def __init__(self, db: Any, tokens: Mapping[str, str] | None = None) -> None:
         self._db = db
         self.inputs, self.state = db.inputs, db.state
-        self.outputs = ScriptOutputs(db)
-        self.internal_state = self.per_instance_state = self.shared_state = SimpleNamespace()
+        self.outputs = CheckedOutputs(db)
+        self.tokens = SimpleNamespace(**(tokens or {}))
+        self._own = SimpleNamespace()
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._db, name)
 
+    @property
+    def internal_state(self) -> Any:
+        """Whatever the node keeps between computes."""
+        if self._db.memory is None:
+            raise NodeError("its class keeps no state; give it a static internal_state() that makes one")
+        return self._db.memory
+
+    @property
+    def per_instance_state(self) -> Any:
+        """The same: a node has one instance."""
+        return self.internal_state
+
+    @property
+    def shared_state(self) -> Any:
+        """The same: a node has one instance."""
+        return self.internal_state
+
     def log_error(self, message: str) -> None:
         """Reports an error without ending the run."""
-        self._db.warn("script-error", message)
+        self._db.warn("node-error", message)
 
     def log_warning(self, message: str) -> None:
         """Reports something that the user should know."""
-        self._db.warn("script-warning", message)
+        self._db.warn("node-warning", message)
 
     log_warn = log_warning
 

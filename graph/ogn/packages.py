@@ -1,0 +1,109 @@
+"""The `.ogn` files of installed packages and the Python that computes them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from importlib import import_module, resources
+from importlib.resources.abc import Traversable
+from types import ModuleType, SimpleNamespace
+from typing import Any
+
+from graph.declaration import Compute, NodeType
+from graph.errors import Problem, UserError
+from graph.registry import Registry
+
+from .database import OgnDatabase
+from .reading import OgnNode, read_ogn
+
+MAX_BYTES = 1_000_000
+
+
+def register_package(registry: Registry, extension: str, package: str) -> list[NodeType]:
+    """Registers a type for each `.ogn` file in a package and the folders below it; returns them.
+
+    Raises UserError with every problem of all files, and ImportError where the package is not there.
+    """
+    problems: list[Problem] = []
+    made = []
+    for name, module_name, file in sorted(_ogn_files(resources.files(package), package), key=lambda one: one[0]):
+        try:
+            node = read_ogn(_text(file, name), name=name, extension=extension)
+            made.append(_node_type(node, name, _implementation(module_name, name)))
+        except UserError as error:
+            problems += error.problems
+    if problems:
+        raise UserError(problems)
+    for one in made:
+        registry.add(one)
+    return made
+
+
+def _ogn_files(folder: Traversable, package: str) -> Iterator[tuple[str, str, Traversable]]:
+    """Each `.ogn` file with its name for messages and the module that implements it."""
+    for entry in folder.iterdir():
+        if entry.name.endswith(".ogn"):
+            stem = entry.name.removesuffix(".ogn")
+            yield f"{package.replace('.', '/')}/{entry.name}", f"{package}.{stem}", entry
+        elif entry.is_dir() and entry.name.isidentifier() and not entry.name.startswith("__"):
+            yield from _ogn_files(entry, f"{package}.{entry.name}")
+
+
+def _text(file: Traversable, name: str) -> str:
+    data = file.read_bytes()
+    if len(data) > MAX_BYTES:
+        raise UserError(f"{name}: larger than {MAX_BYTES} bytes; that is no declaration")
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise UserError(f"{name}: not UTF-8 text; save it as UTF-8") from None
+
+
+def _implementation(module_name: str, name: str) -> Any:
+    """The class of the file's stem in the module of that name, else the module with its `compute`."""
+    stem = module_name.rpartition(".")[2]
+    try:
+        module = import_module(module_name)
+    except ModuleNotFoundError as error:
+        if error.name != module_name:
+            raise UserError(f"{name}: its Python, {module_name}, cannot be imported: {error}") from error
+        raise UserError(f"{name}: there is no {stem}.py beside it with its Python compute") from None
+    except Exception as error:
+        raise UserError(f"{name}: its Python, {module_name}, cannot be imported: {error}") from error
+    found: type | ModuleType = getattr(module, stem, module)
+    if not callable(getattr(found, "compute", None)):
+        raise UserError(f"{name}: {module_name} has neither a class {stem} with compute(db) nor a function compute(db)")
+    return found
+
+
+def _node_type(node: OgnNode, name: str, implementation: Any) -> NodeType:
+    """The node type of a declaration and what computes it."""
+    made_state: Callable[[], Any] | None = getattr(implementation, "internal_state", None)
+    release: Callable[[Any], Any] | None = getattr(implementation, "release", None)
+    keeps = callable(made_state) or bool(node.state)
+
+    def specialize(db: Any) -> Compute:
+        view = OgnDatabase(db, node.tokens)
+
+        def compute(db: Any) -> bool:
+            return implementation.compute(view) is not False
+
+        return compute
+
+    def compute(db: Any) -> bool:
+        return implementation.compute(OgnDatabase(db, node.tokens)) is not False
+
+    return NodeType(
+        node.id,
+        node.version,
+        node.inputs,
+        node.outputs,
+        node.state,
+        compute,
+        memory=(made_state if callable(made_state) else SimpleNamespace) if keeps else None,
+        event=0 if node.is_event else None,
+        release=(lambda db: release(db.node)) if callable(release) else None,
+        volatile=node.volatile,
+        doc=node.doc,
+        origin=f"{name}:{node.line}",
+        specialize=specialize,
+    )

@@ -1,0 +1,175 @@
+"""A package with `.ogn` files, installed by putting its folder on the path."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from graph import ComputeError, UserError
+from graph.registry import Registry
+from graph.testing import run_node
+
+SCALE = {
+    "Scale": {
+        "version": 2,
+        "description": ["Scale a number.", "And count how often."],
+        "language": "python",
+        "uiName": "Scale It",
+        "tokens": ["times"],
+        "inputs": {
+            "execIn": {"type": "execution", "description": "scales"},
+            "factor": {"type": "double", "description": "the factor", "default": 2.0, "minimum": 0},
+            "value": {"type": ["numerics"], "description": "the number"},
+            "mode": {"type": "token", "description": "how", "default": "up", "metadata": {"allowedTokens": "up,down"}},
+            "$comment": "left out",
+        },
+        "outputs": {
+            "execOut": {"type": "execution", "description": "follows"},
+            "result": {"type": "double", "description": "the product"},
+            "count": {"type": "int", "description": "computes so far"},
+        },
+    }
+}
+SCALE_PY = """\
+class OgnScale:
+    @staticmethod
+    def internal_state():
+        return type("State", (), {"count": 0})()
+
+    @staticmethod
+    def compute(db):
+        state = db.per_instance_state
+        state.count += 1
+        db.outputs.count = state.count
+        if db.inputs.factor == 0:
+            db.log_warning(f"nothing to {db.tokens.times}")
+            return False
+        db.outputs.result = db.inputs.value * db.inputs.factor
+        db.outputs.execOut = 1
+        return True
+"""
+PULSE = {
+    "acme.events.Pulse": {
+        "description": "Fire each time.",
+        "outputs": {"out": {"type": "execution", "description": "x"}},
+    }
+}
+PULSE_PY = "def compute(db):\n    db.outputs.out = True\n"
+
+
+@pytest.fixture
+def installed(tmp_path, monkeypatch):
+    """A function that installs files as the package acme_nodes and gives the registry that finds it."""
+
+    def install(files):
+        for name in [name for name in sys.modules if name.split(".")[0] == "acme_nodes"]:
+            monkeypatch.delitem(sys.modules, name)
+        info = tmp_path / "acme-1.0.dist-info"
+        info.mkdir()
+        (info / "METADATA").write_text("Metadata-Version: 2.1\nName: acme\nVersion: 1.0\n")
+        (info / "entry_points.txt").write_text("[tickgraph.ogn]\nacme.maths = acme_nodes\n")
+        package = tmp_path / "acme_nodes"
+        package.mkdir()
+        (package / "__init__.py").touch()
+        for name, content in files.items():
+            (package / name).parent.mkdir(exist_ok=True)
+            (package / name).write_text(content if isinstance(content, str) else json.dumps(content, indent=2))
+        monkeypatch.syspath_prepend(tmp_path)
+        return Registry(shipped=True)
+
+    return install
+
+
+GOOD = {"OgnScale.ogn": SCALE, "OgnScale.py": SCALE_PY, "events/OgnPulse.ogn": PULSE, "events/OgnPulse.py": PULSE_PY}
+
+
+def test_declarations_become_node_types(installed):
+    registry = installed(GOOD)
+    scale = registry.get("acme.maths.Scale")
+    assert registry.get("Scale") is scale
+    assert (scale.version, scale.doc, scale.origin) == (
+        2,
+        "Scale a number.\nAnd count how often.",
+        "acme_nodes/OgnScale.ogn:2",
+    )
+    assert list(scale.inputs) == ["execIn", "factor", "value", "mode"]
+    assert (scale.inputs["factor"].default, scale.inputs["factor"].minimum) == (2.0, 0)
+    assert scale.inputs["mode"].allowed_tokens == ("up", "down")
+    assert registry.get("acme.events.Pulse").event == 0
+
+
+def test_their_python_computes(installed):
+    scale = installed(GOOD).get("Scale")
+    inputs = {"value": {"type": "int", "value": 4}, "factor": lambda update: [3.0, 0.0, 2.5][update]}
+    trace = run_node(scale, inputs=inputs, pulses={"execIn": [0, 1, 2]}, updates=3)
+    assert trace.values("result") == [12.0, 12.0, 10.0]
+    assert trace.values("count") == [1, 2, 3]
+    assert trace.fired("execOut") == [0, 2]
+    assert [(one.code, one.message) for one in trace.warnings] == [("node-warning", "nothing to times")]
+
+
+def test_a_type_without_execution_inputs_begins_walks(installed):
+    pulse = installed(GOOD).get("Pulse")
+    assert run_node(pulse, updates=3).fired("out") == [0, 1, 2]
+
+
+def test_an_output_of_another_type_fails_the_node(installed):
+    python = "def compute(db):\n    db.outputs.result = 'text'\n"
+    scale = installed({"OgnScale.ogn": SCALE, "OgnScale.py": python}).get("Scale")
+    with pytest.raises(ComputeError, match=r"output result: expected a number \(double\), got 'text'"):
+        run_node(scale, inputs={"value": {"type": "int", "value": 4}}, pulses={"execIn": [0]})
+
+
+def test_a_class_that_keeps_nothing_says_how_to(installed):
+    python = "def compute(db):\n    db.per_instance_state.count = 1\n"
+    scale = installed({"OgnScale.ogn": SCALE, "OgnScale.py": python}).get("Scale")
+    with pytest.raises(ComputeError, match="its class keeps no state; give it a static internal_state"):
+        run_node(scale, inputs={"value": {"type": "int", "value": 4}}, pulses={"execIn": [0]})
+
+
+def test_the_command_lists_them_with_their_origin(installed, tmp_path):
+    installed(GOOD)
+    path = os.pathsep.join([str(tmp_path), str(Path(__file__).parents[3])])
+    done = subprocess.run(
+        [sys.executable, "-m", "graph", "nodes", "acme"],
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": path},
+    )
+    assert done.stdout == (
+        "acme.events.Pulse\t1\tFire each time.\tacme_nodes/events/OgnPulse.ogn:2\n"
+        "acme.maths.Scale\t2\tScale a number.\tacme_nodes/OgnScale.ogn:2\n"
+    )
+    assert done.returncode == 0
+
+
+@pytest.mark.parametrize(
+    ("files", "message"),
+    [
+        (
+            {"OgnScale.ogn": SCALE},
+            r"OgnScale\.ogn: there is no OgnScale\.py beside it with its Python",
+        ),
+        ({"OgnScale.ogn": SCALE, "OgnScale.py": "x = 1"}, "has neither a class OgnScale with compute"),
+        ({"OgnScale.ogn": SCALE, "OgnScale.py": "1/0"}, "cannot be imported: division by zero"),
+        ({"OgnScale.ogn": SCALE, "OgnScale.py": "import no_such"}, "cannot be imported: No module named 'no_such'"),
+        ({"OgnScale.ogn": "{"}, r"acme_nodes/OgnScale\.ogn:1:2: "),
+    ],
+)
+def test_what_is_wrong_with_a_package_is_said_in_one_line(installed, files, message):
+    with pytest.raises(UserError, match=message):
+        installed(files).all()
+
+
+def test_the_problems_of_all_files_come_together(installed):
+    with pytest.raises(UserError) as caught:
+        installed({"OgnScale.ogn": "[]", "OgnOther.ogn": "{}"}).all()
+    assert [str(one.mark) for one in caught.value.problems] == [
+        "acme_nodes/OgnOther.ogn:1:1",
+        "acme_nodes/OgnScale.ogn:1:1",
+    ]
