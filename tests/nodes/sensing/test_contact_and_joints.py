@@ -9,7 +9,7 @@ from graph.testing import run_node
 @pytest.fixture
 def box(stage, world):
     """A function that opens a world with a 2 kg box resting on the ground, and a contact sensor in its middle."""
-    from pxr import Sdf, UsdGeom, UsdPhysics
+    from pxr import Gf, UsdGeom, UsdPhysics
 
     def open_world(height=0.5, unit=1.0, **attributes):
         UsdGeom.SetStageMetersPerUnit(stage, unit)
@@ -20,10 +20,9 @@ def box(stage, world):
         for api in (UsdPhysics.RigidBodyAPI, UsdPhysics.CollisionAPI):
             api.Apply(cube.GetPrim())
         UsdPhysics.MassAPI.Apply(cube.GetPrim()).GetMassAttr().Set(2.0)
-        sensor = UsdGeom.Xform.Define(stage, "/World/Box/Sensor").GetPrim()
-        types = {"threshold": "Float2", "radius": "Float", "enabled": "Bool"}
+        sensor = stage.DefinePrim("/World/Box/Sensor", "IsaacContactSensor")
         for name, value in attributes.items():
-            sensor.CreateAttribute(name, getattr(Sdf.ValueTypeNames, types[name])).Set(value)
+            sensor.GetAttribute(name).Set(Gf.Vec2f(*value) if name == "threshold" else value)
         return world(physics_hz=240, loop_hz=60)
 
     return open_world

@@ -15,7 +15,7 @@ SENSOR = "/World/Box/Imu"
 @pytest.fixture
 def box(stage, world):
     """A function that opens a world with a 2 kg box of 1 m (centre 0.5 m up, on the ground unless given) and an IMU."""
-    from pxr import Sdf, UsdGeom, UsdPhysics
+    from pxr import UsdGeom, UsdPhysics
 
     def open_world(height=0.5, ground=True, place=(0, 0, 0), turn=(0, 0, 0), gravity=None, widths=None, **body):
         if gravity is not None:
@@ -32,11 +32,11 @@ def box(stage, world):
         for name, value in body.items():
             getattr(rigid, f"Get{name}Attr")().Set(value)
         sensor = stage.DefinePrim(SENSOR, "IsaacImuSensor")
-        xform = UsdGeom.Xformable(UsdGeom.Xform.Define(stage, SENSOR))
+        xform = UsdGeom.Xformable(sensor)
         xform.AddTranslateOp().Set(place)
         xform.AddRotateXYZOp().Set(turn)
         for name, width in (widths or {}).items():
-            sensor.CreateAttribute(f"{name}FilterWidth", Sdf.ValueTypeNames.Int).Set(width)
+            sensor.GetAttribute(f"{name}FilterWidth").Set(width)
         return world(physics_hz=240, loop_hz=60)
 
     return open_world
@@ -100,10 +100,8 @@ def test_readings_are_averaged_over_the_filter_width(box):
 
 
 def test_a_sensor_that_is_off_reads_nothing(box):
-    from pxr import Sdf
-
     app = box()
-    app.stage.GetPrimAtPath(SENSOR).CreateAttribute("enabled", Sdf.ValueTypeNames.Bool).Set(False)
+    app.stage.GetPrimAtPath(SENSOR).GetAttribute("enabled").Set(False)
     trace = read(app, 5)
     assert trace.fired("execOut") == []
     assert trace.value("linAcc").tolist() == [0, 0, 0]
@@ -137,3 +135,27 @@ def test_a_second_play_starts_anew(box):
 def test_what_is_no_sensor_is_said(box, prims, message):
     with pytest.raises(ComputeError, match=message):
         read(box(), 2, imuPrim=prims)
+
+
+def test_a_graph_file_may_hold_the_sensor_and_a_graph_that_reads_it(tmp_path):
+    from graph.sim import App
+
+    (tmp_path / "imu.yaml").write_text(
+        """tickgraph: 1
+scene:
+  prims:
+    /World/Ground: {type: Plane}
+    /World/Box: {type: Cube, size: 1.0, translate: [0, 0, 0.5], rigid_body: true, mass: 2.0}
+    /World/Box/Imu: {type: IsaacImuSensor, rotate: [90, 0, 0], attributes: {linearAccelerationFilterWidth: 4}}
+graphs:
+  /World/G:
+    nodes:
+      tick: OnPlaybackTick
+      imu: {type: IsaacReadIMU, inputs: {imuPrim: /World/Box/Imu}}
+    connections: [tick.tick -> imu.execIn]
+"""
+    )
+    with App.from_file(tmp_path / "imu.yaml") as app:
+        app.play()
+        app.update(60)
+        assert app.graphs["/World/G"].nodes["imu"].get("linAcc") == pytest.approx([0, 9.81, 0], abs=1e-3)
