@@ -20,8 +20,7 @@ _FORMATS = {".yaml": "yaml", ".yml": "yaml", ".json": "json", ".usda": "usd", ".
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the command's options."""
     parser.add_argument("source", metavar="IN", help="graph file (.yaml, .json, .usda, .usd, .usdc)")
-    parser.add_argument("target", metavar="OUT", help="file to write; its name's ending says the format")
-    parser.add_argument("--force", action="store_true", help="overwrite OUT")
+    parser.add_argument("target", metavar="OUT", help="file to write (or overwrite); its name's ending says the format")
     parser.add_argument(
         "--allow", action="append", default=[], type=Path, metavar="DIR", help="also allow files below DIR"
     )
@@ -29,9 +28,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Runs the command."""
-    target = Path(args.target)
-    if target.exists() and not args.force:
-        raise UserError(f"{args.target} exists; name another file, or overwrite it with --force.")
+    if Path(args.target).resolve() == Path(args.source).resolve():
+        raise UserError(f"{args.target} is the file to convert; name another one to write.")
     for note in convert(args.source, args.target, allow=args.allow):
         print(note_line(note), file=sys.stderr)
     return 0

@@ -157,5 +157,6 @@ def _defined(layer: Any, path: str, type_name: str, parent_type: str) -> Any:
         _defined(layer, parent, parent_type, parent_type)
     prim = Sdf.CreatePrimInLayer(layer, path)
     prim.specifier = Sdf.SpecifierDef
-    prim.typeName = type_name
+    if type_name:
+        prim.typeName = type_name
     return prim
