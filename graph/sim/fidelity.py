@@ -41,7 +41,7 @@ KNOBS: dict[str, Knob] = {
     "lidar.bins": Knob(
         "count", "lidar.motion continuous: into how many spans of time a scan is cut; bodies keep still in each"
     ),
-    "lidar.noise": Knob("switch", "seeded range, angle and origin errors", available=(False,)),
+    "lidar.noise": Knob("switch", "seeded range, angle and origin errors, and the range offsets of the profile"),
     "lidar.subrays": Knob("count", "rays per beam", available=(1,)),
     "radar.rays": Knob("count", "rays per radar frame", available=()),
     "radar.bounces": Knob("count", "reflections that a radar ray follows", available=()),

@@ -30,6 +30,8 @@ def attribute_types() -> dict[str, str]:
         default: Any = field.default
         if field.name in _RATES or field.name == "pulse_time_ns":
             kind = "uint"
+        elif field.name.startswith("origin_error"):
+            kind = "float3"
         elif isinstance(default, tuple):
             kind = "uint[]" if field.name == "num_rays_per_line" else "float[]"
         else:

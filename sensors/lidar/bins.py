@@ -60,7 +60,7 @@ class Bins:
         for (turn, _, _, rows), pose, state in zip(pieces, poses[1:-1], self._history.at(middles), strict=True):
             ahead, base_ns = moves[turn], nanoseconds(turn * self._pattern.period) - nanoseconds(start)
             part = ahead and ahead.part(slice(rows.start - first[turn], rows.stop - first[turn]))
-            shots.append(Shot(rows, pose, state, base_ns, part))
+            shots.append(Shot(rows, pose, state, base_ns, part, turn))
         return shots, poses[0], poses[-1]
 
     def _moves(self, track: Trajectory, begin: float, rows: slice) -> RayPoses | None:

@@ -106,6 +106,8 @@ class LidarConfig:
     azimuth_error_std: float = 0.0
     elevation_error_mean: float = 0.0
     elevation_error_std: float = 0.0
+    origin_error_mean: tuple[float, ...] = (0.0, 0.0, 0.0)
+    origin_error_std: tuple[float, ...] = (0.0, 0.0, 0.0)
     avg_power_w: float = 0.002
     wave_length_nm: float = 903.0
     pulse_time_ns: float = 6.0
@@ -189,6 +191,14 @@ class LidarConfig:
             problems.append(f"the range is {self.near_range_m:g} to {self.far_range_m:g} m; near must be below far")
         if len(self.ranges_min_m) != len(self.ranges_max_m):
             problems.append("rangesMinM and rangesMaxM differ in length")
+        problems += [
+            f"{camel_case(name)} has {len(getattr(self, name))} entries, not 3"
+            for name in ("origin_error_mean", "origin_error_std")
+            if len(getattr(self, name)) not in (0, 3)
+        ]
+        problems += [
+            f"{camel_case(name)} is negative" for name in _DEVIATIONS if np.any(np.array(getattr(self, name)) < 0)
+        ]
         if self.max_returns < 1:
             problems.append("maxReturns must be at least 1")
         return problems
@@ -213,6 +223,10 @@ class LidarConfig:
         return problems
 
 
+_DEVIATIONS = (
+    *("range_resolution_m", "range_accuracy_m", "azimuth_error_std", "elevation_error_std", "origin_error_std"),
+    *("min_reflectance", "min_reflection_range_m"),
+)
 _TOKENS = {
     "scan_type": ("ROTARY", "SOLID_STATE"),
     "intensity_mapping_type": ("LINEAR", "NONLINEAR", "NONLINEAR_ENCODING_ONLY", "NONLINEAR_DECODING_ONLY"),

@@ -132,7 +132,7 @@ def write(prim: Usd.Prim, name: str, kind: str, value: Any) -> None:
 
     Raises UserError for a fraction where the type is a whole number: USD would cut it off without a word.
     """
-    from graph.sim.usd import Sdf, Vt
+    from graph.sim.usd import Gf, Sdf, Vt
 
     if kind in ("int", "uint") and value != int(value):
         raise UserError(f"{prim.GetPath()}.{name} is a whole number; {value} does not fit")
@@ -141,6 +141,8 @@ def write(prim: Usd.Prim, name: str, kind: str, value: Any) -> None:
         attribute = prim.CreateAttribute(name, Sdf.ValueTypeNames.Find(kind), custom=not name.startswith("omni:"))
     if kind == "float[]":
         value = Vt.FloatArray.FromNumpy(np.ascontiguousarray(value, np.float32)) if len(value) else Vt.FloatArray()
+    elif kind == "float3":
+        value = Gf.Vec3f(*map(float, value))
     elif kind == "uint[]":
         value = Vt.UIntArray.FromNumpy(np.ascontiguousarray(value, np.uint32)) if len(value) else Vt.UIntArray()
     attribute.Set(value)

@@ -31,7 +31,7 @@ class Shot:
 
     rows: firings of the pattern. pose: (4, 4) float64 sensor to world [m]. poses: snapshot for the caster (None: now).
     base_ns: what the turn's start lies after the frame's timestamp [ns]. moves: where the sensor is when each of the
-    firings goes out; None where it keeps still at `pose`.
+    firings goes out; None where it keeps still at `pose`. turn: the number of the turn, which noise depends on.
     """
 
     rows: slice
@@ -39,6 +39,7 @@ class Shot:
     poses: Any = None
     base_ns: int = 0
     moves: RayPoses | None = None
+    turn: int = 0
 
 
 class Returns:

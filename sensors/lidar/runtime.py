@@ -20,6 +20,7 @@ from sensors.raycast.shared import cast_world, surface_ids, surface_materials, s
 
 from .bins import Bins
 from .motion import surface_velocities
+from .noise import Noise
 from .pattern import firing_pattern
 from .prim import read_aux_level, read_config, read_exclude, read_tick_rate
 from .receiver import Receiver
@@ -103,6 +104,7 @@ class LidarRuntime:
             keep_invalid=config.skip_dropping_invalid_points,
             velocities=surface_velocities(app, prim_path, config.output_frame_of_reference == "WORLD"),
             receiver=Receiver(config),
+            noise=Noise(config, self.pattern, app.seed, prim_path) if app.fidelity.lidar_noise else None,
             optics=lambda: surface_optics(app),
             tables={"matId": lambda: surface_materials(app), "objId": lambda: surface_ids(app)},
         )
@@ -207,7 +209,9 @@ class LidarRuntime:
 
     def _frozen_scan(self, tick: Tick) -> _Turn:
         pose = self.pose(tick.poses)
-        part = self._scanner.scan(Shot(slice(0, len(self.pattern)), pose, tick.poses), self.channels())
+        part = self._scanner.scan(
+            Shot(slice(0, len(self.pattern)), pose, tick.poses, turn=tick.index - 1), self.channels()
+        )
         return _Turn([part], len(self.pattern), pose, pose)
 
     def _continuous_scan(self, start: Fraction, end: Fraction, slices: list[tuple[int, slice]]) -> _Turn:
@@ -221,7 +225,7 @@ class LidarRuntime:
 
     def _add(self, turn: int, rows: slice, pose: np.ndarray, poses: Any) -> None:
         scan = self._turns.setdefault(turn, _Turn())
-        scan.parts.append(self._scanner.scan(Shot(rows, pose, poses), self.channels()))
+        scan.parts.append(self._scanner.scan(Shot(rows, pose, poses, turn=turn), self.channels()))
         scan.firings += rows.stop - rows.start
         scan.start = pose if scan.start is None else scan.start
         scan.end = pose
@@ -235,7 +239,9 @@ class LidarRuntime:
             scan = self._continuous_scan(start, tick.end, slices)
         else:
             pose = self.pose(tick.poses)
-            shots = [Shot(rows, pose, tick.poses, nanoseconds(turn * period) - stamp) for turn, rows in slices]
+            shots = [
+                Shot(rows, pose, tick.poses, nanoseconds(turn * period) - stamp, turn=turn) for turn, rows in slices
+            ]
             scan = _Turn([self._scanner.scan(shot, self.channels()) for shot in shots], 0, pose, pose)
         assert scan.start is not None
         assert scan.end is not None

@@ -11,6 +11,7 @@ from sensors.raycast.rays import Hits, RayBundle, RayCaster
 from sensors.raycast.windows import RayGrid
 
 from .aim import Aim, moving_aim, turned_back
+from .noise import Noise
 from .pattern import Pattern
 from .receiver import Receiver, reflected_light
 from .returns import Returns, Shot, SurfaceTable, Velocities
@@ -21,7 +22,8 @@ class Scanner:
 
     frame: SENSOR gives points, angles, normals and velocities in the sensor frame of each shot, WORLD in world axes
     about the world's origin. Firings without a return between the near and far gates are left out, unless
-    `keep_invalid`: then they stay with distance 0, scalar 0 and without the VALID flag. Ranges are exact.
+    `keep_invalid`: then they stay with distance 0, scalar 0 and without the VALID flag. Ranges and angles are exact
+    unless `noise` says otherwise; the gates are for the ranges that are reported.
     Returns that `receiver` cannot detect count as none; without one there is no threshold, and no intensity.
     optics: what the surfaces do to light.
     """
@@ -37,6 +39,7 @@ class Scanner:
         velocities: Velocities | None = None,
         tables: Mapping[str, SurfaceTable] | None = None,
         receiver: Receiver | None = None,
+        noise: Noise | None = None,
         optics: Callable[[], Optics] = lambda: optics_of(np.zeros(0)),
     ) -> None:
         self.pattern = pattern
@@ -45,7 +48,7 @@ class Scanner:
         self._exclude = exclude
         self._keep_invalid = keep_invalid
         self._velocities, self._tables = velocities, dict(tables or {})
-        self._receiver, self._optics = receiver, optics
+        self._receiver, self._optics, self._noise = receiver, optics, noise
         count = len(pattern)
         self._columns = np.ascontiguousarray(pattern.directions.T)
         self._table = np.empty((count, 6), np.float32)
@@ -60,12 +63,15 @@ class Scanner:
         """The channels asked for, each with one row per return, in the order of the pattern. Always has "count"."""
         optics = self._optics() if self._receiver is not None else None
         hits, aim = self._cast(shot, channels, optics)
+        distance = hits.distance
+        if self._noise is not None:
+            hits.distance = self._noise.measured(distance, shot.rows, shot.turn)
         valid = self._valid(hits.distance, shot.rows)
         reflected = None
         if optics is not None and hits.normals is not None:
             reflected = reflected_light(self._incidence(hits.normals), hits.surface, optics)
             assert self._receiver is not None
-            self._receiver.detect(reflected, hits.distance, valid)
+            self._receiver.detect(reflected, distance, valid)
         index = np.arange(len(valid)) if self._keep_invalid else np.flatnonzero(valid)
         returns = Returns(
             pattern=self.pattern,
@@ -87,24 +93,21 @@ class Scanner:
         pattern, rows = self.pattern, shot.rows
         table = self._table[: rows.stop - rows.start]
         world = self._world[:, : len(table)]
-        swing = 0.0
+        columns, origins, swing, exact = self._beams(shot)
         if shot.moves is not None:
-            self._turned_by = None
-            local = None if pattern.origins is None else pattern.origins[rows]
-            aim = moving_aim(shot.pose, shot.moves, self._columns[:, rows], local, world)
+            aim = moving_aim(shot.pose, shot.moves, columns, origins, world)
             for axis in range(3):
                 table[:, 3 + axis] = world[axis]
-            swing = shot.moves.swing(shot.pose)
+            swing += shot.moves.swing(shot.pose)
+            self._turned_by = None
         else:
             rotation = shot.pose[:3, :3]
-            whole = rows.start == 0 and rows.stop == len(pattern)
+            whole = exact and rows.start == 0 and rows.stop == len(pattern)
             key = rotation.tobytes() if whole else None
             if key is None or key != self._turned_by:
-                self._turn(table, rows, rotation.astype(np.float32))
+                self._turn(table, columns, rotation.astype(np.float32))
                 self._turned_by = key
-            offsets = None
-            if pattern.origins is not None:
-                offsets = turned_back(pattern.origins[rows], rotation.T.astype(np.float32))
+            offsets = None if origins is None else turned_back(origins, rotation.T.astype(np.float32))
             aim = Aim(shot.pose, world, offsets)
         bundle = RayBundle(
             origin=aim.pose[:3, 3],
@@ -129,9 +132,21 @@ class Scanner:
         )
         return hits, aim
 
-    def _turn(self, table: np.ndarray, rows: slice, rotation: np.ndarray) -> None:
+    def _beams(self, shot: Shot) -> tuple[np.ndarray, np.ndarray | None, float, bool]:
+        """Directions (3, n) and origins (n, 3) of the shot's beams in the sensor frame, the largest angle [rad] between
+        a direction and the pattern's, and whether they are the pattern's own.
+        """
+        rows, noise, pattern = shot.rows, self._noise, self.pattern
+        columns = self._columns[:, rows]
+        if noise is None:
+            return columns, None if pattern.origins is None else pattern.origins[rows], 0.0, True
+        off = noise.directions(rows, shot.turn)
+        origins = noise.origins(rows, shot.turn)
+        return (columns, origins, 0.0, True) if off is None else (off[0], origins, off[1], False)
+
+    def _turn(self, table: np.ndarray, columns: np.ndarray, rotation: np.ndarray) -> None:
         """World directions into the table; by columns, so that a slice has the bytes it has in the whole."""
-        x, y, z = self._columns[:, rows]
+        x, y, z = columns
         term = np.empty_like(x)
         for axis in range(3):
             column = self._world[axis, : len(table)]

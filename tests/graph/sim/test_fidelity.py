@@ -35,7 +35,6 @@ def test_knobs_are_typed_from_text_as_from_values():
         ("nothing.like.it", 1, "the knobs are physics.hz"),
         ("lidar.motion", "slow", "not one of frozen, update, continuous"),
         ("lidar.noise", 2, "not one of on, off"),
-        ("lidar.noise", "on", "'on' is not available yet; use off"),
         ("lidar.bins", 0, "not above 0"),
         ("fabric", False, "not available yet; use on"),
         ("radar.rays", 100, "not available yet; leave it out"),

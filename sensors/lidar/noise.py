@@ -1,0 +1,121 @@
+"""`lidar.noise` on: what a real lidar gets wrong, drawn anew for every scan and the same in every run."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+
+import numpy as np
+
+from .config import LidarConfig
+from .pattern import Pattern
+
+Floats = float | np.ndarray
+_STREAMS = ("range", "azimuth", "elevation", "origin")
+
+
+@dataclass(frozen=True, slots=True)
+class Errors:
+    """The errors of one turn, one row per firing of the pattern; None where there are none.
+
+    range_m: (N,) float32, added to the range. angles_deg: (2, N) float32, by which a beam's azimuth and elevation
+    differ from those reported. origin_m: (N, 3) float32, sensor frame, by which its origin does.
+    """
+
+    range_m: np.ndarray | None
+    angles_deg: np.ndarray | None
+    origin_m: np.ndarray | None
+
+
+class Noise:
+    """The errors of one lidar.
+
+    Beams leave at angles and from origins that are off by normal errors (azimuthErrorMean/Std, elevationErrorMean/Std,
+    originErrorMean/Std); what is reported are their nominal ones. A range is off by rangeOffsetM, the emitter's
+    distanceCorrectionM and a normal error of standard deviation rangeAccuracyM, and is rounded to whole steps of
+    rangeResolutionM. All follow from the App's seed, the sensor's path and the turn alone, each kind from a stream of
+    its own: neither other sensors, nor threads, nor how a turn is cut into slices change them.
+    """
+
+    def __init__(self, config: LidarConfig, pattern: Pattern, seed: int, path: str) -> None:
+        self._config, self._pattern, self._seed = config, pattern, seed
+        self._path = int.from_bytes(hashlib.blake2b(path.encode(), digest_size=8).digest(), "little")
+        self._known: tuple[int, Errors] | None = None
+        self._bias = _bias(config, pattern)
+
+    def errors(self, turn: int) -> Errors:
+        """The errors of the firings of a turn."""
+        if self._known is None or self._known[0] != turn:
+            self._known = turn, self._drawn(turn)
+        return self._known[1]
+
+    def measured(self, distance: np.ndarray, rows: slice, turn: int) -> np.ndarray:
+        """What is reported for true ranges (n,) float32 [m] of the firings `rows`, of which infinite ones stay so."""
+        error = self.errors(turn).range_m
+        out = distance if error is None else distance + error[rows]
+        step = np.float32(self._config.range_resolution_m)
+        if step > 0:
+            out = np.rint(out / step) * step
+        return np.asarray(np.maximum(out, np.float32(0.0)))
+
+    def directions(self, rows: slice, turn: int) -> tuple[np.ndarray, float] | None:
+        """(3, n) float32 unit directions of beams, sensor frame, and the largest angle [rad] any is off.
+
+        None where all are exact.
+        """
+        angles = self.errors(turn).angles_deg
+        if angles is None:
+            return None
+        pattern = self._pattern
+        azimuth = np.deg2rad(pattern.azimuth_deg[rows].astype(np.float64) + angles[0, rows])
+        elevation = np.deg2rad(pattern.elevation_deg[rows].astype(np.float64) + angles[1, rows])
+        level = np.cos(elevation)
+        out = np.stack([level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation)])
+        swing = np.deg2rad(np.abs(angles[:, rows]).sum(axis=0).max(initial=0.0))
+        return out.astype(np.float32), float(swing)
+
+    def origins(self, rows: slice, turn: int) -> np.ndarray | None:
+        """(n, 3) float32 [m], sensor frame, from where beams start; None if all start at the sensor's origin."""
+        error, exact = self.errors(turn).origin_m, self._pattern.origins
+        if error is None:
+            return None if exact is None else exact[rows]
+        return error[rows] if exact is None else exact[rows] + error[rows]
+
+    def _drawn(self, turn: int) -> Errors:
+        config, count = self._config, len(self._pattern)
+        ranges = self._normal("range", turn, count, 0.0, config.range_accuracy_m)
+        if self._bias is not None:
+            ranges = self._bias if ranges is None else ranges + self._bias
+        azimuth = self._normal("azimuth", turn, count, config.azimuth_error_mean, config.azimuth_error_std)
+        elevation = self._normal("elevation", turn, count, config.elevation_error_mean, config.elevation_error_std)
+        angles = None
+        if azimuth is not None or elevation is not None:
+            zero = np.zeros(count, np.float32)
+            angles = np.stack([zero if azimuth is None else azimuth, zero if elevation is None else elevation])
+        mean, deviation = map(np.array, (config.origin_error_mean, config.origin_error_std))
+        return Errors(ranges, angles, self._normal("origin", turn, (count, 3), mean, deviation))
+
+    def _normal(
+        self,
+        stream: str,
+        turn: int,
+        size: int | tuple[int, int],
+        mean: float | np.ndarray,
+        deviation: float | np.ndarray,
+    ) -> np.ndarray | None:
+        """Normal float32 errors; None where all are 0."""
+        if not np.any(mean) and not np.any(deviation):
+            return None
+        entropy = [self._seed & (2**64 - 1), self._path, turn, _STREAMS.index(stream)]
+        draws = np.random.Generator(np.random.Philox(np.random.SeedSequence(entropy))).standard_normal(size)
+        return np.asarray(mean + draws * deviation, np.float32)
+
+
+def _bias(config: LidarConfig, pattern: Pattern) -> np.ndarray | None:
+    """What is added to the range of every firing in every turn, (N,) float32 [m]; None if nothing is."""
+    bias = np.full(len(pattern), config.range_offset_m, np.float32)
+    for number, state in enumerate(config.emitter_states):
+        if len(state.distance_correction_m):
+            fired = pattern.tick_state == number
+            bias[fired] += state.distance_correction_m[pattern.emitter_id[fired]]
+    return bias if bias.any() else None
