@@ -1,0 +1,106 @@
+"""Old ids and attributes: mapped on load, said once."""
+
+import pytest
+
+from graph.declaration import Attribute
+from graph.migration import migrate, migrated_type, upgraded
+from graph.registry import Registry
+from graph.spec import ConnectionSpec, FileSpec, GraphSpec, NodeSpec
+
+IDS = [
+    "isaacsim.ros2.bridge.ROS2PublishClock",
+    "isaacsim.core.nodes.IsaacReadSimulationTime",
+    "isaacsim.core.nodes.OgnIsaacRunOneSimulationFrame",
+    "isaacsim.robot.wheeled_robots.DifferentialController",
+    "isaacsim.sensors.rtx.IsaacCreateRTXLidarScanBuffer",
+    "isaacsim.sensors.physics.IsaacReadIMU",
+    "isaacsim.sensors.physx.IsaacReadLidarBeams",
+    "isaacsim.asset.gen.conveyor.IsaacConveyor",
+    "isaacsim.ucx.nodes.UCXPublishClock",
+    "omni.graph.ui_nodes.PrintText",
+    "omni.graph.core.ReadVariable",
+]
+
+
+@pytest.fixture
+def registry():
+    from graph.declaration import declare
+
+    registry = Registry()
+    for one in IDS:
+        inputs = {"execIn": Attribute("execution", ""), "chassisPrim": Attribute("target", "")}
+        declare(one, "", inputs=inputs, registry=registry)
+    return registry
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("omni.isaac.ros2_bridge.ROS2PublishClock", "isaacsim.ros2.bridge.ROS2PublishClock"),
+        ("omni.isaac.ros_bridge.ROS1PublishClock", "isaacsim.ros2.bridge.ROS2PublishClock"),
+        ("isaacsim.ros2.nodes.ROS2PublishClock", "isaacsim.ros2.bridge.ROS2PublishClock"),
+        ("omni.isaac.core_nodes.IsaacReadSimulationTime", "isaacsim.core.nodes.IsaacReadSimulationTime"),
+        ("omni.isaac.core_nodes.IsaacRunOneSimulationFrame", "isaacsim.core.nodes.OgnIsaacRunOneSimulationFrame"),
+        ("omni.isaac.wheeled_robots.DifferentialController", "isaacsim.robot.wheeled_robots.DifferentialController"),
+        ("omni.isaac.sensor.IsaacCreateRTXLidarScanBuffer", "isaacsim.sensors.rtx.IsaacCreateRTXLidarScanBuffer"),
+        ("omni.isaac.sensor.IsaacReadIMU", "isaacsim.sensors.physics.IsaacReadIMU"),
+        ("omni.isaac.range_sensor.IsaacReadLidarBeams", "isaacsim.sensors.physx.IsaacReadLidarBeams"),
+        ("omni.isaac.conveyor.IsaacConveyor", "isaacsim.asset.gen.conveyor.IsaacConveyor"),
+        ("isaacsim.ucx.bridge.UCXPublishClock", "isaacsim.ucx.nodes.UCXPublishClock"),
+        ("omni.graph.ui.PrintText", "omni.graph.ui_nodes.PrintText"),
+        ("omni.graph.nodes.ReadVariable", "omni.graph.core.ReadVariable"),
+    ],
+)
+def test_an_old_id_has_a_new_one_and_a_sentence(registry, old, new):
+    found, sentence = migrated_type(old, registry)
+    assert found == new
+    assert f'"{old}"' in sentence
+    assert f'"{new}"' in sentence
+
+
+def test_a_registered_id_and_an_unknown_one_stay(registry):
+    assert migrated_type(IDS[0], registry) == (IDS[0], None)
+    assert migrated_type("my.own.Thing", registry) == ("my.own.Thing", None)
+    assert migrated_type("ROS2PublishClock", registry) == ("ROS2PublishClock", None)
+
+
+def test_attributes_are_renamed_and_removed_with_their_connections(registry):
+    from graph.declaration import declare
+
+    declare(
+        "isaacsim.core.nodes.IsaacComputeOdometry",
+        "",
+        inputs={"chassisPrim": Attribute("target", "")},
+        registry=registry,
+    )
+    nodes = (
+        NodeSpec("time", IDS[1], {"swhFrameNumber": 3}),
+        NodeSpec("odometry", "isaacsim.core.nodes.IsaacComputeOdometry", {"robotPrim": "/Robot"}),
+    )
+    connections = (
+        ConnectionSpec("x.y", "time.swhFrameNumber"),
+        ConnectionSpec("x.y", "odometry.robotPrim"),
+        ConnectionSpec("x.y", "time.execIn"),
+    )
+    spec = migrate(FileSpec(graphs=(GraphSpec("/G", nodes, connections),)), registry)
+    [graph] = spec.graphs
+    assert [dict(node.inputs) for node in graph.nodes] == [{}, {"chassisPrim": "/Robot"}]
+    assert [one.target for one in graph.connections] == ["odometry.inputs:chassisPrim", "time.execIn"]
+    assert [(code, where) for code, where, _ in spec.notes] == [
+        ("attribute-removed", "/G/time"),
+        ("attribute-renamed", "/G/odometry"),
+    ]
+
+
+def test_migrating_twice_says_nothing_more(registry):
+    spec = FileSpec(graphs=(GraphSpec("/G", (NodeSpec("c", "omni.isaac.ros2_bridge.ROS2PublishClock"),)),))
+    once = migrate(spec, registry)
+    assert len(once.notes) == 1
+    assert migrate(once, registry) is once
+
+
+def test_values_that_meant_nothing_in_an_old_version_are_left_out():
+    kind = "omni.graph.nodes.ReadPrimAttribute"
+    assert upgraded(kind, 1, {"usdTimecode": -1, "name": "x"}) == {"name": "x"}
+    assert upgraded(kind, 1, {"usdTimecode": 5}) == {"usdTimecode": 5}
+    assert upgraded(kind, 3, {"usdTimecode": -1}) == {"usdTimecode": -1}
