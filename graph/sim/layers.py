@@ -13,6 +13,7 @@ import zipfile
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -106,7 +107,7 @@ def _refused(path: Path, allowed: Sequence[Path], wanted_by: str) -> str | None:
         folders = ", ".join(map(str, allowed)) or "no folder"
         return f"{path} lies outside {folders}{by}. Move it there, or allow its folder with --allow DIR."
     try:
-        deep = any(nesting(data) > MAX_NESTING for data in _text_layers(real))
+        deep = depth(real) > MAX_NESTING
     except (OSError, zipfile.BadZipFile) as error:
         return f"{path} cannot be read: {error}."
     return f"{path} nests deeper than {MAX_NESTING} levels{by}; USD cannot read it safely." if deep else None
@@ -127,6 +128,18 @@ def _text_layers(path: Path) -> Iterator[bytes]:
                 data = package.read(entry)
                 if not data.startswith(_BINARY):
                     yield data
+
+
+def depth(path: Path) -> int:
+    """The nesting of a text layer or package (see `nesting`); 0 for a binary layer."""
+    about = path.stat()
+    return _depth(path, about.st_size, about.st_mtime_ns)
+
+
+@lru_cache(maxsize=64)
+def _depth(path: Path, size: int, modified: int) -> int:
+    # Size and time of change are only there to tell whether it is still the same file.
+    return max(map(nesting, _text_layers(path)), default=0)
 
 
 def nesting(data: bytes) -> int:

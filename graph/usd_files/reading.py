@@ -70,7 +70,7 @@ def _parts(spec: FileSpec) -> Iterator[str]:
 
 def check_text(path: Path, name: str) -> None:
     """Refuses, by its bytes alone, a text file that is too large, nested too deeply or no USD."""
-    from graph.sim.layers import nesting
+    from graph.sim.layers import depth
 
     size = path.stat().st_size
     with path.open("rb") as stream:
@@ -85,7 +85,7 @@ def check_text(path: Path, name: str) -> None:
     if not data.startswith(b"#"):
         raise UserError(Problem('this is no USD text; it must start with "#usda 1.0".', Mark(name, 1, 1)))
     _decoded(data, name)
-    if nesting(data) > DEPTH_LIMIT:
+    if depth(path.resolve()) > DEPTH_LIMIT:
         raise UserError(f"{name} is nested deeper than {DEPTH_LIMIT} levels; a graph file need not be.")
 
 
