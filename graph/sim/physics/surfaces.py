@@ -100,7 +100,7 @@ class Surfaces:
 
     def _move(self, model: Any, data: Any) -> None:
         """Called between the engine's velocities and its forces: what friction is to bring to rest changes."""
-        if not data.ncon:
+        if not data.ncon or model._address != self._model._address:  # the callback is the whole process's
             return
         contacts = data.contact
         belts = self._of_geom[contacts.geom]
