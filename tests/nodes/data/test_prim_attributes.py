@@ -202,3 +202,44 @@ def test_a_new_place_of_a_body_on_the_stage_moves_the_body(world, stage):
     assert app.fabric.world_matrix("/World/Thing")[2, 3] < 5
     write(app, "xformOp:translate", [3, 0, 9])
     assert app.fabric.world_matrix("/World/Thing")[:3, 3] == pytest.approx([3, 0, 9], abs=0.1)
+
+
+GRAPH = """\
+tickgraph: 1
+scene:
+  prims:
+    /World/Box: {type: Cube, size: 2.5, translate: [1, 2, 3]}
+graphs:
+  /World/Graph:
+    nodes:
+      tick: OnPlaybackTick
+      size: {type: ReadPrimAttribute, inputs: {prim: /World/Box, name: size}}
+      place: {type: ReadPrimAttribute, inputs: {prim: /World/Box, name: "xformOp:translate"}}
+      parts: BreakVector3
+      sum: {type: Add, inputs: {b: {type: double, value: 1}}}
+      text: ToString
+      write: {type: WritePrimAttribute, inputs: {prim: /World/Box, name: size}}
+      log: PrintText
+    connections:
+      - place.value -> parts.tuple
+      - parts.y -> text.value
+      - size.value -> sum.a
+      - sum.sum -> write.value
+      - tick.tick -> write.execIn
+      - write.execOut -> log.execIn
+      - text.converted -> log.text
+"""
+
+
+def test_values_pass_through_nodes_of_open_types_and_the_stage_is_restored():
+    from graph.assembly import open_session
+    from graph.files import loads
+
+    with open_session(loads(GRAPH)).app as app:
+        size = app.stage.GetPrimAtPath("/World/Box").GetAttribute("size")
+        app.play()
+        app.update(3)
+        assert size.Get() == 5.5
+        assert app.graphs["/World/Graph"].nodes["text"].get("converted") == "2.0"
+        app.stop()
+        assert size.Get() == 2.5
