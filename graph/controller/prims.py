@@ -8,7 +8,7 @@ from typing import Any
 
 from graph.suggest import did_you_mean
 from graph.types import TYPES
-from graph.values import shown
+from graph.values import coerce, shown
 
 from .errors import OmniGraphError
 from .names import node_text
@@ -65,11 +65,14 @@ def _typed(usd: Any, path: str, name: str, given: Any) -> tuple[Any, Any]:
     type_ = usd.Sdf.ValueTypeNames.Find(_usd_name(written))
     if not type_:
         raise OmniGraphError(f'prim {path}: {name}: no attribute type "{written}"{did_you_mean(written, TYPES)}')
+    values = import_module("graph.usd_files.values")
+    ours = values.ogn_name(str(type_))
+    if ours is None:
+        raise OmniGraphError(f"prim {path}: {name}: values of type {written} cannot be given here")
     try:
-        return type_, _usd_value(type_, value)
-    except Exception as error:
-        reason = " ".join(str(error).split())[:100]
-        raise OmniGraphError(f"prim {path}: {name}: {shown(value)} is no {written} ({reason})") from None
+        return type_, values.to_usd(coerce(TYPES[ours], value), TYPES[ours])
+    except ValueError as error:
+        raise OmniGraphError(f"prim {path}: {name}: {error}") from None
 
 
 def _usd_name(written: str) -> str:
@@ -77,13 +80,3 @@ def _usd_name(written: str) -> str:
     if written not in TYPES:
         return written
     return str(import_module("graph.usd_files.values").sdf_name(TYPES[written]))
-
-
-def _usd_value(type_: Any, value: Any) -> Any:
-    if type_.isArray:
-        make = type_.scalarType.type.pythonClass
-        return [make(*one) if isinstance(one, (tuple, list)) else one for one in value]
-    make = type_.type.pythonClass
-    if isinstance(value, (tuple, list)) or hasattr(value, "tolist"):
-        return make(*(value.tolist() if hasattr(value, "tolist") else value))
-    return value if make is None else make(value)

@@ -297,7 +297,7 @@ def test_a_dict_for_a_graph_that_exists_is_a_mistake(control):
 
 def test_a_hundred_thousand_nodes_come_by_one_edit(control):
     count = 100_000
-    started = time.perf_counter()
+    started = time.process_time()
     graph, nodes, _, _ = control.edit(
         "/World/Big",
         {
@@ -305,6 +305,6 @@ def test_a_hundred_thousand_nodes_come_by_one_edit(control):
             K.CONNECT: [(f"n{i}.outputs:y", f"n{i + 1}.inputs:a") for i in range(count - 1)],
         },
     )
-    assert time.perf_counter() - started < 20, "the bound is 10 s on a machine of its own"
+    assert time.process_time() - started < 20, "the bound is 10 s on a machine that does nothing else"
     control.evaluate_sync(graph)
     assert nodes[-1].get("y") == count
