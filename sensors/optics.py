@@ -42,11 +42,11 @@ REFLECTANCE = {
     "fiberglass": 0.5,
     "carbon_fiber": 0.08,
     "vinyl": 0.4,
-    "plexiglass": 0.08,
+    "plexiglass": 0.04,
     "pvc": 0.5,
     "nylon": 0.5,
     "polyester": 0.5,
-    "clear_glass": 0.08,
+    "clear_glass": 0.04,
     "frosted_glass": 0.4,
     "one_way_mirror": 0.3,
     "mirror": 0.05,
@@ -68,6 +68,13 @@ REFLECTANCE = {
 }
 """Share of the light that a diffuse surface of each base material sends back, seen along its normal."""
 
+CLEAR = ("clear_glass", "plexiglass")
+"""Bases that light passes through; so it does through whatever has the attribute `visually_transparent`."""
+
+GLASS_FACE = 0.04
+"""Reflectance of one face of what is transparent: Fresnel's at normal incidence, ((n - 1) / (n + 1))^2 with n = 1.5.
+A pane modelled as a solid has two faces."""
+
 PAINTED = 0.5
 """Reflectance of paint, whatever it covers (estimated)."""
 
@@ -83,12 +90,18 @@ retro-reflection 250 cd/(lx m^2) that ASTM D4956 asks of white type III sheeting
 class Optics:
     """What the surfaces of a world do to light; arrays of one entry for each surface.
 
-    reflectance: (n,) float32, 0 to 1. retro: (n,) bool. uniform: the reflectance that all share, if they do and none
-    is a retro-reflector.
+    reflectance: (n,) float32, 0 to 1. retro: (n,) bool. passing: (n,) float32, the share of the light that comes
+    through on its way there and back again; 0 for what is opaque.
     """
 
     reflectance: np.ndarray
     retro: np.ndarray
+    passing: np.ndarray
+
+    @property
+    def has_glass(self) -> bool:
+        """Whether light passes through any surface."""
+        return bool(self.passing.any())
 
     @property
     def uniform(self) -> np.float32 | None:
@@ -105,7 +118,10 @@ def optics_of(materials: np.ndarray) -> Optics:
     decoded = [decode(int(number)) for number in known]
     reflectance = np.array([reflectance_of(base, coating) for base, coating, _ in decoded], np.float32)
     retro = np.array(["retroreflective" in attributes for _, _, attributes in decoded], bool)
-    return Optics(reflectance[which], retro[which])
+    glass = np.array([base in CLEAR or "visually_transparent" in attributes for base, _, attributes in decoded], bool)
+    reflectance[glass] = GLASS_FACE
+    passing = np.where(glass, (1 - reflectance) ** 2, 0).astype(np.float32)
+    return Optics(reflectance[which], retro[which], passing[which])
 
 
 def reflectance_of(base: str, coating: str = "none") -> float:

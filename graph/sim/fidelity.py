@@ -42,7 +42,7 @@ KNOBS: dict[str, Knob] = {
         "count", "lidar.motion continuous: into how many spans of time a scan is cut; bodies keep still in each"
     ),
     "lidar.noise": Knob("switch", "seeded range, angle and origin errors, and the range offsets of the profile"),
-    "lidar.subrays": Knob("count", "rays per beam", available=(1,)),
+    "lidar.subrays": Knob("count", "rays per beam, over its divergence; they may bring several returns"),
     "radar.rays": Knob("count", "rays per radar frame", available=()),
     "radar.bounces": Knob("count", "reflections that a radar ray follows", available=()),
     "camera.samples": Knob("count", "rays per pixel", available=(1,)),

@@ -17,6 +17,7 @@ from .names import camel_case
 
 _RATES = ("scan_rate_base_hz", "pattern_firing_rate_hz")
 _NOT_ATTRIBUTES = ("name", "emitter_states")
+_UNKNOWN_IF_ZERO = ("focus_dist_m", "effective_aperture_size_m", "divergence_hor_deg", "divergence_ver_deg")
 _DERIVED = {"numberOfEmitters", "emitterStateCount", "rangeCount"}
 
 
@@ -48,7 +49,7 @@ def attributes_of(config: LidarConfig) -> dict[str, Any]:
     values: dict[str, Any] = {}
     for field in dataclasses.fields(LidarConfig):
         value = getattr(config, field.name)
-        optional = field.default in (0, ()) or field.name in ("focus_dist_m", "effective_aperture_size_m")
+        optional = field.default in (0, ()) or field.name in _UNKNOWN_IF_ZERO
         if field.name in _NOT_ATTRIBUTES or (optional and value == field.default and not isinstance(value, bool)):
             continue
         if field.name in _RATES:

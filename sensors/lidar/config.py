@@ -111,6 +111,8 @@ class LidarConfig:
     avg_power_w: float = 0.002
     wave_length_nm: float = 903.0
     pulse_time_ns: float = 6.0
+    divergence_hor_deg: float = 0.0
+    divergence_ver_deg: float = 0.0
     focus_dist_m: float = 0.0
     effective_aperture_size_m: float = 0.0
     intensity_processing: str = "NORMALIZATION"
@@ -225,7 +227,13 @@ class LidarConfig:
 
 _DEVIATIONS = (
     *("range_resolution_m", "range_accuracy_m", "azimuth_error_std", "elevation_error_std", "origin_error_std"),
-    *("min_reflectance", "min_reflection_range_m"),
+    *(
+        "divergence_hor_deg",
+        "divergence_ver_deg",
+        "min_dist_between_echos_m",
+        "min_reflectance",
+        "min_reflection_range_m",
+    ),
 )
 _TOKENS = {
     "scan_type": ("ROTARY", "SOLID_STATE"),

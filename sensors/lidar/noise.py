@@ -49,8 +49,8 @@ class Noise:
             self._known = turn, self._drawn(turn)
         return self._known[1]
 
-    def measured(self, distance: np.ndarray, rows: slice, turn: int) -> np.ndarray:
-        """What is reported for true ranges (n,) float32 [m] of the firings `rows`, of which infinite ones stay so."""
+    def measured(self, distance: np.ndarray, rows: slice | np.ndarray, turn: int) -> np.ndarray:
+        """What is reported for true ranges (n,) float32 [m] of the firings `rows`; infinite ones stay so."""
         error = self.errors(turn).range_m
         out = distance if error is None else distance + error[rows]
         step = np.float32(self._config.range_resolution_m)

@@ -40,6 +40,11 @@ class Receiver:
         """Whether any return can be too weak."""
         return bool(self._least > 0)
 
+    @property
+    def least(self) -> float:
+        """The least energy that is detected, in units of reflectance / range^2 [1/m^2]."""
+        return float(self._least)
+
     def detect(self, reflected: np.ndarray, distance: np.ndarray, valid: np.ndarray) -> None:
         """Takes the returns that are too weak out of `valid` (n,); distance (n,) float32 [m]."""
         if self._least > 0:

@@ -60,13 +60,17 @@ class Returns:
         tables: Mapping[str, SurfaceTable],
         receiver: Receiver | None = None,
         reflected: np.ndarray | None = None,
+        at: np.ndarray | None = None,
+        echo: np.ndarray | None = None,
     ) -> None:
         """index: rows that are kept, counted from the shot's first; valid: which rows are returns, None where all kept
         ones are; columns: (3, n) float32 ray directions of the shot in the sensor frame; aim: where they went;
-        reflected: what comes back of each ray of the shot.
+        reflected: what comes back of each hit. at: the hit of each return, where that is not its row; echo: their ids.
         """
         self._pattern, self._shot, self._hits, self._index = pattern, shot, hits, index
         self._rows = shot.rows
+        self._at = index if at is None else at
+        self._echo = echo
         self._invalid = None if valid is None else ~valid
         self._columns, self._aim, self._in_world = columns, aim, in_world
         self._world = aim.directions
@@ -74,7 +78,7 @@ class Returns:
         self._receiver, self._reflected = receiver, reflected
         self._beam_angles = not in_world and pattern.origins is None
         self._cached: dict[str, Any] = {}
-        self._range = np.take(hits.distance, index, mode="clip")
+        self._range = np.take(hits.distance, self._at, mode="clip")
         if self._invalid is not None:
             self._range[self._invalid] = 0.0
 
@@ -145,7 +149,7 @@ class Returns:
         """Intensities, as the receiver gives them."""
         if self._receiver is None or self._reflected is None:
             return np.zeros(len(self._index), np.float32)
-        scalar = self._receiver.intensity(np.take(self._reflected, self._index, mode="clip"), self._range)
+        scalar = self._receiver.intensity(np.take(self._reflected, self._at, mode="clip"), self._range)
         if self._invalid is not None:
             scalar[self._invalid] = 0.0
         return scalar
@@ -153,7 +157,7 @@ class Returns:
     def hit_normals(self) -> np.ndarray:
         """Unit normals towards the sensor, (k, 3)."""
         assert self._hits.normals is not None
-        normals = np.take(self._hits.normals, self._index, axis=0, mode="clip")
+        normals = np.take(self._hits.normals, self._at, axis=0, mode="clip")
         cosine, column = np.zeros(len(normals), np.float32), np.empty(len(normals), np.float32)
         for axis in range(3):
             np.take(self._world[axis], self._index, out=column, mode="clip")
@@ -173,7 +177,7 @@ class Returns:
         measure = self._measure
         if measure is None or self._hits.surface is None or not len(found):
             return found
-        surfaces = np.take(self._hits.surface, self._index, mode="clip")
+        surfaces = np.take(self._hits.surface, self._at, mode="clip")
         rows, world = measure(surfaces, self._world_points, self._shot.poses)
         velocities = world if self._in_world else self._aim.turned_back(world, self._index[rows])
         found[rows] = velocities
@@ -193,7 +197,7 @@ class Returns:
         shape = (len(self._index), channel.width) if channel.width > 1 else len(self._index)
         found = np.zeros(shape, channel.dtype)
         if self._hits.surface is not None:
-            surface = np.take(self._hits.surface, self._index, mode="clip")
+            surface = np.take(self._hits.surface, self._at, mode="clip")
             if self._invalid is not None:
                 surface[self._invalid] = NO_SURFACE
             hit = np.flatnonzero(surface >= 0)
@@ -215,7 +219,9 @@ class Returns:
         return flags
 
     def echo_id(self) -> np.ndarray:
-        """0: every ray has one return."""
+        """0 for the first return of a beam, 1 for the second ..."""
+        if self._echo is not None:
+            return self._echo
         return np.zeros(len(self._index), np.uint8)
 
 

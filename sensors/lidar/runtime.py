@@ -106,6 +106,8 @@ class LidarRuntime:
             receiver=Receiver(config),
             noise=Noise(config, self.pattern, app.seed, prim_path) if app.fidelity.lidar_noise else None,
             optics=lambda: surface_optics(app),
+            config=config,
+            subrays=app.fidelity.lidar_subrays,
             tables={"matId": lambda: surface_materials(app), "objId": lambda: surface_ids(app)},
         )
         self._channels: frozenset[str] = frozenset()

@@ -11,10 +11,18 @@ from sensors.raycast.rays import Hits, RayBundle, RayCaster
 from sensors.raycast.windows import RayGrid
 
 from .aim import Aim, moving_aim, turned_back
+from .config import EmitterState, LidarConfig
+from .echoes import Candidates, SubRays, echo_ids, form_echoes, separation, with_dark_beams
 from .noise import Noise
 from .pattern import Pattern
 from .receiver import Receiver, reflected_light
 from .returns import Returns, Shot, SurfaceTable, Velocities
+
+MOST_SURFACES = 8
+"""How many surfaces a ray meets at most, with all but the last of them transparent."""
+
+STEP_M = 5e-4
+"""How far behind glass a ray goes on [m]."""
 
 
 class Scanner:
@@ -25,7 +33,8 @@ class Scanner:
     `keep_invalid`: then they stay with distance 0, scalar 0 and without the VALID flag. Ranges and angles are exact
     unless `noise` says otherwise; the gates are for the ranges that are reported.
     Returns that `receiver` cannot detect count as none; without one there is no threshold, and no intensity.
-    optics: what the surfaces do to light.
+    optics: what the surfaces do to light. Each beam is `subrays` rays; with several of them, or with glass about, it
+    may have several returns, by what `config` says of echoes.
     """
 
     def __init__(
@@ -41,6 +50,8 @@ class Scanner:
         receiver: Receiver | None = None,
         noise: Noise | None = None,
         optics: Callable[[], Optics] = lambda: optics_of(np.zeros(0)),
+        config: LidarConfig | None = None,
+        subrays: int = 1,
     ) -> None:
         self.pattern = pattern
         self._caster = caster
@@ -49,6 +60,8 @@ class Scanner:
         self._keep_invalid = keep_invalid
         self._velocities, self._tables = velocities, dict(tables or {})
         self._receiver, self._optics, self._noise = receiver, optics, noise
+        self._config = config or LidarConfig(emitter_states=(EmitterState(np.zeros(1), np.zeros(1)),))
+        self._echoing = SubRays(self._config, subrays) if subrays > 1 else None
         count = len(pattern)
         self._columns = np.ascontiguousarray(pattern.directions.T)
         self._table = np.empty((count, 6), np.float32)
@@ -62,23 +75,110 @@ class Scanner:
     def scan(self, shot: Shot, channels: frozenset[str]) -> dict[str, np.ndarray]:
         """The channels asked for, each with one row per return, in the order of the pattern. Always has "count"."""
         optics = self._optics() if self._receiver is not None else None
-        hits, aim = self._cast(shot, channels, optics)
+        if optics is not None and (self._echoing is not None or optics.has_glass):
+            return self._all_echoes(shot, channels, optics).arrays(channels)
+        return self._single_returns(shot, channels, optics).arrays(channels)
+
+    def _single_returns(self, shot: Shot, channels: frozenset[str], optics: Optics | None) -> Returns:
+        """One ray for each beam, which has one return or none."""
+        receiver = self._receiver
+        lit = receiver is not None and (receiver.detects or "scalar" in channels)
+        aim, swing = self._aim(shot, *self._beams(shot))
+        hits = self._cast(
+            self._bundle(shot, aim, swing),
+            shot,
+            normals=lit or "hitNormals" in channels,
+            surfaces="velocities" in channels
+            or not channels.isdisjoint(self._tables)
+            or (lit and optics is not None and optics.uniform is None),
+        )
         distance = hits.distance
         if self._noise is not None:
             hits.distance = self._noise.measured(distance, shot.rows, shot.turn)
         valid = self._valid(hits.distance, shot.rows)
         reflected = None
-        if optics is not None and hits.normals is not None:
+        if receiver is not None and optics is not None and hits.normals is not None:
             reflected = reflected_light(self._incidence(hits.normals), hits.surface, optics)
-            assert self._receiver is not None
-            self._receiver.detect(reflected, distance, valid)
+            receiver.detect(reflected, distance, valid)
         index = np.arange(len(valid)) if self._keep_invalid else np.flatnonzero(valid)
-        returns = Returns(
+        return self._returns(shot, hits, index, aim, reflected, None if not self._keep_invalid else valid)
+
+    def _all_echoes(self, shot: Shot, channels: frozenset[str], optics: Optics) -> Returns:
+        """All that the sub-rays of beams meet, through glass too, put together to echoes."""
+        assert self._receiver is not None
+        sub = self._echoing or SubRays(self._config, 1)
+        columns, origins, swing, exact = self._beams(shot)
+        found = []
+        for number in range(len(sub)):
+            beams = sub.directions(number, columns)
+            aim, turned = self._aim(shot, beams, origins, swing + sub.swing, exact and beams is columns)
+            found += self._through_glass(shot, aim, turned, optics, 1.0 / len(sub))
+        if len(sub) > 1:
+            aim, _ = self._aim(shot, columns, origins, swing, exact)
+        echoes = form_echoes(
+            Candidates.joined(found),
+            separation=separation(self._config),
+            least=self._receiver.least,
+            most=self._config.max_returns,
+        )
+        if self._noise is not None:
+            rows = np.arange(shot.rows.start, shot.rows.stop)[echoes.beam]
+            echoes.distance = self._noise.measured(echoes.distance, rows, shot.turn)
+            echoes = echoes.at(np.flatnonzero(self._valid(echoes.distance, shot.rows, echoes.beam)))
+        count = len(echoes.beam)
+        valid = None
+        if self._keep_invalid:
+            echoes = with_dark_beams(echoes, shot.rows.stop - shot.rows.start)
+            valid = echoes.light > 0
+            count = len(echoes.beam)
+        hits = Hits(echoes.distance, echoes.normals, echoes.surface)
+        return self._returns(shot, hits, echoes.beam, aim, echoes.light, valid, np.arange(count), echo_ids(echoes.beam))
+
+    def _through_glass(self, shot: Shot, aim: Aim, swing: float, optics: Optics, share: float) -> list[Candidates]:
+        """What the rays of an aim meet, one after the other while light passes; those between the gates."""
+        bundle = self._bundle(shot, aim, swing)
+        rays = np.arange(len(bundle.table))
+        light, travelled = np.full(len(rays), share, np.float32), np.zeros(len(rays), np.float32)
+        found = []
+        for _ in range(MOST_SURFACES):
+            hits = self._cast(bundle, shot, normals=True, surfaces=True)
+            assert hits.normals is not None
+            assert hits.surface is not None
+            cosine = np.abs(sum(aim.directions[axis][rays] * hits.normals[:, axis] for axis in range(3)))
+            distance = travelled + hits.distance
+            seen = np.flatnonzero(self._valid(distance, shot.rows, rays))
+            back = light * reflected_light(cosine, hits.surface, optics)
+            found.append(Candidates(rays, distance, back, hits.normals, hits.surface).at(seen))
+            passing = np.take(optics.passing, hits.surface, mode="clip") * np.isfinite(hits.distance)
+            on = np.flatnonzero((passing > 0) & (distance < self._reach))
+            if not len(on):
+                break
+            rays, light, travelled = rays[on], light[on] * passing[on], distance[on] + np.float32(STEP_M)
+            table = np.zeros((len(on), 6), np.float32)
+            table[:, 3:6] = aim.directions[:, rays].T
+            offsets = table[:, 3:6] * travelled[:, None]
+            if aim.offsets is not None:
+                offsets += aim.offsets[rays]
+            bundle = RayBundle(aim.pose[:3, 3], table, offsets, self._exclude, self._reach)
+        return found
+
+    def _returns(
+        self,
+        shot: Shot,
+        hits: Hits,
+        index: np.ndarray,
+        aim: Aim,
+        reflected: np.ndarray | None,
+        valid: np.ndarray | None,
+        at: np.ndarray | None = None,
+        echo: np.ndarray | None = None,
+    ) -> Returns:
+        return Returns(
             pattern=self.pattern,
             shot=shot,
             hits=hits,
             index=index,
-            valid=valid if self._keep_invalid else None,
+            valid=valid,
             columns=self._columns[:, shot.rows],
             aim=aim,
             in_world=self._in_world,
@@ -86,51 +186,47 @@ class Scanner:
             tables=self._tables,
             receiver=self._receiver,
             reflected=reflected,
+            at=at,
+            echo=echo,
         )
-        return returns.arrays(channels)
 
-    def _cast(self, shot: Shot, channels: frozenset[str], optics: Optics | None) -> tuple[Hits, Aim]:
-        pattern, rows = self.pattern, shot.rows
+    def _aim(
+        self, shot: Shot, columns: np.ndarray, origins: np.ndarray | None, swing: float, exact: bool
+    ) -> tuple[Aim, float]:
+        """Turns beams (3, n) into the world, in the table too; also the largest angle to their place in the grid."""
+        rows = shot.rows
         table = self._table[: rows.stop - rows.start]
         world = self._world[:, : len(table)]
-        columns, origins, swing, exact = self._beams(shot)
         if shot.moves is not None:
             aim = moving_aim(shot.pose, shot.moves, columns, origins, world)
             for axis in range(3):
                 table[:, 3 + axis] = world[axis]
-            swing += shot.moves.swing(shot.pose)
             self._turned_by = None
-        else:
-            rotation = shot.pose[:3, :3]
-            whole = exact and rows.start == 0 and rows.stop == len(pattern)
-            key = rotation.tobytes() if whole else None
-            if key is None or key != self._turned_by:
-                self._turn(table, columns, rotation.astype(np.float32))
-                self._turned_by = key
-            offsets = None if origins is None else turned_back(origins, rotation.T.astype(np.float32))
-            aim = Aim(shot.pose, world, offsets)
-        bundle = RayBundle(
+            return aim, swing + shot.moves.swing(shot.pose)
+        rotation = shot.pose[:3, :3]
+        whole = exact and rows.start == 0 and rows.stop == len(self.pattern)
+        key = rotation.tobytes() if whole else None
+        if key is None or key != self._turned_by:
+            self._turn(table, columns, rotation.astype(np.float32))
+            self._turned_by = key
+        offsets = None if origins is None else turned_back(origins, rotation.T.astype(np.float32))
+        return Aim(shot.pose, world, offsets), swing
+
+    def _bundle(self, shot: Shot, aim: Aim, swing: float) -> RayBundle:
+        return RayBundle(
             origin=aim.pose[:3, 3],
-            table=table,
+            table=self._table[: shot.rows.stop - shot.rows.start],
             offsets=aim.offsets,
             exclude=self._exclude,
             reach=self._reach,
             grid=self._turned_grid(aim.pose[:3, :3]),
-            first=rows.start,
+            first=shot.rows.start,
             swing=swing,
             written=self._written,
         )
-        receiver = self._receiver
-        lit = receiver is not None and (receiver.detects or "scalar" in channels)
-        hits = self._caster().cast(
-            bundle,
-            shot.poses,
-            normals=lit or "hitNormals" in channels,
-            surfaces="velocities" in channels
-            or not channels.isdisjoint(self._tables)
-            or (lit and optics is not None and optics.uniform is None),
-        )
-        return hits, aim
+
+    def _cast(self, bundle: RayBundle, shot: Shot, *, normals: bool, surfaces: bool) -> Hits:
+        return self._caster().cast(bundle, shot.poses, normals=normals, surfaces=surfaces)
 
     def _beams(self, shot: Shot) -> tuple[np.ndarray, np.ndarray | None, float, bool]:
         """Directions (3, n) and origins (n, 3) of the shot's beams in the sensor frame, the largest angle [rad] between
@@ -172,11 +268,13 @@ class Scanner:
         cosine += np.multiply(self._world[2, :count], normals[:, 2], out=term)
         return np.abs(cosine, out=cosine)
 
-    def _valid(self, distance: np.ndarray, rows: slice) -> np.ndarray:
-        """Whether each distance lies between the gates of its emitter."""
+    def _valid(self, distance: np.ndarray, rows: slice, rays: np.ndarray | None = None) -> np.ndarray:
+        """Whether each distance lies between the gates of its emitter; `rays`: some of the firings `rows`."""
         near, far = self.pattern.near_m, self.pattern.far_m
         if near.ndim:
             near, far = near[rows], far[rows]
+            if rays is not None:
+                near, far = near[rays], far[rays]
         valid = distance >= near
         valid &= distance <= far
         return np.asarray(valid)

@@ -1,0 +1,155 @@
+"""Several returns of one beam: what its sub-rays hit, put together to echoes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sensors.raycast.rays import NO_SURFACE
+
+from .config import LidarConfig
+
+LIGHT_M_PER_NS = 0.299792458
+TYPICAL_DIVERGENCE_DEG = 0.17
+"""Full angle of a beam whose profile gives none: 3 mrad, as data sheets of rotating lidars state."""
+
+GOLDEN_ANGLE = np.pi * (3.0 - np.sqrt(5.0))
+
+
+@dataclass(slots=True)
+class Candidates:
+    """What the sub-rays of beams hit, in any order: m hits.
+
+    beam: (m,) number of the beam; distance: (m,) float32 [m]; light: (m,) float32, what comes back, relative to a
+    whole beam on a white diffuse surface along its normal; normals (m, 3) float32; surface (m,) int32.
+    """
+
+    beam: np.ndarray
+    distance: np.ndarray
+    light: np.ndarray
+    normals: np.ndarray
+    surface: np.ndarray
+
+    @classmethod
+    def joined(cls, parts: list[Candidates]) -> Candidates:
+        """All hits of several."""
+        return cls(*(np.concatenate([getattr(part, name) for part in parts]) for name in cls.__slots__))
+
+    def at(self, rows: np.ndarray) -> Candidates:
+        """Some of the hits."""
+        return Candidates(*(getattr(self, name)[rows] for name in Candidates.__slots__))
+
+
+def form_echoes(hits: Candidates, *, separation: float, least: float, most: int) -> Candidates:
+    """The echoes of beams, by beam, then from near to far.
+
+    Hits of a beam that follow each other within `separation` [m] make one echo: its light is theirs together, its
+    distance the mean of theirs by the energy that each sends back, light / distance^2; surface and normal are those of
+    the one that sends most. Echoes with less energy than `least` [1/m^2] are not detected. Of more than `most`, the
+    strongest is kept, then the last, then the first, then the stronger ones.
+    """
+    if not len(hits.beam):
+        return hits
+    hits = hits.at(np.lexsort((hits.distance, hits.beam)))
+    new = np.ones(len(hits.beam), bool)
+    new[1:] = (np.diff(hits.beam) != 0) | (np.diff(hits.distance) > separation)
+    start = np.flatnonzero(new)
+    echo = np.cumsum(new) - 1
+    energy = hits.light.astype(np.float64) / np.maximum(hits.distance, 1e-3).astype(np.float64) ** 2
+    total = np.add.reduceat(energy, start)
+    moment = np.add.reduceat(energy * hits.distance, start)
+    brightest = start[0] + np.lexsort((energy, echo))[np.append(start[1:], len(echo)) - 1]
+    echoes = hits.at(brightest)
+    alone = np.diff(np.append(start, len(echo))) == 1
+    merged = np.where(total > 0, moment / np.where(total > 0, total, 1.0), hits.distance[start])
+    echoes.distance = np.where(alone, hits.distance[start], merged).astype(np.float32)
+    echoes.light = np.add.reduceat(hits.light.astype(np.float64), start).astype(np.float32)
+    seen = np.flatnonzero((total >= least) & (total > 0))
+    return _choose(echoes.at(seen), total[seen], most)
+
+
+def echo_ids(beam: np.ndarray) -> np.ndarray:
+    """(n,) uint8: 0 for the first of the returns of each beam, then 1 ...; `beam` (n,) rises."""
+    return _places(beam)[0].astype(np.uint8)
+
+
+def with_dark_beams(echoes: Candidates, beams: int) -> Candidates:
+    """The echoes and, for each of the `beams` that has none, one of no light at distance 0."""
+    dark = np.setdiff1d(np.arange(beams), echoes.beam)
+    number = len(dark)
+    empty = Candidates(
+        dark,
+        np.zeros(number, np.float32),
+        np.zeros(number, np.float32),
+        np.zeros((number, 3), np.float32),
+        np.full(number, NO_SURFACE, np.int32),
+    )
+    both = Candidates.joined([echoes, empty])
+    return both.at(np.argsort(both.beam, kind="stable"))
+
+
+def _choose(echoes: Candidates, energy: np.ndarray, most: int) -> Candidates:
+    """At most so many echoes of each beam."""
+    place, count = _places(echoes.beam)
+    if len(place) and count.max() > most:
+        rank = np.full(len(place), 3)
+        rank[place == 0] = 2
+        rank[place == count - 1] = 1
+        order = np.lexsort((-energy, echoes.beam))
+        first = np.flatnonzero(np.diff(echoes.beam[order], prepend=-1))
+        rank[order[first]] = 0
+        ranked = np.lexsort((-energy, rank, echoes.beam))
+        turn, _ = _places(echoes.beam[ranked])
+        echoes = echoes.at(np.sort(ranked[turn < most]))
+    return echoes
+
+
+def _places(beam: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Of each entry of rising numbers: its place among equal ones, and how many they are."""
+    if not len(beam):
+        return np.zeros(0, np.intp), np.zeros(0, np.intp)
+    start = np.flatnonzero(np.diff(beam, prepend=beam[0] - 1))
+    lengths = np.diff(np.append(start, len(beam)))
+    return np.arange(len(beam)) - np.repeat(start, lengths), np.repeat(lengths, lengths)
+
+
+def separation(config: LidarConfig) -> float:
+    """How far apart two echoes are at least [m]: minDistBetweenEchosM, else half the length of a pulse."""
+    return config.min_dist_between_echos_m or LIGHT_M_PER_NS * config.pulse_time_ns / 2
+
+
+class SubRays:
+    """`count` rays that stand for a beam: each carries the same share of its energy.
+
+    They lie on a sunflower pattern (Vogel, "A better way to construct the sunflower head", 1979) over the elliptic cone
+    of divergenceHorDeg and divergenceVerDeg (full angles; `TYPICAL_DIVERGENCE_DEG` where the profile gives none). A
+    single one is the beam's axis.
+    """
+
+    def __init__(self, config: LidarConfig, count: int) -> None:
+        number = np.arange(count)
+        radius = np.sqrt((number + 0.5) / count) if count > 1 else np.zeros(1)
+        half = [
+            np.deg2rad((angle or TYPICAL_DIVERGENCE_DEG) / 2)
+            for angle in (config.divergence_hor_deg, config.divergence_ver_deg)
+        ]
+        self.left = np.tan(half[0]) * radius * np.cos(number * GOLDEN_ANGLE)
+        self.up = np.tan(half[1]) * radius * np.sin(number * GOLDEN_ANGLE)
+        self.swing = float(max(half)) if count > 1 else 0.0
+        """The largest angle [rad] between a sub-ray and its beam."""
+
+    def __len__(self) -> int:
+        return len(self.left)
+
+    def directions(self, number: int, beams: np.ndarray) -> np.ndarray:
+        """(3, n) float32 unit directions of one sub-ray of each beam (3, n), in the sensor frame."""
+        left, up = self.left[number], self.up[number]
+        if not left and not up:
+            return beams
+        x, y, z = beams.astype(np.float64)
+        level = np.maximum(np.hypot(x, y), 1e-9)
+        out = np.stack(
+            [x - left * y / level - up * z * x / level, y + left * x / level - up * z * y / level, z + up * level]
+        )
+        return np.asarray(out / np.sqrt((out * out).sum(axis=0)), np.float32)
