@@ -57,4 +57,8 @@ def listed(entries: Any) -> list[Any]:
 
 def _is_end(entry: Any) -> bool:
     """Whether it is (attribute, node) and not an entry of its own."""
-    return len(entry) == 2 and isinstance(entry[1], Node)
+    if len(entry) != 2 or isinstance(entry[1], Node):
+        return len(entry) == 2
+    first, second = entry
+    texts = isinstance(first, str) and isinstance(second, str)
+    return texts and first.startswith(("inputs:", "outputs:", "state:")) and "." not in second

@@ -270,3 +270,13 @@ def test_a_node_cannot_evaluate_its_own_graph(build, library):
 
     with pytest.raises(ComputeError, match=r"being evaluated already"):
         build({"s": "test.Self"}).evaluate(Context.standalone())
+
+
+@pytest.mark.parametrize("times", [0, -3])
+def test_a_loop_of_no_pass_goes_straight_to_its_end(build, playing, journal, times):
+    graph = build(
+        {"tick": "test.Tick", "loop": ("test.Loop", {"times": times}), "body": "test.Step", "end": "test.Step"},
+        ["tick.tick -> loop.execIn", "loop.body -> body.execIn", "loop.finished -> end.execIn"],
+    )
+    graph.evaluate(playing)
+    assert journal.take() == ["tick", "end"]

@@ -84,13 +84,14 @@ class Path:
         return self.text
 
 
-@pytest.mark.parametrize("form", ["short", "absolute", "pair", "attribute", "path"])
+@pytest.mark.parametrize("form", ["short", "absolute", "pair", "names", "attribute", "path"])
 def test_an_attribute_may_be_named_in_many_ways(control, form):
     graph, nodes, _, _ = made(control, {K.CREATE_NODES: [("a", "test.Constant"), ("b", "test.Inc")]})
     source, target = {
         "short": ("a.inputs:value", "b.inputs:a"),
         "absolute": ("/World/G/a.inputs:value", "/World/G/b.inputs:a"),
         "pair": (("inputs:value", nodes[0]), ("inputs:a", "b")),
+        "names": (("inputs:value", "a"), ("inputs:a", "b")),
         "attribute": (nodes[0].get_attribute("inputs:value"), nodes[1].get_attribute("a")),
         "path": (Path("/World/G/a.inputs:value"), Path("/World/G/b.inputs:a")),
     }[form]
