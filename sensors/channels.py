@@ -101,7 +101,7 @@ class Demand:
         return {
             name: CHANNELS[name].level
             for wanted, ignore_aux in self._owners.values()
-            for name in wanted
+            for name in sorted(wanted)
             if not ignore_aux and CHANNELS[name].level > level
         }
 

@@ -98,8 +98,31 @@ def test_strict_fails_a_run_in_which_a_wired_sensor_stayed_silent(small, capsys)
     assert main(["run", str(small), "--updates", "5", "--strict"]) == 1
     error = capsys.readouterr().err
     assert "sensor /World/Lidar rendered no frame" in error
-    assert "topic /points got no message" in error
+    assert "publisher /World/Graph/cloud sent no message" in error
     assert main(["run", str(small), "--updates", "6", "--strict"]) == 0
+
+
+SILENCERS = {
+    "a closed gate": (
+        "tick.tick -> [clock.execIn, product.execIn]",
+        "tick.tick -> [clock.execIn, gate.enter]\n      - gate.exit -> product.execIn",
+    ),
+    "a product without a trigger": ("[clock.execIn, product.execIn]", "clock.execIn"),
+    "a helper without a trigger": ("      - product.execOut -> cloud.execIn\n", ""),
+    "a disabled product": ("cameraPrim: /World/Lidar", "cameraPrim: /World/Lidar, enabled: false"),
+}
+
+
+@pytest.mark.parametrize("silencer", SILENCERS)
+def test_strict_fails_a_run_whose_wired_parts_were_never_reached(silencer, small, capsys):
+    text = SMALL.replace("      cloud:", "      gate: {type: Gate, inputs: {startClosed: true}}\n      cloud:")
+    assert SILENCERS[silencer][0] in text
+    small.write_text(text.replace(*SILENCERS[silencer]))
+    assert main(["run", str(small), "--updates", "20", "--strict"]) == 1
+    told = capsys.readouterr()
+    assert "publisher /World/Graph/cloud sent no message" in told.err
+    assert "silent: " in told.out
+    assert "/World/Lidar" in told.out
 
 
 BAD_EDITS = {
@@ -210,7 +233,8 @@ def test_a_diverging_simulation_ends_the_run_with_1_and_keeps_the_recording(tmp_
     assert (tmp_path / "out" / "report.json").exists()
 
 
-def test_ctrl_c_ends_with_130_and_a_readable_recording(tmp_path, small):
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupt_ends_with_130_and_a_readable_recording(number, tmp_path, small):
     out = tmp_path / "out"
     process = subprocess.Popen(
         [sys.executable, "-m", "graph", "run", str(small), "--duration", "3600", "--out", str(out)],
@@ -224,7 +248,7 @@ def test_ctrl_c_ends_with_130_and_a_readable_recording(tmp_path, small):
     deadline = time.monotonic() + 60
     while not (recording.exists() and recording.stat().st_size > 100_000) and time.monotonic() < deadline:
         time.sleep(0.05)
-    process.send_signal(signal.SIGINT)
+    process.send_signal(number)
     _, error = process.communicate(timeout=60)
     assert process.returncode == 130, error
     assert "Traceback" not in error

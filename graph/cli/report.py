@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from graph.errors import RunError
 
+from .silence import silent_parts, wired_sensors
+
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
@@ -33,21 +35,15 @@ def build_report(app: App, runner: GraphRunner, published: CountingSink, wall_ti
         "external_time": float(app.external_time),
         "wall_time_s": round(wall_time_s, 6),
         "real_time_factor": round(float(app.simulation.time) / wall_time_s, 3) if wall_time_s > 0 else None,
-        "sensors": {product.camera_path: _sensor(product) for product in app.rendering.history},
+        "sensors": _sensors(app, runner),
         "topics": {topic: {"type": count.type_name, "messages": count.messages} for topic, count in published.topics()},
         "nodes": {
             node.path: {"computes": node.computes} for graph in runner.graphs.values() for node in graph.nodes.values()
         },
+        "silent": silent_parts(app, runner),
         "warnings": [warning.as_dict() for warning in app.warnings],
         "timing_s": {name: round(seconds, 6) for name, seconds in app.timing.items()},
     }
-
-
-def silent_parts(report: Report) -> list[str]:
-    """The sensors and publishers that a graph wired and that never produced anything."""
-    sensors = [f"sensor {path} rendered no frame" for path, sensor in report["sensors"].items() if not sensor["frames"]]
-    topics = [f"topic {topic} got no message" for topic, count in report["topics"].items() if not count["messages"]]
-    return sensors + topics
 
 
 def write_report(report: Report, out: Path) -> None:
@@ -89,6 +85,8 @@ def print_table(report: Report, console: Console) -> None:
     clocks.add_row("physics", f"{report['simulation_time']:.9f}", f"{report['physics_steps']:,} steps")
     clocks.add_row("renderer", f"{report['external_time']:.9f}", f"{_frames(report):,} frames")
     console.print(clocks)
+    for line in report["silent"]:
+        console.print(f"silent: {line}", highlight=False, markup=False, soft_wrap=True)
     console.print(_wall_line(report), highlight=False, soft_wrap=True)
 
 
@@ -118,6 +116,20 @@ def _amount(number: int) -> str:
 
 def _frames(report: Report) -> int:
     return sum(sensor["frames"] for sensor in report["sensors"].values())
+
+
+def _sensors(app: App, runner: GraphRunner) -> dict[str, Mapping[str, Any]]:
+    sensors = {product.camera_path: _sensor(product) for product in app.rendering.history}
+    for path in wired_sensors(app, runner):
+        if path not in sensors:
+            rate = float(app.stage.GetPrimAtPath(path).GetAttribute("omni:sensor:tickRate").Get() or 0)
+            sensors[path] = {
+                **dict.fromkeys(("due", "frames", "missed", "elements"), 0),
+                "tick_rate": rate,
+                "first_frame_ns": None,
+                "last_frame_ns": None,
+            }
+    return sensors
 
 
 def _sensor(product: Any) -> Mapping[str, Any]:

@@ -62,7 +62,7 @@ def run(args: argparse.Namespace) -> int:
     from graph.assembly import open_session
     from graph.sim.bus import CountingSink
 
-    from .report import build_report, print_table, silent_parts, to_json, warning_lines, write_report
+    from .report import build_report, print_table, to_json, warning_lines, write_report
 
     _show_log()
     sources = open_sources(args.play)
@@ -109,7 +109,8 @@ def run(args: argparse.Namespace) -> int:
     else:
         from rich.console import Console
 
-        print_table(report, Console())
+        # A file or a pipe has no width of its own.
+        print_table(report, Console(width=None if sys.stdout.isatty() else 120))
     for line in warning_lines(report):
         print(line, file=sys.stderr)
     if isinstance(failure, KeyboardInterrupt):
@@ -117,10 +118,10 @@ def run(args: argparse.Namespace) -> int:
         return EXIT_INTERRUPTED
     if failure is not None:
         raise failure
-    silent = silent_parts(report) if args.strict else []
-    for line in silent:
-        print(f"strict: {line}", file=sys.stderr)
-    return 1 if silent else 0
+    if args.strict:
+        for line in report["silent"]:
+            print(f"strict: {line}", file=sys.stderr)
+    return 1 if args.strict and report["silent"] else 0
 
 
 def _show_log() -> None:
@@ -203,7 +204,7 @@ def _advance(app: App, updates: int, *, show_progress: bool) -> None:
 
 @contextmanager
 def _interrupt_between_updates() -> Iterator[list[int]]:
-    """Ctrl-C lets the update in progress finish; a second one stops at once."""
+    """Ctrl-C (or SIGTERM) lets the update in progress finish; a second one stops at once."""
     received: list[int] = []
 
     def note(signum: int, frame: Any) -> None:
@@ -211,11 +212,12 @@ def _interrupt_between_updates() -> Iterator[list[int]]:
             raise KeyboardInterrupt
         received.append(signum)
 
-    previous = signal.signal(signal.SIGINT, note)
+    previous = {number: signal.signal(number, note) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         yield received
     finally:
-        signal.signal(signal.SIGINT, previous)
+        for number, handler in previous.items():
+            signal.signal(number, handler)
 
 
 @contextmanager

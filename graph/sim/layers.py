@@ -91,7 +91,10 @@ def _open_layer(path: str) -> tuple[Any, str]:
     from .usd import Sdf, Tf
 
     try:
-        return Sdf.Layer.FindOrOpen(path), "it is damaged or of another kind"
+        layer = Sdf.Layer.FindOrOpen(path)
+        if layer is not None:
+            layer.Reload()  # USD keeps layers for the life of the process; the file may have been written anew
+        return layer, "it is damaged or of another kind"
     except Tf.ErrorException as error:
         try:
             text = str(error.args[0])
@@ -199,7 +202,7 @@ def quiet(warn: Callable[[str, str, str], None], where: str) -> Iterator[None]:
     finally:
         for message in delegate.TakeUncoalescedDiagnostics():
             # Anonymous layers are named by their address, which differs from run to run.
-            text = re.sub(r"anon:0x[0-9a-f]+:", "", " ".join(message.commentary.split()))
+            text = re.sub(r"anon:0x[0-9a-f]+:|<?0x[0-9a-f]{6,}>?", "", " ".join(message.commentary.split()))
             if "Could not open asset" not in text:
                 warn("usd-composition", where, text)
         del delegate

@@ -101,7 +101,7 @@ def up_axis(stage: Any) -> str:
 def _scene_name(stage: Any) -> str:
     """The scene file of a stage, for messages."""
     root = stage.GetRootLayer()
-    return next(iter(root.subLayerPaths), root.GetDisplayName()) if root.anonymous else root.identifier
+    return str(next(iter(root.subLayerPaths), root.GetDisplayName()) if root.anonymous else root.identifier)
 
 
 def physics_scene_rate(stage: Any) -> Fraction | None:

@@ -16,6 +16,7 @@ from graph.errors import UserError
 from .config import EmitterState, LidarConfig
 
 MAX_BYTES = 64 << 20
+FASTEST_HZ = 10**9
 _SCAN_TYPES = {"rotary": "ROTARY", "solidstate": "SOLID_STATE", "solid_state": "SOLID_STATE"}
 _NUMBERS = {
     "nearRangeM": "near_range_m",
@@ -66,8 +67,9 @@ def load_profile(path: str | Path) -> LidarConfig:
     except OSError as error:
         raise UserError(f"lidar profile {path}: cannot be read ({error.strerror})") from error
     except (ValueError, RecursionError) as error:
-        raise UserError(f"lidar profile {path.name}: not valid JSON ({error})") from error
-    return parse_profile(document, path.stem)
+        place = f"{path}:{error.lineno}:{error.colno}" if isinstance(error, json.JSONDecodeError) else str(path)
+        raise UserError(f"lidar profile {place}: this is not valid JSON") from error
+    return parse_profile(document, str(path))
 
 
 def parse_profile(document: Any, name: str) -> LidarConfig:
@@ -78,9 +80,11 @@ def parse_profile(document: Any, name: str) -> LidarConfig:
     """
     if not isinstance(document, Mapping) or not isinstance(document.get("profile"), Mapping):
         raise UserError(f'lidar profile {name}: not a lidar profile: it has no "profile" object')
+    if document.get("type", "lidar") != "lidar":
+        raise UserError(f"lidar profile {name}: its type is {document['type']!r}, not lidar")
     reader = _Reader(name)
     profile = document["profile"]
-    fields: dict[str, Any] = {"name": str(document.get("name", name))}
+    fields: dict[str, Any] = {"name": str(document.get("name", Path(name).stem))}
     fields["scan_type"] = reader.scan_type(profile.get("scanType", "rotary"))
     fields["scan_rate_base_hz"] = reader.rate("scanRateBaseHz", profile.get("scanRateBaseHz", 10))
     fields["pattern_firing_rate_hz"] = reader.rate("reportRateBaseHz", profile.get("reportRateBaseHz", 36000))
@@ -134,8 +138,8 @@ class _Reader:
 
     def rate(self, key: str, value: Any) -> Any:
         rate = exact.rate(value) if isinstance(value, str) else exact.rate(self.number(key, value))
-        if rate <= 0:
-            raise self._error(key, "must be above 0")
+        if not 0 < rate <= FASTEST_HZ:
+            raise self._error(key, f"must be above 0 and at most {FASTEST_HZ:,} Hz")
         return rate
 
     def scan_type(self, value: Any) -> str:
@@ -145,9 +149,11 @@ class _Reader:
 
     def array(self, key: str, value: Any) -> np.ndarray:
         try:
-            array = np.asarray(value, np.float64).reshape(-1)
+            array = np.asarray(value, np.float64)
         except (TypeError, ValueError):
-            raise self._error(key, "is not a list of numbers") from None
+            array = np.zeros(())
+        if array.ndim != 1:
+            raise self._error(key, "is not a list of numbers")
         if not np.all(np.isfinite(array)):
             raise self._error(key, "holds a value that is not finite")
         return array

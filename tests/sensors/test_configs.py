@@ -147,7 +147,7 @@ def test_a_file_that_is_no_profile_is_one_clear_error(tmp_path, text):
     path = tmp_path / "bad.json"
     path.write_text(text)
 
-    with pytest.raises(UserError, match=r"lidar profile bad.*not (valid JSON|a lidar profile)"):
+    with pytest.raises(UserError, match=r"lidar profile .*bad\.json.*not (valid JSON|a lidar profile)"):
         load(str(path))
 
 

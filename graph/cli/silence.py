@@ -1,0 +1,56 @@
+"""The sensors and publishers that a graph wires, and which of them never produced anything."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from graph.declaration import NodeType
+    from graph.runner import GraphRunner
+    from graph.sim import App
+
+SENSOR_INPUT = "cameraPrim"
+
+
+def wired_sensors(app: App, runner: GraphRunner) -> Iterator[str]:
+    """Paths of the sensor prims that nodes name, in file order, whether or not they were ever rendered."""
+    for node in _nodes(runner):
+        if SENSOR_INPUT in node.type.inputs:
+            for path in node.get(SENSOR_INPUT) or ():
+                prim = app.stage.GetPrimAtPath(path)
+                if prim and prim.HasAttribute("omni:sensor:tickRate"):
+                    yield str(path)
+
+
+def silent_parts(app: App, runner: GraphRunner) -> list[str]:
+    """A line for each wired sensor without a frame and each publisher without a message."""
+    rendered = {product.camera_path for product in app.rendering.history if product.frames}
+    lines = [
+        f"sensor {path} rendered no frame" for path in dict.fromkeys(wired_sensors(app, runner)) if path not in rendered
+    ]
+    heard: dict[str, int] = {}
+    for topic in app.bus.topics.values():
+        for owner in topic.owners:
+            heard[owner] = heard.get(owner, 0) + topic.messages
+    lines += [
+        f"publisher {node.path} sent no message" + ("" if node.computes else "; it never computed")
+        for node in _nodes(runner)
+        if is_publisher(node.type) and not heard.get(node.path)
+    ]
+    return lines
+
+
+def is_publisher(node_type: NodeType) -> bool:
+    """Whether nodes of this type send messages: they have a topic and an execution input, and give out no data."""
+    inputs, outputs = node_type.inputs.values(), node_type.outputs.values()
+    return (
+        "topicName" in node_type.inputs
+        and any(one.type == "execution" for one in inputs)
+        and all(one.type == "execution" for one in outputs)
+    )
+
+
+def _nodes(runner: GraphRunner) -> Iterator[Any]:
+    for graph in runner.graphs.values():
+        yield from graph.nodes.values()
