@@ -36,9 +36,9 @@ class Frame:
     """A finished reading.
 
     timestamp_ns: start of the frame on the simulation clock; element time = timestamp_ns + timeOffsetNs.
-    frame_id counts the sensor's frames from 0. start, end: poses at both ends. frame_of_reference: SENSOR or WORLD,
-    what xyz, azimuth, elevation, distance, normals and velocities are given in. coords: SPHERICAL or CARTESIAN, what
-    x, y, z of a GenericModelOutput hold. arrays: channel name -> array of `count` rows; only demanded channels.
+    frame_id counts the sensor's frames from 0. start, end: poses at both ends. frame_of_reference: SENSOR, WORLD or
+    CUSTOM, what xyz, azimuth, elevation, distance, normals and velocities are given in. coords: SPHERICAL or CARTESIAN,
+    what x, y, z of a GenericModelOutput hold. arrays: channel name -> array of `count` rows; only demanded channels.
     config: the sensor's configuration (a LidarConfig for lidars).
     """
 

@@ -17,7 +17,10 @@ from .names import camel_case
 
 _RATES = ("scan_rate_base_hz", "pattern_firing_rate_hz")
 _NOT_ATTRIBUTES = ("name", "emitter_states")
-_UNKNOWN_IF_ZERO = ("focus_dist_m", "effective_aperture_size_m", "divergence_hor_deg", "divergence_ver_deg")
+_UNKNOWN_IF_ZERO = (
+    *("min_azimuth_roi", "max_azimuth_roi"),
+    *("focus_dist_m", "effective_aperture_size_m", "divergence_hor_deg", "divergence_ver_deg"),
+)
 _DERIVED = {"numberOfEmitters", "emitterStateCount", "rangeCount"}
 
 

@@ -94,6 +94,8 @@ class LidarConfig:
     valid_start_azimuth_deg: float = 0.0
     valid_end_azimuth_deg: float = 360.0
     start_azimuth_offset_deg: float = 0.0
+    min_azimuth_roi: float = 0.0
+    max_azimuth_roi: float = 0.0
     ranges_min_m: tuple[float, ...] = ()
     ranges_max_m: tuple[float, ...] = ()
     range_offset_m: float = 0.0
@@ -125,6 +127,7 @@ class LidarConfig:
     skip_dropping_invalid_points: bool = False
     elements_coords_type: str = "SPHERICAL"
     output_frame_of_reference: str = "SENSOR"
+    custom_frame_of_reference_trafo: tuple[float, ...] = ()
     output_motion_compensation_state: str = "NONCOMPENSATED"
     accumulate_outputs: bool = True
     emitter_states: tuple[EmitterState, ...] = ()
@@ -241,6 +244,7 @@ _TOKENS = {
     "rotation_direction": ("CW", "CCW"),
     "elements_coords_type": ("SPHERICAL", "CARTESIAN"),
     "output_frame_of_reference": ("SENSOR", "WORLD", "CUSTOM"),
+    "output_motion_compensation_state": ("NONCOMPENSATED", "COMPENSATED", "NOT_APPLICABLE"),
 }
 
 

@@ -21,4 +21,4 @@ def snake_case(name: str) -> str:
 def camel_case(name: str) -> str:
     """near_range_m -> nearRangeM."""
     first, *rest = name.split("_")
-    return first + "".join(part.capitalize() for part in rest)
+    return first + "".join("ROI" if part == "roi" else part.capitalize() for part in rest)

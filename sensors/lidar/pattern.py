@@ -147,12 +147,19 @@ def _round_half_even(keys: np.ndarray, scale: int) -> np.ndarray:
 
 
 def _in_window(config: LidarConfig, azimuth: np.ndarray) -> np.ndarray:
-    """Firings inside the valid azimuth window; the window wraps through 0 when its start lies beyond its end."""
-    start, end = config.valid_start_azimuth_deg, config.valid_end_azimuth_deg
-    if not config.is_rotary or abs(end - start) >= 360.0:
-        return np.ones(len(azimuth), bool)
-    width = (end - start) % 360.0
-    return np.asarray((azimuth - start) % 360.0 <= width)
+    """Firings inside the valid azimuth window of a rotary lidar, and inside the region of interest where there is one
+    (minAzimuthROI to maxAzimuthROI, given if they differ); both wrap through 0 when their start lies beyond their end.
+    """
+    inside = np.ones(len(azimuth), bool)
+    windows = []
+    if config.min_azimuth_roi != config.max_azimuth_roi:
+        windows.append((config.min_azimuth_roi, config.max_azimuth_roi))
+    if config.is_rotary:
+        windows.append((config.valid_start_azimuth_deg, config.valid_end_azimuth_deg))
+    for start, end in windows:
+        if abs(end - start) < 360.0:
+            inside &= (azimuth - start) % 360.0 <= (end - start) % 360.0
+    return inside
 
 
 def _directions(azimuth_deg: np.ndarray, elevation_deg: np.ndarray) -> np.ndarray:

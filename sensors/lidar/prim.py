@@ -96,6 +96,19 @@ def read_tick_rate(prim: Usd.Prim) -> Fraction:
     return exact.rate(float(value), stored_as_float32=True)
 
 
+def has_sensor_api(prim: Usd.Prim) -> bool:
+    """Whether a prim has OmniSensorAPI, by its type or applied; one that deletes it from its schemas has not."""
+    if "OmniSensorAPI" not in prim.GetAppliedSchemas():
+        return False
+    for spec in prim.GetPrimStack():
+        listed = spec.GetInfo("apiSchemas")
+        if "OmniSensorAPI" in listed.deletedItems:
+            return False
+        if "OmniSensorAPI" in listed.GetAddedOrExplicitItems():
+            return True
+    return True
+
+
 def read_aux_level(prim: Usd.Prim) -> AuxLevel:
     """The auxiliary level that the prim's GenericModelOutput channels ask for; NONE when nothing says."""
     levels = _get(prim, AUX_CHANNELS) or ()

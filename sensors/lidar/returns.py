@@ -14,6 +14,7 @@ from sensors.gmo import ElementFlags
 from sensors.raycast.rays import NO_SURFACE, Hits
 
 from .aim import Aim, RayPoses
+from .output import Output
 from .pattern import Pattern
 from .receiver import Receiver
 
@@ -32,6 +33,8 @@ class Shot:
     rows: firings of the pattern. pose: (4, 4) float64 sensor to world [m]. poses: snapshot for the caster (None: now).
     base_ns: what the turn's start lies after the frame's timestamp [ns]. moves: where the sensor is when each of the
     firings goes out; None where it keeps still at `pose`. turn: the number of the turn, which noise depends on.
+    common: (4, 4) pose that all points are to be seen from (motion compensation); None leaves each where its own
+    firing saw it.
     """
 
     rows: slice
@@ -40,6 +43,7 @@ class Shot:
     base_ns: int = 0
     moves: RayPoses | None = None
     turn: int = 0
+    common: np.ndarray | None = None
 
 
 class Returns:
@@ -55,7 +59,7 @@ class Returns:
         valid: np.ndarray | None,
         columns: np.ndarray,
         aim: Aim,
-        in_world: bool,
+        output: Output,
         velocities: Velocities | None,
         tables: Mapping[str, SurfaceTable],
         receiver: Receiver | None = None,
@@ -72,11 +76,11 @@ class Returns:
         self._at = index if at is None else at
         self._echo = echo
         self._invalid = None if valid is None else ~valid
-        self._columns, self._aim, self._in_world = columns, aim, in_world
+        self._columns, self._aim, self._output = columns, aim, output
         self._world = aim.directions
         self._measure, self._tables = velocities, tables
         self._receiver, self._reflected = receiver, reflected
-        self._beam_angles = not in_world and pattern.origins is None
+        self._beam_angles = output.is_sensor_frame and pattern.origins is None
         self._cached: dict[str, Any] = {}
         self._range = np.take(hits.distance, self._at, mode="clip")
         if self._invalid is not None:
@@ -108,8 +112,7 @@ class Returns:
         points = self._along_beams()
         if pattern.origins is not None:
             points += self._of_pattern(pattern.origins)
-        if self._in_world:
-            points = self._to_world(points).astype(np.float32)
+        points = self._output.points(points, self._aim, self._index)
         if self._invalid is not None:
             points[self._invalid] = 0.0
         return points
@@ -122,10 +125,6 @@ class Returns:
             np.take(self._columns[axis], self._index, out=column, mode="clip")
             np.multiply(column, self._range, out=points[:, axis])
         return points
-
-    def _to_world(self, points: np.ndarray, rows: np.ndarray | None = None) -> np.ndarray:
-        """(k, 3) float64 [m], world, of points in the sensor frame, of all returns or of some `rows` of them."""
-        return self._aim.to_world(points, self._index if rows is None else self._index[rows])
 
     def azimuth(self) -> np.ndarray:
         """Azimuths [deg]: the beams' own, where points lie on them."""
@@ -167,9 +166,7 @@ class Returns:
         for axis in range(3):
             np.multiply(normals[:, axis], towards, out=facing[axis])
         facing += np.float32(0.0)  # no negative zeros
-        if self._in_world:
-            return np.ascontiguousarray(facing.T)
-        return self._aim.turned_back(facing.T, self._index)
+        return np.ascontiguousarray(self._output.vectors(facing.T, self._aim, self._index))
 
     def velocities(self) -> np.ndarray:
         """Velocities of the hit points [m/s], (k, 3), float32."""
@@ -179,8 +176,7 @@ class Returns:
             return found
         surfaces = np.take(self._hits.surface, self._at, mode="clip")
         rows, world = measure(surfaces, self._world_points, self._shot.poses)
-        velocities = world if self._in_world else self._aim.turned_back(world, self._index[rows])
-        found[rows] = velocities
+        found[rows] = self._output.vectors(world, self._aim, self._index[rows])
         if self._invalid is not None:
             found[self._invalid] = 0.0
         return found
@@ -189,7 +185,7 @@ class Returns:
         points = self._along_beams()[rows]
         if self._pattern.origins is not None:
             points += self._of_pattern(self._pattern.origins)[rows]
-        return self._to_world(points, rows)
+        return self._aim.to_world(points, self._index[rows])
 
     def _of_surface(self, name: str) -> np.ndarray:
         """Rows of a surface table; 0 where nothing was hit."""

@@ -22,7 +22,7 @@ from .bins import Bins
 from .motion import surface_velocities
 from .noise import Noise
 from .pattern import firing_pattern
-from .prim import read_aux_level, read_config, read_exclude, read_tick_rate
+from .prim import has_sensor_api, read_aux_level, read_config, read_exclude, read_tick_rate
 from .receiver import Receiver
 from .returns import Shot
 from .scan import Scanner
@@ -73,17 +73,20 @@ class LidarRuntime:
             raise UserError(f"{prim_path} is no OmniLidar prim; give the path of one")
         self._aux = read_aux_level(prim)
         self._known_demand = -1
-        config, rate, exclude = authored = read_config(prim), read_tick_rate(prim), read_exclude(prim)
+        rate = read_tick_rate(prim)
+        if rate and not has_sensor_api(prim):
+            rate = Fraction(0)
+            app.warn(
+                "sensor-api-missing",
+                prim_path,
+                "it has no OmniSensorAPI, so its tickRate does not count and it renders in every update; apply the "
+                "schema (schemas: [OmniSensorAPI])",
+            )
+        config, _, exclude = authored = read_config(prim), rate, read_exclude(prim)
         if authored == self._authored:
             return False
         self._authored = authored
         self.config, self.rate = config, rate
-        if config.output_frame_of_reference == "CUSTOM":
-            raise UserError(f"{prim_path}: outputFrameOfReference CUSTOM is not available; use SENSOR or WORLD")
-        if config.output_motion_compensation_state == "COMPENSATED":
-            app.warn(
-                "motion-compensation-off", prim_path, "outputs are NONCOMPENSATED: there is no motion compensation"
-            )
         self.pattern = firing_pattern(config)
         if not len(self.pattern):
             raise UserError(f"{prim_path}: no firing lies in its valid azimuth window; widen validStart/EndAzimuthDeg")
@@ -95,6 +98,13 @@ class LidarRuntime:
             self.schedule = EveryUpdate(app.rendering.moment, self.rate)
             self._warn_partial()
         self.wants_updates = whole and app.fidelity.lidar_motion == "update"
+        self._compensates = config.output_motion_compensation_state == "COMPENSATED" and not self.wants_updates
+        if self.wants_updates and config.output_motion_compensation_state == "COMPENSATED":
+            app.warn(
+                "motion-compensation-off",
+                prim_path,
+                "scans of lidar.motion update are NONCOMPENSATED; use continuous, or frozen",
+            )
         self._bins = Bins(app, prim_path, self.pattern) if app.fidelity.lidar_motion == "continuous" else None
         self._scanner = Scanner(
             self.pattern,
@@ -221,6 +231,7 @@ class LidarRuntime:
         scan = _Turn()
         shots, scan.start, scan.end = self._bins.shots(start, end, slices)
         for shot in shots:
+            shot.common = scan.end if self._compensates and shot.moves is not None else None
             scan.parts.append(self._scanner.scan(shot, self.channels()))
             scan.firings += shot.rows.stop - shot.rows.start
         return scan
@@ -274,6 +285,7 @@ class LidarRuntime:
             aux_level=self._aux,
             coords=self.config.elements_coords_type,
             frame_of_reference=self.config.output_frame_of_reference,
+            motion_compensation="COMPENSATED" if self._compensates else "NONCOMPENSATED",
             azimuth_offset_deg=self.config.start_azimuth_offset_deg,
         )
         self._frames += 1

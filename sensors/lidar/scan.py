@@ -14,6 +14,7 @@ from .aim import Aim, moving_aim, turned_back
 from .config import EmitterState, LidarConfig
 from .echoes import Candidates, SubRays, echo_ids, form_echoes, separation, with_dark_beams
 from .noise import Noise
+from .output import Output, custom_frame
 from .pattern import Pattern
 from .receiver import Receiver, reflected_light
 from .returns import Returns, Shot, SurfaceTable, Velocities
@@ -29,9 +30,9 @@ class Scanner:
     """Measures with one pattern. Its arrays are allocated once; results are the caller's.
 
     frame: SENSOR gives points, angles, normals and velocities in the sensor frame of each shot, WORLD in world axes
-    about the world's origin. Firings without a return between the near and far gates are left out, unless
-    `keep_invalid`: then they stay with distance 0, scalar 0 and without the VALID flag. Ranges and angles are exact
-    unless `noise` says otherwise; the gates are for the ranges that are reported.
+    about the world's origin, CUSTOM in the frame that `config` describes. Firings without a return between the near and
+    far gates are left out, unless `keep_invalid`: then they stay with distance 0, scalar 0 and without the VALID flag.
+    Ranges and angles are exact unless `noise` says otherwise; the gates are for the ranges that are reported.
     Returns that `receiver` cannot detect count as none; without one there is no threshold, and no intensity.
     optics: what the surfaces do to light. Each beam is `subrays` rays; with several of them, or with glass about, it
     may have several returns, by what `config` says of echoes.
@@ -56,6 +57,7 @@ class Scanner:
         self.pattern = pattern
         self._caster = caster
         self._in_world = frame == "WORLD"
+        self._custom = custom_frame(config) if config is not None else None
         self._exclude = exclude
         self._keep_invalid = keep_invalid
         self._velocities, self._tables = velocities, dict(tables or {})
@@ -181,7 +183,7 @@ class Scanner:
             valid=valid,
             columns=self._columns[:, shot.rows],
             aim=aim,
-            in_world=self._in_world,
+            output=Output(self._in_world, None if self._in_world else shot.common, self._custom),
             velocities=self._velocities,
             tables=self._tables,
             receiver=self._receiver,

@@ -1,0 +1,87 @@
+"""The frame that points, normals and velocities are given in."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from graph.sim.transforms import inverse_rigid
+
+from .aim import Aim, turned_back
+from .config import LidarConfig
+
+
+@dataclass(frozen=True, slots=True)
+class Output:
+    """How what is measured in the sensor frame of each firing is given out.
+
+    world: along world axes, about the world's origin. common: (4, 4) pose of the sensor at the one time to which all
+    points are brought (COMPENSATED); None leaves each in the sensor frame of its own firing. custom: (4, 4) from the
+    sensor frame to the frame given out, or None.
+    """
+
+    world: bool = False
+    common: np.ndarray | None = None
+    custom: np.ndarray | None = None
+
+    @property
+    def is_sensor_frame(self) -> bool:
+        """Whether points stay on the beams they were measured on."""
+        return not self.world and self.common is None and self.custom is None
+
+    def points(self, points: np.ndarray, aim: Aim, rays: np.ndarray) -> np.ndarray:
+        """(k, 3) float32 [m] of points (k, 3) float32 in the sensor frame; their rays: (k,)."""
+        if self.is_sensor_frame:
+            return points
+        if self.world:
+            return aim.to_world(points, rays).astype(np.float32)
+        if self.common is None:
+            assert self.custom is not None
+            return _moved(points, self.custom).astype(np.float32)
+        return _moved(aim.to_world(points, rays), self._from_world(self.common)).astype(np.float32)
+
+    def vectors(self, world: np.ndarray, aim: Aim, rays: np.ndarray) -> np.ndarray:
+        """Vectors (k, 3) along world axes, along the axes given out."""
+        if self.world:
+            return world
+        if self.common is not None:
+            return turned_back(world, self._from_world(self.common)[:3, :3].T.astype(world.dtype))
+        local = aim.turned_back(world, rays)
+        return local if self.custom is None else turned_back(local, self.custom[:3, :3].T.astype(world.dtype))
+
+    def _from_world(self, common: np.ndarray) -> np.ndarray:
+        inverse = inverse_rigid(common)
+        return inverse if self.custom is None else self.custom @ inverse
+
+
+def custom_frame(config: LidarConfig) -> np.ndarray | None:
+    """(4, 4) from the sensor frame to the CUSTOM one, or None for other frames.
+
+    customFrameOfReferenceTrafo is x, y, z [m], roll, pitch, yaw [deg]: the sensor's pose in the custom frame, turned
+    about x, then y, then z of that frame; without it the custom frame is the sensor's. (Which way round the original
+    takes it is not public.)
+    """
+    if config.output_frame_of_reference != "CUSTOM":
+        return None
+    out = np.eye(4)
+    if config.custom_frame_of_reference_trafo:
+        *position, roll, pitch, yaw = config.custom_frame_of_reference_trafo
+        out[:3, :3] = _about(2, yaw) @ _about(1, pitch) @ _about(0, roll)
+        out[:3, 3] = position
+    return out
+
+
+def _about(axis: int, degrees: float) -> np.ndarray:
+    cosine, sine = np.cos(np.deg2rad(degrees)), np.sin(np.deg2rad(degrees))
+    i, j = (axis + 1) % 3, (axis + 2) % 3
+    out = np.eye(3)
+    out[i, i] = out[j, j] = cosine
+    out[j, i], out[i, j] = sine, -sine
+    return out
+
+
+def _moved(points: np.ndarray, matrix: np.ndarray) -> np.ndarray:
+    """(k, 3) float64 of points through a rigid matrix, column by column, whatever their number."""
+    x, y, z = points.astype(np.float64).T
+    return np.stack([matrix[i, 0] * x + matrix[i, 1] * y + matrix[i, 2] * z + matrix[i, 3] for i in range(3)], 1)
