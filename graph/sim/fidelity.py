@@ -63,7 +63,7 @@ class Fidelity:
     physics_integrator: Literal["euler", "rk4", "implicit", "implicitfast", "discrete"] | None = None
     physics_iterations: int | None = None
     lidar_motion: Literal["frozen", "update", "continuous"] = "frozen"
-    lidar_bins: int = 10
+    lidar_bins: int = 8
     lidar_noise: bool = False
     lidar_subrays: int = 1
     radar_rays: int | None = None

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .nearest import Nearest
-from .rays import RayBundle
+from .rays import NO_SURFACE, RayBundle
 from .triangles import TriangleHits, TriangleScene
 from .windows import RayGrid
 
@@ -101,7 +101,8 @@ class LightBodies:
         self._used = np.unique(np.asarray(bodies))
         self._vertex_body = np.repeat(np.searchsorted(self._used, bodies), counts)
         self._surface = np.repeat(
-            np.array([entry.surface for entry in moving], np.int32), [len(mesh.triangles) for mesh in meshes]
+            np.array([*(entry.surface for entry in moving), NO_SURFACE], np.int32),
+            [*(len(mesh.triangles) for mesh in meshes), 1],
         )
         self._built_for: bytes | None = None
         self._scene: TriangleScene | None = None
@@ -131,7 +132,7 @@ class LightBodies:
             nearest.add_rows(index, scene.cast(picked, threads), self._surface_of)
 
     def _surface_of(self, triangle: np.ndarray) -> np.ndarray:
-        return np.asarray(self._surface[triangle])
+        return np.take(self._surface, triangle, mode="clip")
 
     def _built(self, poses: np.ndarray, anchor: np.ndarray) -> TriangleScene:
         state = np.ascontiguousarray(poses[self._used])

@@ -40,8 +40,7 @@ class Nearest:
         if self._distance is None:
             self._distance, self._normals = found.distance, found.normals
             if self._surface is not None:
-                rows = np.flatnonzero(np.isfinite(found.distance))
-                self._surface[rows] = surface_of(found.triangle[rows])
+                self._surface = surface_of(found.triangle)
         elif self._with_normals or self._with_surfaces:
             rows = np.flatnonzero(found.distance < self._distance)
             self._take(rows, found, rows, surface_of)

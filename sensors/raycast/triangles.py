@@ -28,7 +28,7 @@ def _open3d() -> tuple[Any, Any]:
 
 @dataclass(frozen=True, slots=True)
 class TriangleHits:
-    """Nearest hits of n rays: distance (n,) float32, inf where nothing is hit; triangle (n,) uint32, meaningless there;
+    """Nearest hits of n rays: distance (n,) float32, inf where nothing is hit; triangle (n,) uint32, 2^32 - 1 there;
     normals (n, 3) float32, unit, by the winding of the triangle, zero where nothing is hit.
     """
 

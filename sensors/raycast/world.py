@@ -13,7 +13,7 @@ from graph.sim.geometry import Mesh, Plane
 from .bodies import HEAVY_TRIANGLES, HeavyBodies, LightBodies, Moving, Spheres
 from .nearest import Nearest
 from .planes import cast_plane
-from .rays import Hits, RayBundle
+from .rays import NO_SURFACE, Hits, RayBundle
 from .triangles import TriangleScene
 
 GRID_M = 1000.0
@@ -145,11 +145,12 @@ class _Scenes:
             starts = np.cumsum([0, *(len(v) for v in vertices)]).astype(np.uint32)
             triangles = [np.asarray(s.triangles, np.uint32) + at for (_, s), at in zip(static, starts, strict=False)]
             self.static = TriangleScene(np.concatenate(vertices), np.concatenate(triangles))
-            self._surface = np.repeat(np.array([i for i, _ in static], np.int32), [len(t) for t in triangles])
+            surfaces, counts = [i for i, _ in static], [len(t) for t in triangles]
+            self._surface = np.repeat(np.array([*surfaces, NO_SURFACE], np.int32), [*counts, 1])
         self.light: LightBodies | None = None
         if moving:
             self.light = LightBodies(moving)
 
     def static_surface(self, triangle: np.ndarray) -> np.ndarray:
-        """The surface of each triangle index of the static scene."""
-        return np.asarray(self._surface[triangle])
+        """The surface of each triangle index of the static scene; `NO_SURFACE` for indices beyond its triangles."""
+        return np.take(self._surface, triangle, mode="clip")
