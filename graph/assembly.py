@@ -8,9 +8,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .context import Warn
 from .errors import Mark, Problem, UserError
-from .spec import FileSpec, GraphSpec
+from .overrides import override_inputs
+from .spec import FileSpec
+from .staging import build_stage, missing_targets, stage_problems
 
 if TYPE_CHECKING:
     from pxr import Usd
@@ -20,10 +21,6 @@ if TYPE_CHECKING:
     from .runner import GraphRunner, OnError
     from .scripts import Scripts
     from .sim import App
-
-
-GRAPH_PRIMS = ("", "Scope", "Xform", "OmniGraph", "ComputeGraph")
-"""Types of prims that a graph's path may name."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,8 +91,7 @@ def build_parts(
             stage = build_stage(spec, allow, warn)
         problems += option_problems(spec)
     if spec is not None and stage is not None:
-        problems += bad_lidars(stage, spec)
-        problems += taken_paths(stage, spec)
+        problems += stage_problems(stage, spec)
         missing = missing_targets(stage, spec, graphs)
         if spec.lenient:
             warnings += [("prim-missing", str(one.mark), one.message) for one in missing]
@@ -174,29 +170,6 @@ def open_app(app_type: type[App], path: str | Path, **options: Any) -> App:
     return open_session(path, **options).app
 
 
-def build_stage(spec: FileSpec, allow: Sequence[Path], warn: Warn) -> Usd.Stage:
-    """The file's scene with its inline prims authored on top. Raises UserError with every problem found."""
-    from sensors.configs import author_config
-
-    from .sim.prims import author_prims
-    from .sim.stage import meters_per_unit, open_stage, up_axis
-
-    scene = spec.scene
-    if scene.mjcf is not None:
-        raise UserError(Problem("scene.mjcf: MJCF scenes cannot be loaded yet; convert the model to USD", scene.mark))
-    roots = [root for root in (spec.folder, *allow) if root is not None]
-    stage = open_stage(scene.usd, roots, warn=warn)
-    meters_per_unit(stage), up_axis(stage)
-
-    def where(path: str, key: str | None = None) -> Mark | None:
-        return scene.prim_marks.get((path, key) if key else (path,)) or scene.prim_marks.get((path,))
-
-    author_prims(
-        stage, scene.prims, where, sensor_config=author_config, allow_roots=roots, folder=spec.folder, warn=warn
-    )
-    return stage
-
-
 def option_problems(spec: FileSpec) -> list[Problem]:
     """What is wrong with the file's clock, settings and fidelity knobs."""
     from .sim import settings
@@ -216,79 +189,6 @@ def option_problems(spec: FileSpec) -> list[Problem]:
         refuse_unavailable(clock.experience, clock.parity, Fidelity())
         clock_rates(clock.physics_hz, clock.loop_hz, clock.experience, None, None)
     return problems
-
-
-def bad_lidars(stage: Usd.Stage, spec: FileSpec) -> list[Problem]:
-    """A line for each lidar of the stage that cannot be one, at its prim in the file where it stands there."""
-    from sensors.lidar.check import lidar_problems
-
-    return [Problem(message, spec.scene.prim_marks.get((path,))) for path, message in lidar_problems(stage)]
-
-
-def taken_paths(stage: Usd.Stage, spec: FileSpec) -> list[Problem]:
-    """A line for each graph whose path is that of a prim which is something else."""
-    problems = []
-    for graph in spec.graphs:
-        kind = str(stage.GetPrimAtPath(graph.path).GetTypeName()) if stage.GetPrimAtPath(graph.path) else ""
-        if kind not in GRAPH_PRIMS:
-            problems.append(Problem(f"{graph.path} is a {kind} on the stage; give the graph another path", graph.mark))
-    return problems
-
-
-def missing_targets(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Graph]) -> list[Problem]:
-    """A line for each `target` input of a node whose prim is not on the stage.
-
-    Graphs and render products are no prims of the scene: they come to be when the file runs.
-    """
-    written = {f"{graph.path}/{node.name}": node for graph in spec.graphs for node in graph.nodes}
-    graph_paths = {graph.path for graph in graphs}
-    problems = []
-    for node in (node for graph in graphs for node in graph.nodes.values()):
-        for name in (name for name, attribute in node.type.inputs.items() if attribute.type == "target"):
-            for target in node.get(name) or ():
-                if target in graph_paths or target.startswith("/Render/") or stage.GetPrimAtPath(target):
-                    continue
-                author = written[node.path]
-                message = f"{node.path}.inputs:{name}: there is no prim {target} on the stage; correct the path."
-                problems.append(Problem(message, author.input_marks.get(name, author.mark)))
-    return problems
-
-
-def override_inputs(spec: FileSpec, overrides: Mapping[str, str]) -> FileSpec:
-    """The file with `NODE.ATTR` inputs replaced; NODE is a node's name, or its path where the name stands twice."""
-    from .files import parse_value
-
-    graphs = list(spec.graphs)
-    for target, text in overrides.items():
-        name, _, attribute = target.rpartition(".")
-        found = [
-            (g, n)
-            for g, graph in enumerate(graphs)
-            for n, node in enumerate(graph.nodes)
-            if name in (node.name, f"{graph.path}/{node.name}")
-        ]
-        if len(found) != 1:
-            which = "no node has that name" if not found else "several graphs have such a node; give its whole path"
-            raise UserError(f"--set {target}: {which}")
-        [(g, n)] = found
-        attribute = attribute.removeprefix("inputs:")
-        if _is_connected(graphs[g], graphs[g].nodes[n].name, attribute):
-            raise UserError(f"--set {target}: a connection feeds this input; set the attribute at its source")
-        graphs[g] = _with_input(graphs[g], n, attribute, parse_value(text))
-    return replace(spec, graphs=tuple(graphs))
-
-
-def _is_connected(graph: GraphSpec, node: str, attribute: str) -> bool:
-    ends = (connection.target.rpartition(".") for connection in graph.connections)
-    return any(
-        end in (node, f"{graph.path}/{node}") and name.removeprefix("inputs:") == attribute for end, _, name in ends
-    )
-
-
-def _with_input(graph: GraphSpec, index: int, attribute: str, value: Any) -> GraphSpec:
-    nodes = list(graph.nodes)
-    nodes[index] = replace(nodes[index], inputs={**nodes[index].inputs, attribute: value})
-    return replace(graph, nodes=tuple(nodes))
 
 
 @contextmanager

@@ -16,7 +16,15 @@ OWN = ("graph", "nodes", "sensors")
 LEAVES = {"graph.errors", "graph.exact"}
 """Core modules that know nothing themselves; the world shares them."""
 
-JOINTS = {"graph.assembly", "graph.runner", "graph.cli", "graph.testing", "graph.__main__", "graph.usd_files"}
+JOINTS = {
+    "graph.assembly",
+    "graph.staging",
+    "graph.runner",
+    "graph.cli",
+    "graph.testing",
+    "graph.__main__",
+    "graph.usd_files",
+}
 """Where engine, world, sensors and nodes come together."""
 
 

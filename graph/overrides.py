@@ -1,0 +1,47 @@
+"""What a caller sets over what a graph file says: `--set NODE.ATTR=VALUE`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+from .errors import UserError
+from .spec import FileSpec, GraphSpec
+
+
+def override_inputs(spec: FileSpec, overrides: Mapping[str, str]) -> FileSpec:
+    """The file with `NODE.ATTR` inputs replaced; NODE is a node's name, or its path where the name stands twice."""
+    from .files import parse_value
+
+    graphs = list(spec.graphs)
+    for target, text in overrides.items():
+        name, _, attribute = target.rpartition(".")
+        found = [
+            (g, n)
+            for g, graph in enumerate(graphs)
+            for n, node in enumerate(graph.nodes)
+            if name in (node.name, f"{graph.path}/{node.name}")
+        ]
+        if len(found) != 1:
+            which = "no node has that name" if not found else "several graphs have such a node; give its whole path"
+            raise UserError(f"--set {target}: {which}")
+        [(g, n)] = found
+        attribute = attribute.removeprefix("inputs:")
+        if _is_connected(graphs[g], graphs[g].nodes[n].name, attribute):
+            raise UserError(f"--set {target}: a connection feeds this input; set the attribute at its source")
+        graphs[g] = _with_input(graphs[g], n, attribute, parse_value(text))
+    return replace(spec, graphs=tuple(graphs))
+
+
+def _is_connected(graph: GraphSpec, node: str, attribute: str) -> bool:
+    ends = (connection.target.rpartition(".") for connection in graph.connections)
+    return any(
+        end in (node, f"{graph.path}/{node}") and name.removeprefix("inputs:") == attribute for end, _, name in ends
+    )
+
+
+def _with_input(graph: GraphSpec, index: int, attribute: str, value: Any) -> GraphSpec:
+    nodes = list(graph.nodes)
+    nodes[index] = replace(nodes[index], inputs={**nodes[index].inputs, attribute: value})
+    return replace(graph, nodes=tuple(nodes))
