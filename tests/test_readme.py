@@ -1,0 +1,47 @@
+"""The README's examples, typed in as they stand."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from graph.cli.main import COMMANDS, main
+
+ROOT = Path(__file__).parents[1]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+def blocks(language):
+    """The fenced blocks of one language, in order."""
+    return re.findall(rf"^```{language}\n(.*?)^```$", README, re.MULTILINE | re.DOTALL)
+
+
+def test_the_python_blocks_run_one_after_another():
+    done = subprocess.run(
+        [sys.executable, "-c", "\n".join(blocks("python"))], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert "returns at 900000000 ns" in done.stdout
+
+
+def test_the_graph_file_checks_and_runs(tmp_path):
+    graph, _ = blocks("yaml")
+    file = tmp_path / "first.yaml"
+    file.write_text(graph)
+    assert main(["check", str(file)]) == 0
+    assert main(["run", str(file), "--updates", "30", "--strict"]) == 0
+
+
+def test_the_test_file_passes(tmp_path, capsys):
+    _, tests = blocks("yaml")
+    file = tmp_path / "counts.test.yaml"
+    file.write_text(tests)
+    assert main(["test", str(file)]) == 0
+    assert "1 passed, 0 failed" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_has_its_line(command):
+    assert f"`graph {command}" in README
