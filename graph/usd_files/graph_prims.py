@@ -11,6 +11,7 @@ from graph.spec import EvaluationMode, Evaluator, PipelineStage
 
 from .json_values import decoded, restored
 from .node_prims import (
+    COMPOUND_TYPE,
     GRAPH_TYPES,
     KEY,
     NODE_TYPES,
@@ -148,7 +149,7 @@ def _collect(prim: Any, graph: RawGraph, prefix: str, nested: list[Any], predica
         name = f"{before}{child.GetName()}"
         if is_node(child):
             node = read_node(child, name)
-            subgraph = _subgraph(child, node.type)
+            subgraph = _subgraph(child, node)
             if subgraph is None:
                 graph.nodes.append(node)
                 pending.extendleft([(one, f"{name}/") for one in child.GetFilteredChildren(predicate)][::-1])
@@ -164,12 +165,12 @@ def _collect(prim: Any, graph: RawGraph, prefix: str, nested: list[Any], predica
             pending.extendleft([(one, f"{name}/") for one in child.GetFilteredChildren(predicate)][::-1])
 
 
-def _subgraph(prim: Any, type_id: str) -> Any | None:
+def _subgraph(prim: Any, node: RawNode) -> Any | None:
     """The graph inside a compound node; None for any other node."""
-    applied = "OmniGraphCompoundNodeAPI" in prim.GetAppliedSchemas() or prim.HasAttribute("omni:graph:compoundType")
-    if type_id != COMPOUND and not applied:
+    applied = node.has_compound_type or "OmniGraphCompoundNodeAPI" in prim.GetAppliedSchemas()
+    if node.type != COMPOUND and not applied:
         return None
-    kind = prim.GetAttribute("omni:graph:compoundType")
+    kind = prim.GetAttribute(COMPOUND_TYPE)
     if kind and kind.Get() == "nodetype":
         return None
     relationship = prim.GetRelationship("omni:graph:compoundGraph")

@@ -11,6 +11,8 @@ from .values import from_usd, ogn_name, plain
 PREFIXES = ("inputs:", "outputs:", "state:")
 GRAPH_TYPES = ("OmniGraph", "ComputeGraph")
 NODE_TYPES = ("OmniGraphNode", "ComputeNode")
+COMPOUND_TYPE = "omni:graph:compoundType"
+"""The attribute of a node that has a graph inside; it says of which kind."""
 _NOTHING: Mapping[str, Any] = {}
 KEY = "tickgraph"
 """Key of our own data in customData and customLayerData."""
@@ -56,21 +58,27 @@ class RawNode:
     version: int | None
     attributes: list[RawAttribute]
     custom: Mapping[str, Any] = field(default_factory=dict)
+    has_compound_type: bool = False
+    """Whether `COMPOUND_TYPE` is among its attributes."""
 
 
 def read_node(prim: Any, name: str) -> RawNode:
     """The node of a prim."""
-    type_id, version = "", None
-    attributes = []
+    node = RawNode(str(prim.GetPath()), name, "", None, [])
     for attribute in read_properties(prim):
-        if attribute.name == "node:type":
-            type_id = str(attribute.value or "")
-        elif attribute.name == "node:typeVersion":
-            version = attribute.value if isinstance(attribute.value, int) else None
-        elif attribute.name.startswith(PREFIXES):
-            attributes.append(attribute)
-    custom = plain(prim.GetCustomDataByKey(KEY)) if prim.HasCustomData() else {}
-    return RawNode(str(prim.GetPath()), name, type_id, version, attributes, custom if isinstance(custom, dict) else {})
+        full = attribute.name
+        if full.startswith(PREFIXES):
+            node.attributes.append(attribute)
+        elif full == "node:type":
+            node.type = str(attribute.value or "")
+        elif full == "node:typeVersion":
+            node.version = attribute.value if isinstance(attribute.value, int) else None
+        elif full == COMPOUND_TYPE:
+            node.has_compound_type = True
+    custom = plain(prim.GetCustomDataByKey(KEY)) if prim.HasCustomData() else None
+    if isinstance(custom, dict):
+        node.custom = custom
+    return node
 
 
 def read_properties(prim: Any) -> Iterator[RawAttribute]:
@@ -87,18 +95,22 @@ def read_properties(prim: Any) -> Iterator[RawAttribute]:
 
 
 def _of_spec(spec: Any, name: str, prim: Any) -> RawAttribute:
-    has = spec.HasInfo
-    custom = plain(dict(spec.customData)) if has("customData") else _NOTHING
-    if not hasattr(spec, "typeName"):
-        listed = spec.GetInfo("targetPaths").GetAppliedItems() if has("targetPaths") else ()
-        return RawAttribute(name, "rel", [str(path) for path in listed], (), custom)
-    sdf = str(spec.typeName)
+    # Every call into USD costs as much as ten lines of Python, and a large file has half a million properties.
     value = spec.default
-    if value is None and has("timeSamples"):
+    if name == "node:type" and value is not None:
+        return RawAttribute(name, "token", _plain(value, "token"))
+    get = spec.GetInfo
+    custom = plain(get("customData")) or _NOTHING
+    type_name = getattr(spec, "typeName", None)
+    if type_name is None:
+        listed = get("targetPaths").GetAppliedItems() if spec.HasInfo("targetPaths") else ()
+        return RawAttribute(name, "rel", [str(path) for path in listed], (), custom)
+    sdf = str(type_name)
+    if value is None and spec.HasInfo("timeSamples"):
         value = _earliest(prim.GetAttribute(name))
     sources: tuple[str, ...] = ()
-    if has("connectionPaths"):
-        sources = tuple(map(str, spec.GetInfo("connectionPaths").GetAppliedItems()))
+    if spec.HasInfo("connectionPaths"):
+        sources = tuple(map(str, get("connectionPaths").GetAppliedItems()))
     return RawAttribute(name, sdf, None if value is None else _plain(value, sdf), sources, custom)
 
 

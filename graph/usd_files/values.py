@@ -102,9 +102,12 @@ def _shortener(storage: str) -> Callable[[Any], Any]:
     return {"double": float, "bool": bool, "token": str, "string": str}.get(storage, int)
 
 
+_SCALARS = (bool, int, float, str)
+
+
 def _plain(value: Any) -> Any:
     """A value of a type that OmniGraph does not have, or of metadata, as plain data as well as it goes."""
-    if isinstance(value, bool | int | float | str) or value is None:
+    if isinstance(value, _SCALARS) or value is None:
         return value
     if isinstance(value, dict):
         return {str(key): _plain(inner) for key, inner in value.items()}
