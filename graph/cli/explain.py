@@ -1,0 +1,168 @@
+"""`graph explain`: what a graph file will do, and when: clocks, ticks, who consumes what, and traps."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import logging
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+from .printing import safe_line
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the command's options."""
+    parser.add_argument("file", metavar="FILE", type=Path, help="graph file (.yaml, .json or .usda)")
+    parser.add_argument("--json", action="store_true", help="print it as JSON; exact fractions are text")
+    parser.add_argument("--skip-unknown", action="store_true", help="leave nodes of unknown types out, with a warning")
+    parser.add_argument(
+        "--allow", action="append", default=[], type=Path, metavar="DIR", help="also allow files below DIR"
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Runs the command. Its first updates are really run, without casting rays."""
+    from graph.assembly import open_session
+
+    from .explaining import explain
+
+    with _without_warnings():
+        session = open_session(
+            args.file, allow=args.allow, settings=args.settings, skip_unknown=args.skip_unknown, on_error="continue"
+        )
+        with session.app:
+            told = explain(session, args.file)
+    if args.json:
+        print(json.dumps(told, indent=2, default=exact))
+    else:
+        for line in as_text(told):
+            print(safe_line(line) if line == line.lstrip() else "  " + safe_line(line))
+    return 0
+
+
+@contextmanager
+def _without_warnings() -> Iterator[None]:
+    """Keeps warnings out of the log: they are told as traps."""
+    log = logging.getLogger("tickgraph.warnings")
+    before, log.disabled = log.disabled, True
+    try:
+        yield
+    finally:
+        log.disabled = before
+
+
+def exact(number: Fraction) -> int | str:
+    """A fraction as JSON holds it: a whole number, else text such as "8/3"."""
+    return number.numerator if number.denominator == 1 else str(number)
+
+
+def as_text(told: Mapping[str, Any]) -> Iterator[str]:
+    """The lines that a person reads."""
+    yield f"{told['file']}: {number(told['duration_s'])} s, {told['updates']:,} updates"
+    counted = told["counted_updates"]
+    span = f"{number(told['duration_s'])} s" if counted == told["updates"] else f"the first {counted:,} updates"
+    yield ""
+    yield from _clocks(told["clocks"])
+    for sensor in told["sensors"]:
+        yield ""
+        yield from _sensor(sensor, span)
+    if told["topics"]:
+        yield ""
+        yield from _topics(told["topics"])
+    yield ""
+    yield "traps" if told["traps"] else "traps: none seen"
+    for trap in told["traps"]:
+        yield f"  {trap['code']}: {trap['where']}: {trap['message']}"
+
+
+def _clocks(clocks: Mapping[str, Any]) -> Iterator[str]:
+    step, every = clocks["timeline_step_s"], clocks["timeline_every_updates"]
+    moves = "each update" if every == 1 else f"every {every} updates"
+    per_loop = clocks["timeline_per_loop"]
+    ratio = "" if per_loop == 1 else f", {number(per_loop)} x loop time"
+    yield "clocks"
+    yield from _aligned(
+        (
+            ("loop", f"{number(clocks['loop_hz'])} Hz"),
+            ("timeline", f"moves {number(step)} s {moves}{ratio}"),
+            ("physics", f"{number(clocks['physics_hz'])} Hz, {_steps(clocks['substeps_per_update'])} an update"),
+            ("substeps", f"{' '.join(map(str, clocks['substeps']))}  in updates 0 to {len(clocks['substeps']) - 1}"),
+        )
+    )
+
+
+def _sensor(sensor: Mapping[str, Any], span: str) -> Iterator[str]:
+    from .explain_sensors import RULES
+
+    yield f"{sensor['path']} ({sensor['type']})"
+    rows = []
+    if "tick_rate_hz" in sensor:
+        accumulates = "" if sensor["accumulates"] else ", accumulateOutputs off"
+        rows.append(
+            (
+                "rates",
+                f"tick {number(sensor['tick_rate_hz'])} Hz, scan {number(sensor['scan_rate_hz'])} Hz{accumulates}",
+            )
+        )
+        rays = f"{sensor['rays_per_scan']:,} a scan, {float(sensor['rays_per_second']):,.0f} a second at its scan rate"
+        rows.append(("rays", rays))
+    if not sensor["product"]:
+        makers = ", ".join(sensor["made_by"])
+        rows.append(("product", f"none so far: {makers} made none" if makers else "none: nobody renders it"))
+        yield from _aligned(rows)
+        return
+    made = f"since {number(sensor['exists_from_s'])} s, made in update {sensor['made_in_update']}"
+    rows.append(("product", f"{made} by {', '.join(sensor['made_by']) or sensor['product']}"))
+    rows.append(("rule", RULES[sensor["rule"]]))
+    ticks = [f"{_seconds(tick['stamp_ns'])} (update {tick['update']})" for tick in sensor["first_ticks"]]
+    more = ", ..." if sensor["frames"] > len(ticks) else ""
+    rows.append(("stamps", ", ".join(ticks) + more if ticks else "none in this time"))
+    missed = f", and {sensor['missed']:,} ticks missed" if sensor["missed"] else ""
+    rows.append(("frames", f"{sensor['frames']:,} in {span}{missed}"))
+    rows.append(("computes", " ".join(sensor["channels"]) or "nothing"))
+    for name, asked in sensor["consumers"].items():
+        only = "  (while it has a subscriber)" if asked["needs_subscriber"] else ""
+        rows.append(("for", f"{name}: {' '.join(asked['channels'])}{only}"))
+    yield from _aligned(rows)
+
+
+def _topics(topics: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+    heard = any(topic["heard_in_file"] for topic in topics)
+    yield "topics" if heard else "topics (none has a subscriber in the file: recordings and live transports hear them)"
+    rows = []
+    for topic in topics:
+        row = [topic["topic"], (topic["type"] or "-").rpartition("/")[2], ", ".join(topic["publishers"])]
+        if heard:
+            row.append("heard in the file" if topic["heard_in_file"] else "no subscriber in the file")
+        rows.append(row)
+    yield from _aligned(rows)
+
+
+def _aligned(rows: Any) -> Iterator[str]:
+    table = [tuple(row) for row in rows]
+    widths = [max(map(len, column)) for column in zip(*table, strict=True)]
+    for row in table:
+        cells = (f"{cell:{width}}" for cell, width in zip(row, widths, strict=True))
+        yield "  " + "  ".join(cells).rstrip()
+
+
+def number(value: Fraction | int) -> str:
+    """An exact number: as a short decimal where that is exact, else as a fraction."""
+    exact_value = Fraction(value)
+    if exact_value.denominator == 1:
+        return str(exact_value.numerator)
+    decimal = f"{float(exact_value):g}"
+    return decimal if Fraction(decimal) == exact_value else str(exact_value)
+
+
+def _steps(count: Fraction) -> str:
+    return "1 step" if count == 1 else f"{number(count)} steps"
+
+
+def _seconds(stamp_ns: int) -> str:
+    whole, rest = divmod(stamp_ns, 1_000_000_000)
+    return f"{whole}.{rest:09d}".rstrip("0").rstrip(".") + " s"

@@ -1,0 +1,144 @@
+"""Runs the first updates of a graph file without casting a ray, and notes what its graphs did."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from .explain_links import Links
+
+if TYPE_CHECKING:
+    from graph.assembly import Session
+    from graph.evaluate import Node
+    from graph.sim import App
+    from graph.sim.rendering import RenderProduct
+    from graph.sim.schedule import Tick
+
+SHOWN_UPDATES = 12
+MOST_UPDATES = 120
+"""How long is waited for the render products that a graph makes late."""
+
+PRODUCT_NODE = "IsaacCreateRenderProduct"
+
+
+class Blindfold:
+    """Stands before a sensor: notes the ticks it is asked to render, and sees nothing. All else is the sensor's."""
+
+    def __init__(self, app: App, sensor: Any) -> None:
+        self.sensor = sensor
+        self.ticks: list[tuple[int, Tick]] = []
+        """The update that renders, and the tick."""
+        self._app = app
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.sensor, name)
+
+    def advance(self, *interval: object) -> None:
+        """Casts nothing."""
+
+    def render(self, tick: Tick) -> None:
+        """Notes the tick; there is no frame."""
+        self.ticks.append((self._app.update_index, tick))
+
+
+@dataclass(slots=True)
+class Observed:
+    """What the first updates were like."""
+
+    substeps: list[int] = field(default_factory=list)
+    updates: int = 0
+    products: dict[str, RenderProduct] = field(default_factory=dict)
+    made_in: dict[str, int] = field(default_factory=dict)
+    """The update in which each product came to be."""
+    makers: dict[str, list[str]] = field(default_factory=dict)
+    """The paths of the nodes that name each product."""
+    unmade: list[Node] = field(default_factory=list)
+    """Enabled product nodes that made none."""
+    channels: dict[str, list[str]] = field(default_factory=dict)
+    """What each product's sensor computes, while every topic is heard."""
+    demand: dict[str, dict[str, list[str]]] = field(default_factory=dict)
+    """By product: consumer to the channels it asks for."""
+    unheard: dict[str, set[str]] = field(default_factory=dict)
+    """By product: the consumers that ask for nothing while nobody hears their topic."""
+    missed_triggers: Counter[Node] = field(default_factory=Counter)
+    """By latent node: in how many of the first updates it was triggered while it slept."""
+    triggers: Counter[Node] = field(default_factory=Counter)
+    """By latent node: in how many of the first updates it was triggered at all."""
+
+
+def observe(session: Session, links: Links) -> Observed:
+    """Plays a session for twelve updates, longer while a render product is still to be made."""
+    from graph.sim.bus import CountingSink
+
+    app, seen = session.app, Observed()
+    nodes = [node for graph in session.runner.graphs.values() for node in graph.nodes.values()]
+    makers = [node for node in nodes if node.type.short_name == PRODUCT_NODE and node.get("enabled")]
+    app.on("render", lambda: _blindfold(app, seen), order=-1)
+    heard = CountingSink()  # as in `graph run`, which records every topic
+    app.bus.subscribe(heard)
+    app.play()
+    while seen.updates < SHOWN_UPDATES or (seen.updates < MOST_UPDATES and any(map(_is_unmade, makers))):
+        _update(app, nodes, links, seen)
+        if app.exit_requested:
+            break
+    for node in makers:
+        if _is_unmade(node):
+            seen.unmade.append(node)
+        else:
+            seen.makers.setdefault(node.get("renderProductPath"), []).append(node.path)
+    for path, product in seen.products.items():
+        seen.demand[path] = demand_of(product)
+        sensor: Any = product.sensor
+        computed = sensor.channels() if seen.demand[path] else ()
+        seen.channels[path] = [name for name in sensor.demand.consumers() if name in computed] if computed else []
+    app.bus.unsubscribe(heard)
+    if not app.exit_requested:
+        app.update(seen.updates)
+    seen.products = {path: seen.products[path] for path in seen.demand}  # not those made since
+    for path, product in seen.products.items():
+        seen.unheard[path] = set(seen.demand[path]) - set(demand_of(product))
+    return seen
+
+
+def demand_of(product: RenderProduct) -> dict[str, list[str]]:
+    """Consumer to the channels it asks for; a consumer with several requests is one."""
+    asked: dict[str, list[str]] = {}
+    demand = getattr(product.sensor, "demand", None)
+    for channel, owners in demand.consumers().items() if demand else ():
+        for owner in owners:
+            name = owner[2:].partition("'")[0] if owner.startswith("('") else owner
+            if channel not in asked.setdefault(name, []):
+                asked[name].append(channel)
+    return asked
+
+
+def _is_unmade(node: Node) -> bool:
+    return not node.get("renderProductPath")
+
+
+def _blindfold(app: App, seen: Observed) -> None:
+    for path, product in app.rendering.products.items():
+        if not isinstance(product.sensor, Blindfold):
+            product.sensor = Blindfold(app, product.sensor)
+            seen.products[path] = product
+            seen.made_in[path] = app.update_index
+
+
+def _update(app: App, nodes: list[Node], links: Links, seen: Observed) -> None:
+    asleep = {node for node in nodes if node.db.asleep}
+    fired = {node: dict(node.fired) for node in nodes}
+    steps = app.simulation.get_num_physics_steps()
+    app.update()
+    seen.updates += 1
+    if seen.updates > SHOWN_UPDATES:
+        return
+    seen.substeps.append(max(0, app.simulation.get_num_physics_steps() - steps))
+    for node in nodes:
+        if any(_fired(link.source, link.output, fired) for link in links.into.get(node, ()) if link.execution):
+            seen.triggers[node] += 1
+            seen.missed_triggers[node] += node in asleep
+
+
+def _fired(node: Node, output: str, before: dict[Node, dict[str, int]]) -> bool:
+    return node.fired.get(output, 0) > before[node].get(output, 0)

@@ -1,0 +1,346 @@
+import json
+from fractions import Fraction
+
+import pytest
+
+HEAD = """\
+tickgraph: 1
+scene:
+  prims:
+    /World/Ball: {type: Sphere, radius: 0.5, translate: [3, 0, 5], rigid_body: true}
+    /World/Lidar: {type: OmniLidar, config: OS1}
+"""
+ONE = """\
+clock: {physics_hz: 240, loop_hz: 60}
+duration: 5
+graphs:
+  /World/G:
+    nodes:
+      tick: OnPlaybackTick
+      product: {type: IsaacCreateRenderProduct, inputs: {cameraPrim: /World/Lidar}}
+      cloud: {type: ROS2RtxLidarHelper, inputs: {type: point_cloud, topicName: points}}
+    connections:
+      - tick.tick -> product.execIn
+      - product.execOut -> cloud.execIn
+      - product.renderProductPath -> cloud.renderProductPath
+"""
+
+
+@pytest.fixture
+def explain(folder, graph):
+    """Explains a file of this text; gives the JSON."""
+
+    def run(text, *arguments):
+        (folder / "a.yaml").write_text(text)
+        result = graph("explain", "a.yaml", "--json", *arguments)
+        assert (result.code, result.err) == (0, "")
+        return json.loads(result.out)
+
+    return run
+
+
+def traps(told):
+    return {(trap["code"], trap["where"]): trap["message"] for trap in told["traps"]}
+
+
+def test_the_text_tells_clocks_sensors_demand_and_topics(folder, graph):
+    (folder / "a.yaml").write_text(HEAD + ONE)
+    result = graph("explain", "a.yaml")
+    assert (result.code, result.err) == (0, "")
+    assert (
+        result.out
+        == """\
+a.yaml: 5 s, 300 updates
+
+clocks
+  loop      60 Hz
+  timeline  moves 1/60 s each update
+  physics   240 Hz, 4 steps an update
+  substeps  4 4 4 4 4 4 4 4 4 4 4 4  in updates 0 to 11
+
+/World/Lidar (OmniLidar)
+  rates     tick 10 Hz, scan 10 Hz
+  rays      32,768 a scan, 327,680 a second at its scan rate
+  product   since 0 s, made in update 0 by /World/G/product
+  rule      tick = scan rate: whole scans, one a tick
+  stamps    0 s (update 5), 0.1 s (update 11), 0.2 s (update 17), ...
+  frames    50 in 5 s
+  computes  xyz
+  for       /World/G/cloud: xyz  (while it has a subscriber)
+
+topics (none has a subscriber in the file: recordings and live transports hear them)
+  /points  PointCloud2  /World/G/cloud
+
+traps: none seen
+"""
+    )
+
+
+def test_a_sensor_behind_a_countdown_begins_with_its_first_whole_scan(explain):
+    told = explain(
+        """\
+tickgraph: 1
+scene: {prims: {/World/Lidar: {type: OmniLidar, config: picoScan150}}}
+clock: {physics_hz: 240, loop_hz: 60}
+duration: 5
+graphs:
+  /World/G:
+    nodes:
+      tick: OnPlaybackTick
+      wait: {type: Countdown, inputs: {duration: 5}}
+      product: {type: IsaacCreateRenderProduct, inputs: {cameraPrim: /World/Lidar}}
+    connections: [tick.tick -> wait.execIn, wait.finished -> product.execIn]
+"""
+    )
+    [lidar] = told["sensors"]
+    assert (lidar["tick_rate_hz"], lidar["scan_rate_hz"], lidar["rule"]) == (20, 20, "whole")
+    assert (lidar["made_in_update"], lidar["exists_from_s"], lidar["frames"], lidar["missed"]) == (5, "1/12", 98, 0)
+    assert lidar["first_ticks"] == [
+        {"stamp_ns": 100_000_000, "time_s": "3/20", "update": 8},
+        {"stamp_ns": 150_000_000, "time_s": "1/5", "update": 11},
+        {"stamp_ns": 200_000_000, "time_s": "1/4", "update": 14},
+    ]
+    assert set(traps(told)) == {("latent-retriggered", "/World/G/wait"), ("nobody-consumes", "/World/Lidar")}
+    assert "sleeps through 10 of its 12 triggers" in traps(told)["latent-retriggered", "/World/G/wait"]
+
+
+def test_substeps_are_those_of_the_exact_accumulator(explain):
+    clocks = explain("tickgraph: 1\nclock: {physics_hz: 100, loop_hz: 60}\n")["clocks"]
+    assert clocks["substeps"] == [1, 2, 2] * 4
+    assert (clocks["substeps_per_update"], clocks["timeline_step_s"]) == ("5/3", "1/60")
+
+
+def test_physics_slower_than_the_loop_is_a_trap_and_its_updates_are_counted(explain):
+    told = explain("tickgraph: 1\nclock: {physics_hz: 24, loop_hz: 60}\nduration: 1\n")
+    assert told["clocks"]["substeps"] == [0, 0, 1, 0, 1, 0, 0, 1, 0, 1, 0, 0]
+    assert traps(told)["physics-slower-than-loop", "clock"].startswith("36 of 60 updates run no physics step")
+
+
+def test_fixed_stepping_faster_than_time_codes_moves_every_second_update(explain):
+    settings = {
+        "/app/player/useFixedTimeStepping": "true",
+        "/app/stage/timeCodesPerSecond": "30",
+        "/app/player/targetRunLoopFrequency": "60",
+    }
+    clocks = explain("tickgraph: 1\n", *(f"--{path}={value}" for path, value in settings.items()))["clocks"]
+    assert clocks["substeps"] == [2, 0] * 6
+    assert (clocks["timeline_every_updates"], clocks["timeline_step_s"], clocks["timeline_per_loop"]) == (2, "1/30", 1)
+
+
+def test_a_rate_limit_without_time_codes_is_a_trap_in_fixed_stepping_only(explain):
+    limit = "--/app/runLoops/main/rateLimitFrequency=30"
+    fixed = "--/app/player/useFixedTimeStepping=true"
+    [(place, message)] = traps(explain("tickgraph: 1\n", limit, fixed)).items()
+    assert place == ("rate-limit-alone", "/app/runLoops/main/rateLimitFrequency")
+    assert "0.5 x wall time" in message
+    assert traps(explain("tickgraph: 1\n", limit)) == {}
+    assert ("rate-limit-alone", place[1]) not in traps(
+        explain("tickgraph: 1\n", limit, fixed, "--/app/stage/timeCodesPerSecond=30")
+    )
+
+
+def test_the_catch_up_cap_is_a_trap_where_it_holds_steps_back(explain):
+    capped = traps(
+        explain("tickgraph: 1\nduration: 1\nclock: {loop_hz: 20}\n", "--/persistent/simulation/minFrameRate=30")
+    )
+    assert capped["catch-up-cap", "/persistent/simulation/minFrameRate"].startswith("20 of 20 updates")
+    assert traps(explain("tickgraph: 1\nduration: 1\n", "--/persistent/simulation/minFrameRate=30")) == {}
+
+
+SENSORS = """\
+tickgraph: 1
+scene:
+  prims:
+    /World/Whole: {type: OmniLidar, config: OS1}
+    /World/Fast:
+      type: OmniLidar
+      config: OS1
+      attributes: {"omni:sensor:tickRate": 100, "omni:sensor:Core:scanRateBaseHz": 100}
+    /World/Partial: {type: OmniLidar, config: OS1, attributes: {"omni:sensor:tickRate": 7}}
+    /World/Auto: {type: OmniLidar, config: OS1, attributes: {"omni:sensor:tickRate": 0}}
+    /World/Idle: {type: OmniLidar, config: OS1}
+    /World/Camera: {type: Camera}
+duration: 1.3
+graphs:
+  /World/G:
+    nodes:
+      tick: OnPlaybackTick
+      whole: {type: IsaacCreateRenderProduct, inputs: {cameraPrim: /World/Whole}}
+      fast: {type: IsaacCreateRenderProduct, inputs: {cameraPrim: /World/Fast}}
+      wait: {type: Countdown, inputs: {duration: 3}}
+      partial: {type: IsaacCreateRenderProduct, inputs: {cameraPrim: /World/Partial}}
+      auto: {type: IsaacCreateRenderProduct, inputs: {cameraPrim: /World/Auto}}
+    connections:
+      - tick.tick -> [whole.execIn, fast.execIn, wait.execIn, auto.execIn]
+      - wait.finished -> partial.execIn
+"""
+
+
+def test_each_sensor_is_told_with_its_rule_and_the_unused_ones_last(explain):
+    told = explain(SENSORS)
+    assert [(sensor["path"], sensor.get("rule")) for sensor in told["sensors"]] == [
+        ("/World/Whole", "whole"),
+        ("/World/Fast", "whole"),
+        ("/World/Partial", "partial"),
+        ("/World/Auto", "every update"),
+        ("/World/Idle", None),
+        ("/World/Camera", None),
+    ]
+    assert [sensor["product"] for sensor in told["sensors"][4:]] == [None, None]
+    fast = told["sensors"][1]
+    assert (fast["frames"], fast["missed"]) == (78, 52)
+    assert traps(told)["sensor-faster-than-loop", "/World/Fast"].startswith("52 of 130 ticks are passed over")
+    assert {where for code, where in traps(told) if code == "lidar-partial-scan"} == {"/World/Partial", "/World/Auto"}
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        (),
+        ("clock: {physics_hz: 100, loop_hz: 60}",),
+        ("clock: {physics_hz: 24, loop_hz: 60}",),
+        ("clock: {physics_hz: 1000, loop_hz: 30000/1001}",),
+        ("settings: {/rtx/hydra/supportMultiTickRate: false}",),
+        ("settings: {/app/player/useFixedTimeStepping: true, /app/stage/timeCodesPerSecond: 24}",),
+        ("settings: {/persistent/simulation/minFrameRate: 30}", "clock: {physics_hz: 60, loop_hz: 20}"),
+        ("settings: {/tickgraph/warmUpSteps: 2}",),
+        ("settings: {/app/player/playSimulations: false}",),
+    ],
+)
+def test_what_is_told_is_what_a_run_does(options, folder, graph, explain):
+    told = explain("\n".join((SENSORS.rstrip(), *options)) + "\n")
+    ran = json.loads(graph("run", "a.yaml", "--json").out)
+    planned = {
+        sensor["path"]: (sensor["frames"], sensor["missed"], (sensor["first_ticks"] or [{}])[0].get("stamp_ns"))
+        for sensor in told["sensors"]
+        if sensor["product"]
+    }
+    assert planned == {
+        path: (sensor["frames"], sensor["missed"], sensor["first_frame_ns"]) for path, sensor in ran["sensors"].items()
+    }
+    assert told["updates"] == ran["updates"]
+
+
+NODES = """\
+tickgraph: 1
+graphs:
+  /World/G:
+    nodes:
+      tick: OnPlaybackTick
+      read: ReadTime
+      later: {type: omni.graph.nodes.Add, inputs: {a: 1.0, b: 1.0}}
+      clock: ROS2PublishClock
+      first: {type: Countdown, inputs: {duration: 0}}
+      second: {type: Countdown, inputs: {period: 1}}
+    connections:
+"""
+
+
+def test_timeline_time_is_found_behind_arithmetic(explain):
+    told = explain(
+        NODES
+        + "      - tick.tick -> clock.execIn\n"
+        + "      - read.time -> later.a\n      - later.sum -> clock.timeStamp\n"
+    )
+    assert set(traps(told)) == {("timeline-stamp", "/World/G/clock.inputs:timeStamp")}
+    assert "gets read.time" in traps(told)["timeline-stamp", "/World/G/clock.inputs:timeStamp"]
+
+
+def test_simulation_time_is_no_trap(explain):
+    text = NODES.replace("read: ReadTime", "read: IsaacReadSimulationTime")
+    assert (
+        traps(explain(text + "      - tick.tick -> clock.execIn\n      - read.simulationTime -> clock.timeStamp\n"))
+        == {}
+    )
+
+
+@pytest.mark.parametrize(
+    ("order", "what"),
+    [
+        ("first.execIn, second.execIn", "in the same update only"),
+        ("second.execIn, first.execIn", "of the update before"),
+    ],
+)
+def test_nodes_of_one_output_that_exchange_data_depend_on_their_order(order, what, explain):
+    told = explain(NODES + f"      - tick.tick -> [{order}]\n      - first.tickValue -> second.duration\n")
+    message = traps(told)["fan-out-order", "/World/G/tick.outputs:tick"]
+    assert message.startswith("first.tickValue -> second.duration: second reads")
+    assert what in message
+
+
+def test_a_chain_does_not_depend_on_an_order(explain):
+    told = explain(
+        NODES
+        + "      - tick.tick -> first.execIn\n"
+        + "      - first.finished -> second.execIn\n"
+        + "      - first.tickValue -> second.duration\n"
+    )
+    assert "fan-out-order" not in {code for code, _ in traps(told)}
+
+
+def test_a_product_that_comes_too_late_is_told(explain):
+    told = explain(SENSORS.replace("duration: 3", "duration: 1000"))
+    assert [sensor["path"] for sensor in told["sensors"] if sensor["product"]] == [
+        "/World/Whole",
+        "/World/Fast",
+        "/World/Auto",
+    ]
+    assert "no render product in the first 120 updates" in traps(told)["product-not-made", "/World/G/partial"]
+
+
+def test_deprecated_inputs_are_traps(explain):
+    told = explain(HEAD + ONE.replace("topicName: points", "topicName: points, fullScan: false"))
+    assert set(traps(told)) == {("full-scan-deprecated", "/World/G/cloud")}
+
+
+def test_publishers_that_wait_for_a_frame_are_among_the_topics(explain):
+    text = (
+        HEAD
+        + ONE
+        + "  /World/Post:\n    pipeline_stage: post_render\n"
+        + "    nodes: {scan: {type: ROS2PublishLaserScan, inputs: {topicName: late}}}\n"
+    )
+    assert explain(text)["topics"] == [
+        {
+            "topic": "/points",
+            "type": "sensor_msgs/msg/PointCloud2",
+            "publishers": ["/World/G/cloud"],
+            "heard_in_file": False,
+        },
+        {"topic": "/late", "type": None, "publishers": ["/World/Post/scan"], "heard_in_file": False},
+    ]
+
+
+def test_a_wrong_file_gives_its_problems_and_exit_code_2(folder, graph):
+    (folder / "a.yaml").write_text("tickgraph: 1\nclock: {loop_hz: 0}\n")
+    result = graph("explain", "a.yaml")
+    assert (result.code, result.out) == (2, "")
+    assert result.err.startswith("a.yaml:2:")
+
+
+def test_rates_are_printed_exactly():
+    from graph.cli.explain import number
+
+    assert [number(Fraction(*pair)) for pair in ((60, 1), (59, 2), (1, 60), (60000, 1001))] == [
+        "60",
+        "29.5",
+        "1/60",
+        "60000/1001",
+    ]
+
+
+def test_a_long_run_is_counted_only_through_its_first_updates(folder, graph):
+    (folder / "a.yaml").write_text(HEAD + ONE.replace("duration: 5", "duration: 100000"))
+    out = graph("explain", "a.yaml").out
+    assert out.startswith("a.yaml: 100000 s, 6,000,000 updates\n")
+    assert "  frames    16,666 in the first 100,000 updates\n" in out
+
+
+def test_a_node_that_fails_is_a_trap_and_the_rest_is_told_all_the_same(folder, graph):
+    (folder / "a.yaml").write_text(
+        HEAD + ONE.replace("cameraPrim: /World/Lidar", "cameraPrim: /World/Ball").replace("duration: 5", "duration: 1")
+    )
+    result = graph("explain", "a.yaml")
+    assert result.code == 0
+    assert "compute-failed: /World/G/product: /World/Ball: a Sphere is no sensor" in result.out
+    assert "  product  none: nobody renders it\n" in result.out
