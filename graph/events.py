@@ -1,7 +1,7 @@
 """Events between the nodes of one world: custom events, message-bus events, events of the stage.
 
 What a node sends is delivered after the update in which it was sent: receivers take it from the next update on, one
-event per evaluation, in the order of sending. What comes from outside (a script, the App) can be taken at once.
+after another, in the order of sending. What comes from outside (a script, the App) can be taken at once.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 LONGEST_QUEUE = 10_000
-"""How many events wait for one receiver; older ones are lost."""
+"""How many events wait for one receiver; the oldest are lost beyond that, and the receiver is told how many."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +34,21 @@ class Inbox:
     """The events of one name that wait for one receiver."""
 
     name: str
-    waiting: deque[Event] = field(default_factory=lambda: deque(maxlen=LONGEST_QUEUE))
+    waiting: deque[Event] = field(default_factory=deque)
+    lost: int = 0
+    """How many were dropped because too many waited, since the receiver last looked."""
+
+    def put(self, event: Event) -> None:
+        """Adds an event; the oldest is lost if too many wait."""
+        if len(self.waiting) == LONGEST_QUEUE:
+            self.waiting.popleft()
+            self.lost += 1
+        self.waiting.append(event)
+
+    def take_lost(self) -> int:
+        """How many events were lost since this was last asked."""
+        lost, self.lost = self.lost, 0
+        return lost
 
     def take(self, update: int) -> Event | None:
         """The oldest event that may be had in this update; None if there is none."""
@@ -55,23 +69,25 @@ class EventBus:
 
     def __init__(self) -> None:
         self._inboxes: dict[str, list[Inbox]] = {}
-        self._recent: deque[Event] = deque(maxlen=LONGEST_QUEUE)
+        self._recent: dict[str, Inbox] = {}
+        self._newest = 0
 
     def send(
         self, name: str, payload: Mapping[str, Any] | None = None, *, update: int = 0, by_node: bool = False
     ) -> None:
         """Sends an event in the update of that index."""
         event = Event(name, dict(payload or {}), update, by_node)
-        while self._recent and self._recent[0].update < update - 1:
-            self._recent.popleft()
-        self._recent.append(event)
+        self._keep(event)
         for inbox in self._inboxes.get(name, ()):
-            inbox.waiting.append(event)
+            inbox.put(event)
 
     def open(self, name: str, update: int) -> Inbox:
         """A new inbox; events of this and of the last update are in it, so that nobody needs to come first."""
         inbox = Inbox(name)
-        inbox.waiting.extend(event for event in self._recent if event.name == name and event.update >= update - 1)
+        if name in self._recent:
+            kept = self._recent[name]
+            inbox.waiting.extend(event for event in kept.waiting if event.update >= update - 1)
+            inbox.lost = kept.lost if inbox.waiting else 0
         self._inboxes.setdefault(name, []).append(inbox)
         return inbox
 
@@ -89,3 +105,16 @@ class EventBus:
         for inboxes in self._inboxes.values():
             for inbox in inboxes:
                 inbox.waiting.clear()
+                inbox.lost = 0
+
+    def _keep(self, event: Event) -> None:
+        """Holds the events of this and of the last update for receivers that come late."""
+        if event.update != self._newest:
+            self._newest = event.update
+            for kept in [*self._recent.values()]:
+                while kept.waiting and kept.waiting[0].update < event.update - 1:
+                    kept.waiting.popleft()
+                    kept.lost = 0
+                if not kept.waiting:
+                    del self._recent[kept.name]
+        self._recent.setdefault(event.name, Inbox(event.name)).put(event)

@@ -1,6 +1,7 @@
 """Custom events and message-bus events: control that goes from graph to graph.
 
-What is sent in one update is received from the next one on, one event per evaluation, in the order of sending.
+What is sent in one update is received in the next one: all events that wait, one after another, in the order of
+sending, each with a compute and a walk of its own.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from graph.types import concrete_type
 from graph.values import coerce
 
 from .events import ONLY_PLAYBACK
-from .inboxes import Listening, close_inbox, ignored, inbox_of
+from .inboxes import Listening, close_inbox, deliver, next_event
 
 CUSTOM, MESSAGE = "custom:", "message:"
 LITERAL_NAME = Attribute("token", "name of the event", default="", literal_only=True)
@@ -45,21 +46,20 @@ def send_custom_event(db: Any) -> None:
     inputs={"eventName": LITERAL_NAME, "onlyPlayback": ONLY_PLAYBACK},
     outputs={
         "bundle": Attribute("bundle", "data that came with the event"),
-        "execOut": Attribute("execution", "fires for one event per evaluation"),
+        "execOut": Attribute("execution", "fires once for each event, one after another"),
         "path": Attribute("token", "the path that came with the event"),
     },
     memory=Listening,
     release=close_inbox,
 )
 def on_custom_event(db: Any) -> bool:
-    """Fire for every custom event of that name, one per evaluation, in the order of sending."""
-    inbox = inbox_of(db, CUSTOM + db.inputs.eventName)
-    event = inbox.take(db.context.update)
-    if event is None or ignored(db):
+    """Fire for every custom event of that name, one after another, in the order of sending."""
+    event = next_event(db, CUSTOM + db.inputs.eventName)
+    if event is None:
         return False
     db.outputs.path = str(event.payload.get("path", ""))
     db.outputs.bundle = dict(event.payload.get("bundle", {}))
-    db.fire("execOut")
+    deliver(db)
     return True
 
 
@@ -83,20 +83,20 @@ def send_message_bus_event(db: Any) -> None:
     version=2,
     event=True,
     inputs={"eventName": LITERAL_NAME, "onlyPlayback": ONLY_PLAYBACK},
-    outputs={"execOut": Attribute("execution", "fires for one event per evaluation")},
+    outputs={"execOut": Attribute("execution", "fires once for each event, one after another")},
     dynamic_outputs={"{x}": Attribute("any", "the entry of that name of the event's payload")},
     memory=Listening,
     release=close_inbox,
 )
 def on_message_bus_event(db: Any) -> bool:
-    """Fire for every event of that name, one per evaluation; added outputs take the payload's entries of their name."""
-    event = inbox_of(db, MESSAGE + db.inputs.eventName).take(db.context.update)
-    if event is None or ignored(db):
+    """Fire for every event of that name, one by one; added outputs take the payload's entries of their name."""
+    event = next_event(db, MESSAGE + db.inputs.eventName)
+    if event is None:
         return False
     for name in db.dynamic_outputs():
         if name in event.payload:
             setattr(db.outputs, python_name(name), _typed(db, name, event.payload[name]))
-    db.fire("execOut")
+    deliver(db)
     return True
 
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections import deque
+from dataclasses import dataclass, field
 from typing import Any
 
-from graph.events import EventBus, Inbox
+from graph.events import LONGEST_QUEUE, Event, EventBus, Inbox
 
 
 @dataclass(slots=True)
@@ -14,6 +15,8 @@ class Listening:
 
     bus: EventBus | None = None
     inbox: Inbox | None = None
+    turn: deque[Event] = field(default_factory=deque)
+    """Events that this evaluation delivers, one after another."""
 
 
 def inbox_of(db: Any, name: str) -> Inbox:
@@ -24,6 +27,35 @@ def inbox_of(db: Any, name: str) -> Inbox:
         memory.bus = db.context.events
         memory.inbox = memory.bus.open(name, db.context.update)
     return memory.inbox
+
+
+def next_event(db: Any, name: str) -> Event | None:
+    """The event that this compute delivers; None if there is none.
+
+    The first compute of an evaluation takes all events that may be had; the node comes back for each with
+    `fire_and_return`, so that every event has a compute and a walk of its own.
+    """
+    memory: Listening = db.memory
+    if not db.returned:
+        inbox = inbox_of(db, name)
+        memory.turn = deque(inbox.take_all(db.context.update))
+        if lost := inbox.take_lost():
+            event = name.partition(":")[2]
+            db.warn(
+                "events-lost",
+                f'{lost} events "{event}" were lost: more than {LONGEST_QUEUE} waited; send fewer in one update',
+            )
+        if ignored(db):
+            memory.turn.clear()
+    return memory.turn.popleft() if memory.turn else None
+
+
+def deliver(db: Any) -> None:
+    """Follows execOut; comes back if another event waits."""
+    if db.memory.turn:
+        db.fire_and_return("execOut")
+    else:
+        db.fire("execOut")
 
 
 def close_inbox(db: Any) -> None:

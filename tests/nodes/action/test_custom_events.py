@@ -3,6 +3,7 @@
 import pytest
 
 from graph import ComputeError, Context, compile_graphs
+from graph.context import WarningLog
 from graph.spec import ConnectionSpec, GraphSpec, NodeSpec
 
 
@@ -52,14 +53,88 @@ RECEIVER = graph(
 
 
 @pytest.mark.parametrize("order", [(SENDER, RECEIVER), (RECEIVER, SENDER)], ids=["sender first", "receiver first"])
-def test_what_is_sent_in_one_update_arrives_from_the_next_on_one_by_one(order):
+def test_what_is_sent_in_one_update_arrives_in_the_next_one_by_one(order):
     run = Run(*order)
     run.nodes["/S/impulse"].set("state:enableImpulse", True)
     seen = []
-    for _ in range(4):
+    for _ in range(3):
         run.update()
         seen.append((run.nodes["/R/count"].get("count"), run.nodes["/R/on"].get("path")))
-    assert seen == [(0, ""), (1, "/World/Box"), (2, "/World/Ball"), (2, "/World/Ball")]
+    assert seen == [(0, ""), (2, "/World/Ball"), (2, "/World/Ball")]
+
+
+PATHS = graph(
+    "/R",
+    {
+        "on": ("OnCustomEvent", {"eventName": "go"}),
+        "switch": ("SwitchToken", {"branch0": "/A", "branch1": "/B"}),
+        "a": "Counter",
+        "b": "Counter",
+        "inner": ("ForLoop", {"stop": 2}),
+    },
+    "on.execOut -> inner.execIn",
+    "inner.loopBody -> switch.execIn",
+    "on.path -> switch.value",
+    "switch.output0 -> a.execIn",
+    "switch.output1 -> b.execIn",
+)
+
+
+def test_every_waiting_event_has_a_compute_and_a_walk_of_its_own():
+    run = Run(PATHS)
+    run.update()
+    for path in ("/A", "/B", "/A", "/C"):
+        run.context.events.send("custom:go", {"path": path}, update=run.context.update)
+    run.update()
+    assert [run.nodes[f"/R/{name}"].get("count") for name in "ab"] == [4, 2]
+    assert run.nodes["/R/on"].computes == 1 + 4
+    run.update()
+    assert [run.nodes[f"/R/{name}"].get("count") for name in "ab"] == [4, 2]
+
+
+def test_many_events_of_one_update_do_not_pile_up():
+    nodes = {
+        "tick": "OnPlaybackTick",
+        "loop": ("ForLoop", {"stop": 3}),
+        "send": ("SendCustomEvent", {"eventName": "go"}),
+    }
+    sender = graph("/S", nodes, "tick.tick -> loop.execIn", "loop.loopBody -> send.execIn")
+    assert Run(sender, RECEIVER).counts("/R/count", 4) == [0, 3, 6, 9]
+
+
+def test_a_node_that_sends_what_starts_it_goes_round_once_per_update():
+    nodes = {
+        "impulse": ("OnImpulseEvent", {}),
+        "on": ("OnCustomEvent", {"eventName": "go"}),
+        "send": ("SendCustomEvent", {"eventName": "go"}),
+        "count": "Counter",
+    }
+    run = Run(
+        graph(
+            "/R", nodes, "impulse.execOut -> send.execIn", "on.execOut -> count.execIn", "count.execOut -> send.execIn"
+        )
+    )
+    run.nodes["/R/impulse"].set("state:enableImpulse", True)
+    assert run.counts("/R/count", 4) == [0, 1, 2, 3]
+
+
+@pytest.mark.parametrize("late", [False, True], ids=["the receiver was there", "the receiver came later"])
+def test_beyond_ten_thousand_the_oldest_events_are_lost_and_the_receiver_warns(late):
+    run = Run(RECEIVER)
+    log = run.context.warn = WarningLog()
+    if not late:
+        run.update()
+    for number in range(10_003):
+        run.context.events.send("custom:go", {"path": f"/N{number}"}, update=run.context.update)
+    run.update(2)
+    assert run.nodes["/R/count"].get("count") == 10_000
+    assert [(one.code, one.where, one.message) for one in log] == [
+        (
+            "events-lost",
+            "/R/on",
+            '3 events "go" were lost: more than 10000 waited; send fewer in one update',
+        )
+    ]
 
 
 def test_every_receiver_of_the_name_gets_it_and_no_other():
