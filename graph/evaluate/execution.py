@@ -9,7 +9,7 @@ from graph.db import RETURN, RETURNED, STARTED, Database
 
 from .errors import RunawayError
 from .node import Node, upstream_data
-from .wire import Step, step_to
+from .wire import Step, Wire, step_to
 
 if TYPE_CHECKING:
     from .graph import Activation, Graph
@@ -78,6 +78,8 @@ class ExecutionEvaluator:
 
         The inner loop goes along single wires and leaves the stack alone; it is the hot path of an action graph.
         """
+        # A wait that ended: what starts from it may lead back.
+        origin = db if cause is STARTED else None
         limit = self._graph.step_limit
         steps = 0
         stack = [step_to(db, cause)]
@@ -88,12 +90,14 @@ class ExecutionEvaluator:
                     while True:
                         if active:
                             if db._blocked:
+                                if db is origin and not db.asleep:
+                                    self._came_back(db)
                                 break
                         elif active is RETURNED:
                             steps = db._frames.pop()
                         steps += 1
                         if steps > limit:
-                            raise self._runaway(db)
+                            raise self._endless(db) if active is RETURNED and not _leads_back(db) else self._runaway(db)
                         if db._pulls:
                             self._pull(db)
                         db._active = active
@@ -156,9 +160,26 @@ class ExecutionEvaluator:
             except Exception as error:
                 data._node.graph.failed(data, error)
 
+    def _came_back(self, db: Database) -> None:
+        """A node ended its wait, and what followed led back to it: the trigger is ignored, and the loop ends."""
+        self._graph.context.warn(
+            "trigger-ignored",
+            db.path,
+            "what follows the end of its wait leads back to it in the same update, where triggers are ignored, so the "
+            "loop ends; lead it through SendCustomEvent and OnCustomEvent, which go on in the next update",
+        )
+
+    def _endless(self, db: Database) -> RunawayError:
+        """A loop node that comes back too often."""
+        return RunawayError(
+            f"graph {self._graph.path}: loop {db._node.name} makes more than {self._graph.step_limit} passes in update "
+            f"{self._graph.context.update}; give it fewer, or spread them over updates"
+        )
+
     def _runaway(self, db: Database) -> RunawayError:
         """Names the nodes that go round, by following the busiest wires until a node comes again."""
         names: dict[str, None] = {}
+        leading: list[Wire] = []
         while db._node.name not in names:
             names[db._node.name] = None
             leading = [wire for wire in db._wires.values() if wire.targets]
@@ -166,10 +187,25 @@ class ExecutionEvaluator:
                 break
             db = max(leading, key=lambda wire: wire.count).targets[-1][0]
         listed = list(names)
-        if db._node.name in names:
+        if leading:
             listed = [*listed[listed.index(db._node.name) :], db._node.name]
         shown = " -> ".join(listed if len(listed) <= 12 else [*listed[:6], "...", *listed[-5:]])
         return RunawayError(
             f"graph {self._graph.path}: execution goes round without end ({shown}): {self._graph.step_limit} steps in "
-            f"update {self._graph.context.update}; lead the loop through a latent node such as Delay, or use ForLoop"
+            f"update {self._graph.context.update}; lead the loop through SendCustomEvent and OnCustomEvent, which go "
+            "on in the next update, or use ForLoop"
         )
+
+
+def _leads_back(db: Database) -> bool:
+    """Whether wires that were followed lead from the node back to it."""
+    seen: set[Database] = set()
+    pending = [db]
+    while pending:
+        for wire in pending.pop()._wires.values():
+            reached = {step[0] for step in wire.targets} - seen if wire.count else set()
+            if db in reached:
+                return True
+            seen |= reached
+            pending += reached
+    return False

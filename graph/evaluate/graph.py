@@ -6,12 +6,13 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Literal, Protocol, get_args
 
 from graph.context import Context
-from graph.db import STARTED, Database, NodeError
+from graph.db import STARTED, Database
 from graph.declaration import Compute
 from graph.spec import Evaluator, GraphSpec, PipelineStage
 from graph.suggest import did_you_mean
 from graph.variables import Variables
 
+from .causes import cause_of
 from .errors import ComputeError
 from .familiar import FamiliarGraph
 from .instances import with_target
@@ -271,8 +272,7 @@ class Graph(FamiliarGraph):
     def failed(self, db: Database, error: Exception) -> None:
         """Deals with an exception of this node's compute by `on_error`. Raises ComputeError for "stop"."""
         db._enabled.clear()
-        text = str(error) if isinstance(error, NodeError) else f"{type(error).__name__}: {error}"
-        message = " ".join(text.split())
+        message = cause_of(db, error)
         if self.on_error == "stop":
             raise ComputeError(db._node, self.context.update, message) from error
         self.context.warn("compute-failed", db.path, message)

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
-from graph import ComputeError, Context
+from graph import Attribute, ComputeError, Context, compile_graphs, node_type
 from graph.evaluate import RunawayError
+from graph.registry import Registry
+from graph.spec import GraphSpec, NodeSpec
 
 
 def run(graph, context, times=1):
@@ -190,6 +194,24 @@ def test_an_execution_loop_without_a_latent_node_ends_with_the_nodes_that_go_rou
         run(graph, playing)
 
 
+def test_a_runaway_is_told_the_way_that_goes_on_in_the_next_update(build, playing):
+    graph = build({"tick": "test.Tick", "a": "test.Step"}, ["tick.tick -> a.execIn", "a.execOut -> a.execIn"])
+    graph.step_limit = 1000
+    hint = r"lead the loop through SendCustomEvent and OnCustomEvent, which go on in the next update, or use ForLoop"
+    with pytest.raises(RunawayError, match=hint):
+        run(graph, playing)
+
+
+def test_a_loop_of_too_many_passes_is_named_and_nothing_goes_round(build, playing):
+    graph = build(
+        {"tick": "test.Tick", "loop": ("test.Loop", {"times": 5000}), "n": "test.Count"},
+        ["tick.tick -> loop.execIn", "loop.body -> n.execIn"],
+    )
+    graph.step_limit = 1000
+    with pytest.raises(RunawayError, match="loop loop makes more than 1000 passes in update 0; give it fewer"):
+        run(graph, playing)
+
+
 def test_a_loop_that_finishes_into_itself_is_a_runaway_too(build, playing):
     graph = build(
         {"tick": "test.Tick", "loop": "test.Loop"},
@@ -280,3 +302,18 @@ def test_a_loop_of_no_pass_goes_straight_to_its_end(build, playing, journal, tim
     )
     graph.evaluate(playing)
     assert journal.take() == ["tick", "end"]
+
+
+def test_an_input_that_is_no_finite_number_is_named_where_python_gives_up():
+    registry = Registry()
+
+    @node_type("test.Sine", inputs={"x": Attribute("double[]", "angles")}, registry=registry)
+    def sine(db):
+        """Fails for infinite numbers."""
+        math.sin(db.inputs.x[1])
+
+    nodes = (NodeSpec("sine", "test.Sine", {"x": [1.0, math.inf]}),)
+    [graph] = compile_graphs([GraphSpec("/G", nodes, evaluator="push")], registry)
+    message = r"input x is \[1.0, inf\]; give it finite numbers \(ValueError: math domain error\)"
+    with pytest.raises(ComputeError, match=message):
+        graph.evaluate(Context.standalone())

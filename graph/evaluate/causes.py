@@ -1,0 +1,37 @@
+"""What a failed node says about its failure."""
+
+from __future__ import annotations
+
+import math
+
+from graph.db import Database, NodeError, python_name
+from graph.errors import RunError, UserError
+from graph.values import shown
+
+# What Python and NumPy raise when a number is none that they can work with.
+_ARITHMETIC = (ArithmeticError, ValueError, TypeError)
+
+
+def cause_of(db: Database, error: Exception) -> str:
+    """The message of a compute's exception, on one line; an input that holds no finite number is named."""
+    if isinstance(error, NodeError | RunError | UserError):
+        return " ".join(str(error).split())
+    text = " ".join(f"{type(error).__name__}: {error}".split())
+    if isinstance(error, _ARITHMETIC):
+        for name in db._node.names["inputs"]:
+            value = getattr(db.inputs, python_name(name), None)
+            if not _finite(value):
+                return f"input {name} is {shown(_plain(value))}; give it finite numbers ({text})"
+    return text
+
+
+def _plain(value: object) -> object:
+    return value.tolist() if hasattr(value, "tolist") else value
+
+
+def _finite(value: object) -> bool:
+    """False for numbers, alone or in an array, that are infinite or not a number; True for all else."""
+    value = _plain(value)
+    if isinstance(value, list | tuple):
+        return all(_finite(one) for one in value)
+    return not isinstance(value, float) or math.isfinite(value)
