@@ -15,6 +15,10 @@ from .connections import Link, by_attribute
 from .draft import Draft, Report
 
 
+class _WrongValueError(Exception):
+    """A written value that `resolve` asks for is none that the input takes."""
+
+
 class Known(Mapping[str, "Type | None"]):
     """What a node type's `resolve` gets: settled types by attribute name, None for those still open.
 
@@ -40,11 +44,32 @@ class Known(Mapping[str, "Type | None"]):
         return len(self._draft.types)
 
     def value(self, name: str) -> Any:
-        """The value that an unconnected input will start with: as written, else its default."""
+        """The value that an unconnected input will start with: as written, else its default.
+
+        What may not be written ends the resolving; it is told with its own mark when the values are read.
+        """
         full = f"inputs:{name}"
-        if full in self._draft.authored:
-            return self._draft.authored[full]
-        return self._draft.attribute(full).initial
+        attribute, type_ = self._draft.attribute(full), self._draft.types[full]
+        if full not in self._draft.authored:
+            return attribute.initial
+        raw = self._draft.authored[full]
+        if type_ is None:
+            return raw
+        try:
+            explicit = typed_value(raw)
+            value = coerce(type_, raw if explicit is None else explicit[1])
+        except ValueError as error:
+            raise _WrongValueError from error
+        if attribute.check(value):
+            raise _WrongValueError
+        return value
+
+    def end(self, name: str) -> str:
+        """How a message names an input with its type and, if it is connected, with where it comes from."""
+        type_ = self[f"inputs:{name}"]
+        link = self._draft.fed.get(f"inputs:{name}")
+        source = f", from {link.source.node.name}.{link.source_name}" if link else ""
+        return f"input {name} ({type_}{source})"
 
     def variable(self, name: str) -> Type | None:
         """The type of a graph variable; None if there is none."""
@@ -115,6 +140,9 @@ class _Settling:
             return
         try:
             answer = draft.type.resolve(Known(draft))
+        except _WrongValueError:
+            self._refused.add(draft)
+            return
         except ValueError as error:
             self._refused.add(draft)
             self._report(f"{draft.label} ({draft.type.short_name}): {error}", draft.spec.mark)

@@ -7,7 +7,7 @@ from fractions import Fraction
 from typing import Any
 
 from graph import Attribute, node_type
-from graph.exact import duration
+from nodes.durations import finite_duration
 
 EXEC_IN = Attribute("execution", "starts the wait")
 
@@ -74,10 +74,11 @@ def delay(db: Any) -> bool:
     memory = db.memory
     if db.triggered("execIn"):
         memory.elapsed = Fraction(0)
+        finite_duration(db)
         db.sleep()
         return True
     memory.elapsed += db.context.loop_delta
-    if memory.elapsed >= duration(db.inputs.duration):
+    if memory.elapsed >= finite_duration(db):
         db.fire("finished")
         db.wake()
     return True

@@ -52,6 +52,7 @@ def for_loop(db: Any) -> None:
     if db.triggered("execIn"):
         memory.index, memory.broken, memory.running = 0, False, True
         outputs.index = 0
+        _check_passes(db)
     else:
         memory.index += 1
     value = inputs.start + inputs.step * memory.index
@@ -64,6 +65,17 @@ def for_loop(db: Any) -> None:
     memory.running = False
     state.i = -1
     db.fire("finished")
+
+
+def _check_passes(db: Any) -> None:
+    """Refuses at once what the evaluator would stop after a million passes, unless the body may break the loop."""
+    inputs, limit = db.inputs, db.node.graph.step_limit
+    passes = len(range(inputs.start, inputs.stop, inputs.step))
+    if passes > limit and not db.wires_into("breakLoop"):
+        db.fail(
+            f"start {inputs.start}, stop {inputs.stop} and step {inputs.step} make {passes} passes in one update; at "
+            f"most {limit} are possible: give it fewer, or break the loop by breakLoop"
+        )
 
 
 @dataclass(slots=True)

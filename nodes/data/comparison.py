@@ -10,7 +10,7 @@ from graph import Attribute, node_type
 
 from .logic import BOOLS, VALUES, is_array_input, plain, stretch
 from .numbers import input_type
-from .promotion import condition_type
+from .promotion import comparison_type
 
 if TYPE_CHECKING:
     from graph.declaration import Compute
@@ -55,7 +55,7 @@ def _refuse(db: Any) -> None:
         "operation": Attribute("token", "how to compare", default=">", allowed_tokens=tuple(_OPERATIONS)),
     },
     outputs={"result": Attribute(BOOLS, "whether it holds; an array where a or b is one")},
-    resolve=condition_type("result", "a", "b"),
+    resolve=comparison_type,
     specialize=_single_values,
 )
 def compare(db: Any) -> None:

@@ -164,6 +164,23 @@ def condition_type(output: str, *names: str) -> Resolve:
     return resolve
 
 
+def comparison_type(known: Any) -> Answer:
+    """Compare: as `condition_type`, of two numbers, tuples of one size or texts, alone or in arrays."""
+    a, b = known["inputs:a"], known["inputs:b"]
+    if a is None or b is None:
+        return {}
+    if _worded(a) != _worded(b) or (a.count, a.square) != (b.count, b.square):
+        raise ValueError(
+            f"{known.end('a')} and {known.end('b')} cannot be compared; give it two numbers, two texts or two tuples "
+            "of one size"
+        )
+    return {"outputs:result": TYPES["bool[]" if a.array or b.array else "bool"]}
+
+
+def _worded(type_: Type) -> bool:
+    return type_.storage in ("token", "string")
+
+
 def selected_type(known: Any) -> Answer:
     """SelectIf: the common type of both values, an array where the condition is one."""
     condition, *sides = (known[f"inputs:{name}"] for name in ("condition", "ifTrue", "ifFalse"))

@@ -7,7 +7,7 @@ from fractions import Fraction
 from typing import Any
 
 from graph import Attribute, node_type
-from graph.exact import duration
+from nodes.durations import finite_duration
 
 
 @node_type(
@@ -59,13 +59,12 @@ def timer(db: Any) -> None:
     """Run a value from start to end over some seconds of update time; duration 0 finishes in the next update."""
     inputs, memory = db.inputs, db.memory
     if db.triggered("play"):
+        _whole(db)
         memory.elapsed = Fraction(0)
         db.outputs.value = inputs.startValue
         db.sleep()
         return
-    if inputs.duration < 0:
-        db.fail(f"input duration is {inputs.duration}; give it 0 or more seconds")
-    whole = duration(inputs.duration)
+    whole = _whole(db)
     memory.elapsed += db.context.loop_delta
     done = memory.elapsed >= whole
     share = 1.0 if done else float(memory.elapsed / whole)
@@ -74,3 +73,10 @@ def timer(db: Any) -> None:
     if done:
         db.fire("finished")
         db.wake()
+
+
+def _whole(db: Any) -> Fraction:
+    whole = finite_duration(db)
+    if whole < 0:
+        db.fail(f"input duration is {db.inputs.duration}; give it 0 or more seconds")
+    return whole

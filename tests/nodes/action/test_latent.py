@@ -1,6 +1,10 @@
+import math
+
 import pytest
 
-from graph import ComputeError, registry
+from graph import ComputeError, Context, compile_graphs, registry
+from graph.context import WarningLog
+from graph.spec import ConnectionSpec, GraphSpec, NodeSpec
 from graph.testing import run_node
 
 
@@ -77,3 +81,49 @@ def test_a_trigger_of_a_sleeping_delay_is_ignored():
 
 def test_latent_types_are_version_2():
     assert [registry.get(name).version for name in ("Countdown", "Delay")] == [2, 2]
+
+
+@pytest.mark.parametrize("value", [math.inf, -math.inf, math.nan])
+@pytest.mark.parametrize(("kind", "start"), [("Delay", "execIn"), ("Timer", "play")])
+def test_a_wait_without_a_finite_duration_fails_when_it_is_started(kind, start, value):
+    message = rf"failed in update 0: input duration is {value} s; give it a finite number of seconds$"
+    with pytest.raises(ComputeError, match=message):
+        run_node(kind, inputs={"duration": value}, pulses={start: [0]})
+
+
+def wait_in_a_loop(*links):
+    nodes = {
+        "impulse": ("OnImpulseEvent", {}),
+        "wait": ("Countdown", {"duration": 2}),
+        "send": ("SendCustomEvent", {"eventName": "again"}),
+        "on": ("OnCustomEvent", {"eventName": "again"}),
+    }
+    made = tuple(NodeSpec(name, *entry) for name, entry in nodes.items())
+    wires = tuple(ConnectionSpec(*one.split(" -> ")) for one in ("impulse.execOut -> wait.execIn", *links))
+    graph = compile_graphs([GraphSpec("/G", made, wires)])[0]
+    graph.node("impulse").set("state:enableImpulse", True)
+    context = Context.standalone()
+    context.warn = WarningLog()
+    finished = []
+    for update in range(9):
+        context.advance()
+        graph.evaluate(context)
+        if graph.node("wait").fired["finished"] > len(finished):
+            finished.append(update)
+    return finished, [(one.code, one.where, one.message) for one in context.warn]
+
+
+def test_a_wait_that_leads_back_to_itself_ends_with_a_warning():
+    finished, warnings = wait_in_a_loop("wait.finished -> wait.execIn")
+    assert finished == [2]
+    assert [one[:2] for one in warnings] == [("trigger-ignored", "/G/wait")]
+    assert "lead it through SendCustomEvent and OnCustomEvent" in warnings[0][2]
+
+
+def test_a_wait_goes_round_through_a_custom_event_as_the_warning_says():
+    finished, warnings = wait_in_a_loop("wait.finished -> send.execIn", "on.execOut -> wait.execIn")
+    assert (finished, warnings) == ([2, 5, 8], [])
+
+
+def test_a_wait_fed_by_every_update_is_not_warned_of():
+    assert countdown(20, start=range(20)).warnings == []

@@ -107,3 +107,27 @@ def test_a_loop_that_was_broken_runs_again_from_the_start(looping):
         context.advance()
         graph.evaluate(context)
     assert seen[4:] == seen[:4]
+
+
+def test_a_loop_of_more_passes_than_one_update_can_have_is_refused_at_once():
+    with pytest.raises(ComputeError, match="make 2147483647 passes in one update; at most 1000000 are possible"):
+        run_node("ForLoop", inputs={"stop": 2_147_483_647}, pulses={"execIn": [0]})
+
+
+def test_a_loop_without_bound_may_end_by_its_break():
+    nodes = (
+        NodeSpec("tick", "OnTick"),
+        NodeSpec("loop", "ForLoop", {"stop": 2_147_483_647}),
+        NodeSpec("stop", "Compare", {"b": 4, "operation": "=="}),
+        NodeSpec("branch", "Branch"),
+    )
+    links = (
+        "tick.tick -> loop.execIn",
+        "loop.loopBody -> branch.execIn",
+        "loop.index -> stop.a",
+        "stop.result -> branch.condition",
+        "branch.execTrue -> loop.breakLoop",
+    )
+    graph = compile_graphs([GraphSpec("/G", nodes, tuple(ConnectionSpec(*one.split(" -> ")) for one in links))])[0]
+    graph.evaluate(Context.standalone())
+    assert graph.node("loop").get("index") == 4

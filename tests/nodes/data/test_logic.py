@@ -1,6 +1,10 @@
+import json
+import re
+
 import pytest
 
-from graph import ComputeError, UserError
+from graph import ComputeError, UserError, compile_graphs
+from graph.files import loads
 from graph.testing import run_node
 
 
@@ -97,6 +101,40 @@ def test_select_refuses_values_without_a_common_type():
 )
 def test_to_double_keeps_the_shape_and_takes_the_role(value, role, found):
     assert result("ToDouble", "converted", value=value, role=role) == found
+
+
+@pytest.mark.parametrize(
+    ("a", "b"),
+    [
+        (("double", 1.0), ("token", "x")),
+        (("double", 1.0), ("double[3]", [1, 2, 3])),
+        (("double[2]", [1, 2]), ("double[3]", [1, 2, 3])),
+        (("double", 1.0), ("matrixd[2][]", [])),
+        (("token[]", ["a"]), ("bool", True)),
+    ],
+)
+def test_compare_of_unlike_types_is_refused_before_the_run(a, b):
+    names = f"input a ({a[0]}) and input b ({b[0]}) cannot be compared"
+    with pytest.raises(UserError, match=re.escape(names)):
+        run_node("Compare", inputs={"a": of(*a), "b": of(*b)})
+
+
+def test_compare_names_where_an_unlike_value_comes_from():
+    message = r"input a \(token, from source\.outputs:a\) and input b \(double\) cannot be compared"
+    with pytest.raises(UserError, match=message):
+        run_node("Compare", inputs={"a": "x", "b": of("double", 1.0)}, connect={"a": "token"})
+
+
+@pytest.mark.parametrize("role", ["foo", "", "*", 5, {"type": "token", "value": "colour"}])
+def test_to_double_refuses_a_role_that_is_none_as_a_mistake_in_the_file(role):
+    text = (
+        "tickgraph: 1\ngraphs:\n  /G:\n    evaluator: push\n    nodes:\n"
+        "      d: {type: ToDouble, inputs: {value: {type: double, value: 1.0}, role: ROLE}}\n"
+    ).replace("ROLE", json.dumps(role))
+    with pytest.raises(UserError) as caught:
+        compile_graphs(loads(text, name="a.yaml").graphs)
+    [problem] = caught.value.problems
+    assert str(problem).startswith('a.yaml:6:71: node "d": role: ')
 
 
 def test_to_double_refuses_a_role_that_does_not_fit():
