@@ -106,7 +106,8 @@ def run_node(
     types also take `{"type": "double[3]", "value": [1, 0, 0]}`.
     pulses: for each execution input the updates in which it is triggered; several in one update come in this order.
     connect: inputs that count as connected, with the OGN type of their source; their values still come from `inputs`.
-    outputs: dynamic outputs to make (`output1`). consumed: the data outputs that somebody reads (all, unless given).
+    outputs: dynamic outputs to make (`output1`, or in full `outputs:output1`). consumed: the data outputs that
+    somebody reads (all, unless given).
     variables: graph variables as name: (type, value). evaluator: execution for a node with execution attributes, push
     for a data node, unless given. playing: whether the timeline plays, or a function of the update index.
     app: an App to run in, one app update for each update; it is played first if it is stopped. phase: the App's phase
@@ -200,9 +201,14 @@ def _build(
     registry = Registry()
     registry.add(kind)
     _declare_probes(registry, probed, connect)
-    names = [*kind.outputs, *outputs]
+    added = [name.removeprefix("outputs:") for name in outputs]
+    names = list(dict.fromkeys([*kind.outputs, *added]))
     execution = [name for name in names if (found := kind.find("outputs", name)) and found.is_execution]
-    data = [name for name in names if name not in execution] if consumed is None else list(consumed)
+    data = (
+        [name for name in names if name not in execution]
+        if consumed is None
+        else [name.removeprefix("outputs:") for name in consumed]
+    )
     written = {name: value for name, value in inputs.items() if name not in connect}
     node = NodeSpec("node", kind.id, {name: _first(value) for name, value in written.items()})
     links = [

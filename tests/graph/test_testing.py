@@ -185,3 +185,15 @@ def test_in_an_app_it_plays_follows_its_time_and_leaves_no_subscriber(run, libra
     assert trace.values("t") == [0.02, 0.04, 0.06]
     assert trace.values("d") == [0.02, 0.02, 0.02]
     assert app.subscribers == {}
+
+
+def test_added_outputs_are_named_short_or_in_full():
+    for names in (["output1", "output2"], ["outputs:output0", "outputs:output1", "outputs:output2"]):
+        trace = run_node("Multigate", pulses={"execIn": range(4)}, outputs=names, updates=4)
+        assert [trace.fired(f"output{one}") for one in range(3)] == [[0, 3], [1], [2]]
+
+
+def test_consumed_outputs_are_named_short_or_in_full():
+    for name in ("count", "outputs:count"):
+        trace = run_node("Counter", pulses={"execIn": [0]}, consumed=[name])
+        assert trace.node.consumed("count")
