@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from .collector import collector_paused
 from .errors import Mark, Problem, UserError
 from .overrides import override_inputs
 from .spec import FileSpec
@@ -44,6 +45,7 @@ class Session:
     runner: GraphRunner
 
 
+@collector_paused()
 def build_parts(
     path: str | Path | FileSpec,
     *,

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
+from .collector import collector_paused
 from .errors import Problem, UserError
 from .evaluate import Graph
 from .spec import FileSpec
@@ -28,6 +29,7 @@ class LoadedFile:
         raise KeyError(f'no graph "{path}"{did_you_mean(path, (graph.path for graph in self.graphs))}')
 
 
+@collector_paused()
 def load_graph(path: str | Path, allow: Iterable[Path] = (), *, skip_unknown: bool = False) -> LoadedFile:
     """Loads a graph file (YAML, JSON or a USD scene with OmniGraph prims) and compiles its graphs.
 

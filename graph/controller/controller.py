@@ -16,9 +16,9 @@ from collections.abc import Callable, Iterable, Mapping
 from types import MethodType
 from typing import Any, Concatenate, Generic, ParamSpec, TypeVar, overload
 
+from graph.collector import collector_paused
 from graph.evaluate import Graph, Node
 from graph.evaluate.familiar import AttributeOf
-from graph.plan.compiler import collector_paused
 from graph.registry import Registry
 from graph.spec import GraphSpec
 from graph.suggest import did_you_mean

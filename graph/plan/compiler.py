@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import gc
 import re
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from typing import Any
 
+from graph.collector import collector_paused
 from graph.declaration import NodeType
 from graph.errors import Mark, Problem, UserError
 from graph.evaluate.graph import Graph
@@ -79,18 +78,6 @@ def _instances(graph: Graph, registry: Registry) -> dict[str, Graph]:
     if unknown:
         raise UserError(unknown)
     return {prim: _compile([instance_spec(spec, prim)], registry, prim)[0] for prim in spec.instances}
-
-
-@contextmanager
-def collector_paused() -> Iterator[None]:
-    """Without the garbage collector, which would walk a large half-made graph again and again."""
-    enabled = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if enabled:
-            gc.enable()
 
 
 def _compile(specs: Sequence[GraphSpec], registry: Registry, target: str = "") -> list[Graph]:

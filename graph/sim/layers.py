@@ -28,6 +28,8 @@ _OPAQUE = re.compile(
     re.DOTALL,
 )
 _ARCS = ("references", "payload", "inheritPaths", "specializes")
+_COMPOSING = (b"subLayers", b"references", b"payload", b"inherits", b"specializes", b"clips")
+"""How the text format writes arcs and value clips."""
 _BINARY = (b"PXR-USDC", b"PK\x03\x04")
 _SCENE_SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
 
@@ -68,7 +70,7 @@ def check_scene(file: Path, roots: Sequence[Path], warn: Callable[[str, str, str
             warn("usd-missing-asset", wanted_by, f"{path} cannot be read as a USD layer ({reason}); it is left out.")
             continue
         layers.append(layer)
-        assets, has_arcs = _dependencies(layer)
+        assets, has_arcs = _dependencies(layer) if _may_compose(on_disk) else ((), False)
         references = references or has_arcs
         for asset in filter(None, assets):
             anchored = Sdf.ComputeAssetPathRelativeToLayer(layer, asset)
@@ -157,6 +159,16 @@ def nesting(data: bytes) -> int:
     letters = np.frombuffer(_OPAQUE.sub(b" ", data), np.uint8)
     marks = steps[letters]
     return int(np.cumsum(marks[marks != 0], dtype=np.int64).max(initial=0))
+
+
+def _may_compose(path: Path) -> bool:
+    """Whether a layer may bring in others: a text layer without any of the words that do so cannot."""
+    with path.open("rb") as stream:
+        start = stream.read(8)
+        if start.startswith(_BINARY):
+            return True
+        data = start + stream.read()
+    return any(word in data for word in _COMPOSING)
 
 
 def _dependencies(layer: Any) -> tuple[Iterable[str], bool]:

@@ -8,8 +8,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from graph.collector import collector_paused
 from graph.errors import Mark, Problem, UserError
-from graph.files.loading import Examined, collector_paused, examine_text
+from graph.files.loading import Examined, examine_text
 from graph.files.source import DEPTH_LIMIT
 from graph.migration import migrate
 from graph.spec import FileSpec, GraphSpec, Note, SceneSpec
@@ -51,7 +52,7 @@ def examine(path: Path, name: str, allow: Iterable[Path] = ()) -> Examined:
         node.path for graph in raw for node in graph.nodes if node.custom
     }
     lenient = any(path not in ours for path in _parts(spec))
-    return Examined(replace(tidied(migrate(spec), ours), lenient=lenient), problems)
+    return Examined(replace(tidied(migrate(spec), ours), lenient=lenient), problems, stage.GetUsedLayers())
 
 
 def _in_file_order(graphs: tuple[GraphSpec, ...], path: Path) -> tuple[GraphSpec, ...]:
