@@ -10,6 +10,7 @@ from typing import Any
 
 from .declaration import UNSET, Attribute, NodeType
 from .errors import UserError
+from .example_parts import LIDAR, THING, Parts, parts_of
 from .plan import compile_graphs
 from .registry import DEFAULT, Registry
 from .spec import ConnectionSpec, GraphSpec, NodeSpec, VariableSpec
@@ -29,7 +30,6 @@ _SAMPLES: tuple[tuple[str, Any], ...] = (
     ("vectord[3]", [1.0, 2.0, 3.0]),
     ("token[]", ["text"]),
 )
-_PRIM = "/World/Thing"
 _VARIABLE = "gain"
 _GRAPH = "/World/Graph"
 
@@ -37,13 +37,20 @@ _GRAPH = "/World/Graph"
 def example(node_type: NodeType, registry: Registry = DEFAULT) -> str:
     """The text of a YAML graph file with one node of the type, its inputs as they are by default, and what starts it.
 
-    Inputs without a default get a plain value where they need one: numbers, or the prim /World/Thing.
+    Inputs without a default get a plain value where they need one: numbers, the prim /World/Thing, or what
+    `graph.example_parts` has for the type. What the reader must bring stands in a comment at the top.
     """
     name = _node_name(node_type)
+    parts = parts_of(node_type.short_name, node_type.shipped)
     values = next((found for found in _candidates(node_type) if _compiles(node_type, found, registry)), {})
-    lines = ["tickgraph: 1"]
-    if _PRIM in values.values():
-        lines += ["scene:", "  prims:", f"    {_PRIM}: {{type: {_prim_type(node_type)}}}"]
+    values = _in_order(node_type, {**values, **parts.inputs})
+    prims = parts.prims
+    if not prims and THING in values.values():
+        prims = {THING: f"{{type: {_prim_type(node_type)}}}"}
+    lines = [f"# Needs {parts.needs}."] if parts.needs else []
+    lines.append("tickgraph: 1")
+    if prims:
+        lines += ["scene:", "  prims:", *(f"    {path}: {prim}" for path, prim in prims.items())]
     lines += ["graphs:", f"  {_GRAPH}:"]
     if not node_type.has_execution:
         lines.append("    evaluator: push")
@@ -52,14 +59,17 @@ def example(node_type: NodeType, registry: Registry = DEFAULT) -> str:
     if "variableName" in node_type.inputs:
         lines.append(f"    variables: {{{_VARIABLE}: {{type: double, value: 1.0}}}}")
     lines.append("    nodes:")
-    links = list(_links(node_type, name))
+    links = list(_links(node_type, name, parts))
     if any(source == "tick.tick" for source, _ in links):
         lines.append("      tick: OnPlaybackTick")
+    if parts.product:
+        lines.append(f"      product: {{type: IsaacCreateRenderProduct, inputs: {{cameraPrim: {LIDAR}}}}}")
     lines += [f"      {name}:", f"        type: {node_type.id}"]
     if values:
         lines.append("        inputs:")
         lines += [
-            f"          {_key(key)}: {_written(value)}{_note(node_type.inputs[key])}" for key, value in values.items()
+            f"          {_key(key)}: {_written(value)}{_note(node_type.find('inputs', key))}"
+            for key, value in values.items()
         ]
     if any(target == "count.execIn" for _, target in links):
         lines.append("      count: Counter")
@@ -75,12 +85,24 @@ def _node_name(node_type: NodeType) -> str:
     return f"the_{name}" if name in ("tick", "count") else name
 
 
-def _links(node_type: NodeType, name: str) -> Iterator[tuple[str, str]]:
+def _in_order(node_type: NodeType, values: Mapping[str, Any]) -> dict[str, Any]:
+    """The values in the order of the declaration, added inputs last."""
+    declared = {name: values[name] for name in node_type.inputs if name in values}
+    return {**declared, **values}
+
+
+def _links(node_type: NodeType, name: str, parts: Parts) -> Iterator[tuple[str, str]]:
     """What starts the node, and what follows it."""
     starts = [one for one, attribute in node_type.inputs.items() if attribute.is_execution]
     ends = [one for one, attribute in node_type.outputs.items() if attribute.is_execution]
     if starts and node_type.event is None:
-        yield "tick.tick", f"{name}.{'execIn' if 'execIn' in starts else starts[0]}"
+        start = f"{name}.{'execIn' if 'execIn' in starts else starts[0]}"
+        if parts.product:
+            yield "tick.tick", "product.execIn"
+            yield "product.execOut", start
+            yield "product.renderProductPath", f"{name}.renderProductPath"
+        else:
+            yield "tick.tick", start
     if ends:
         yield f"{name}.{'execOut' if 'execOut' in ends else ends[0]}", "count.execIn"
 
@@ -102,7 +124,7 @@ def _candidates(node_type: NodeType) -> Iterator[dict[str, Any]]:
         elif name == "variableName":
             fixed[name] = _VARIABLE
         elif name == main:
-            fixed[name] = _PRIM
+            fixed[name] = THING
         elif name == "name" and main:
             fixed[name] = "size"
         elif name == "usePath" and main:
@@ -158,7 +180,9 @@ def _written(value: Any) -> str:
     return str(value) if plain_text and value not in ("true", "false", "null") else json.dumps(value)
 
 
-def _note(attribute: Attribute) -> str:
+def _note(attribute: Attribute | None) -> str:
+    if attribute is None:
+        return ""
     unit = f" [{attribute.unit}]" if attribute.unit else ""
     doc = " ".join(attribute.doc.split())
     return f"  # {doc}{unit}"

@@ -1,0 +1,138 @@
+"""What the examples of some node types need besides defaults: a robot, a lidar, wheels, the type of a message."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+THING = "/World/Thing"
+ROBOT = "/World/Robot"
+LIDAR = "/World/Lidar"
+
+
+@dataclass(frozen=True)
+class Parts:
+    """Additions to an example.
+
+    inputs: values that go before defaults; prims: by path, as YAML; product: whether a render product of /World/Lidar
+    starts the node and is named to it; needs: one line on what the reader has to bring, "" if it runs as it is.
+    """
+
+    inputs: Mapping[str, Any] = field(default_factory=dict)
+    prims: Mapping[str, str] = field(default_factory=dict)
+    product: bool = False
+    needs: str = ""
+
+
+_LIDAR = {LIDAR: "{type: OmniLidar, config: Example_Rotary_2D}", "/World/Wall": "{type: Cube, translate: [4, 0, 0]}"}
+_JOINT = (
+    "schemas: [PhysicsDriveAPI:{drive}], attributes: {{physics:axis: Y, physics:body1: {body}, "
+    "physics:localPos0: [0, 0, 1], physics:lowerLimit: 0, physics:upperLimit: {upper}, "
+    "drive:{drive}:physics:stiffness: 100}}"
+)
+
+
+def _robot(joint: str, drive: str, upper: float) -> dict[str, str]:
+    """A body on one driven joint, a metre above the origin."""
+    body = f"{ROBOT}/arm"
+    return {
+        ROBOT: "{schemas: PhysicsArticulationRootAPI}",
+        body: "{type: Cube, size: 0.2, translate: [0, 0, 1], rigid_body: true, mass: 1}",
+        f"{ROBOT}/joint": f"{{type: {joint}, {_JOINT.format(drive=drive, body=body, upper=upper)}}}",
+    }
+
+
+_ARM = _robot("PhysicsRevoluteJoint", "angular", 90)
+_FINGER = _robot("PhysicsPrismaticJoint", "linear", 0.04)
+_CUP = {
+    "/World/Arm": "{type: Cube, size: 0.2, translate: [0, 0, 1], rigid_body: true, mass: 5}",
+    "/World/Box": "{type: Cube, size: 0.2, translate: [0, 0, 0.795], rigid_body: true, mass: 1}",
+    "/World/Arm/Point": (
+        "{type: PhysicsJoint, attributes: {physics:body0: /World/Arm, physics:localPos0: [0, 0, -0.1], "
+        "physics:localRot0: [0, 1, 0, 0]}}"
+    ),
+    "/World/Arm/Cup": "{type: IsaacSurfaceGripper, attributes: {isaac:attachmentPoints: /World/Arm/Point}}",
+}
+_THING = {THING: "{type: Cube, rigid_body: true}"}
+
+_PARTS: dict[str, Parts] = {
+    "AckermannController": Parts(
+        {"wheelBase": 0.3, "trackWidth": 0.2, "frontWheelRadius": 0.05, "backWheelRadius": 0.05, "speed": 1.0}
+    ),
+    "AddPrimRelationship": Parts({"name": "partner", "path": THING, "target": "/World"}, _THING),
+    "DifferentialController": Parts({"wheelRadius": 0.1, "wheelDistance": 0.5, "linearVelocity": 1.0}),
+    "HolonomicController": Parts(
+        {
+            "wheelRadius": [0.1],
+            "wheelPositions": [[0.5, 0.0, 0.0], [-0.25, 0.433, 0.0], [-0.25, -0.433, 0.0]],
+            "wheelOrientations": [[1.0, 0.0, 0.0, 0.0], [0.5, 0.0, 0.0, 0.866], [-0.5, 0.0, 0.0, 0.866]],
+            "mecanumAngles": [90.0],
+            "inputVelocity": [1.0, 0.0, 0.0],
+        }
+    ),
+    "HolonomicRobotUsdSetup": Parts(
+        {"robotPrim": ROBOT},
+        _ARM,
+        needs="a robot in USD whose wheel joints have isaacmecanumwheel:radius and :angle",
+    ),
+    "IsaacArticulationController": Parts({"targetPrim": ROBOT, "positionCommand": [0.5]}, _ARM),
+    "IsaacArticulationState": Parts({"targetPrim": ROBOT}, _ARM),
+    "IsaacAttachHydraTexture": Parts(
+        {"renderProductPrim": "/World/Product"},
+        {**_LIDAR, "/World/Product": f"{{type: RenderProduct, attributes: {{camera: {LIDAR}}}}}"},
+    ),
+    "IsaacComputeRTXLidarFlatScan": Parts(prims=_LIDAR, product=True),
+    "IsaacConvertDepthToPointCloud": Parts(needs="an image of distances at dataPtr and the lens of its camera"),
+    "IsaacConvertRGBAToRGB": Parts(needs="an RGBA image at dataPtr"),
+    "IsaacCreateRTXLidarScanBuffer": Parts(prims=_LIDAR, product=True),
+    "IsaacGripperController": Parts(
+        {"articulationRootPrim": ROBOT, "jointNames": ["joint"], "gripperSpeed": [0.01]}, _FINGER
+    ),
+    "IsaacJointNameResolver": Parts({"targetPrim": ROBOT, "jointNames": ["joint"]}, _ARM),
+    "IsaacReadCameraInfo": Parts(needs="the render product of a camera at renderProductPath"),
+    "IsaacReadEffortSensor": Parts({"prim": f"{ROBOT}/joint"}, _ARM),
+    "IsaacReadFilePath": Parts({"path": "notes.txt"}, needs="a text file notes.txt beside this one"),
+    "IsaacReadJointState": Parts({"prim": ROBOT}, _ARM),
+    "IsaacSetCameraOnRenderProduct": Parts({"cameraPrim": LIDAR}, _LIDAR, product=True),
+    "OgnIsaacExtractRTXSensorPointCloud": Parts(prims=_LIDAR, product=True),
+    "OgnROS2ServiceClient": Parts({"messagePackage": "std_srvs", "messageName": "SetBool"}),
+    "OgnROS2ServiceServerRequest": Parts({"messagePackage": "std_srvs", "messageName": "SetBool"}),
+    "ROS2PublishCameraInfo": Parts(
+        {
+            "width": 640,
+            "height": 480,
+            "k": [500.0, 0.0, 320.0, 0.0, 500.0, 240.0, 0.0, 0.0, 1.0],
+            "r": [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
+            "p": [500.0, 0.0, 320.0, 0.0, 0.0, 500.0, 240.0, 0.0, 0.0, 0.0, 1.0, 0.0],
+        }
+    ),
+    "ROS2PublishJointState": Parts({"targetPrim": ROBOT}, _ARM),
+    "ROS2PublishLaserScan": Parts(
+        {
+            "horizontalFov": 90,
+            "horizontalResolution": 45,
+            "depthRange": [0.1, 30.0],
+            "linearDepthData": [4.0, 3.5, 4.0],
+            "numRows": 1,
+            "numCols": 3,
+            "azimuthRange": [-45.0, 45.0],
+        }
+    ),
+    "ROS2Publisher": Parts({"messagePackage": "geometry_msgs", "messageName": "Point", "x": 1.5}),
+    "ROS2RtxLidarHelper": Parts(prims=_LIDAR, product=True),
+    "ROS2Subscriber": Parts({"messagePackage": "geometry_msgs", "messageName": "Point"}),
+    "ScriptNode": Parts(needs="your leave to run its script: graph run --allow-scripts"),
+    "SetPrimActive": Parts({"primTarget": THING}, {THING: "{type: Scope}"}),
+    "SurfaceGripper": Parts({"SurfaceGripper": "/World/Arm/Cup"}, _CUP),
+    "ToTarget": Parts({"value": {"type": "token", "value": THING}}, _THING),
+    "WritePrimMaterial": Parts(
+        {"materialPath": "/World/Paint", "primPath": THING}, {**_THING, "/World/Paint": "{type: Material}"}
+    ),
+}
+_NOTHING = Parts()
+
+
+def parts_of(short_name: str, shipped: bool) -> Parts:
+    """What the example of a node type needs; nothing for types that are not ours."""
+    return _PARTS.get(short_name, _NOTHING) if shipped else _NOTHING
