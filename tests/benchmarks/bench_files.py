@@ -1,7 +1,9 @@
 """Reading large graph files: against the standard library's JSON, and against YAML events alone."""
 
 import json
+import tempfile
 from collections.abc import Iterable
+from pathlib import Path
 
 from measure import Row, ratio, seconds
 
@@ -30,16 +32,41 @@ def as_yaml(tree: dict) -> str:
     return f"tickgraph: 1\ngraphs:\n  /World/Graph:\n    nodes:\n{nodes}    connections:\n{connections}"
 
 
+def as_usd(nodes: int) -> str:
+    """A chain of `nodes` nodes, all connected, as a scene saves it."""
+    marked = "(customData = {bool isExecution = 1})"
+    lines = ["#usda 1.0", 'def OmniGraph "G" {', 'token evaluator:type = "execution"']
+    for i in range(nodes):
+        lines += [
+            f'def OmniGraphNode "n{i}" {{',
+            'token node:type = "omni.graph.action.Counter"',
+            "int node:typeVersion = 2",
+            f"custom uint inputs:execIn {marked}",
+            f"prepend uint inputs:execIn.connect = </G/n{i - 1}.outputs:execOut>" if i else "",
+            f"custom uint outputs:execOut {marked}",
+            "custom int outputs:count",
+            "}",
+        ]
+    return "\n".join([*lines, "}"])
+
+
 def measure(quick: bool) -> Iterable[Row]:
-    """JSON in seconds and as a ratio to json.loads, YAML in milliseconds a node and as a ratio to its bare events."""
+    """Seconds of JSON and USD, milliseconds a node of YAML; ratios to json.loads and to bare YAML events."""
     from ruamel.yaml import YAML
 
+    from graph import load_graph
     from graph.files import loads
 
     loads("tickgraph: 1\n")  # imports what is needed
     nodes = 20_000 if quick else 100_000
     text = json.dumps(document(nodes))
     yield Row(f"JSON, {nodes:,} nodes", seconds(lambda: loads(text, name="a.json")), 10.0, "s")
+    with tempfile.TemporaryDirectory() as folder:
+        one, scene = Path(folder, "one.usda"), Path(folder, "scene.usda")
+        one.write_text(as_usd(1))
+        scene.write_text(as_usd(nodes))
+        load_graph(one)  # imports what is needed
+        yield Row(f"USD, {nodes:,} nodes, read and compiled", seconds(lambda: load_graph(scene)), 10.0, "s")
     small = json.dumps(document(5_000))
     yield Row("JSON, against json.loads", ratio(lambda: loads(small, name="a.json"), lambda: json.loads(small), 5))
     lines = 500 if quick else 2_000
