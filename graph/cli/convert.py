@@ -53,6 +53,8 @@ def convert(source: str, target: str, *, allow: Sequence[Path] = ()) -> tuple[tu
     if examined.problems or examined.spec is None:
         raise UserError(examined.problems)
     spec = examined.spec
+    if spec.scene.usd is not None and spec.scene.usd.resolve() == Path(target).resolve():
+        raise UserError(f"{target} is the scene of {source}; name another file to write.")
     if _FORMATS.get(Path(source).suffix.lower()) == "usd":
         document, comments, text = _of_usd(source, spec)
     else:

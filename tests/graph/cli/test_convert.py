@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from graph.cli.main import main
 from graph.files import load
 
 ROOT = Path(__file__).parents[3]
@@ -162,3 +163,12 @@ def test_the_command_says_so_in_usd_too_when_a_type_is_unknown(source, graph):
     result = graph("check", "u.usda")
     assert result.code == 2
     assert 'node "x": no node type "my.Own"' in result.err
+
+
+def test_the_scene_of_a_file_is_not_overwritten_by_its_conversion(tmp_path, capsys):
+    scene = tmp_path / "s.usda"
+    scene.write_text('#usda 1.0\n\ndef Xform "World"\n{\n}\n')
+    (tmp_path / "s.yaml").write_text("tickgraph: 1\nscene: {usd: s.usda}\n")
+    assert main(["convert", str(tmp_path / "s.yaml"), str(scene)]) == 2
+    assert "is the scene of" in capsys.readouterr().err
+    assert scene.read_text().startswith('#usda 1.0\n\ndef Xform "World"')
