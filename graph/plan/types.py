@@ -75,6 +75,16 @@ class Known(Mapping[str, "Type | None"]):
         """The type of a graph variable; None if there is none."""
         return self._draft.node.graph.variables.types.get(name)
 
+    @property
+    def variables(self) -> Mapping[str, Type]:
+        """The types of the graph's variables by name."""
+        return self._draft.node.graph.variables.types
+
+    @property
+    def unfinished(self) -> bool:
+        """Whether the graph may hold what a run will refuse, as the original allows while it is edited."""
+        return self._draft.node.graph.spec.unfinished
+
 
 class _Settling:
     def __init__(self, drafts: Sequence[Draft], links: Sequence[Link], report: Report) -> None:

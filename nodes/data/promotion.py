@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
+from graph.suggest import did_you_mean
 from graph.types import DECIMALS, TYPES, Type, concrete_type
 
 if TYPE_CHECKING:
@@ -145,9 +146,19 @@ def element_of(name: str, output: str) -> Resolve:
     return resolve
 
 
+def missing_variable(name: str, variables: Iterable[str]) -> str:
+    """What is wrong with a node that asks for a variable that its graph does not have."""
+    if not name:
+        return "input variableName is empty; give it the name of a graph variable"
+    return f'the graph has no variable "{name}"{did_you_mean(name, variables)}'
+
+
 def variable_type(known: Any) -> Answer:
-    """`value` has the type of the graph variable that `variableName` names."""
-    found = known.variable(known.value("variableName"))
+    """`value` has the type of the graph variable that `variableName` names; ValueError if there is none such."""
+    name = known.value("variableName")
+    found = known.variable(name)
+    if found is None and not known.unfinished:
+        raise ValueError(missing_variable(name, known.variables))
     return {} if found is None else {"outputs:value": found, "inputs:value": found}
 
 

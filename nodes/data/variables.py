@@ -6,7 +6,7 @@ from typing import Any
 
 from graph import Attribute, node_type
 
-from .promotion import variable_type
+from .promotion import missing_variable, variable_type
 
 NAME = Attribute("token", "name of the variable", default="", literal_only=True)
 GRAPH = Attribute(
@@ -27,9 +27,7 @@ def _check(db: Any) -> str:
     if db.inputs.targetPath:
         db.fail("input targetPath names a graph instance; leave it empty")
     if name not in db.variables:
-        from graph.suggest import did_you_mean
-
-        db.fail(f'the graph has no variable "{name}"{did_you_mean(name, db.variables)}')
+        db.fail(missing_variable(name, db.variables))
     return name
 
 

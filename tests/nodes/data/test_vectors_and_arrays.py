@@ -1,7 +1,10 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from graph import ComputeError, UserError
+from graph import ComputeError, Context, UserError, compile_graphs
+from graph.spec import GraphSpec, NodeSpec
 from graph.testing import run_node
 
 
@@ -119,8 +122,18 @@ def test_write_variable_changes_it_and_passes_the_value_on():
 
 
 def test_a_variable_that_the_graph_does_not_have_is_an_error():
-    with pytest.raises(ComputeError, match='no variable "gian"; did you mean "gain"'):
+    with pytest.raises(UserError, match='no variable "gian"; did you mean "gain"'):
         run_node("ReadVariable", inputs={"variableName": "gian"}, variables={"gain": ("double", 2.5)})
+    for name in ("ReadVariable", "WriteVariable"):
+        with pytest.raises(UserError, match="input variableName is empty; give it the name of a graph variable"):
+            run_node(name, variables={"gain": ("double", 2.5)}, inputs={"value": 1.0} if name[0] == "W" else {})
+
+
+def test_a_graph_in_the_making_may_lack_the_variable_until_it_runs():
+    spec = GraphSpec("/G", (NodeSpec("read", "ReadVariable", {"variableName": "gain"}),), evaluator="push")
+    [graph] = compile_graphs([replace(spec, unfinished=True)])
+    with pytest.raises(ComputeError, match='the graph has no variable "gain"'):
+        graph.evaluate(Context.standalone())
 
 
 @pytest.mark.parametrize(
