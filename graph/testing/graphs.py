@@ -18,6 +18,7 @@ from graph.errors import Problem, RunError, UserError
 from graph.evaluate import Graph
 from graph.leniency import compile_file
 from graph.registry import DEFAULT, Registry
+from graph.runner import INTERRUPTS_OFF
 from graph.spec import FileSpec, GraphSpec, PipelineStage
 
 from .driving import Driver
@@ -77,6 +78,8 @@ def run_graph(
             warnings, graphs = world.app.warnings, list(world.app.graphs.values())
         else:
             graphs, spec = compile_file(spec, registry)
+            for graph in graphs:
+                graph.interrupts = not spec.settings.get(INTERRUPTS_OFF, True)
             for note in spec.notes:
                 warnings(*note)
             cleanup.callback(_close, graphs)

@@ -34,6 +34,15 @@ graphs:
 """
 
 
+@pytest.mark.parametrize("app", [False, True])
+@pytest.mark.parametrize("by_file", [False, True])
+def test_interrupts_are_as_the_settings_say_with_and_without_a_world(app, by_file):
+    key = "/ext/omni.graph.action/disableInterrupts"
+    text = HELD_BACK + (f"settings: {{{key}: false}}\n" if by_file else "")
+    trace = run_graph(text, updates=20, app=app, settings={} if by_file else {key: False})
+    assert trace.fired("wait.finished") == []
+
+
 def test_a_text_runs_without_a_world():
     trace = run_graph(HELD_BACK, updates=20)
     assert trace.fired("wait.finished") == [5, 11, 17]
