@@ -107,7 +107,12 @@ def _value(attribute: Attribute) -> JsonSchema:
         case str(name) if name in _NUMBERS:
             return {"type": "number"}
         case str(name) if name in _TEXTS:
-            return {"type": "string", **({"enum": [*attribute.allowed_tokens]} if attribute.allowed_tokens else {})}
+            return {"type": "string", **({"enum": _choices(attribute)} if attribute.allowed_tokens else {})}
         case "target":
             return {"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}]}
     return {}
+
+
+def _choices(attribute: Attribute) -> list[str]:
+    """The tokens that a file may write; the default is one of them though it may stand for no choice."""
+    return list(dict.fromkeys([*attribute.allowed_tokens, str(attribute.initial)]))

@@ -108,3 +108,14 @@ def test_the_command_prints_it(capsys):
 
     assert main(["node", "Add"]) == 0
     assert "        type: omni.graph.nodes.Add" in capsys.readouterr().out
+
+
+def test_the_choices_of_every_example_are_choices_of_the_schema():
+    from graph.files.schema import _value
+
+    for node_type in ALL:
+        inputs = loads(example(node_type)).graphs[0].nodes[-2 if "count: Counter" in example(node_type) else -1].inputs
+        for name, value in inputs.items():
+            attribute = node_type.find("inputs", name)
+            allowed = _value(attribute).get("enum") if attribute else None
+            assert allowed is None or value in allowed, (node_type.id, name)
