@@ -86,6 +86,10 @@ def check_text(path: Path, name: str) -> None:
     if not data.startswith(b"#"):
         raise UserError(Problem('this is no USD text; it must start with "#usda 1.0".', Mark(name, 1, 1)))
     _decoded(data, name)
+    if b"\0" in data:
+        before = data[: data.index(0)]
+        place = Mark(name, before.count(b"\n") + 1, len(before) - before.rfind(b"\n"))
+        raise UserError(Problem("U+0000 cannot stand in a text file; remove it.", place))
     if depth(path.resolve()) > DEPTH_LIMIT:
         raise UserError(f"{name} is nested deeper than {DEPTH_LIMIT} levels; a graph file need not be.")
 

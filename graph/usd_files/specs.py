@@ -38,6 +38,8 @@ def _graph(
         for attribute in node.attributes
         for connection in _connections(graph.path, node, attribute, ports, homes, mark_of, tell)
     ]
+    listed = graph.custom.get("removedVariables")
+    removed = set(listed) if isinstance(listed, list) else set()
     return GraphSpec(
         graph.path,
         tuple(_node(node, ports, mark_of) for node in graph.nodes),
@@ -49,6 +51,7 @@ def _graph(
                 _written_type(one), restored(one.value, one.custom), mark_of(f"{graph.path}.{one.name}")
             )
             for one in graph.variables
+            if variable_name(one) not in removed
         },
         mark_of(graph.path),
         compounds={compound.name: _ports(graph, compound, ports) for compound in graph.compounds},
@@ -126,12 +129,18 @@ def _value(attribute: RawAttribute) -> Any:
         value = (targets[0] if len(targets) == 1 else targets) if targets else None
     else:
         value = attribute.value
-        extended = attribute.extended
+        extended = {} if _says_nothing(attribute) else attribute.extended
         if extended.get("attrValue") is not None and attribute.sdf_type == "token":
             value = extended["attrValue"]
             if isinstance(extended.get("resolvedType"), str):
                 value = {"type": extended["resolvedType"], "value": value}
     return restored(value, attribute.custom)
+
+
+def _says_nothing(attribute: RawAttribute) -> bool:
+    """Whether our own writer noted that a value of a layer below counts no more."""
+    ours = attribute.custom.get(KEY)
+    return isinstance(ours, dict) and ours.get("noValue") is True
 
 
 def _connections(

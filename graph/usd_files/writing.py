@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +14,7 @@ from graph.registry import DEFAULT, Registry
 from graph.spec import FileSpec, GraphSpec
 
 from . import custom_data
+from .hiding import Hiding, scene_graphs
 from .node_prims import KEY
 from .node_writing import NodeWriter, write_value
 from .written_links import Links
@@ -33,12 +34,14 @@ def layer_of(
     folder: Path,
     documentation: Mapping[str, str] | None = None,
     registry: Registry = DEFAULT,
+    allow: Iterable[Path] = (),
 ) -> Any:
     """An anonymous layer (`Sdf.Layer`) that says what the file says.
 
     other_keys: the file's keys beside its graphs, as plain data. folder: where the layer will lie; the scene becomes a
-    sublayer relative to it. documentation: by path of a graph or node ("" for the file), its comment. Raises UserError
-    where two graphs or nodes would need one prim.
+    sublayer relative to it. documentation: by path of a graph or node ("" for the file), its comment. allow: folders
+    beside the scene's own that it may have files in. What graphs the scene itself holds, and the file does not, is
+    hidden (see `hiding`). Raises UserError where two graphs or nodes would need one prim.
     """
     from graph.sim.usd import Sdf
 
@@ -56,6 +59,8 @@ def layer_of(
             _graph(layer, graph, links, documentation, registry)
         for graph in spec.graphs:
             _instances(layer, graph)
+    if spec.scene.usd is not None:
+        Hiding(layer, spec).hide(scene_graphs(spec.scene.usd, allow))
     roots = [prim.name for prim in layer.rootPrims]
     if roots:
         layer.defaultPrim = roots[0]

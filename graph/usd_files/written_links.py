@@ -101,7 +101,7 @@ def _connect(layer: Any, source: _End, target: _End) -> bool:
     if isinstance(prop, Sdf.RelationshipSpec):
         items = prop.targetPathList.explicitItems
     else:
-        items = prop.connectionPathList.prependedItems
+        items = prop.connectionPathList.explicitItems
     feed = Sdf.Path(source.path)
     if feed in items:
         return False

@@ -165,3 +165,10 @@ def test_pieces_of_graphs_in_any_order_give_a_file_or_problems(tmp_path_factory,
     else:
         assert examined.problems
     assert time.perf_counter() - started < SECONDS
+
+
+def test_a_nul_is_refused_with_its_place(tmp_path):
+    file = tmp_path / "a.usda"
+    file.write_bytes(b'#usda 1.0\ndef "a\0b" {\n}\n')
+    (problem,) = examine(file).problems
+    assert str(problem) == f"{file}:2:7: U+0000 cannot stand in a text file; remove it."

@@ -1,0 +1,180 @@
+"""What the scene below a written layer says of its graphs and the file does not: hidden, so that it stays deleted.
+
+A layer cannot delete what a sublayer defines. Prims become inactive, connection lists explicit, values blocked; what
+USD merges whatever the layer says (variables, dictionaries) is named in our own customData.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from graph.spec import FileSpec, GraphSpec, NodeSpec
+
+from .custom_data import texts
+from .graph_prims import RawGraph, read_graphs, variable_name
+from .json_values import kept
+from .node_prims import KEY, RawAttribute, RawNode
+from .values import from_usd
+
+_VARIABLE = "graph:variable:"
+
+
+def scene_graphs(path: Path, allow: Iterable[Path] = ()) -> list[RawGraph]:
+    """The graphs that the scene itself holds; none where there is no such file.
+
+    Opens it as a run does (see `graph.sim.stage.open_stage`): only with files below its own folder or one of `allow`.
+    """
+    from graph.sim.stage import open_stage
+
+    if not path.is_file():
+        return []
+    return read_graphs(open_stage(path, [path.parent, *allow], lambda *_: None), lambda *_: None)
+
+
+class Hiding:
+    """Completes the layer of a file by what hides the scene's own graphs where the file says something else."""
+
+    def __init__(self, layer: Any, spec: FileSpec) -> None:
+        self._layer = layer
+        self._graphs = {graph.path: graph for graph in spec.graphs}
+        self._nodes = {f"{graph.path}/{node.name}": node for graph in spec.graphs for node in graph.nodes}
+
+    def hide(self, scene: Sequence[RawGraph]) -> None:
+        """Hides what the file lacks of these graphs."""
+        for raw in scene:
+            graph = self._graphs.get(raw.path)
+            if graph is None:
+                self._remove(raw.path)
+            else:
+                self._variables(raw, graph)
+                _documentation(self._layer.GetPrimAtPath(raw.path))
+            self._instances(raw, graph)
+            # Inner prims first: what holds a node that stays is no node any more, but cannot be inactive.
+            for node in (*raw.nodes, *raw.compounds):
+                written = self._nodes.get(node.path)
+                if written is None:
+                    self._remove(node.path)
+                else:
+                    self._node(node, written)
+        with_order = {raw.path for raw in scene} & self._graphs.keys()
+        for path in with_order:
+            names = dict.fromkeys(node.name.partition("/")[0] for node in self._graphs[path].nodes)
+            if names:
+                self._layer.GetPrimAtPath(path).nameChildrenOrder = list(names)
+
+    def _remove(self, path: str) -> None:
+        """Deactivates a prim of the scene; one that the layer has something below becomes a plain Scope."""
+        from graph.sim.usd import Sdf
+
+        prim = self._layer.GetPrimAtPath(path)
+        if prim is None:
+            Sdf.CreatePrimInLayer(self._layer, path).active = False
+        else:
+            prim.specifier = Sdf.SpecifierDef
+            prim.typeName = prim.typeName or "Scope"
+
+    def _variables(self, raw: RawGraph, graph: GraphSpec) -> None:
+        prim = self._layer.GetPrimAtPath(raw.path)
+        removed = []
+        for one in raw.variables:
+            name = variable_name(one)
+            if name in graph.variables:
+                self._value(prim, one, graph.variables[name].value, graph.variables[name].type)
+            else:
+                removed.append(name)
+        prim.propertyOrder = [f"{_VARIABLE}{name}" for name in graph.variables]
+        ours = dict(prim.customData[KEY])
+        ours["removedVariables"] = texts(removed)
+        prim.customData = {**prim.customData, KEY: ours}
+
+    def _instances(self, raw: RawGraph, graph: GraphSpec | None) -> None:
+        """Prims that have the graph in the scene and not in the file have it no more, nor values for it."""
+        from graph.sim.usd import Sdf
+
+        for path, values in raw.instances.items():
+            given: Mapping[str, Any] = graph.instances.get(path, {}) if graph else {}
+            prim = self._layer.GetPrimAtPath(path) or Sdf.CreatePrimInLayer(self._layer, path)
+            targets = (prim.relationships.get("omniGraphs") or Sdf.RelationshipSpec(prim, "omniGraphs")).targetPathList
+            if not targets.isExplicit:
+                targets.ClearEditsAndMakeExplicit()
+            for name in values.keys() - given.keys():
+                full = f"{_VARIABLE}{name}"
+                if full not in prim.properties:
+                    Sdf.AttributeSpec(prim, full, Sdf.ValueTypeNames.Token).default = Sdf.ValueBlock()
+
+    def _node(self, raw: RawNode, node: NodeSpec) -> None:
+        prim = self._layer.GetPrimAtPath(raw.path)
+        _documentation(prim)
+        for one in raw.attributes:
+            self._links(prim, one)
+            if not one.name.startswith("outputs:"):
+                value = node.inputs.get(one.name.removeprefix("inputs:"))
+                self._value(prim, one, value)
+        if raw.custom:
+            prim.customData = {KEY: {"attributes": "{}", "inputs": "{}", **prim.customData[KEY]}}
+        prim.propertyOrder = [name if name.startswith("state:") else f"inputs:{name}" for name in node.inputs]
+
+    def _links(self, prim: Any, raw: RawAttribute) -> None:
+        """No connection, and no target, but those that the layer has."""
+        from graph.sim.usd import Sdf
+
+        prop = prim.properties.get(raw.name)
+        if raw.sdf_type == "rel" and raw.value:
+            if prop is None:
+                prop = Sdf.RelationshipSpec(prim, raw.name)
+            if isinstance(prop, Sdf.RelationshipSpec) and not prop.targetPathList.isExplicit:
+                prop.targetPathList.ClearEditsAndMakeExplicit()
+        elif raw.sources:
+            prop = prop or _attribute(prim, raw)
+            if isinstance(prop, Sdf.AttributeSpec) and not prop.connectionPathList.isExplicit:
+                prop.connectionPathList.ClearEditsAndMakeExplicit()
+
+    def _value(self, prim: Any, raw: RawAttribute, value: Any, type_name: str = "") -> None:
+        """No value but that of the layer; where the scene's customData holds one, the layer's says which counts."""
+        from graph.sim.usd import Sdf
+
+        if raw.sdf_type == "rel":
+            return
+        prop = prim.properties.get(raw.name)
+        if raw.value is not None and (
+            prop is None or (isinstance(prop, Sdf.AttributeSpec) and not prop.HasInfo("default"))
+        ):
+            prop = prop or _attribute(prim, raw)
+            prop.default = Sdf.ValueBlock()
+        ours = raw.custom.get(KEY)
+        stale = {"value", "type"} & ours.keys() if isinstance(ours, dict) else set()
+        if prop is None:
+            if not raw.extended and not stale:
+                return
+            prop = _attribute(prim, raw)
+        mine = dict(prop.customData.get(KEY, {}))
+        if any(key.startswith("omni:") for key in raw.custom):  # the older form, which would win
+            mine["noValue"] = True
+            mine["value"] = kept(value, None)
+        elif raw.extended.get("attrValue") is not None:
+            mine["noValue"] = "omni" not in prop.customData
+        if "value" in stale and "value" not in mine:
+            stored = prop.default if isinstance(prop, Sdf.AttributeSpec) and prop.HasInfo("default") else None
+            sdf = str(prop.typeName) if isinstance(prop, Sdf.AttributeSpec) else ""
+            plain = None if stored is None or isinstance(stored, Sdf.ValueBlock) else from_usd(stored, sdf)
+            mine["value"] = kept(value, plain)
+        if "type" in stale and type_name:
+            mine.setdefault("type", type_name)
+        if mine:
+            prop.customData = {**prop.customData, KEY: mine}
+
+
+def _attribute(prim: Any, raw: RawAttribute) -> Any:
+    from graph.sim.usd import Sdf
+
+    attribute = Sdf.AttributeSpec(prim, raw.name, Sdf.ValueTypeNames.Find(raw.sdf_type) or Sdf.ValueTypeNames.Token)
+    attribute.custom = True
+    return attribute
+
+
+def _documentation(prim: Any) -> None:
+    """A comment of the scene's does not shine through."""
+    if not prim.HasInfo("documentation"):
+        prim.SetInfo("documentation", "")
