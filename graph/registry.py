@@ -32,6 +32,7 @@ class Registry:
     def __init__(self, *, shipped: bool = False) -> None:
         self._types: dict[str, NodeType] = {}
         self._short: dict[str, list[NodeType]] = {}
+        self._broken: dict[str, str] = {}
         # Only the default registry fills itself, at the first look-up.
         self._to_load = shipped
 
@@ -47,10 +48,15 @@ class Registry:
         for name in _short_names(node_type):
             self._short.setdefault(name, []).append(node_type)
 
-    def get(self, name: str) -> NodeType:
+    def add_broken(self, name: str, problem: str) -> None:
+        """Notes that the type of that short name has a declaration that cannot be used, and what is wrong with it."""
+        self._broken.setdefault(_bare(name), problem)
+
+    def get(self, name: str, *, suggest: bool = True) -> NodeType:
         """The type of that id or short name.
 
-        Raises UnknownNodeTypeError with the nearest name, or with the candidates of an ambiguous one.
+        Raises UnknownNodeTypeError with the nearest name (not without `suggest`: looking for one takes its time), with
+        the candidates of an ambiguous one, or with what is wrong with the `.ogn` file that declares it.
         """
         self._load()
         if name in self._types:
@@ -63,6 +69,10 @@ class Registry:
         if candidates:
             ids = " or ".join(f'"{one.id}"' for one in candidates)
             raise UnknownNodeTypeError(f'node type "{name}" is ambiguous; write {ids}')
+        if broken := self._broken.get(_bare(name)):
+            raise UnknownNodeTypeError(f'node type "{name}" cannot be used: {broken}')
+        if not suggest:
+            raise UnknownNodeTypeError(f'no node type "{name}"')
         known = (*self._types, *self._short) if "." in name else (*self._short, *self._types)
         raise UnknownNodeTypeError(f'no node type "{name}"{did_you_mean(name, known)}')
 
@@ -107,6 +117,11 @@ class Registry:
                     f'the node package "{entry.name}" ({entry.value}) cannot be imported: {error}; '
                     "repair or uninstall it"
                 ) from error
+
+
+def _bare(name: str) -> str:
+    """The last part of an id, without a leading `Ogn`."""
+    return name.rpartition(".")[2].removeprefix("Ogn")
 
 
 def _short_names(node_type: NodeType) -> set[str]:

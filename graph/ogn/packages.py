@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Iterator
 from importlib import import_module, resources
 from importlib.resources.abc import Traversable
@@ -9,32 +10,34 @@ from types import ModuleType, SimpleNamespace
 from typing import Any
 
 from graph.declaration import Compute, NodeType
-from graph.errors import Problem, UserError
+from graph.errors import UserError
 from graph.registry import Registry
 
 from .database import OgnDatabase
 from .reading import OgnNode, read_ogn
 
+_LOG = logging.getLogger("tickgraph")
 MAX_BYTES = 1_000_000
 
 
 def register_package(registry: Registry, extension: str, package: str) -> list[NodeType]:
     """Registers a type for each `.ogn` file in a package and the folders below it; returns them.
 
-    Raises UserError with every problem of all files, and ImportError where the package is not there.
+    The type of a file with mistakes is left out, with a warning for each in the log: a graph that does without it runs,
+    one that uses it gets an error that says why. Raises ImportError where the package is not there.
     """
-    problems: list[Problem] = []
     made = []
     for name, module_name, file in sorted(_ogn_files(resources.files(package), package), key=lambda one: one[0]):
         try:
             node = read_ogn(_text(file, name), name=name, extension=extension)
-            made.append(_node_type(node, name, _implementation(module_name, name)))
+            one = _node_type(node, name, _implementation(module_name, name))
+            registry.add(one)
         except UserError as error:
-            problems += error.problems
-    if problems:
-        raise UserError(problems)
-    for one in made:
-        registry.add(one)
+            for problem in error.problems:
+                _LOG.warning("warning node-package: %s (%s): %s; its type is left out", extension, package, problem)
+            registry.add_broken(module_name, str(error.problems[0]))
+        else:
+            made.append(one)
     return made
 
 

@@ -23,6 +23,8 @@ from .draft import Draft, Shape, all_names, draft_node, initial_values
 from .types import settle_types
 from .wiring import flows, rank, wire
 
+_SUGGESTED = 20
+"""Unknown types of a file for which the nearest name is looked for."""
 _NODE_NAME = re.compile(r"[^\s./:\[\]>]+(?:/[^\s./:\[\]>]+)*")
 
 
@@ -131,16 +133,25 @@ def _draft_nodes(
         if not _NODE_NAME.fullmatch(node.name):
             report(f'"{node.name}" is no node name; use letters, digits and underscores', node.mark)
         names.append(node.name)
-        try:
-            node_type = registry.get(node.type)
-        except UnknownNodeTypeError as error:
+        node_type = _node_type(node.type, nodes, registry)
+        if isinstance(node_type, str):
             nodes.broken.add(path)
-            report(f'node "{node.name}": {error.problems[0].message}', node.mark)
+            report(f'node "{node.name}": {node_type}', node.mark)
             continue
         if node_type not in shapes:
             shapes[node_type] = Shape.of(node_type)
         index = len(nodes.drafts)
         nodes.drafts[path] = draft_node(graph, node, node_type, shapes[node_type], index, report)
+
+
+def _node_type(name: str, nodes: Nodes, registry: Registry) -> NodeType | str:
+    """The type of that name, or why there is none: with the nearest name for the first few of the file only."""
+    if name in nodes.unknown:
+        return nodes.unknown[name]
+    try:
+        return registry.get(name, suggest=len(nodes.unknown) < _SUGGESTED)
+    except UnknownNodeTypeError as error:
+        return nodes.unknown.setdefault(name, error.problems[0].message)
 
 
 def _variables(spec: GraphSpec, report: _Problems) -> Variables:

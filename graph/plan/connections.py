@@ -54,6 +54,8 @@ class Nodes:
         self.drafts: dict[str, Draft] = {}
         self.broken: set[str] = set()
         self.of_graph: dict[str, list[str]] = {}
+        self.unknown: dict[str, str] = {}
+        """What is wrong with each type that is not there."""
         self._suggestions = MOST_SUGGESTIONS
 
     def find(self, graph: str, name: str) -> Draft | str | None:

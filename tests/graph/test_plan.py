@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+
 import pytest
 
 from graph import UserError, compile_graphs
@@ -325,3 +327,19 @@ def test_a_thousand_mistakes_are_told_without_delay(library, make_spec):
     nodes = {f"node{i}": f"test.Inx{i}" if i % 2 else "test.Inc" for i in range(1000)}
     found = problems(library, make_spec(nodes, [f"nose{i}.y -> node{i}.a" for i in range(1000)]))
     assert len(found) == 1500
+
+
+def test_only_the_first_unknown_types_have_a_suggestion(library, make_spec):
+    told = problems(library, make_spec({f"n{i}": f"test.Inc{i % 30}x" for i in range(60)}))
+    assert [line.endswith('; did you mean "test.Inc"?') for line in told] == ([True] * 20 + [False] * 10) * 2
+    assert told[25].endswith('node "n25": no node type "test.Inc25x"')
+
+
+def test_thousands_of_unknown_types_are_found_in_little_time(make_spec):
+    spec = make_spec({f"n{i}": f"omni.graph.nodes.Ad{i}" for i in range(4_000)})
+    compile_graphs([make_spec({"a": "omni.graph.nodes.ConstantDouble"})])  # the shipped types are there
+    start = time.process_time()
+    with pytest.raises(UserError) as caught:
+        compile_graphs([spec])
+    assert len(caught.value.problems) == 4_000
+    assert time.process_time() - start < 0.8

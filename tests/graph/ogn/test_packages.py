@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -161,15 +162,37 @@ def test_the_command_lists_them_with_their_origin(installed, tmp_path):
         ({"OgnScale.ogn": "{"}, r"acme_nodes/OgnScale\.ogn:1:2: "),
     ],
 )
-def test_what_is_wrong_with_a_package_is_said_in_one_line(installed, files, message):
-    with pytest.raises(UserError, match=message):
-        installed(files).all()
+def test_a_broken_declaration_is_a_warning_and_an_error_only_where_it_is_used(installed, caplog, files, message):
+    registry = installed({**files, "OgnPulse.ogn": PULSE, "OgnPulse.py": PULSE_PY})
+    assert registry.get("Pulse").id == "acme.events.Pulse"
+    (warning,) = [record.getMessage() for record in caplog.records]
+    assert warning.startswith("warning node-package: acme.maths (acme_nodes): acme_nodes/OgnScale.ogn")
+    assert re.search(message, warning)
+    for name in ("acme.maths.Scale", "Scale", "OgnScale"):
+        with pytest.raises(UserError, match=message) as caught:
+            registry.get(name)
+        assert str(caught.value).startswith(f'node type "{name}" cannot be used: acme_nodes/OgnScale.ogn')
 
 
-def test_the_problems_of_all_files_come_together(installed):
-    with pytest.raises(UserError) as caught:
-        installed({"OgnScale.ogn": "[]", "OgnOther.ogn": "{}"}).all()
-    assert [str(one.mark) for one in caught.value.problems] == [
-        "acme_nodes/OgnOther.ogn:1:1",
-        "acme_nodes/OgnScale.ogn:1:1",
+def test_each_broken_file_has_a_warning(installed, caplog):
+    installed({"OgnScale.ogn": "[]", "OgnOther.ogn": "{}"}).all()
+    assert [record.getMessage().split(":")[2].strip() for record in caplog.records] == [
+        "acme_nodes/OgnOther.ogn",
+        "acme_nodes/OgnScale.ogn",
     ]
+
+
+def test_a_graph_runs_beside_a_broken_package(installed, tmp_path):
+    installed({"OgnScale.ogn": "[[["})
+    (tmp_path / "g.yaml").write_text("tickgraph: 1\ngraphs: {/G: {nodes: {c: Counter}}}\n")
+    done = subprocess.run(
+        [sys.executable, "-m", "graph", "check", "g.yaml"],
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), str(Path(__file__).parents[3])])},
+    )
+    assert done.returncode == 0
+    assert done.stderr.startswith("warning node-package: acme.maths (acme_nodes): acme_nodes/OgnScale.ogn:1:4: ")
+    assert done.stderr.count("\n") == 1
