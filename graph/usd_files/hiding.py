@@ -40,6 +40,12 @@ class Hiding:
         self._layer = layer
         self._graphs = {graph.path: graph for graph in spec.graphs}
         self._nodes = {f"{graph.path}/{node.name}": node for graph in spec.graphs for node in graph.nodes}
+        self._needed: set[str] = set()
+        """Paths of prims that something of the file lies at or below."""
+        for path in (*self._graphs, *self._nodes, *(one for graph in spec.graphs for one in graph.instances)):
+            while path and path not in self._needed:
+                self._needed.add(path)
+                path = path.rpartition("/")[0]
 
     def hide(self, scene: Sequence[RawGraph]) -> None:
         """Hides what the file lacks of these graphs."""
@@ -51,7 +57,6 @@ class Hiding:
                 self._variables(raw, graph)
                 _documentation(self._layer.GetPrimAtPath(raw.path))
             self._instances(raw, graph)
-            # Inner prims first: what holds a node that stays is no node any more, but cannot be inactive.
             for node in (*raw.nodes, *raw.compounds):
                 written = self._nodes.get(node.path)
                 if written is None:
@@ -65,15 +70,15 @@ class Hiding:
                 self._layer.GetPrimAtPath(path).nameChildrenOrder = list(names)
 
     def _remove(self, path: str) -> None:
-        """Deactivates a prim of the scene; one that the layer has something below becomes a plain Scope."""
+        """Deactivates a prim of the scene; one that the file needs something below becomes a plain Scope."""
         from graph.sim.usd import Sdf
 
-        prim = self._layer.GetPrimAtPath(path)
-        if prim is None:
-            Sdf.CreatePrimInLayer(self._layer, path).active = False
-        else:
+        prim = self._layer.GetPrimAtPath(path) or Sdf.CreatePrimInLayer(self._layer, path)
+        if path in self._needed:
             prim.specifier = Sdf.SpecifierDef
             prim.typeName = prim.typeName or "Scope"
+        else:
+            prim.active = False
 
     def _variables(self, raw: RawGraph, graph: GraphSpec) -> None:
         prim = self._layer.GetPrimAtPath(raw.path)

@@ -162,3 +162,28 @@ def test_the_scene_of_a_file_is_not_overwritten(files):
     with pytest.raises(UserError, match="is the scene of"):
         convert(str(files / "a.yaml"), str(files / "scene.usda"))
     assert (files / "scene.usda").read_text() == SCENE
+
+
+def test_a_compound_without_its_nodes_is_gone(tmp_path):
+    (tmp_path / "a.usda").write_text("""#usda 1.0
+def OmniGraph "G" {
+    token evaluator:type = "execution"
+    def OmniGraphNode "k" {
+        token node:type = "omni.graph.nodes.ConstantDouble"
+    }
+    def OmniGraphNode "comp" {
+        token node:type = "omni.graph.nodes.CompoundSubgraph"
+        rel omni:graph:compoundGraph = </G/comp/Sub>
+        def OmniGraph "Sub" {
+            token evaluator:type = "execution"
+            def OmniGraphNode "m" {
+                token node:type = "omni.graph.nodes.Multiply"
+            }
+        }
+    }
+}
+""")
+    convert(str(tmp_path / "a.usda"), str(tmp_path / "a.yaml"))
+    edit(tmp_path / "a.yaml", ("      comp/Sub/m: omni.graph.nodes.Multiply\n", ""))
+    before, after = through_usd(tmp_path)
+    assert after == before
