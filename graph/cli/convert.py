@@ -55,8 +55,6 @@ def convert(source: str, target: str, *, allow: Sequence[Path] = ()) -> tuple[tu
     if examined.problems or examined.spec is None:
         raise UserError(examined.problems)
     spec = _typed(examined.spec)
-    if spec.scene.usd is not None and Path(target).resolve() == spec.scene.usd.resolve():
-        raise UserError(f"{target} is the scene of {source}; name another file to write.")
     if spec.scene.usd is not None and spec.scene.usd.resolve() == Path(target).resolve():
         raise UserError(f"{target} is the scene of {source}; name another file to write.")
     if _FORMATS.get(Path(source).suffix.lower()) == "usd":

@@ -2,7 +2,6 @@
 
 import pytest
 
-from graph import UserError
 from graph.cli.convert import convert
 from graph.files import examine
 from graph.files.document import graph_document
@@ -156,12 +155,6 @@ def test_a_node_without_a_type_is_left_out_with_a_line(tmp_path):
         ("usd-no-type", "/G/n has no node type; it is left out, with its connections")
     ]
     assert said(tmp_path / "a.yaml") == {"/G": {"nodes": {"c": "omni.graph.action.Counter"}}}
-
-
-def test_the_scene_of_a_file_is_not_overwritten(files):
-    with pytest.raises(UserError, match="is the scene of"):
-        convert(str(files / "a.yaml"), str(files / "scene.usda"))
-    assert (files / "scene.usda").read_text() == SCENE
 
 
 def test_a_compound_without_its_nodes_is_gone(tmp_path):
