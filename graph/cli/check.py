@@ -18,10 +18,6 @@ if TYPE_CHECKING:
     from graph.spec import FileSpec, Note
 
 
-TESTS = (".test.yaml", ".test.yml", ".test.json")
-"""Endings of files that hold tests."""
-
-
 @dataclass(frozen=True, slots=True)
 class Checked:
     """One file: what it holds (None if its text cannot be read at all), what is wrong with it and what is only odd."""
@@ -98,8 +94,9 @@ def check(
     """Loads, compiles and stages one file, without playing it; `settings` beat the file's."""
     # Only here are the engine, the world and the nodes imported: `graph check --help` needs none of them.
     from graph.assembly import build_parts
+    from graph.testing.names import is_test_file
 
-    if Path(file).name.lower().endswith(TESTS):
+    if is_test_file(Path(file)):
         return _check_tests(file, allow)
     parts = build_parts(file, allow=allow, settings=settings, skip_unknown=skip_unknown)
     return Checked(file, parts.spec, tuple(parts.problems), tuple(parts.warnings))

@@ -72,7 +72,7 @@ def test_files(paths: Sequence[Path]) -> list[Path]:
 
     Raises UserError with every path that is none.
     """
-    from graph.testing.cases import is_test_file
+    from graph.testing.names import is_test_file
 
     found: list[Path] = []
     problems: list[Problem] = []

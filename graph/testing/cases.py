@@ -22,7 +22,6 @@ from graph.spec import FileSpec
 
 from . import messages, model
 
-SUFFIXES = (".test.yaml", ".test.yml", ".test.json")
 _JOINED = ("inputs", "pulses", "changes", "settings", "fidelity", "connect", "variables")
 _GRAPH_FILES = (".yaml", ".yml", ".json", ".usda", ".usd")
 
@@ -59,11 +58,6 @@ class CaseFile:
     name: str
     cases: tuple[Case, ...]
     problems: tuple[Problem, ...]
-
-
-def is_test_file(path: Path) -> bool:
-    """Whether a file's name is that of a test file."""
-    return path.name.lower().endswith(SUFFIXES)
 
 
 def read_cases(path: str | Path, allow: Iterable[str | Path] = ()) -> CaseFile:

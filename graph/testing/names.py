@@ -1,0 +1,12 @@
+"""How files of tests are named."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+SUFFIXES = (".test.yaml", ".test.yml", ".test.json")
+
+
+def is_test_file(path: Path) -> bool:
+    """Whether a file's name is that of a test file."""
+    return path.name.lower().endswith(SUFFIXES)
