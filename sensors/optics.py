@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -86,7 +87,7 @@ RETRO_GAIN = 785.0
 retro-reflection 250 cd/(lx m^2) that ASTM D4956 asks of white type III sheeting; independent of incidence here."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Optics:
     """What the surfaces of a world do to light; arrays of one entry for each surface.
 
@@ -98,18 +99,28 @@ class Optics:
     retro: np.ndarray
     passing: np.ndarray
 
-    @property
+    @cached_property
     def has_glass(self) -> bool:
         """Whether light passes through any surface."""
         return bool(self.passing.any())
 
-    @property
+    @cached_property
+    def has_retro(self) -> bool:
+        """Whether any surface is a retro-reflector."""
+        return bool(self.retro.any())
+
+    @cached_property
     def uniform(self) -> np.float32 | None:
         """The one reflectance of all surfaces, or None where they differ."""
         if not len(self.reflectance):
             return np.float32(DEFAULT_REFLECTANCE)
-        same = not self.retro.any() and bool((self.reflectance == self.reflectance[0]).all())
+        same = not self.has_retro and bool((self.reflectance == self.reflectance[0]).all())
         return np.float32(self.reflectance[0]) if same else None
+
+    @cached_property
+    def dullest(self) -> np.float32:
+        """The least reflectance of all surfaces."""
+        return np.float32(self.reflectance.min()) if len(self.reflectance) else np.float32(DEFAULT_REFLECTANCE)
 
 
 def optics_of(materials: np.ndarray) -> Optics:

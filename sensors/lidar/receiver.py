@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from sensors.optics import RETRO_GAIN, Optics
 
 from .config import LidarConfig
+
+SurfacesOf = Callable[[np.ndarray], np.ndarray]
+"""Rows of hits (k,) -> the numbers of the surfaces that were hit (k,)."""
 
 FULL_SCALE = 255.0
 """`intensityScalePercent` that leaves the intensity as it is."""
@@ -45,12 +50,22 @@ class Receiver:
         """The least energy that is detected, in units of reflectance / range^2 [1/m^2]."""
         return float(self._least)
 
-    def detect(self, reflected: np.ndarray, distance: np.ndarray, valid: np.ndarray) -> None:
-        """Takes the returns that are too weak out of `valid` (n,); distance (n,) float32 [m]."""
+    def detect(
+        self, cosine: np.ndarray, distance: np.ndarray, valid: np.ndarray, surfaces: SurfacesOf, optics: Optics
+    ) -> None:
+        """Takes the returns that are too weak out of `valid` (n,).
+
+        cosine: (n,) float32 of the incidence; distance: (n,) float32 [m]. Which surface was hit is looked up only where
+        the dullest of all would send back too little.
+        """
         if self._least > 0:
             least = distance * distance
             least *= self._least
-            valid &= reflected >= least
+            weak = cosine * (optics.dullest * np.float32(0.999999)) < least
+            weak &= valid
+            rows = np.flatnonzero(weak)
+            reflected = reflected_light(cosine[rows], lambda: surfaces(rows), optics)
+            valid[rows[reflected < least[rows]]] = False
 
     def intensity(self, reflected: np.ndarray, distance: np.ndarray) -> np.ndarray:
         """The scalar of returns, (n,) float32 from 0 to 1; `reflected` as `reflected_light` gives it."""
@@ -63,19 +78,18 @@ class Receiver:
         return np.asarray(out)
 
 
-def reflected_light(cosine: np.ndarray, surface: np.ndarray | None, optics: Optics) -> np.ndarray:
+def reflected_light(cosine: np.ndarray, surfaces: Callable[[], np.ndarray], optics: Optics) -> np.ndarray:
     """What surfaces send back towards the sensor, (n,) float32, relative to a white diffuse one along its normal.
 
-    cosine: (n,) float32 of the incidence, 0 to 1; surface: (n,) numbers of the surfaces that were hit, which may be
-    None where the optics are uniform.
+    cosine: (n,) float32 of the incidence, 0 to 1; surfaces: gives the numbers (n,) of those that were hit.
     """
-    if surface is None or optics.uniform is not None:
-        return np.asarray(cosine * (optics.uniform or np.float32(0)))
+    if optics.uniform is not None:
+        return np.asarray(cosine * optics.uniform)
+    surface = surfaces()
     reflected = np.take(optics.reflectance, surface, mode="clip")
     reflected *= cosine
-    if optics.retro.any():
-        retro = np.take(optics.retro, surface, mode="clip")
-        reflected[retro] = RETRO_GAIN
+    if optics.has_retro:
+        reflected[np.take(optics.retro, surface, mode="clip")] = RETRO_GAIN
     return np.asarray(reflected)
 
 

@@ -69,7 +69,7 @@ class Returns:
     ) -> None:
         """index: rows that are kept, counted from the shot's first; valid: which rows are returns, None where all kept
         ones are; columns: (3, n) float32 ray directions of the shot in the sensor frame; aim: where they went;
-        reflected: what comes back of each hit. at: the hit of each return, where that is not its row; echo: their ids.
+        reflected: what comes back of each return; at: the hit of each return, where that is not its row; echo: ids.
         """
         self._pattern, self._shot, self._hits, self._index = pattern, shot, hits, index
         self._rows = shot.rows
@@ -148,7 +148,7 @@ class Returns:
         """Intensities, as the receiver gives them."""
         if self._receiver is None or self._reflected is None:
             return np.zeros(len(self._index), np.float32)
-        scalar = self._receiver.intensity(np.take(self._reflected, self._at, mode="clip"), self._range)
+        scalar = self._receiver.intensity(self._reflected, self._range)
         if self._invalid is not None:
             scalar[self._invalid] = 0.0
         return scalar
@@ -172,10 +172,9 @@ class Returns:
         """Velocities of the hit points [m/s], (k, 3), float32."""
         found = np.zeros((len(self._index), 3), np.float32)
         measure = self._measure
-        if measure is None or self._hits.surface is None or not len(found):
+        if measure is None or not len(found):
             return found
-        surfaces = np.take(self._hits.surface, self._at, mode="clip")
-        rows, world = measure(surfaces, self._world_points, self._shot.poses)
+        rows, world = measure(self._surfaces(), self._world_points, self._shot.poses)
         found[rows] = self._output.vectors(world, self._aim, self._index[rows])
         if self._invalid is not None:
             found[self._invalid] = 0.0
@@ -192,13 +191,19 @@ class Returns:
         channel = CHANNELS[name]
         shape = (len(self._index), channel.width) if channel.width > 1 else len(self._index)
         found = np.zeros(shape, channel.dtype)
-        if self._hits.surface is not None:
-            surface = np.take(self._hits.surface, self._at, mode="clip")
+        surface = self._surfaces()
+        hit = np.flatnonzero(surface >= 0)
+        found[hit] = np.take(self._tables[name](), surface[hit], axis=0, mode="clip")
+        return found
+
+    def _surfaces(self) -> np.ndarray:
+        """The surface of each return, (k,) int32; `NO_SURFACE` where there is none."""
+        if "surfaces" not in self._cached:
+            surface = self._hits.surfaces(self._at)
             if self._invalid is not None:
                 surface[self._invalid] = NO_SURFACE
-            hit = np.flatnonzero(surface >= 0)
-            found[hit] = np.take(self._tables[name](), surface[hit], axis=0, mode="clip")
-        return found
+            self._cached["surfaces"] = surface
+        return np.asarray(self._cached["surfaces"])
 
     def time_offset(self) -> np.ndarray:
         """Firing times after the frame's timestamp [ns]."""

@@ -86,23 +86,19 @@ class Scanner:
         receiver = self._receiver
         lit = receiver is not None and (receiver.detects or "scalar" in channels)
         aim, swing = self._aim(shot, *self._beams(shot))
-        hits = self._cast(
-            self._bundle(shot, aim, swing),
-            shot,
-            normals=lit or "hitNormals" in channels,
-            surfaces="velocities" in channels
-            or not channels.isdisjoint(self._tables)
-            or (lit and optics is not None and optics.uniform is None),
-        )
+        hits = self._cast(self._bundle(shot, aim, swing), shot, normals=lit or "hitNormals" in channels)
         distance = hits.distance
         if self._noise is not None:
             hits.distance = self._noise.measured(distance, shot.rows, shot.turn)
         valid = self._valid(hits.distance, shot.rows)
-        reflected = None
-        if receiver is not None and optics is not None and hits.normals is not None:
-            reflected = reflected_light(self._incidence(hits.normals), hits.surface, optics)
-            receiver.detect(reflected, distance, valid)
+        cosine = None
+        if lit and receiver is not None and optics is not None:
+            cosine = self._incidence(aim, hits)
+            receiver.detect(cosine, distance, valid, hits.surfaces, optics)
         index = np.arange(len(valid)) if self._keep_invalid else np.flatnonzero(valid)
+        reflected = None
+        if cosine is not None and optics is not None and "scalar" in channels:
+            reflected = reflected_light(np.take(cosine, index), lambda: hits.surfaces(index), optics)
         return self._returns(shot, hits, index, aim, reflected, None if not self._keep_invalid else valid)
 
     def _all_echoes(self, shot: Shot, channels: frozenset[str], optics: Optics) -> Returns:
@@ -133,7 +129,7 @@ class Scanner:
             echoes = with_dark_beams(echoes, shot.rows.stop - shot.rows.start)
             valid = echoes.light > 0
             count = len(echoes.beam)
-        hits = Hits(echoes.distance, echoes.normals, echoes.surface)
+        hits = Hits(echoes.distance, echoes.normals, np.arange(count, dtype=np.uint32), echoes.surface)
         return self._returns(shot, hits, echoes.beam, aim, echoes.light, valid, np.arange(count), echo_ids(echoes.beam))
 
     def _through_glass(self, shot: Shot, aim: Aim, swing: float, optics: Optics, share: float) -> list[Candidates]:
@@ -143,15 +139,15 @@ class Scanner:
         light, travelled = np.full(len(rays), share, np.float32), np.zeros(len(rays), np.float32)
         found = []
         for _ in range(MOST_SURFACES):
-            hits = self._cast(bundle, shot, normals=True, surfaces=True)
+            hits = self._cast(bundle, shot, normals=True)
             assert hits.normals is not None
-            assert hits.surface is not None
+            surface = hits.surfaces()
             cosine = np.abs(sum(aim.directions[axis][rays] * hits.normals[:, axis] for axis in range(3)))
             distance = travelled + hits.distance
             seen = np.flatnonzero(self._valid(distance, shot.rows, rays))
-            back = light * reflected_light(cosine, hits.surface, optics)
-            found.append(Candidates(rays, distance, back, hits.normals, hits.surface).at(seen))
-            passing = np.take(optics.passing, hits.surface, mode="clip") * np.isfinite(hits.distance)
+            back = light * reflected_light(cosine, hits.surfaces, optics)
+            found.append(Candidates(rays, distance, back, hits.normals, surface).at(seen))
+            passing = np.take(optics.passing, surface, mode="clip") * np.isfinite(hits.distance)
             on = np.flatnonzero((passing > 0) & (distance < self._reach))
             if not len(on):
                 break
@@ -227,8 +223,8 @@ class Scanner:
             written=self._written,
         )
 
-    def _cast(self, bundle: RayBundle, shot: Shot, *, normals: bool, surfaces: bool) -> Hits:
-        return self._caster().cast(bundle, shot.poses, normals=normals, surfaces=surfaces)
+    def _cast(self, bundle: RayBundle, shot: Shot, *, normals: bool) -> Hits:
+        return self._caster().cast(bundle, shot.poses, normals=normals)
 
     def _beams(self, shot: Shot) -> tuple[np.ndarray, np.ndarray | None, float, bool]:
         """Directions (3, n) and origins (n, 3) of the shot's beams in the sensor frame, the largest angle [rad] between
@@ -245,7 +241,7 @@ class Scanner:
     def _turn(self, table: np.ndarray, columns: np.ndarray, rotation: np.ndarray) -> None:
         """World directions into the table; by columns, so that a slice has the bytes it has in the whole."""
         x, y, z = columns
-        term = np.empty_like(x)
+        term = self._term[: len(table)]
         for axis in range(3):
             column = self._world[axis, : len(table)]
             np.multiply(x, rotation[axis, 0], out=column)
@@ -261,13 +257,14 @@ class Scanner:
         self._grid.rotation = rotation
         return self._grid
 
-    def _incidence(self, normals: np.ndarray) -> np.ndarray:
-        """The cosine of incidence of each ray of the shot that was turned last, (n,) float32, unsigned."""
-        count = len(normals)
-        cosine, term = self._cosine[:count], self._term[:count]
-        np.multiply(self._world[0, :count], normals[:, 0], out=cosine)
-        cosine += np.multiply(self._world[1, :count], normals[:, 1], out=term)
-        cosine += np.multiply(self._world[2, :count], normals[:, 2], out=term)
+    def _incidence(self, aim: Aim, hits: Hits) -> np.ndarray:
+        """The cosine of incidence of each ray of a shot, (n,) float32, unsigned; 0 where nothing was hit."""
+        normals, directions = hits.normals, aim.directions
+        assert normals is not None
+        cosine, term = self._cosine[: len(normals)], self._term[: len(normals)]
+        np.multiply(directions[0], normals[:, 0], out=cosine)
+        cosine += np.multiply(directions[1], normals[:, 1], out=term)
+        cosine += np.multiply(directions[2], normals[:, 2], out=term)
         return np.abs(cosine, out=cosine)
 
     def _valid(self, distance: np.ndarray, rows: slice, rays: np.ndarray | None = None) -> np.ndarray:

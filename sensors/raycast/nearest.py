@@ -6,21 +6,25 @@ from collections.abc import Callable
 
 import numpy as np
 
-from .rays import NO_SURFACE, Hits
+from .rays import NOTHING, Hits
 from .triangles import TriangleHits
-
-SurfaceOf = Callable[[np.ndarray], np.ndarray]
 
 
 class Nearest:
-    """Keeps the nearest hit of each ray; an earlier one wins a tie, so the order of the casts is part of the result."""
+    """Keeps the nearest hit of each ray; an earlier one wins a tie, so the order of the casts is part of the result.
 
-    def __init__(self, count: int, *, normals: bool, surfaces: bool) -> None:
+    What was hit is kept as a number, which the static cast gives for free: first come the triangles of the static
+    scene, then all surfaces. So a surface is looked up only where somebody asks.
+    """
+
+    def __init__(self, count: int, surface_of: np.ndarray, triangles: int, *, normals: bool) -> None:
+        """surface_of: (t + s + 1,) int32 of the t static triangles, of the s surfaces, and `NO_SURFACE`."""
         self._count = count
-        self._with_normals, self._with_surfaces = normals, surfaces
+        self._surface_of, self._first = surface_of, np.uint32(triangles)
+        self._with_normals = normals
         self._distance: np.ndarray | None = None
         self._normals: np.ndarray | None = None
-        self._surface = np.full(count, NO_SURFACE, np.int32) if surfaces else None
+        self._number: np.ndarray | None = None
 
     @property
     def distance(self) -> np.ndarray:
@@ -28,71 +32,61 @@ class Nearest:
         if self._distance is None:
             self._distance = np.full(self._count, np.inf, np.float32)
             self._normals = np.zeros((self._count, 3), np.float32)
+            self._number = np.full(self._count, NOTHING, np.uint32)
         return self._distance
 
     def hits(self) -> Hits:
         """What is nearest of all that was added."""
         distance = self.distance
-        return Hits(distance, self._normals if self._with_normals else None, self._surface)
+        assert self._number is not None
+        return Hits(distance, self._normals if self._with_normals else None, self._number, self._surface_of)
 
-    def add(self, found: TriangleHits, surface_of: SurfaceOf) -> None:
-        """A cast of all rays."""
-        if self._distance is None:
-            self._distance, self._normals = found.distance, found.normals
-            if self._surface is not None:
-                self._surface = surface_of(found.triangle)
-        elif self._with_normals or self._with_surfaces:
-            rows = np.flatnonzero(found.distance < self._distance)
-            self._take(rows, found, rows, surface_of)
-        else:
-            np.minimum(self._distance, found.distance, out=self._distance)
+    def add_static(self, found: TriangleHits) -> None:
+        """The cast of all rays at what stands still, before any other."""
+        self._distance, self._normals, self._number = found.distance, found.normals, found.triangle
 
-    def add_rows(self, index: np.ndarray, found: TriangleHits, surface_of: SurfaceOf) -> None:
-        """A cast of the rays `index`, each at most once."""
-        rows = np.flatnonzero(found.distance < self.distance[index])
-        self._take(index[rows], found, rows, surface_of)
-
-    def add_bodies(
-        self, index: np.ndarray, owner: np.ndarray, found: TriangleHits, rotations: np.ndarray, surfaces: np.ndarray
-    ) -> None:
-        """A cast of the rays `index`, a ray once for each `owner`, in the owners' frames.
-
-        rotations: (m, 3, 3) float32 of the owners, to turn normals into the world; surfaces: (m,) of the owners.
-        """
-        rows = np.flatnonzero(found.distance < self.distance[index])
-        distance, index = found.distance[rows], index[rows]
-        np.minimum.at(self.distance, index, distance)
-        if not (self._with_normals or self._with_surfaces):
-            return
-        won = np.flatnonzero(distance == self.distance[index])
-        index, rows = index[won], rows[won]
-        if self._surface is not None:
-            self._surface[index] = surfaces[owner[rows]]
-        if self._normals is not None and self._with_normals:
-            self._normals[index] = turn_each(found.normals[rows], rotations[owner[rows]])
-
-    def add_surface(self, distance: np.ndarray, normal: np.ndarray, surface: int) -> None:
-        """Distances of all rays to one flat surface."""
+    def add_plane(self, distance: np.ndarray, normal: np.ndarray, surface: int) -> None:
+        """Distances (n,) of all rays to one flat surface."""
         rows = np.flatnonzero(distance < self.distance)
         self.distance[rows] = distance[rows]
-        if self._normals is not None and self._with_normals:
+        self._mark(rows, np.uint32(surface))
+        if self._with_normals:
+            assert self._normals is not None
             self._normals[rows] = normal.astype(np.float32)
-        if self._surface is not None:
-            self._surface[rows] = surface
 
-    def _take(self, target: np.ndarray, found: TriangleHits, rows: np.ndarray, surface_of: SurfaceOf) -> None:
-        self.distance[target] = found.distance[rows]
-        if self._normals is not None and self._with_normals:
-            self._normals[target] = np.take(found.normals, rows, axis=0, mode="clip")
-        if self._surface is not None:
-            self._surface[target] = surface_of(found.triangle[rows])
+    def add_some(
+        self,
+        index: np.ndarray,
+        distance: np.ndarray,
+        surfaces: np.ndarray,
+        normals: Callable[[np.ndarray], np.ndarray],
+    ) -> None:
+        """Hits of the rays `index` (k,), which may come several times, with the surfaces (k,) uint32.
+
+        normals: gives the unit normals (m, 3), world axes, of some of them.
+        """
+        rows = np.flatnonzero(distance < np.take(self.distance, index))
+        distance, index = distance[rows], index[rows]
+        np.minimum.at(self.distance, index, distance)
+        won = np.flatnonzero(distance == np.take(self.distance, index))[::-1]  # of equals the first is written last
+        index, rows = index[won], rows[won]
+        self._mark(index, surfaces[rows])
+        if self._with_normals:
+            assert self._normals is not None
+            self._normals[index] = normals(rows)
+
+    def _mark(self, rows: np.ndarray, surfaces: np.ndarray | np.uint32) -> None:
+        assert self._number is not None
+        self._number[rows] = surfaces + self._first
 
 
-def turn_each(vectors: np.ndarray, rotations: np.ndarray) -> np.ndarray:
-    """Vectors (n, 3), each by its own rotation (n, 3, 3), column by column."""
+def turn_each(vectors: np.ndarray, rotations: np.ndarray, owner: np.ndarray) -> np.ndarray:
+    """Vectors (n, 3), each by its owner's rotation (m, 3, 3), column by column."""
     out = np.empty(vectors.shape, np.float32)
+    columns = np.ascontiguousarray(vectors.T)
     for row in range(3):
-        np.multiply(vectors[:, 0], rotations[:, row, 0], out=out[:, row])
-        for column in (1, 2):
-            out[:, row] += vectors[:, column] * rotations[:, row, column]
+        turned = np.take(rotations[:, row, 0], owner) * columns[0]
+        for axis in (1, 2):
+            turned += np.take(rotations[:, row, axis], owner) * columns[axis]
+        out[:, row] = turned
     return out

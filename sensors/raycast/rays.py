@@ -11,6 +11,8 @@ import numpy as np
 from .windows import RayGrid
 
 NO_SURFACE = -1
+NOTHING = np.uint32(2**32 - 1)
+"""The number of what a ray hits that hits nothing."""
 
 
 @dataclass(slots=True)
@@ -42,6 +44,10 @@ class RayBundle:
         """(n, 3) float32 unit directions, world axes: a view of the table."""
         return self.table[:, 3:6]
 
+    def spread(self) -> float:
+        """How far [m] the farthest ray starts from the bundle's origin."""
+        return 0.0 if self.offsets is None else float(np.sqrt((self.offsets**2).sum(axis=1).max(initial=0.0)))
+
     def start_at(self, start: np.ndarray) -> None:
         """Writes the ray origins, `start` (3,) float32 plus the offsets; does nothing where they stand already."""
         count, known = len(self.table), self.written
@@ -58,19 +64,25 @@ class Hits:
     """Nearest hits of a bundle.
 
     distance: (n,) float32 [m], inf where nothing is hit. normals: (n, 3) float32, unit, world axes, by the winding of
-    the surface, or None if not asked for. surface: (n,) int32 index into the caster's `surfaces`, `NO_SURFACE` where
-    nothing is hit, or None if not asked for.
+    the surface, or None if not asked for. number: (n,) uint32 of what was hit, `NOTHING` where nothing is;
+    surface_of: (m,) int32, the surface of each number, the last being `NO_SURFACE`.
     """
 
     distance: np.ndarray
-    normals: np.ndarray | None = None
-    surface: np.ndarray | None = None
+    normals: np.ndarray | None
+    number: np.ndarray
+    surface_of: np.ndarray
+
+    def surfaces(self, rows: np.ndarray | None = None) -> np.ndarray:
+        """Of the rays `rows` (None: all), the index into the caster's `surfaces`, int32; `NO_SURFACE` for nothing."""
+        number = self.number if rows is None else np.take(self.number, rows, mode="clip")
+        return np.take(self.surface_of, number, mode="clip")
 
 
 class RayCaster(Protocol):
     """Anything that can say what rays hit first."""
 
-    def cast(self, rays: RayBundle, poses: Any = None, *, normals: bool = False, surfaces: bool = False) -> Hits:
+    def cast(self, rays: RayBundle, poses: Any = None, *, normals: bool = False) -> Hits:
         """Hits against the geometry in the state `poses`, None meaning now. The same rays give the same bytes,
         whoever else casts and with however many threads.
         """

@@ -1,4 +1,4 @@
-"""Which rays may meet which spheres: directions sorted into cells of azimuth and elevation."""
+"""Which rays lie in which cones: directions sorted into cells of azimuth and elevation."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ MARGIN_DEG = 0.01
 
 
 class RayGrid:
-    """Directions by azimuth and elevation, to find at once those near any number of spheres.
+    """Directions by azimuth and elevation, to find at once those in any number of cones.
 
     local: (n, 3) float32 unit directions, in a frame that `rotation` (3, 3) turns into the world's; z is up in it.
     """
@@ -31,13 +31,13 @@ class RayGrid:
         self.count = len(local)
         """Number of directions."""
 
-    def near(self, centres: np.ndarray, radii: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(index, owner), each (k,): every ray that may meet a sphere, and some more, with the sphere's number.
+    def near(self, axes: np.ndarray, half: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(index, owner), each (k,): every ray in a cone about the origin, and some more, with the cone's number.
 
-        centres: (m, 3) float64 [m], world axes, from where the rays start; radii (m,). Sorted by owner; a ray comes
-        once for each sphere that it may meet. A sphere that holds the origin gets all rays.
+        axes: (m, 3) float64, of any length, world axes; half: (m,) [rad], half the angle of each cone: from pi on all
+        rays. Sorted by owner; a ray comes once for each cone that it may lie in.
         """
-        half, elevation, azimuth = self._angles(centres, radii)
+        half, elevation, azimuth = self._angles(axes, half)
         low = np.clip(_cell(elevation - half) - self._lowest, 0, self._rows)
         high = np.clip(_cell(elevation + half) - self._lowest, -1, self._rows - 1)
         owner, first, last = _columns(azimuth, _width(elevation, half))
@@ -47,14 +47,11 @@ class RayGrid:
         which, position = _expand(start, end - start)
         return self._index[position], owner[segment][which]
 
-    def _angles(self, centres: np.ndarray, radii: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Apparent radius, elevation and azimuth [deg] of spheres; an apparent radius of 180 for one around us."""
-        x, y, z = (centres @ self.rotation).T
-        level = np.hypot(x, y)
-        distance = np.maximum(np.hypot(level, z), 1e-12)
-        half = np.rad2deg(np.arcsin(np.minimum(radii / distance, 1.0))) + MARGIN_DEG
-        half[distance <= radii * 1.001] = 180.0
-        return half, np.rad2deg(np.arctan2(z, level)), np.rad2deg(np.arctan2(y, x))
+    def _angles(self, axes: np.ndarray, half: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Half angle, elevation and azimuth [deg] of cones."""
+        x, y, z = (axes @ self.rotation).T
+        wide = np.minimum(np.rad2deg(half) + MARGIN_DEG, 180.0)
+        return wide, np.rad2deg(np.arctan2(z, np.hypot(x, y))), np.rad2deg(np.arctan2(y, x))
 
 
 def _cell(degrees: np.ndarray) -> np.ndarray:

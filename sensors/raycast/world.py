@@ -10,7 +10,7 @@ import numpy as np
 
 from graph.sim.geometry import Mesh, Plane
 
-from .bodies import HEAVY_TRIANGLES, HeavyBodies, LightBodies, Moving, Spheres
+from .bodies import Moving, MovingMeshes
 from .nearest import Nearest
 from .planes import cast_plane
 from .rays import NO_SURFACE, Hits, RayBundle
@@ -52,47 +52,26 @@ class CastWorld:
             for index, surface in enumerate(self.surfaces)
             if isinstance(surface, Mesh) and surface.body is not None and len(surface.triangles)
         ]
-        self.lights = [entry for entry in moving if not is_heavy(entry.mesh)]
-        copies: dict[Any, list[Moving]] = {}
-        for entry in moving:
-            if is_heavy(entry.mesh):
-                copies.setdefault(entry.mesh.unique_key, []).append(entry)
-        groups = list(copies.values())
-        self._spheres = Spheres([*self.lights, *(entry for group in groups for entry in group)])
-        self._heavy = HeavyBodies(groups, self._spheres, len(self.lights))
+        self._moving = MovingMeshes(moving) if moving else None
+        self.moving_surfaces = np.array([entry.surface for entry in moving], np.int32)
         self._planes = [(index, s) for index, s in enumerate(self.surfaces) if isinstance(s, Plane)]
 
-    def cast(self, rays: RayBundle, poses: Any = None, *, normals: bool = False, surfaces: bool = False) -> Hits:
+    def cast(self, rays: RayBundle, poses: Any = None, *, normals: bool = False) -> Hits:
         """Nearest hits; see `RayCaster`. Normals follow the winding, in world axes."""
         anchor = np.round(rays.origin / GRID_M) * GRID_M
         scenes = self._scenes(anchor, rays.exclude)
         threads = self._threads()
-        table = rays.table
-        if scenes.static or scenes.light:
-            rays.start_at((rays.origin - anchor).astype(np.float32))
-        nearest = Nearest(len(table), normals=normals, surfaces=surfaces)
+        nearest = Nearest(len(rays.table), scenes.surface_of, scenes.triangles, normals=normals)
         if scenes.static:
-            nearest.add(scenes.static.cast(table, threads), scenes.static_surface)
+            rays.start_at((rays.origin - anchor).astype(np.float32))
+            nearest.add_static(scenes.static.cast(rays.table, threads))
         body_poses = self._poses(poses) if self.bodies and self._poses else None
         for index, plane in self._planes:
             if index not in scenes.skip:
                 self._add_plane(nearest, index, plane, rays, body_poses)
-        if len(self._spheres.bodies) and body_poses is not None:
-            self._add_bodies(nearest, scenes, rays, anchor, body_poses)
+        if self._moving is not None and body_poses is not None:
+            self._moving.cast(rays, body_poses, scenes.skipped_meshes, threads, nearest)
         return nearest.hits()
-
-    def _add_bodies(
-        self, nearest: Nearest, scenes: _Scenes, rays: RayBundle, anchor: np.ndarray, poses: np.ndarray
-    ) -> None:
-        threads, spheres = self._threads(), self._spheres
-        centres = spheres.centres(poses)
-        index, owner = spheres.windows(rays, centres, scenes.skip)
-        lights = len(self.lights)
-        split = int(np.searchsorted(owner, lights))
-        if scenes.light:
-            scenes.light.cast(rays, index[:split], anchor, poses, threads, nearest)
-        heavy = index[split:], owner[split:] - lights
-        self._heavy.cast(rays, heavy, centres[lights:], poses, threads, nearest)
 
     def _add_plane(
         self, nearest: Nearest, index: int, plane: Plane, rays: RayBundle, body_poses: np.ndarray | None
@@ -103,7 +82,7 @@ class CastWorld:
             pose = body_poses[body]
             origin, normal = pose[:3, :3] @ origin + pose[:3, 3], pose[:3, :3] @ normal
         height = float((rays.origin - origin) @ normal)
-        nearest.add_surface(cast_plane(height, rays.offsets, rays.directions, normal), normal, index)
+        nearest.add_plane(cast_plane(height, rays.offsets, rays.directions, normal), normal, index)
 
     def _scenes(self, anchor: np.ndarray, exclude: frozenset[str]) -> _Scenes:
         key = (anchor.tobytes(), exclude)
@@ -117,40 +96,34 @@ class CastWorld:
         return scenes
 
 
-def is_heavy(mesh: Mesh) -> bool:
-    """Whether a moving mesh has enough triangles to be cast in its own frame: decided by data, never by load."""
-    return len(mesh.triangles) >= HEAVY_TRIANGLES
-
-
 def excluded(path: str, exclude: frozenset[str]) -> bool:
     """Whether a prim is one of the excluded ones or lies below one."""
     return any(path == other or path.startswith(f"{other}/") for other in exclude)
 
 
 class _Scenes:
-    """The static scene and the light bodies for one anchor and exclude set."""
+    """What one set of excluded prims leaves to be hit, with the static scene about one anchor."""
 
     def __init__(self, world: CastWorld, anchor: np.ndarray, exclude: frozenset[str]) -> None:
-        self.skip = frozenset(i for i, s in enumerate(world.surfaces) if exclude and excluded(str(s.path), exclude))
+        surfaces = world.surfaces
+        self.skip = frozenset(i for i, s in enumerate(surfaces) if exclude and excluded(str(s.path), exclude))
         static = [
             (i, s)
-            for i, s in enumerate(world.surfaces)
+            for i, s in enumerate(surfaces)
             if isinstance(s, Mesh) and s.body is None and i not in self.skip and len(s.triangles)
         ]
-        moving = [entry for entry in world.lights if entry.surface not in self.skip]
         self.static: TriangleScene | None = None
-        self._surface = np.zeros(0, np.int32)
+        counts = [len(s.triangles) for _, s in static]
+        self.triangles = sum(counts)
+        numbers = [i for i, _ in static]
+        self.surface_of = np.concatenate(
+            [np.repeat(np.array(numbers, np.int32), counts), np.arange(len(surfaces), dtype=np.int32), [NO_SURFACE]],
+            dtype=np.int32,
+        )
         if static:
             vertices = [(np.asarray(s.vertices, np.float64) - anchor).astype(np.float32) for _, s in static]
             starts = np.cumsum([0, *(len(v) for v in vertices)]).astype(np.uint32)
             triangles = [np.asarray(s.triangles, np.uint32) + at for (_, s), at in zip(static, starts, strict=False)]
             self.static = TriangleScene(np.concatenate(vertices), np.concatenate(triangles))
-            surfaces, counts = [i for i, _ in static], [len(t) for t in triangles]
-            self._surface = np.repeat(np.array([*surfaces, NO_SURFACE], np.int32), [*counts, 1])
-        self.light: LightBodies | None = None
-        if moving:
-            self.light = LightBodies(moving)
-
-    def static_surface(self, triangle: np.ndarray) -> np.ndarray:
-        """The surface of each triangle index of the static scene; `NO_SURFACE` for indices beyond its triangles."""
-        return np.take(self._surface, triangle, mode="clip")
+        moving = world.moving_surfaces
+        self.skipped_meshes = np.isin(moving, list(self.skip)) if self.skip and len(moving) else None
