@@ -22,9 +22,23 @@ TIME_CODES_PER_SECOND = "/app/stage/timeCodesPerSecond"
 MIN_FRAME_RATE = "/persistent/simulation/minFrameRate"
 MULTI_TICK = "/rtx/hydra/supportMultiTickRate"
 SENSOR_TICK_TLAS = "/rtx/rendering/perSensorTickTlas"
+RENDER_COMPLETE_ORDER = "/app/updateOrder/checkForHydraRenderComplete"
+PLAY_DELAY = "/app/player/CompensatePlayDelayInSecs"
+INTERRUPTS_OFF = "/ext/omni.graph.action/disableInterrupts"
 RAY_THREADS = "/tickgraph/rayThreads"
 WARM_UP_STEPS = "/tickgraph/warmUpSteps"
+TRUNCATE_STEPS = "/tickgraph/truncateStepsPerSecond"
+SAMPLE_SUBSTEPS = "/tickgraph/timeSamplePerSubstep"
+SET_DT_RATE_LIMIT = "/tickgraph/setDtSetsRateLimit"
 REWRITE_RATE_LIMIT = "/tickgraph/playRewritesRateLimit"
+AUTOTRIGGER_IDLE = "/tickgraph/autotriggerWithoutStep"
+BARE_LIDAR_TICK_RATE = "/tickgraph/bareLidarTickRate"
+FRAMES_LATER = "/tickgraph/framesOneUpdateLater"
+FULL_SCAN_WARNS = "/tickgraph/fullScanWarnsWhen"
+SCAN_EMPTY_MINUS_ONE = "/tickgraph/laserScanEmptyIsMinusOne"
+SCAN_END_BEYOND = "/tickgraph/laserScanEndsBeyondLastBeam"
+NODE_ERRORS_STOP = "/tickgraph/nodeErrorsStop"
+ID_MAP_EXTENSION = "/tickgraph/idMapExtension"
 
 DEFAULTS: dict[str, Any] = {
     RATE_LIMIT_ENABLED: False,
@@ -34,28 +48,43 @@ DEFAULTS: dict[str, Any] = {
     FAST_MODE: False,
     TARGET_FRAMERATE: 60,
     TICKS_PER_FRAME: 1,
-    "/app/player/CompensatePlayDelayInSecs": 0.0,
+    PLAY_DELAY: 0.0,
     PLAY_SIMULATIONS: True,
     TIME_CODES_PER_SECOND: 60,
     MIN_FRAME_RATE: 0,
     MULTI_TICK: True,
     SENSOR_TICK_TLAS: True,
     "/app/hydraEngine/waitIdle": False,
-    "/app/updateOrder/checkForHydraRenderComplete": -100,
+    RENDER_COMPLETE_ORDER: -100,
     "/app/settings/fabricDefaultSimPeriodNumerator": 1,
     "/app/settings/fabricDefaultSimPeriodDenominator": 30,
     "/app/settings/fabricDefaultStageFrameHistoryCount": 3,
     "/persistent/physics/resetOnStop": True,
     "/exts/isaacsim.core.simulation_manager/default_engine": "mujoco",
-    "/ext/omni.graph.action/disableInterrupts": True,
+    INTERRUPTS_OFF: True,
     RAY_THREADS: 0,
     WARM_UP_STEPS: 0,
+    TRUNCATE_STEPS: False,
+    SAMPLE_SUBSTEPS: False,
+    SET_DT_RATE_LIMIT: True,
     REWRITE_RATE_LIMIT: False,
+    AUTOTRIGGER_IDLE: False,
+    BARE_LIDAR_TICK_RATE: 0,
+    FRAMES_LATER: False,
+    FULL_SCAN_WARNS: False,
+    SCAN_EMPTY_MINUS_ONE: False,
+    SCAN_END_BEYOND: False,
+    NODE_ERRORS_STOP: True,
+    ID_MAP_EXTENSION: True,
 }
-"""Values of the `documented` profile; `minFrameRate` 0 means no catch-up cap, `rayThreads` 0 means all cores."""
+"""Values of the `documented` profile (`graph.sim.parity` has the other one).
+
+`minFrameRate` 0 means no catch-up cap, `rayThreads` 0 means all cores.
+"""
 
 _RATES = {RATE_LIMIT_FREQUENCY, TARGET_FRAMERATE, TIME_CODES_PER_SECOND}
-_COUNTS = {MIN_FRAME_RATE, RAY_THREADS, WARM_UP_STEPS}
+_NOT_NEGATIVE = {BARE_LIDAR_TICK_RATE, PLAY_DELAY}
+_COUNTS = {MIN_FRAME_RATE, RAY_THREADS, WARM_UP_STEPS, TICKS_PER_FRAME}
 _TRUTH = {"true": True, "false": False, "1": True, "0": False, "on": True, "off": False, "yes": True, "no": False}
 
 
@@ -213,7 +242,7 @@ def _checked(path: str, value: Any) -> Any:
     if path not in DEFAULTS:
         return value
     default = DEFAULTS[path]
-    if path in _RATES or path in _COUNTS:
+    if path in _RATES or path in _COUNTS or path in _NOT_NEGATIVE:
         return _checked_number(path, value)
     if isinstance(default, bool):
         truth = value if isinstance(value, bool) else _TRUTH.get(str(value).lower())
@@ -234,6 +263,10 @@ def _checked_number(path: str, value: Any) -> Any:
         raise UserError(f"setting {path}: {value!r} is not a number or a fraction such as 60000/1001") from None
     if path in _RATES and number <= 0:
         raise UserError(f"setting {path}: {value!r} must be greater than 0")
+    if path in _NOT_NEGATIVE and number < 0:
+        raise UserError(f"setting {path}: {value!r} must be 0 or greater")
+    if path == TICKS_PER_FRAME and number == 0:
+        raise UserError(f"setting {path}: {value!r} must be 1 or more")
     if path in _COUNTS and (number < 0 or number.denominator != 1):
         raise UserError(f"setting {path}: {value!r} must be a whole number, 0 or more")
     return number if isinstance(value, str) else value

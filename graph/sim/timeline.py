@@ -3,7 +3,7 @@
 play/pause/stop take effect in the next update, or at once through `commit()`. Variable stepping moves by the loop's
 dt; fixed stepping (`/app/player/useFixedTimeStepping`, read when playing starts) by 1 / timeCodesPerSecond in every
 accepted update: one in N = ceil(targetFramerate / timeCodesPerSecond), the first after play included, or all of them
-in fast mode.
+in fast mode. Each move is one tick, or `/app/player/timelineSubsampleRate` equal ones.
 """
 
 from __future__ import annotations
@@ -22,6 +22,8 @@ from .settings import Settings
 
 State = Literal["stopped", "playing", "paused"]
 Change = Literal["play", "resume", "pause", "stop"]
+Tick = Callable[[Fraction, Fraction], object]
+"""Takes the time of a tick and what the time moved since the tick before, both in seconds."""
 DEFAULT_END_TIME_CODE = 1_000_000
 
 
@@ -31,6 +33,8 @@ class Timeline:
     def __init__(self, settings: Settings, on_change: Callable[[Change], None] = lambda change: None) -> None:
         self.delta = Fraction(0)
         """What the last update added to the time [s]; 0 while not playing and in updates that were skipped."""
+        self.silent = False
+        """Whether the change that takes effect right now does so without events (`commit_silently`)."""
         self._settings = settings
         self._on_change = on_change
         self._state: State = "stopped"
@@ -43,7 +47,12 @@ class Timeline:
         self._auto_update = True
         self._fixed = False
         self._skipped = 0
+        self._skips = 0
         self._frame_step = 1 / self._rate
+        self._ticks: tuple[Tick, ...] = ()
+        for path in (keys.FAST_MODE, keys.TARGET_FRAMERATE):
+            settings.subscribe(path, lambda value: self._count_skips())
+        self._count_skips()
         # The count of the clock's present segment beyond which the end time is passed.
         self._limit = 0
         self._limit_base: Fraction | None = None
@@ -65,6 +74,14 @@ class Timeline:
         """Applies what was asked for now, with its callbacks."""
         while self._pending:
             self._enter(self._pending.pop(0))
+
+    def commit_silently(self) -> None:
+        """Applies what was asked for now; `silent` is True while the changes are told."""
+        self.silent = True
+        try:
+            self.commit()
+        finally:
+            self.silent = False
 
     def is_playing(self) -> bool:
         """Whether time moves."""
@@ -147,6 +164,7 @@ class Timeline:
         """Sets the rate [Hz]; times in seconds stay."""
         self._rate = _positive(rate, "timeCodesPerSecond")
         self._frame_step = 1 / self._rate
+        self._count_skips()
 
     def get_target_framerate(self) -> float:
         """The frame rate [Hz] that fixed stepping aims at."""
@@ -166,6 +184,18 @@ class Timeline:
 
     set_fast_mode, get_fast_mode = set_play_every_frame, get_play_every_frame
 
+    def on_tick(self, callback: Tick) -> Callable[[], None]:
+        """Calls `callback(time, delta)` [s] at each tick of each update that moves the time; returns what ends that.
+
+        There are `get_ticks_per_frame()` ticks in an update, each of an equal part of its move.
+        """
+        self._ticks = (*self._ticks, callback)
+
+        def unsubscribe() -> None:
+            self._ticks = tuple(kept for kept in self._ticks if kept is not callback)
+
+        return unsubscribe
+
     def set_ticks_per_frame(self, ticks: int) -> None:
         """Sets how many tick events a frame has."""
         if ticks < 1:
@@ -179,9 +209,7 @@ class Timeline:
     @property
     def updates_per_frame(self) -> int:
         """N of fixed stepping: one update in N is accepted."""
-        if self._settings.get(keys.FAST_MODE):
-            return 1
-        return math.ceil(self._settings.rate(keys.TARGET_FRAMERATE) / self._rate)
+        return self._skips + 1
 
     def advance(self, dt: Fraction) -> Fraction:
         """One update whose loop dt is `dt` [s]; returns what the time moved by (0 unless playing and accepted)."""
@@ -194,10 +222,27 @@ class Timeline:
             self._skipped -= 1
             self.delta = _ZERO
         else:
-            self._skipped = self.updates_per_frame - 1
+            self._skipped = self._skips
             self.delta = self._frame_step
             self._move(self._frame_step)
+        if self._ticks and self.delta:
+            self._tell_ticks()
         return self.delta
+
+    def _tell_ticks(self) -> None:
+        count = self.get_ticks_per_frame()
+        step, end = self.delta / count, self._clock.time
+        for left in range(count - 1, -1, -1):
+            time = end - left * step
+            if time <= self._start and self._looping and left:  # before the end led back to the start
+                time += self._end - self._start
+            for callback in self._ticks:
+                callback(time, step)
+
+    def _count_skips(self) -> None:
+        fast = self._settings.get(keys.FAST_MODE)
+        self._skips = 0 if fast else math.ceil(self._settings.rate(keys.TARGET_FRAMERATE) / self._rate) - 1
+        self._skipped = min(self._skipped, self._skips)
 
     def _move(self, step: Fraction) -> None:
         clock = self._clock
@@ -237,7 +282,7 @@ class Timeline:
         self._fixed = bool(self._settings.get(keys.FIXED_STEPPING))
         self._skipped = 0
         if self._fixed and self._settings.get(keys.REWRITE_RATE_LIMIT):
-            frequency = math.ceil(self._settings.rate(keys.TARGET_FRAMERATE) / self._rate) * self._rate
+            frequency = math.ceil(self._settings.rate(keys.TARGET_FRAMERATE) / self._rate) * self._rate  # N x rate
             self._settings.set(keys.RATE_LIMIT_FREQUENCY, _plain(frequency))
 
 

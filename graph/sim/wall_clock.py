@@ -13,6 +13,9 @@ NANOSECONDS = 1_000_000_000
 class WallClock(Protocol):
     """What an App asks of a wall clock."""
 
+    catch_up: Fraction
+    """How much lateness [s] is made up for by updates that follow each other without a pause."""
+
     def now(self) -> Fraction:
         """UNIX time [s]."""
 
@@ -25,6 +28,7 @@ class VirtualClock:
 
     def __init__(self, start: Fraction | int = 0) -> None:
         self._numerator, self._denominator = Fraction(start).as_integer_ratio()
+        self.catch_up = Fraction(0)  # it is never late
         self._period: Fraction | None = None
         self._ticks = 0
 
@@ -45,10 +49,12 @@ class VirtualClock:
 class RealClock:
     """The machine's clock: UNIX time at construction plus what the steady clock has counted since.
 
-    Updates end on a steady beat. One that comes late (the first one is) shifts the beat, which is not made up for.
+    Updates end on a steady beat. One that comes late (the first one is) shifts the beat; up to `catch_up` [s] of that
+    is made up for by later updates, which do not wait.
     """
 
     def __init__(self) -> None:
+        self.catch_up = Fraction(0)
         self._origin_ns = time.time_ns() - time.monotonic_ns()
         self._due_ns = 0
 
@@ -61,7 +67,8 @@ class RealClock:
         now = time.monotonic_ns()
         due = self._due_ns + period.numerator * NANOSECONDS // period.denominator
         if due <= now:
-            self._due_ns = now
+            kept_ns = int(self.catch_up * NANOSECONDS) if self._due_ns else 0
+            self._due_ns = max(due, now - kept_ns)
             return
         time.sleep((due - now) / NANOSECONDS)
         self._due_ns = due
