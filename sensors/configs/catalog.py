@@ -5,36 +5,36 @@ from __future__ import annotations
 import difflib
 import functools
 import json
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 from importlib import resources
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-import numpy as np
-
 from graph.errors import UserError
 from sensors.lidar.attributes import config_from_attributes
-from sensors.lidar.config import EMITTER_INTEGERS, EmitterState, LidarConfig
-from sensors.lidar.names import snake_case
+from sensors.lidar.config import LidarConfig
+
+from .beams import emitter_states
+from .variants import Entry, entries, merged
 
 Variant = str | Mapping[str, str] | None
 
 
 @dataclass(frozen=True, slots=True)
 class Asset:
-    """One data file: the asset path it answers to, further names, and its variants (the first is the default)."""
+    """One data file: the asset path it answers to, further names, and its variants."""
 
     path: str
     aliases: tuple[str, ...]
-    document: Mapping[str, Any]
+    entries: tuple[Entry, ...]
+    default: Any = None
+    """The variant of who names none; None is the first."""
 
     @property
     def variants(self) -> tuple[Any, ...]:
-        """What `variant=` may be: names, or {set: name} mappings."""
-        return tuple(entry["variant"] for entry in self.document.get("variants", ()))
+        """What `variant=` may be: names, or {set: name} mappings; none where there is but one form."""
+        return tuple(entry.variant for entry in self.entries if entry.variant is not None)
 
     @property
     def spellings(self) -> tuple[str, ...]:
@@ -45,37 +45,88 @@ class Asset:
         names = (self.path, path.stem, path.stem.replace("_", " "), short, short.replace("_", " "), *self.aliases)
         return tuple(dict.fromkeys(names))
 
+    @property
+    def short_name(self) -> str:
+        """The spelling that messages use."""
+        return self.aliases[0] if self.aliases else min(self.spellings, key=len)
+
+    @property
+    def products(self) -> tuple[str, ...]:
+        """Names that stand for a variant alone: variants that are text, and choices of the set `Product`."""
+        names = [v if isinstance(v, str) else v.get("Product", "") for v in self.variants]
+        return tuple(dict.fromkeys(filter(None, names)))
+
     def config(self, variant: Variant = None) -> LidarConfig:
         """The configuration of a variant. Raises UserError naming the variants there are."""
-        entry = self._variant_entry(variant)
-        core = {**self.document["core"], **entry.get("core", {})}
-        states = [dict(state) for state in self.document["emitterStates"]]
-        for state, changes in zip(states, entry.get("emitterStates", ()), strict=False):
-            state.update(changes)
-        arrays = tuple(_emitter_state(state) for state in states)
-        return config_from_attributes(core, arrays, name=PurePosixPath(self.path).stem)
+        document = self._entry(variant).document
+        states, derived = emitter_states(document)
+        return config_from_attributes({**document["core"], **derived}, states, name=PurePosixPath(self.path).stem)
 
-    def _variant_entry(self, variant: Variant) -> Mapping[str, Any]:
-        entries: list[Mapping[str, Any]] = list(self.document.get("variants", ()))
-        if variant is None or variant == "" or variant == {}:
-            return entries[0] if entries else {}
+    def _entry(self, variant: Variant) -> Entry:
+        """The entry of a variant; of a mapping that leaves sets out, the first (or the default) that it fits."""
+        if not variant:
+            return next((entry for entry in self.entries if entry.variant == self.default), self.entries[0])
         wanted = variant if isinstance(variant, str) else dict(variant)
-        for entry in entries:
-            if entry["variant"] == wanted or (isinstance(wanted, dict) and wanted == {"sensor": entry["variant"]}):
-                return entry
-        there = ", ".join(map(str, self.variants)) or "none"
-        raise UserError(f"lidar config {self.path} has no variant {variant!r}; variants: {there}")
+        fitting = [entry for entry in self.entries if _fits(entry.variant, wanted)]
+        if fitting:
+            return next((entry for entry in fitting if entry.variant == self.default), fitting[0])
+        raise UserError(f"lidar config {self.path} has no variant {wanted!r}{self._hint(wanted)}")
+
+    def _hint(self, wanted: str | dict[str, str]) -> str:
+        """Close names first; else what there is."""
+        if not self.variants:
+            return "; it has no variants"
+        sets: dict[str, list[str]] = {}
+        for variant in self.variants:
+            for name, choice in ({"sensor": variant} if isinstance(variant, str) else variant).items():
+                if choice not in sets.setdefault(name, []):
+                    sets[name].append(choice)
+        if isinstance(wanted, str):
+            return f": {_offer(wanted, [choice for choices in sets.values() for choice in choices])}"
+        for name, choice in wanted.items():
+            if name not in sets:
+                return f"; its variant sets are {', '.join(sets)}"
+            if choice not in sets[name]:
+                return f": {_offer(str(choice), sets[name])}"
+        name, choice = next(iter(wanted.items()))
+        beside = [
+            ", ".join(v for k, v in entry.items() if k != name) for entry in self.variants if entry[name] == choice
+        ]
+        return f": {choice} goes with {'; '.join(beside)}"
+
+
+def _offer(wrong: str, names: Sequence[str]) -> str:
+    close = difflib.get_close_matches(wrong, names, n=3, cutoff=0.6)
+    hint = f"did you mean {' or '.join(close)}? " if close else ""
+    return f"{hint}There are: {', '.join(names)}"
+
+
+def _fits(variant: Any, wanted: str | dict[str, str]) -> bool:
+    if isinstance(variant, str):
+        return wanted in (variant, {"sensor": variant})
+    if variant is None:
+        return False
+    if isinstance(wanted, str):
+        return wanted in variant.values()
+    return all(variant.get(name) == choice for name, choice in wanted.items())
 
 
 @functools.cache
 def assets() -> tuple[Asset, ...]:
     """Every shipped asset, ordered by path."""
+    folder = resources.files(__package__).joinpath("data")
+    documents = {
+        file.name.removesuffix(".json"): json.loads(file.read_text(encoding="utf-8"))
+        for file in folder.iterdir()
+        if file.name.endswith(".json")
+    }
     found = []
-    for file in resources.files(__package__).joinpath("data").iterdir():
-        if file.name.endswith(".json"):
-            document = json.loads(file.read_text(encoding="utf-8"))
-            found.append(Asset(document["asset"], tuple(document.get("aliases", ())), document))
-    return tuple(sorted(found, key=lambda asset: asset.path))
+    for document in documents.values():
+        if "base" in document:
+            document = merged(documents[document["base"]], document)
+        names = tuple(document.get("aliases", ()))
+        found.append(Asset(document["asset"], names, tuple(entries(document)), document.get("default")))
+    return tuple(sorted(found, key=lambda asset: asset.path.lower()))
 
 
 def supported() -> dict[str, list[Any]]:
@@ -84,19 +135,20 @@ def supported() -> dict[str, list[Any]]:
 
 
 def find(config: str, variant: Variant = None) -> LidarConfig:
-    """The shipped configuration of this name. A variant's own name is a spelling too.
+    """The shipped configuration of this name. The name of a variant or of a product is a spelling too.
 
     Raises UserError with up to three close matches, the short names, and the table that lists them all.
     """
     for asset in assets():
         if config in asset.spellings:
             return asset.config(variant)
-        if config in asset.variants and variant is None:
-            return asset.config(config)
-    names = [name for asset in assets() for name in (*asset.spellings, *filter(_is_text, asset.variants))]
+    for asset in assets():
+        if config in asset.products:
+            return asset.config({"Product": config, **variant} if isinstance(variant, Mapping) else variant or config)
+    names = [name for asset in assets() for name in (*asset.spellings, *asset.products)]
     close = difflib.get_close_matches(config, names, n=3, cutoff=0.6)
     hint = f"; did you mean {' or '.join(close)}?" if close else "."
-    short = ", ".join(asset.aliases[0] if asset.aliases else min(asset.spellings, key=len) for asset in assets())
+    short = ", ".join(asset.short_name for asset in assets())
     raise UserError(f"no lidar config {config!r}{hint} There are: {short} (see SUPPORTED_LIDAR_CONFIGS)")
 
 
@@ -116,29 +168,3 @@ def load(config: str, variant: Variant = None, *, base: Path | None = None, root
     if roots and not any(path.is_relative_to(Path(root).resolve()) for root in roots):
         raise UserError(f"lidar config {config}: outside the file's folder; allow it with --allow {path.parent}")
     return load_profile(path)
-
-
-def _is_text(value: object) -> bool:
-    return isinstance(value, str)
-
-
-def _emitter_state(arrays: Mapping[str, Any]) -> EmitterState:
-    fields: dict[str, np.ndarray] = {}
-    for key, spec in arrays.items():
-        name, values = snake_case(key), _expand(spec)
-        whole = name in EMITTER_INTEGERS
-        fields[name] = np.array([math.floor(value) if whole else float(value) for value in values])
-    return EmitterState(**fields)
-
-
-def _expand(spec: Any) -> list[Fraction]:
-    """A list of numbers, or the short forms {first, step, count[, modulo]}, {each, times}, {repeat, times}."""
-    if isinstance(spec, Mapping):
-        if "each" in spec:
-            return [value for value in _expand(spec["each"]) for _ in range(spec["times"])]
-        if "repeat" in spec:
-            return _expand(spec["repeat"]) * int(spec["times"])
-        first, step = Fraction(str(spec["first"])), Fraction(str(spec["step"]))
-        values = [first + step * index for index in range(spec["count"])]
-        return [value % spec["modulo"] for value in values] if "modulo" in spec else values
-    return [Fraction(str(value)) for value in spec]

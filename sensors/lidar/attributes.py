@@ -55,10 +55,8 @@ def attributes_of(config: LidarConfig) -> dict[str, Any]:
         optional = field.default in (0, ()) or field.name in _UNKNOWN_IF_ZERO
         if field.name in _NOT_ATTRIBUTES or (optional and value == field.default and not isinstance(value, bool)):
             continue
-        if field.name in _RATES:
-            value = max(1, math.floor(value))
-        elif field.name == "pulse_time_ns":
-            value = max(1, round(value))
+        if field.name in (*_RATES, "pulse_time_ns"):
+            value = whole(camel_case(field.name), value)
         values[camel_case(field.name)] = list(value) if isinstance(value, tuple) else value
     values["numberOfEmitters"] = config.number_of_emitters
     values["numberOfChannels"] = config.number_of_channels or config.number_of_emitters
@@ -66,6 +64,11 @@ def attributes_of(config: LidarConfig) -> dict[str, Any]:
     if config.ranges_min_m:
         values["rangeCount"] = len(config.ranges_min_m)
     return values
+
+
+def whole(name: str, value: Fraction | float) -> int:
+    """The whole number that stands for a rate (rounded down) or a pulse time (rounded) in the schema, at least 1."""
+    return max(1, round(value) if name == "pulseTimeNs" else math.floor(value))
 
 
 def config_from_attributes(

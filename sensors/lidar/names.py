@@ -9,8 +9,8 @@ STATE_PREFIX = "omni:sensor:Core:emitterState:"
 TICK_RATE = "omni:sensor:tickRate"
 AUX_CHANNELS = "_replicator:rendervar:GenericModelOutput:channels"
 EXCLUDE = "tickgraph:exclude"
-EXACT_SCAN_RATE = "tickgraph:scanRateBaseHz"
-EXACT_FIRING_RATE = "tickgraph:patternFiringRateHz"
+EXACT = {name: f"tickgraph:{name}" for name in ("scanRateBaseHz", "patternFiringRateHz", "pulseTimeNs")}
+"""Whole numbers in the schema -> the attribute that holds the exact value where it is none."""
 
 
 def snake_case(name: str) -> str:

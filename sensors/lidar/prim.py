@@ -13,17 +13,17 @@ from graph import exact
 from graph.errors import UserError
 from sensors.channels import AuxLevel
 
-from .attributes import attribute_types, attributes_of, config_from_attributes
+from .attributes import attribute_types, attributes_of, config_from_attributes, whole
 from .config import EMITTER_FLOATS, EMITTER_INTEGERS, EmitterState, LidarConfig
 from .names import (
     AUX_CHANNELS,
-    EXACT_FIRING_RATE,
-    EXACT_SCAN_RATE,
+    EXACT,
     EXCLUDE,
     PREFIX,
     STATE_PREFIX,
     TICK_RATE,
     camel_case,
+    snake_case,
 )
 
 if TYPE_CHECKING:
@@ -31,14 +31,13 @@ if TYPE_CHECKING:
 
 CORE_API = "OmniSensorGenericLidarCoreAPI"
 STATE_API = "OmniSensorGenericLidarCoreEmitterStateAPI"
-_EXACT = {"scanRateBaseHz": EXACT_SCAN_RATE, "patternFiringRateHz": EXACT_FIRING_RATE}
 
 
 def write_config(prim: Usd.Prim, config: LidarConfig, *, tick_rate: float | Fraction | None = None) -> None:
     """Authors a whole configuration: applied schemas, core attributes, emitter states, and the tick rate.
 
-    tick_rate: the scan rate unless given. A rate that is no whole number of Hz does not fit the schema's uint: its
-    exact value stands beside it, in `tickgraph:scanRateBaseHz`.
+    tick_rate: the scan rate unless given. A rate or pulse time that is no whole number does not fit the schema's
+    uint: its exact value stands beside it, in `tickgraph:scanRateBaseHz` and the like.
     """
     from graph.sim.usd import Sdf
 
@@ -54,10 +53,10 @@ def write_config(prim: Usd.Prim, config: LidarConfig, *, tick_rate: float | Frac
                 if len(array):
                     kind = "float[]" if name in EMITTER_FLOATS else "uint[]"
                     write(prim, f"{STATE_PREFIX}{instance}:{camel_case(name)}", kind, array)
-        for name, exact_name in _EXACT.items():
-            rate = config.scan_rate_base_hz if name == "scanRateBaseHz" else config.pattern_firing_rate_hz
-            if rate.denominator != 1:
-                write(prim, exact_name, "string", str(rate))
+        for name, exact_name in EXACT.items():
+            value = getattr(config, snake_case(name))
+            if value != int(value):
+                write(prim, exact_name, "string", str(value))
         write(prim, TICK_RATE, "float", float(config.scan_rate_base_hz if tick_rate is None else tick_rate))
 
 
@@ -71,9 +70,9 @@ def read_config(prim: Usd.Prim) -> LidarConfig:
         value = _get(prim, PREFIX + name)
         if value is not None:
             values[name] = value
-    for name, exact_name in _EXACT.items():
+    for name, exact_name in EXACT.items():
         text = _get(prim, exact_name)
-        if isinstance(text, str) and max(1, math.floor(exact.rate(text))) == values.get(name):
+        if isinstance(text, str) and whole(name, exact.rate(text)) == values.get(name):
             values[name] = exact.rate(text)
     states = _read_states(prim)
     if not states:
