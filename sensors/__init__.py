@@ -15,7 +15,8 @@ if TYPE_CHECKING:
     from .lidar.config import LidarConfig
     from .lidar.sensor import LidarSensor
     from .products import render_product
-    from .writers import register_writer_spec
+    from .specs import register_annotator_spec, unregister_annotator_spec
+    from .writers import register_writer_spec, unregister_writer_spec
 
     SUPPORTED_LIDAR_CONFIGS: dict[str, list[Any]]
 
@@ -29,8 +30,11 @@ _HOME = {
     "parse_generic_model_output_data": ".gmo",
     "parse_object_ids": ".ids",
     "parse_stable_id_map_data": ".ids",
+    "register_annotator_spec": ".specs",
     "register_writer_spec": ".writers",
     "render_product": ".products",
+    "unregister_annotator_spec": ".specs",
+    "unregister_writer_spec": ".writers",
 }
 
 __all__ = [
@@ -43,8 +47,11 @@ __all__ = [
     "parse_generic_model_output_data",
     "parse_object_ids",
     "parse_stable_id_map_data",
+    "register_annotator_spec",
     "register_writer_spec",
     "render_product",
+    "unregister_annotator_spec",
+    "unregister_writer_spec",
 ]
 
 

@@ -47,6 +47,10 @@ EDGE = 1e-3
 """Beams of a rotary lidar lie on the edges between columns: this share of a column absorbs their float32 rounding."""
 
 
+FLAT_DEG = 1e-3
+"""Elevations up to here [deg] count as horizontal."""
+
+
 def transform_of(frame: Frame) -> np.ndarray:
     """(4, 4) float64 sensor to world, row-vector convention [m], from the frame's end; also when the frame is WORLD."""
     return np.ascontiguousarray(frame.end.world_sensor.T)
@@ -55,17 +59,27 @@ def transform_of(frame: Frame) -> np.ndarray:
 def labelled(frame: Frame, name: str) -> np.ndarray:
     """The array of a node output (see `LABELS`), empty where the frame does not hold it.
 
-    objectId: uint32, 4 per element, flat. radialVelocityMS: empty for a lidar.
+    objectId: (N, 16) uint8, little-endian. radialVelocityMS: empty for a lidar.
     """
-    if name == "radialVelocityMS":
-        return np.empty(0, np.float32)
-    channel = LABELS[name]
-    array = frame.channel(channel)
+    if name not in LABELS:
+        return empty_outputs((name,))[name]
+    array = frame.channel(LABELS[name])
     if name == "timestamp":
         return array.astype(np.uint64) + np.uint64(frame.timestamp_ns)
-    if name == "objectId":
-        return np.ascontiguousarray(array).reshape(-1).view(np.uint32)
     return array
+
+
+def empty_outputs(names: Iterable[str]) -> dict[str, np.ndarray]:
+    """Node outputs before there is a frame: no elements, each in its own dtype and shape."""
+    found = {}
+    for name in names:
+        if name == "timestamp":
+            found[name] = np.empty(0, np.uint64)
+        elif name == "data":
+            found[name] = CHANNELS["xyz"].empty()
+        else:
+            found[name] = CHANNELS[LABELS[name]].empty() if name in LABELS else np.empty(0, np.float32)
+    return found
 
 
 def extract_point_cloud(frame: Frame) -> dict[str, np.ndarray]:
@@ -133,7 +147,7 @@ def flat_scan(frame: Frame, *, check_2d: bool = True) -> FlatScan:
     """
     config = frame.config
     if check_2d:
-        _require_2d(frame, config)
+        require_2d(frame.sensor_path, config, frame.coords)
     state = config.emitter_states[0]
     shift = 0.0
     if config.is_rotary:
@@ -172,16 +186,21 @@ def _fill(scan: FlatScan, frame: Frame, columns: int, start: float, resolution: 
         scan.intensities[column] = np.clip(scalar * np.float32(255.0), 0, 255).astype(np.uint8)
 
 
-def _require_2d(frame: Frame, config: Any) -> None:
-    if frame.coords != "SPHERICAL":
-        raise UserError(f"{frame.sensor_path}: a flat scan needs elementsCoordsType SPHERICAL, not {frame.coords}")
-    elevation = config.emitter_states[0].elevation_deg
-    off = np.flatnonzero(np.abs(elevation) > 1e-3)
-    if len(off):
-        raise UserError(
-            f"{frame.sensor_path}: a flat scan needs a 2D lidar, but emitter {off[0]} points "
-            f"{elevation[off[0]]:g} deg up; use a lidar with all elevations 0"
-        )
+def require_2d(sensor_path: str, config: Any, coords: str = "") -> None:
+    """Raises UserError for a lidar that a flat scan cannot be made of: Cartesian, or with an emitter out of the plane,
+    which is named with its elevation. coords: what the frame has, where there is one.
+    """
+    coords = coords or config.elements_coords_type
+    if coords != "SPHERICAL":
+        raise UserError(f"{sensor_path}: a flat scan needs elementsCoordsType SPHERICAL, not {coords}")
+    for number, state in enumerate(config.emitter_states, start=1):
+        off = np.flatnonzero(np.abs(state.elevation_deg) > FLAT_DEG)
+        if len(off):
+            which = f"emitter {off[0]}" + (f" of state s{number:03}" if number > 1 else "")
+            raise UserError(
+                f"{sensor_path}: a flat scan needs a 2D lidar, but {which} points {state.elevation_deg[off[0]]:g} deg "
+                "up; use a lidar with all elevations 0"
+            )
 
 
 __all__ = [
@@ -191,9 +210,11 @@ __all__ = [
     "LABELS",
     "SCAN_BUFFER_CHANNELS",
     "FlatScan",
+    "empty_outputs",
     "extract_point_cloud",
     "flat_scan",
     "labelled",
+    "require_2d",
     "scan_buffer",
     "transform_of",
 ]

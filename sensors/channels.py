@@ -56,8 +56,12 @@ CHANNELS: dict[str, Channel] = dict(
         _channel("objId", "u1", AuxLevel.EXTRA, "", "128-bit stable id, little-endian", 16),
         _channel("hitNormals", "<f4", AuxLevel.FULL, "", "unit surface normal, facing the sensor", 3),
         _channel("velocities", "<f4", AuxLevel.FULL, "m/s", "velocity of the hit point", 3),
+        _channel("classId", "<u4", AuxLevel.NONE, "", "semantic class of what was hit: 0 nothing, 1 no label; ours"),
     )
 )
+
+AUXILIARY = frozenset(name for name, channel in CHANNELS.items() if channel.level > AuxLevel.NONE)
+"""The channels that need an auxiliary level."""
 
 
 def check_channels(names: Iterable[str]) -> frozenset[str]:
@@ -68,20 +72,44 @@ def check_channels(names: Iterable[str]) -> frozenset[str]:
     return wanted
 
 
+class Consumer:
+    """Somebody who asks for channels: every instance is another owner, by whatever name."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+
+    def __str__(self) -> str:
+        return self.name
+
+
+@dataclass(frozen=True, slots=True)
+class _Request:
+    channels: frozenset[str]
+    optional: frozenset[str]
+    ignore_aux: bool
+
+    def granted(self, level: AuxLevel) -> frozenset[str]:
+        """What is computed for it at this auxiliary level."""
+        wanted = self.channels | self.optional
+        return wanted if self.ignore_aux else frozenset(name for name in wanted if CHANNELS[name].level <= level)
+
+
 class Demand:
     """What the consumers of one sensor ask for: the union over all owners is what the sensor computes."""
 
     def __init__(self) -> None:
-        self._owners: dict[object, tuple[frozenset[str], bool]] = {}
+        self._owners: dict[object, _Request] = {}
         self.version = 0
 
-    def require(self, owner: object, channels: Iterable[str], *, ignore_aux: bool = False) -> None:
+    def require(
+        self, owner: object, channels: Iterable[str], *, optional: Iterable[str] = (), ignore_aux: bool = False
+    ) -> None:
         """Ask for channels on behalf of an owner (any hashable); asking again replaces the earlier request.
 
-        ignore_aux: also channels above the prim's auxiliary level (a message's Ring field needs the channel id).
-        Raises ValueError for unknown channel names.
+        optional: channels to have as well where the prim's auxiliary level reaches so far. ignore_aux: also channels
+        above that level (a message's Ring field needs the channel id). Raises ValueError for unknown channel names.
         """
-        self._owners[owner] = (check_channels(channels), ignore_aux)
+        self._owners[owner] = _Request(check_channels(channels), check_channels(optional), ignore_aux)
         self.version += 1
 
     def release(self, owner: object) -> None:
@@ -91,24 +119,21 @@ class Demand:
 
     def channels(self, level: AuxLevel) -> frozenset[str]:
         """What to compute at this auxiliary level: the union, less what lies above the level."""
-        union: set[str] = set()
-        for wanted, ignore_aux in self._owners.values():
-            union.update(name for name in wanted if ignore_aux or CHANNELS[name].level <= level)
-        return frozenset(union)
+        return frozenset().union(*(request.granted(level) for request in self._owners.values()))
 
     def above(self, level: AuxLevel) -> dict[str, AuxLevel]:
-        """Channels somebody asked for that lie above the level, each with the level it needs."""
+        """Channels that somebody must have and that lie above the level, each with the level it needs."""
         return {
             name: CHANNELS[name].level
-            for wanted, ignore_aux in self._owners.values()
-            for name in sorted(wanted)
-            if not ignore_aux and CHANNELS[name].level > level
+            for request in self._owners.values()
+            for name in sorted(request.channels)
+            if not request.ignore_aux and CHANNELS[name].level > level
         }
 
-    def consumers(self) -> dict[str, list[str]]:
-        """Channel -> its owners as text, sorted: what `graph explain` lists."""
+    def consumers(self, level: AuxLevel = AuxLevel.NONE) -> dict[str, list[str]]:
+        """Channel -> its owners as text, sorted: what `graph explain` lists; optional ones up to the level."""
         listing: dict[str, list[str]] = {}
-        for owner, (wanted, _) in self._owners.items():
-            for name in wanted:
+        for owner, request in self._owners.items():
+            for name in request.channels | request.granted(level):
                 listing.setdefault(name, []).append(str(owner))
         return {name: sorted(listing[name]) for name in CHANNELS if name in listing}

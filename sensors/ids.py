@@ -13,33 +13,60 @@ _WORDS = {np.dtype(np.uint8): 16, np.dtype(np.uint32): 4, np.dtype(np.uint64): 2
 ENTRY = np.dtype([("id", "<u4", 4), ("length", "<u4"), ("offset", "<u4")])
 
 
+EXTENSION = 0x49445354
+"""Marks, as the fourth word from the end of a map, that it has a second table: of the ids without documented entry."""
+
+
 def stable_id(path: str) -> bytes:
     """The 16 bytes of a surface's id, the same in every session: 12 that its prim path decides, then the high 32 bits.
 
-    These are 0 for a prim, and 1 + n for copy n of a point instancer ("/World/Rocks[7]"), whose ids are therefore not
-    in the map.
+    These are 0 for a prim and for a GeomSubset, and 1 + n for what copy n of a point instancer shows
+    ("/World/Rocks[7]", "/World/Rocks[7]/Lid"): such copies have no prim of their own.
     """
     prim, bracket, rest = path.partition("[")
-    copy = int(rest.rstrip("]")) + 1 if bracket else 0
-    return hashlib.blake2b(prim.encode(), digest_size=12).digest() + copy.to_bytes(4, "little")
+    number, _, below = rest.partition("]")
+    copy = int(number) + 1 if bracket else 0
+    return hashlib.blake2b(f"{prim}{below}".encode(), digest_size=12).digest() + copy.to_bytes(4, "little")
+
+
+def has_prim(path: str) -> bool:
+    """Whether a surface is a prim (or GeomSubset) of its own, so that the documented map has it."""
+    return "[" not in path
 
 
 def stable_id_map(paths: Iterable[str]) -> dict[int, str]:
-    """Id -> path of the prims among surfaces; copies of point instancers have no entry."""
-    return {int.from_bytes(stable_id(path), "little"): path for path in paths if "[" not in path}
+    """Id -> path of all surfaces; those of prims first, then the copies of point instancers."""
+    ordered = sorted(dict.fromkeys(paths), key=lambda path: not has_prim(path))
+    return {int.from_bytes(stable_id(path), "little"): path for path in ordered}
 
 
 def pack_stable_id_map(entries: Mapping[int, str]) -> np.ndarray:
-    """A StableIdMap buffer, (size,) uint8, that `parse_stable_id_map_data` reads."""
+    """A StableIdMap buffer, (size,) uint8, that `parse_stable_id_map_data` reads.
+
+    What the original documents lies where it documents it: the table of the ids of prims and GeomSubsets at the start,
+    the number of its entries in the last word. Between the labels and that word lies what is ours: the table of all
+    other ids, then its place, its number of entries and `EXTENSION` (u32 each).
+    """
+    documented = {number: path for number, path in entries.items() if has_prim(path)}
+    others = {number: path for number, path in entries.items() if not has_prim(path)}
+    first = _tables(documented, 0)
+    first += b" " * (-len(first) % 4)
+    second = _tables(others, len(first))
+    second += b" " * (-len(second) % 4)
+    tail = np.array([len(first), len(others), EXTENSION, len(documented)], "<u4").tobytes()
+    return np.frombuffer(first + second + tail, np.uint8).copy()
+
+
+def _tables(entries: Mapping[int, str], start: int) -> bytes:
+    """A table at byte `start` of a map, and its labels."""
     texts = [path.encode() for path in entries.values()]
     table = np.zeros(len(texts), ENTRY)
     lengths = np.array([len(text) for text in texts], np.uint32)
     for row, number in zip(table, entries, strict=True):
         row["id"] = np.frombuffer(number.to_bytes(16, "little"), "<u4")
     table["length"] = lengths
-    table["offset"] = table.nbytes + np.cumsum(lengths) - lengths
-    data = table.tobytes() + b"".join(texts) + len(texts).to_bytes(4, "little")
-    return np.frombuffer(data, np.uint8).copy()
+    table["offset"] = start + table.nbytes + np.cumsum(lengths) - lengths
+    return table.tobytes() + b"".join(texts)
 
 
 def parse_object_ids(array: Any) -> list[int]:
@@ -57,26 +84,57 @@ def parse_object_ids(array: Any) -> list[int]:
     return [low | high << 64 for low, high in halves]
 
 
-def parse_stable_id_map_data(buffer: Any) -> dict[int, str]:
-    """Id -> prim path of a StableIdMap buffer.
+def parse_stable_id_map_data(buffer: Any, *, resolve_all: bool = False) -> dict[int, str]:
+    """Id -> prim path of a StableIdMap buffer (array of any dtype, bytes, or a handle of ours).
 
     Its last 4 bytes are the number of entries (u32); the table starts at offset 0 with 24 bytes an entry: id (4 x u32,
     little-endian), length and offset (u32 each, from the start of the buffer) of the path in UTF-8, whose trailing
-    white space is dropped. No buffer, or one that does not hold what it says, gives an empty map and a warning.
+    white space is dropped. As documented it has prims and GeomSubsets, but not the ids whose high 32 bits tell copies
+    apart; resolve_all: those too, so that every hit of the frame has a path ("/World/Rocks[7]" is copy 7 of a point
+    instancer). No buffer, or one that does not hold what it says, gives an empty map and a warning.
     """
+    if isinstance(buffer, (int, np.integer)):
+        from .handles import resolve
+
+        buffer = resolve(int(buffer))
     if buffer is None:
         return _nothing("no data yet")
-    data = np.frombuffer(buffer, np.uint8) if isinstance(buffer, (bytes, bytearray)) else np.ascontiguousarray(buffer)
-    data = data.reshape(-1).view(np.uint8)
+    try:
+        data = np.frombuffer(bytes(buffer), np.uint8) if isinstance(buffer, _BYTES) else _bytes_of(buffer)
+    except (TypeError, ValueError) as error:
+        return _nothing(str(error))
     if len(data) < 4:
         return _nothing(f"{len(data)} bytes are no StableIdMap") if len(data) else {}
-    count = int(data[-4:].view("<u4")[0])
-    if count * ENTRY.itemsize > len(data) - 4:
-        return _nothing(f"{count} entries do not fit into {len(data)} bytes")
+    count = int.from_bytes(data[-4:].tobytes(), "little")
+    try:
+        found = _entries(data, 0, count)
+        tail = np.frombuffer(data[-16:-4].tobytes(), "<u4")
+        if resolve_all and len(tail) == 3 and tail[2] == EXTENSION:
+            found |= _entries(data, int(tail[0]), int(tail[1]))
+    except ValueError as error:
+        return _nothing(str(error))
+    return found
+
+
+_BYTES = (bytes, bytearray, memoryview)
+
+
+def _bytes_of(data: Any) -> np.ndarray:
+    array = np.ascontiguousarray(data.numpy() if hasattr(data, "numpy") else data)
+    if array.dtype.kind not in "uib":
+        raise ValueError(f"a {array.dtype} array is no StableIdMap")
+    return array.reshape(-1).view(np.uint8)
+
+
+def _entries(data: np.ndarray, start: int, count: int) -> dict[int, str]:
+    """The entries of one table of a map. Raises ValueError where the buffer does not hold them."""
+    end = start + count * ENTRY.itemsize
+    if end > len(data) - 4:
+        raise ValueError(f"{count} entries do not fit into {len(data)} bytes")
     found = {}
-    for number, length, offset in data[: count * ENTRY.itemsize].view(ENTRY).tolist():
+    for number, length, offset in np.frombuffer(data[start:end].tobytes(), ENTRY).tolist():
         if offset + length > len(data):
-            return _nothing("an entry points past the end of the buffer")
+            raise ValueError("an entry points past the end of the buffer")
         text = data[offset : offset + length].tobytes().decode("utf-8", errors="replace")
         found[sum(int(word) << 32 * place for place, word in enumerate(number))] = text.rstrip()
     return found

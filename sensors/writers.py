@@ -1,39 +1,134 @@
-"""Writers by name: callables that take each new frame of a sensor."""
+"""Writers by name: what takes each new frame of a render product."""
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
 
+from .annotator import Product, only_product
+from .channels import Consumer
 from .errors import SensorValueError
 from .frame import Frame
+
+if TYPE_CHECKING:
+    from graph.sim import App
+    from graph.sim.rendering import RenderProduct
 
 Writer = Callable[[Frame], object]
 
 
 @dataclass(frozen=True, slots=True)
 class WriterSpec:
-    """How a writer is made: a factory, its default arguments, and the channels it reads."""
+    """How a writer is made: a factory, its default arguments, and the channels it reads.
+
+    factory: called with the arguments, gives what is called with each frame; it raises ValueError or TypeError for
+    wrong ones.
+    """
 
     factory: Callable[..., Writer]
     defaults: Mapping[str, Any] = field(default_factory=dict)
     channels: frozenset[str] = frozenset({"xyz"})
 
 
-WRITERS: dict[str, WriterSpec] = {}
-"""The table; sensors copy it when they are made, so later entries reach later sensors only."""
+def _debug_draw(**options: Any) -> Writer:
+    from .drawing import PointCloudDrawing
+
+    return PointCloudDrawing(**options)
 
 
-def register_writer_spec(name: str, spec: WriterSpec) -> None:
-    """Adds a writer. Raises SensorValueError if the name is taken."""
+DEBUG_DRAW = "RtxSensorDebugDrawPointCloud"
+REGISTRY: dict[str, WriterSpec] = {
+    DEBUG_DRAW: WriterSpec(
+        _debug_draw,
+        {"doTransform": True, "color": (0.75, 0.75, 1.0, 1.0), "size": 0.02, "testMode": False},
+    )
+}
+"""The registry, by the names that Replicator has."""
+
+WRITERS: dict[str, WriterSpec] = {"draw-point-cloud": REGISTRY[DEBUG_DRAW]}
+"""Short names; sensors copy this table when they are made, so later entries reach later sensors only."""
+
+
+def register_writer_spec(name: str, spec: WriterSpec | Mapping[str, Any]) -> None:
+    """Lets sensors that are made from now on take the writer `name`.
+
+    spec: a `WriterSpec`, or {"name": name in the registry, "defaults": arguments}. Raises SensorValueError if the name
+    is taken, or the registry has no such writer.
+    """
     if name in WRITERS:
         raise SensorValueError(f"there is a writer {name!r} already; give yours another name")
+    if isinstance(spec, Mapping):
+        if "name" not in spec:
+            raise SensorValueError(f'writer {name!r}: the spec needs "name", the writer\'s name in the registry')
+        known = find_writer(REGISTRY, spec["name"])
+        spec = replace(known, defaults={**known.defaults, **spec.get("defaults", {})})
     WRITERS[name] = spec
 
 
+def unregister_writer_spec(name: str) -> None:
+    """Takes a short name away again; unknown ones are fine. Sensors that have it keep it."""
+    WRITERS.pop(name, None)
+
+
 def find_writer(table: Mapping[str, WriterSpec], name: str) -> WriterSpec:
-    """The writer of this name. Raises SensorValueError listing those there are."""
+    """The writer of this name. Raises SensorValueError with a name that is near, or those there are."""
     if name not in table:
-        raise SensorValueError(f"there is no writer {name!r}; there are: {', '.join(sorted(table)) or 'none'}")
+        near = difflib.get_close_matches(name, table, n=1)
+        hint = f'did you mean "{near[0]}"?' if near else f"there are: {', '.join(sorted(table)) or 'none'}"
+        raise SensorValueError(f"there is no writer {name!r}; {hint}")
     return table[name]
+
+
+class AttachedWriter:
+    """A writer on its way to a render product: `initialize(size=0.2).attach(product)`; `detach()` ends it."""
+
+    def __init__(self, name: str, spec: WriterSpec, *, app: App | None = None) -> None:
+        self.name = name
+        self.spec = spec
+        self.options = dict(spec.defaults)
+        self.writer: Writer | None = None
+        self._app = app
+        self._product: RenderProduct | None = None
+        self._owner = Consumer(f"writer {name}")
+
+    @property
+    def product(self) -> RenderProduct | None:
+        """The render product it is attached to."""
+        return self._product
+
+    def initialize(self, **options: Any) -> AttachedWriter:
+        """Sets arguments over the defaults. Raises SensorValueError once it is attached."""
+        if self._product is not None:
+            raise SensorValueError(f"writer {self.name} is attached already; initialize it before attach")
+        self.options.update(options)
+        return self
+
+    def attach(self, products: Product) -> AttachedWriter:
+        """Attaches it to a render product (or a list of one), whose every new frame it gets from now on.
+
+        Raises SensorValueError for wrong arguments, a product that is not there, and where one is attached.
+        """
+        _, product = only_product(products, self._app, f"writer {self.name}")
+        if self._product is not None:
+            raise SensorValueError(f"writer {self.name} is attached to {self._product.path} already; detach it first")
+        try:
+            writer = self.spec.factory(**self.options)
+        except (TypeError, ValueError) as error:
+            raise SensorValueError(f"writer {self.name}: {error}") from error
+        sensor: Any = product.sensor
+        sensor.require(self._owner, self.spec.channels)
+        product.writers.append(writer)
+        self._product, self.writer = product, writer
+        return self
+
+    def detach(self) -> None:
+        """Ends it; one that is not attached is fine."""
+        product, self._product = self._product, None
+        if product is None:
+            return
+        sensor: Any = product.sensor
+        sensor.release(self._owner)
+        if self.writer in product.writers:
+            product.writers.remove(self.writer)

@@ -91,7 +91,9 @@ def observe(session: Session, links: Links) -> Observed:
         seen.demand[path] = demand_of(product)
         sensor: Any = product.sensor
         computed = sensor.channels() if seen.demand[path] else ()
-        seen.channels[path] = [name for name in sensor.demand.consumers() if name in computed] if computed else []
+        seen.channels[path] = (
+            [name for name in sensor.demand.consumers(sensor.aux_level) if name in computed] if computed else []
+        )
     app.bus.unsubscribe(heard)
     if not app.exit_requested:
         app.update(seen.updates)
@@ -104,8 +106,9 @@ def observe(session: Session, links: Links) -> Observed:
 def demand_of(product: RenderProduct) -> dict[str, list[str]]:
     """Consumer to the channels it asks for; a consumer with several requests is one."""
     asked: dict[str, list[str]] = {}
-    demand = getattr(product.sensor, "demand", None)
-    for channel, owners in demand.consumers().items() if demand else ():
+    sensor: Any = product.sensor
+    demand = getattr(sensor, "demand", None)
+    for channel, owners in demand.consumers(sensor.aux_level).items() if demand else ():
         for owner in owners:
             name = owner[2:].partition("'")[0] if owner.startswith("('") else owner
             if channel not in asked.setdefault(name, []):

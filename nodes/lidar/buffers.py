@@ -35,7 +35,7 @@ BUFFERS: Mapping[str, Buffer] = {
     "tickId": Buffer("tick indices, uint32", "uint", 0),
     "hitNormal": Buffer("unit surface normals, float32 x 3", "float[3]", [0, 0, 0]),
     "velocity": Buffer("velocities of the hit points [m/s], float32 x 3", "float[3]", [0, 0, 0]),
-    "objectId": Buffer("128-bit object ids, uint32 x 4", "uint[]", [0, 0, 0, 0]),
+    "objectId": Buffer("128-bit object ids, uint8 x 16", "uint[]", [0, 0, 0, 0]),
     "echoId": Buffer("numbers of the return, uint8", "uchar", 0),
     "tickState": Buffer("emitter state indices, uint8", "uchar", 0),
     "radialVelocityMS": Buffer("radial velocities [m/s], float32; a radar's only", "float", 0),

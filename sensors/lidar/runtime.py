@@ -15,11 +15,19 @@ from graph.sim.schedule import EveryUpdate, Tick, TickSchedule
 from graph.sim.transforms import rigid_part
 from sensors.channels import CHANNELS, AuxLevel, Demand
 from sensors.frame import Frame, FramePose
-from sensors.ids import stable_id_map
-from sensors.raycast.shared import cast_world, surface_ids, surface_materials, surface_optics
+from sensors.ids import has_prim, stable_id_map
+from sensors.raycast.shared import (
+    cast_world,
+    surface_classes,
+    surface_ids,
+    surface_labels,
+    surface_materials,
+    surface_optics,
+)
 
 from .bins import Bins
 from .motion import surface_velocities
+from .names import AUX_CHANNELS
 from .noise import Noise
 from .pattern import firing_pattern
 from .prim import has_sensor_api, read_aux_level, read_config, read_exclude, read_tick_rate
@@ -118,7 +126,11 @@ class LidarRuntime:
             optics=lambda: surface_optics(app),
             config=config,
             subrays=app.fidelity.lidar_subrays,
-            tables={"matId": lambda: surface_materials(app), "objId": lambda: surface_ids(app)},
+            tables={
+                "matId": lambda: surface_materials(app),
+                "objId": lambda: surface_ids(app),
+                "classId": lambda: surface_classes(app),
+            },
         )
         self._channels: frozenset[str] = frozenset()
         self.reset()
@@ -131,15 +143,21 @@ class LidarRuntime:
         """The auxiliary level of the prim, as of the last `require` or reset."""
         return self._aux
 
-    def require(self, owner: object, channels: Iterable[str], *, ignore_aux: bool = False) -> None:
-        """Asks for channels on behalf of an owner; those above the prim's aux level stay empty, with a warning."""
-        self.demand.require(owner, channels, ignore_aux=ignore_aux)
+    def require(
+        self, owner: object, channels: Iterable[str], *, optional: Iterable[str] = (), ignore_aux: bool = False
+    ) -> None:
+        """Asks for channels on behalf of an owner; those above the prim's aux level stay empty, with a warning.
+
+        Of `optional` ones it computes what the level reaches, without a word.
+        """
+        self.demand.require(owner, channels, optional=optional, ignore_aux=ignore_aux)
         self._aux = read_aux_level(self._app.stage.GetPrimAtPath(self.path))
         for name, level in self.demand.above(self._aux).items():
             self._app.warn(
                 "aux-level-too-low",
                 f"{self.path}.{name}",
-                f"{name} needs aux_output_level {level.name}, the prim has {self._aux.name}; the channel stays empty",
+                f"{name} stays empty: it needs aux_output_level {level.name}, the prim has {self._aux.name} "
+                f"(attribute {AUX_CHANNELS})",
             )
 
     def release(self, owner: object) -> None:
@@ -161,11 +179,19 @@ class LidarRuntime:
         self._app.warn("stable-ids-off", self.path, f"object ids stay empty; switch them on with --{STABLE_IDS}=true")
         return False
 
-    def object_ids(self) -> dict[int, str]:
-        """128-bit object id -> prim path of what frames may hold; empty while stable ids are off."""
+    def object_ids(self, *, resolve_all: bool = False) -> dict[int, str]:
+        """128-bit object id -> prim path of what frames may hold; empty while stable ids are off.
+
+        As documented without the copies of point instancers, which have no prim; resolve_all: with them.
+        """
         if not self.has_stable_ids():
             return {}
-        return stable_id_map(surface.path for surface in cast_world(self._app).surfaces)
+        paths = (surface.path for surface in cast_world(self._app).surfaces)
+        return stable_id_map(path for path in paths if resolve_all or has_prim(path))
+
+    def class_labels(self) -> dict[int, dict[str, str]]:
+        """Number in the channel classId -> its labels, {taxonomy: label}."""
+        return surface_labels(self._app)
 
     def _withheld(self, wanted: frozenset[str]) -> frozenset[str]:
         withheld = set()

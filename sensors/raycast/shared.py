@@ -11,6 +11,7 @@ from graph.sim.settings import RAY_THREADS
 from sensors.ids import stable_id
 from sensors.materials import PREFIX, PREFIX_SETTING, material_of
 from sensors.optics import Optics, optics_of
+from sensors.semantics import Labels, numbered, surface_label
 
 from .world import CastWorld
 
@@ -64,4 +65,22 @@ def surface_ids(app: App) -> np.ndarray:
     if found is None:
         data = b"".join(stable_id(surface.path) for surface in world.surfaces)
         found = world.cache["ids"] = np.frombuffer(data, np.uint8).reshape(-1, 16)
+    return found
+
+
+def surface_classes(app: App) -> np.ndarray:
+    """The number of the semantic class of every surface of the App's cast world, (n,) uint32; see `surface_labels`."""
+    return _classes(app)[0]
+
+
+def surface_labels(app: App) -> dict[int, Labels]:
+    """What the numbers of semantic classes stand for: 0 nothing was hit, 1 no label, then the labels there are."""
+    return dict(_classes(app)[1])
+
+
+def _classes(app: App) -> tuple[np.ndarray, dict[int, Labels]]:
+    world = cast_world(app)
+    found: tuple[np.ndarray, dict[int, Labels]] | None = world.cache.get("classes")
+    if found is None:
+        found = world.cache["classes"] = numbered([surface_label(app.stage, surface) for surface in world.surfaces])
     return found

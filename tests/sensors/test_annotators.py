@@ -123,7 +123,8 @@ def test_an_extracted_cloud_holds_what_the_frame_holds():
     found = extract_point_cloud(frame(rotary(), **beams([0.0], [1.0]), objId=np.arange(16)[None]))
 
     assert found["data"].tolist() == [[1.0, 0.0, 0.0]]
-    assert found["objectId"].tolist() == [0x03020100, 0x07060504, 0x0B0A0908, 0x0F0E0D0C]
+    assert found["objectId"].dtype == np.uint8
+    assert found["objectId"].tolist() == [list(range(16))]  # 16 bytes a return
     assert "velocity" not in found
     assert found["transform"][3].tolist() == [2.0, 4.0, 6.0, 1.0]
 

@@ -1,0 +1,122 @@
+"""An annotator at work on a render product: asks its sensor for channels, hands out what the newest frame holds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from .annotator_types import AnnotatorType, Reading, check_product
+from .channels import AUXILIARY, Consumer
+from .errors import SensorValueError
+
+if TYPE_CHECKING:
+    from graph.sim import App
+    from graph.sim.rendering import RenderProduct
+
+Product = Any
+"""A render product, its path, or anything with a `path`."""
+
+
+class Annotator:
+    """`Annotator(kind).initialize(outputTimestamp=True).attach(product)`, then `get_data()` after each update.
+
+    kind: from `sensors.annotator_types`. app: the one whose products are meant; None is the App entered last. Options
+    can be given until it is attached.
+    """
+
+    def __init__(self, kind: AnnotatorType, *, app: App | None = None) -> None:
+        self.kind = kind
+        self.options = kind.checked_options({})
+        self._app = app
+        self._reading: Reading | None = None
+        self._owner = Consumer(f"annotator {kind.name}")
+        self._known: tuple[Any, Any] | None = None
+
+    @property
+    def name(self) -> str:
+        """Its name in the registry."""
+        return self.kind.name
+
+    def get_name(self) -> str:
+        """Its name in the registry."""
+        return self.kind.name
+
+    @property
+    def product(self) -> RenderProduct | None:
+        """The render product it is attached to."""
+        return self._reading.product if self._reading else None
+
+    def initialize(self, **options: Any) -> Annotator:
+        """Sets options. Raises SensorValueError for unknown ones, and once it is attached."""
+        if self._reading is not None:
+            raise SensorValueError(f"{self.name} is attached already; initialize it before attach")
+        self.options = self.kind.checked_options({**self.options, **options})
+        return self
+
+    def attach(self, products: Product) -> Annotator:
+        """Attaches it to a render product (or a list of one): from now on the sensor computes what it reads.
+
+        Raises SensorValueError for a product that is not there, of a prim it cannot read, and where one is attached.
+        """
+        app, product = only_product(products, self._app, self.name)
+        if self._reading is not None:
+            raise SensorValueError(f"{self.name} is attached to {self._reading.product.path} already; detach it first")
+        kind, reading = self.kind, Reading(app, product, self.options)
+        check_product(kind, reading)
+        if kind.instead:
+            app.warn("annotator-deprecated", kind.name, f"this annotator is deprecated; use {kind.instead}")
+        optional = AUXILIARY if kind.optional else frozenset()
+        reading.sensor.require(self._owner, kind.channels(reading), optional=optional)
+        self._reading, self._known = reading, None
+        return self
+
+    def get_data(self) -> Any:
+        """What the newest frame holds; between ticks the same object again. Before the first frame: empty arrays, or
+        None for a buffer.
+
+        Dictionaries have "data" and "info"; FlatScan's has its outputs by name. Raises SensorValueError if it is not
+        attached, RuntimeError once the product is gone.
+        """
+        reading = self._reading
+        if reading is None:
+            raise SensorValueError(f"{self.name} is not attached to a render product; attach it first")
+        if reading.app.rendering.products.get(reading.product.path) is not reading.product:
+            raise RuntimeError(f"{reading.product.path} is gone: a stop ended it; attach to a new product")
+        frame = reading.product.frame
+        keeps = self.kind.keeps_last and frame is not None and not frame.count
+        if self._known is None or (self._known[0] is not frame and not keeps):
+            reading.frame = None if keeps else frame
+            self._known = (frame, self.kind.read(reading))
+        return self._known[1]
+
+    def detach(self, products: Product = None) -> None:
+        """Ends what it asked for; one that is not attached is fine. products: as Replicator has it; not needed."""
+        if self._reading is not None:
+            self._reading.sensor.release(self._owner)
+            self._reading = self._known = None
+
+
+def only_product(products: Product, app: App | None, name: str) -> tuple[App, RenderProduct]:
+    """The App and the one render product meant by a product, a path, or a list of one.
+
+    Raises SensorValueError, led by `name`, for none, several, and one that is not there.
+    """
+    from graph.sim import App
+
+    listed = list(products) if isinstance(products, (list, tuple)) else [products]
+    if len(listed) != 1:
+        raise SensorValueError(f"{name}: attach it to one render product, not {len(listed)}")
+    path = str(getattr(listed[0], "path", listed[0]))
+    app = app or App.current()
+    product = app.rendering.products.get(path)
+    if product is None or (hasattr(listed[0], "sensor") and listed[0] is not product):
+        raise SensorValueError(f"{name}: there is no render product {path}; make one with create_render_product")
+    return app, product
+
+
+def split_data(found: Any) -> tuple[Any, Mapping[str, Any]]:
+    """(data, info) of what an annotator gave: of a dictionary "data" and all the rest, of anything else it and {}."""
+    if not isinstance(found, dict):
+        return found, {}
+    rest = {name: value for name, value in found.items() if name not in ("data", "info")}
+    return found.get("data"), {**rest, **found.get("info", {})}

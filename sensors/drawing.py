@@ -1,0 +1,171 @@
+"""The draw-point-cloud writer: each frame of a sensor as a PNG picture. The one file that touches Pillow."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from graph.errors import RunError
+
+from .frame import Frame
+
+VIEWS = {
+    "top": ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)),
+    "front": ((0.0, -1.0, 0.0), (0.0, 0.0, 1.0)),
+    "side": ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
+    "oblique": ((0.5**0.5, -(0.5**0.5), 0.0), (0.5, 0.5, 0.5**0.5)),
+}
+"""View -> the world axes that point to the right and up in the picture: from above, along +x, along +y, from behind
+at the right, 45 deg down."""
+
+BACKGROUND = np.array([8, 8, 12], np.float64)
+GRID = np.array([32, 32, 40], np.uint8)
+SENSOR = np.array([255, 96, 64], np.uint8)
+KEPT = 0.01
+"""Share of the points at each end that the first picture may leave outside."""
+
+MOST_PIXELS = 15
+"""Largest side of a point's square."""
+
+
+class PointCloudDrawing:
+    """Writes `<output_dir>/<sensor>_<frame>.png` for each frame it is called with; equal frames give equal bytes.
+
+    size: side of a point's square [m], at least a pixel. color: r, g, b, a from 0 to 1. doTransform: draw points in the
+    world, not in the sensor's frame (points that are in world axes already stay). testMode: draw, but write nothing.
+    view: one of `VIEWS`, without perspective. resolution: width, height [px]. center (x, y, z) [m] and span, the metres
+    across the width: what the pictures show; without them the points of the first frame that has any, whose range all
+    others keep. Grey lines lie every 1, 10 or 100 m, the cross is the sensor. Raises ValueError for wrong arguments.
+    """
+
+    def __init__(
+        self,
+        *,
+        size: float = 0.02,
+        color: Sequence[float] = (0.75, 0.75, 1.0, 1.0),
+        doTransform: bool = True,
+        testMode: bool = False,
+        output_dir: str | Path = "point_clouds",
+        view: str = "top",
+        resolution: Sequence[int] = (960, 720),
+        center: Sequence[float] | None = None,
+        span: float | None = None,
+    ) -> None:
+        if view not in VIEWS:
+            near = difflib.get_close_matches(str(view), VIEWS, n=1)
+            hint = f'did you mean "{near[0]}"?' if near else f"there are {', '.join(VIEWS)}"
+            raise ValueError(f"there is no view {view!r}; {hint}")
+        if not (np.isfinite(size) and size > 0) or (span is not None and not (np.isfinite(span) and span > 0)):
+            raise ValueError("size and span are lengths above 0 m")
+        if len(color) != 4 or not all(0 <= part <= 1 for part in color):
+            raise ValueError(f"color {color!r} is not r, g, b, a from 0 to 1")
+        if len(resolution) != 2 or not all(1 <= int(side) <= 8192 for side in resolution):
+            raise ValueError(f"resolution {resolution!r} is not width and height from 1 to 8192")
+        if center is not None and len(center) != 3:
+            raise ValueError(f"center {center!r} is not x, y, z")
+        self.folder = Path(output_dir)
+        self._size, self._transform, self._writes = float(size), bool(doTransform), not testMode
+        self._axes = np.array(VIEWS[view])
+        self._pixels = int(resolution[0]), int(resolution[1])
+        self._center = None if center is None else self._axes @ np.asarray(center, np.float64)
+        self._scale = None if span is None else self._pixels[0] / float(span)
+        alpha = float(color[3])
+        mixed = np.asarray(color[:3], np.float64) * 255.0 * alpha + BACKGROUND * (1.0 - alpha)
+        self._color = np.rint(mixed).astype(np.uint8)
+
+    def __call__(self, frame: Frame) -> Path:
+        """Draws a frame; returns where it is written. Raises RunError where it cannot be."""
+        picture = self.draw(frame)
+        name = frame.sensor_path.strip("/").replace("/", "_") or "cloud"
+        file = self.folder / f"{name}_{frame.frame_id:06d}.png"
+        if self._writes:
+            self._write(picture, file)
+        return file
+
+    def draw(self, frame: Frame) -> np.ndarray:
+        """The picture of a frame, (height, width, 3) uint8."""
+        points = frame.xyz.astype(np.float64)
+        pose = frame.end.world_sensor
+        here = pose[:3, 3]
+        if self._transform and frame.frame_of_reference != "WORLD":
+            points = points @ pose[:3, :3].T + here
+        elif frame.frame_of_reference != "WORLD":
+            here = np.zeros(3)
+        places = points @ self._axes.T
+        self._fit(places, self._axes @ here)
+        width, height = self._pixels
+        picture = np.empty((height, width, 3), np.uint8)
+        picture[:] = np.rint(BACKGROUND).astype(np.uint8)
+        self._lines(picture)
+        self._squares(picture, places, max(1, min(MOST_PIXELS, round(self._size * (self._scale or 1.0)))), self._color)
+        arms = np.arange(-4, 5)
+        row, column = self._pixel((self._axes @ here)[None])
+        for rows, columns in ((row + arms, column + 0 * arms), (row + 0 * arms, column + arms)):
+            inside = (rows >= 0) & (rows < height) & (columns >= 0) & (columns < width)
+            picture[rows[inside], columns[inside]] = SENSOR
+        return picture
+
+    def _fit(self, places: np.ndarray, sensor: np.ndarray) -> None:
+        """Decides what the pictures show, once there are points."""
+        if self._center is not None and self._scale is not None:
+            return
+        if not len(places):
+            self._shown = (sensor if self._center is None else self._center, self._scale or self._pixels[0] / 20.0)
+            return
+        low, high = np.quantile(places, (KEPT, 1.0 - KEPT), axis=0)
+        if self._center is None:
+            self._center = (low + high) / 2
+        if self._scale is None:
+            reach = np.maximum(np.maximum(high - self._center, self._center - low), 0.5) * 2.2
+            self._scale = float((np.array(self._pixels) / reach).min())
+
+    def _view(self) -> tuple[np.ndarray, float]:
+        if self._center is not None and self._scale is not None:
+            return self._center, self._scale
+        return self._shown
+
+    def _pixel(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        center, scale = self._view()
+        width, height = self._pixels
+        flat = np.clip((places - center) * scale, -1e6, 1e6)
+        return (
+            np.floor(height / 2 - flat[:, 1]).astype(np.int64),
+            np.floor(width / 2 + flat[:, 0]).astype(np.int64),
+        )
+
+    def _squares(self, picture: np.ndarray, places: np.ndarray, side: int, color: np.ndarray) -> None:
+        rows, columns = self._pixel(places)
+        width, height = self._pixels
+        first = -(side // 2)
+        for down in range(first, first + side):
+            for right in range(first, first + side):
+                inside = (
+                    (rows + down >= 0) & (rows + down < height) & (columns + right >= 0) & (columns + right < width)
+                )
+                picture[rows[inside] + down, columns[inside] + right] = color
+
+    def _lines(self, picture: np.ndarray) -> None:
+        center, scale = self._view()
+        step = next(step for step in (1.0, 10.0, 100.0, 1e3, 1e9) if step * scale >= 12)
+        for axis, side in ((0, self._pixels[0]), (1, self._pixels[1])):
+            low, high = center[axis] - side / 2 / scale, center[axis] + side / 2 / scale
+            at = np.arange(np.ceil(low / step), np.floor(high / step) + 1) * step
+            place = np.floor(side / 2 + (at - center[axis]) * scale * (1 if axis == 0 else -1)).astype(np.int64)
+            place = place[(place >= 0) & (place < side)]
+            if axis == 0:
+                picture[:, place] = GRID
+            else:
+                picture[place] = GRID
+
+    def _write(self, picture: np.ndarray, file: Path) -> None:
+        from PIL import Image
+
+        try:
+            file.parent.mkdir(parents=True, exist_ok=True)
+            Image.fromarray(picture).save(file, format="PNG", compress_level=6)
+        except OSError as error:
+            reason = error.strerror or error
+            raise RunError(f"draw-point-cloud: {file}: {reason}; give an output_dir that can be written") from error

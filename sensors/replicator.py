@@ -1,0 +1,136 @@
+"""Render products, annotators and writers spelt as in omni.replicator.core: `import sensors.replicator as rep`.
+
+    product = rep.create.render_product("/World/Lidar", (1024, 1024))
+    buffer = rep.AnnotatorRegistry.get_annotator("IsaacCreateRTXLidarScanBuffer")
+    buffer.initialize(outputTimestamp=True, outputIntensity=True)
+    buffer.attach([product])
+    writer = rep.writers.get("RtxSensorDebugDrawPointCloud")
+    writer.initialize(size=0.05, output_dir="out/clouds")
+    writer.attach([product])
+    app.play()
+    app.update(steps=12)
+    points = buffer.get_data()["data"]
+
+Every function takes `app`; None is the App entered last. `sensors.annotator_types` has the annotators, what each reads
+and its options; `sensors.writers` the writers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from .annotator import Annotator
+from .annotator_types import TYPES, AnnotatorType, find_annotator, register_annotator
+from .errors import SensorValueError
+from .products import render_product
+from .writers import REGISTRY, WRITERS, AttachedWriter, WriterSpec, find_writer
+
+if TYPE_CHECKING:
+    from graph.sim import App
+    from graph.sim.rendering import RenderProduct
+
+HOST = (None, "cpu", "cpu:0")
+
+
+def create_render_product(
+    camera: Any, resolution: Sequence[int] = (1280, 720), *, name: str | None = None, app: App | None = None
+) -> RenderProduct:
+    """The render product of a sensor at a resolution (width, height); an equal one is used again.
+
+    camera: path of a sensor prim, a prim, or an authoring object such as `Lidar`. Raises SensorValueError (a UserError
+    and a ValueError) for a prim that is not there or is no sensor.
+    """
+    from graph.sim import App
+
+    path = camera.GetPath() if hasattr(camera, "GetPath") else getattr(camera, "path", camera)
+    if len(resolution) != 2:
+        raise SensorValueError(f"resolution {resolution!r} is not (width, height)")
+    return render_product(app or App.current(), str(path), (int(resolution[0]), int(resolution[1])), name)
+
+
+def get_annotator(
+    name: str,
+    init_params: Mapping[str, Any] | None = None,
+    *,
+    device: str | None = None,
+    app: App | None = None,
+) -> Annotator:
+    """A fresh annotator by its name in the registry; init_params: as `initialize` takes them.
+
+    device: only the host has data ("cpu"). Raises SensorValueError for unknown names and options.
+    """
+    if device not in HOST:
+        raise SensorValueError(f"device {device!r}: annotators are in host memory; leave it out")
+    return Annotator(find_annotator(name), app=app).initialize(**(init_params or {}))
+
+
+def get_writer(name: str, init_params: Mapping[str, Any] | None = None, *, app: App | None = None) -> AttachedWriter:
+    """A fresh writer by its name in the registry, or its short one. Raises SensorValueError for unknown names."""
+    return AttachedWriter(name, find_writer({**WRITERS, **REGISTRY}, name), app=app).initialize(**(init_params or {}))
+
+
+class AnnotatorRegistry:
+    """The annotators there are."""
+
+    get_annotator = staticmethod(get_annotator)
+    get = staticmethod(get_annotator)
+
+    @staticmethod
+    def get_registered_annotators() -> list[str]:
+        """Their names, sorted."""
+        return sorted(TYPES)
+
+    @staticmethod
+    def register(kind: AnnotatorType) -> None:
+        """Adds one of your own. Raises SensorValueError if its name is taken."""
+        register_annotator(kind)
+
+    @staticmethod
+    def unregister_annotator(name: str) -> None:
+        """Takes one away again; unknown ones are fine."""
+        TYPES.pop(name, None)
+
+
+class WriterRegistry:
+    """The writers there are."""
+
+    get = staticmethod(get_writer)
+
+    @staticmethod
+    def get_writers() -> list[str]:
+        """Their names, sorted."""
+        return sorted(REGISTRY)
+
+    @staticmethod
+    def register(name: str, spec: WriterSpec) -> None:
+        """Adds one of your own. Raises SensorValueError if its name is taken."""
+        if name in REGISTRY:
+            raise SensorValueError(f"there is a writer {name!r} already; give yours another name")
+        REGISTRY[name] = spec
+
+    @staticmethod
+    def unregister_writer(name: str) -> None:
+        """Takes one away again; unknown ones are fine."""
+        REGISTRY.pop(name, None)
+
+
+class create:  # noqa: N801  (spelt as in omni.replicator.core)
+    """`create.render_product`."""
+
+    render_product = staticmethod(create_render_product)
+
+
+annotators = AnnotatorRegistry
+writers = WriterRegistry
+
+__all__ = [
+    "AnnotatorRegistry",
+    "WriterRegistry",
+    "annotators",
+    "create",
+    "create_render_product",
+    "get_annotator",
+    "get_writer",
+    "writers",
+]

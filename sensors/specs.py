@@ -1,0 +1,45 @@
+"""The short names that sensors know annotators by; `sensors.annotator_types` has the annotators themselves."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from .annotator_types import TYPES, AnnotatorType, find_annotator, register_annotator
+from .errors import SensorValueError
+
+ANNOTATORS: dict[str, dict[str, Any]] = {
+    "generic-model-output": {"name": "GenericModelOutput"},
+    "stable-id-map": {"name": "StableIdMap"},
+}
+"""Short name -> its name in the registry, and default options. Sensors copy it when they are made."""
+
+_BUILT_IN = frozenset(ANNOTATORS)
+
+
+def register_annotator_spec(name: str, spec: Mapping[str, Any] | AnnotatorType) -> None:
+    """Lets sensors that are made from now on take the annotator `name`.
+
+    spec: {"name": name in the registry, "defaults": options}, or an `AnnotatorType` of your own, which joins the
+    registry. Raises SensorValueError if the name is taken, or the registry has no such annotator.
+    """
+    if name in ANNOTATORS:
+        raise SensorValueError(f"there is an annotator {name!r} already; give yours another name")
+    if isinstance(spec, AnnotatorType):
+        if TYPES.get(spec.name) is not spec:
+            register_annotator(spec)
+        ANNOTATORS[name] = {"name": spec.name}
+        return
+    if "name" not in spec:
+        raise SensorValueError(f'annotator {name!r}: the spec needs "name", the annotator\'s name in the registry')
+    defaults = dict(spec.get("defaults", {}))
+    find_annotator(spec["name"]).checked_options(defaults)
+    ANNOTATORS[name] = {"name": spec["name"], "defaults": defaults}
+
+
+def unregister_annotator_spec(name: str) -> None:
+    """Takes a short name away again; unknown ones are fine. Sensors that have it keep it."""
+    spec = ANNOTATORS.pop(name, None)
+    if spec is not None and name in _BUILT_IN:
+        ANNOTATORS[name] = spec
+        raise SensorValueError(f"annotator {name!r} is one of our own; it stays")
