@@ -15,12 +15,14 @@ from . import settings as keys
 from .bus import MessageBus
 from .clocks import checked_rate
 from .fidelity import Fidelity
-from .options import clock_rates, experience_settings, refuse_unavailable
+from .options import clock_rates, experience_settings, frames_come_later, refuse_unavailable
+from .parity import apply_profile
 from .phases import EVENTS, PHASES, Callback, Subscribers, Unsubscribe
 from .rendering import Rendering
 from .run_loop import RunLoop
 from .settings import Settings, suggestion
 from .simulation import EXTERNAL_TIME, Simulation
+from .speed import Speed, follow_timeline
 from .timeline import Change, Timeline
 from .wall_clock import VirtualClock, WallClock
 from .warnings import WarningList
@@ -59,6 +61,7 @@ class App:
         refuse_unavailable(experience, parity, self.fidelity)
         self.experience, self.parity, self.seed = experience, parity, seed
         self.settings = Settings(settings)
+        apply_profile(self.settings, parity)
         self.warnings = WarningList()
         for path in self.settings.misspelt():
             self.warn("setting-unknown", path, f'no part of this run reads it; did you mean "{suggestion(path)}"?')
@@ -69,7 +72,15 @@ class App:
         self.stage = stage
         self.meters_per_unit: float = meters_per_unit(stage)
         authored = physics_scene_rate(stage)
-        physics_rate, loop_rate = clock_rates(physics_hz, loop_hz, experience, authored, self.fidelity.physics_hz)
+        physics_rate, loop_rate = clock_rates(
+            physics_hz,
+            loop_hz,
+            experience,
+            authored,
+            self.fidelity.physics_hz,
+            whole=self.settings.get(keys.TRUNCATE_STEPS),
+            warn=self.warn,
+        )
         experience_settings(self.settings, experience, loop_rate if loop_hz is not None else None, stage)
 
         self.wall_clock: WallClock = wall_clock if wall_clock is not None else VirtualClock()
@@ -81,6 +92,7 @@ class App:
         self.simulation = Simulation(self, physics_rate)
         self.rendering = Rendering(self)
         self._read_rendering_settings()
+        self._speed = Speed(self.wall_clock.now)
         self.graphs: dict[str, Any] = {}
         """The graphs bound to this App, by path; filled by whoever binds them."""
         self.folders: tuple[Path, ...] = ()
@@ -92,6 +104,8 @@ class App:
         self._subscribers = {name: Subscribers() for name in (*PHASES, *EVENTS)}
         self._subscribers["physics_pre_step"] = self.simulation.pre_step
         self._subscribers["physics_post_step"] = self.simulation.post_step
+        self.on("resume", self.simulation.resample, -1)
+        follow_timeline(self, self._speed)
         phases = self._subscribers
         self._timeline_state, self._timeline_phase = phases["timeline_state"], phases["timeline"]
         self._physics_phase, self._graphs_phase = phases["physics"], phases["simulation_graphs"]
@@ -135,6 +149,14 @@ class App:
     def loop_time(self) -> Fraction:
         """The run loop's time since the App was made [s], playing or not."""
         return self.run_loop.time
+
+    @property
+    def speed(self) -> Fraction | None:
+        """Simulated seconds per second of this App's wall clock since the last play or resume; None before the first.
+
+        1 is real time, below 1 slow motion. Measured: on the real clock it holds what the machine and the pacing gave.
+        """
+        return self._speed.ratio(self.simulation.monotonic_time)
 
     @property
     def timing(self) -> dict[str, float]:
@@ -205,6 +227,9 @@ class App:
         rendering, bus = self.rendering, self.bus
         bus.begin_update()
         dt = self.run_loop.begin()
+        if rendering.frames_later:
+            rendering.deliver_pending()
+            self._hand_over()
 
         for callback in self._timeline_state.before:
             callback()
@@ -237,32 +262,44 @@ class App:
 
         for callback in self._render_phase.before:
             callback()
-        rendering.render_due()
+        rendering.render_due(playing=self.timeline.is_playing())
         for callback in self._render_phase.after:
             callback()
         done = perf_counter()
         self._render_s += done - started
 
-        if rendering.new_frames:
-            io = bus.io_seconds
-            for callback in self._frames_phase.before:
-                callback()
-            rendering.hand_over()
-            for callback in self._frames_phase.after:
-                callback()
-            self._graph_s += perf_counter() - done - (bus.io_seconds - io)
+        if rendering.new_frames and not rendering.frames_later:
+            self._hand_over()
 
         self._end_phase()
         self.run_loop.end()
 
+    def _hand_over(self) -> None:
+        rendering, bus = self.rendering, self.bus
+        if not rendering.new_frames:
+            return
+        began, io = perf_counter(), bus.io_seconds
+        for callback in self._frames_phase.before:
+            callback()
+        rendering.hand_over()
+        for callback in self._frames_phase.after:
+            callback()
+        self._graph_s += perf_counter() - began - (bus.io_seconds - io)
+
     def set_loop_step(self, step: Fraction) -> None:
-        """Makes an update last `step` [s] on every clock that follows the loop."""
+        """Makes an update last `step` [s] on every clock that follows the loop.
+
+        The rate limit and the target frame rate follow always, or only while rate limiting is on (see
+        `graph.sim.parity`).
+        """
         frequency = checked_rate(1 / step, "loop")
         plain = frequency.numerator if frequency.denominator == 1 else frequency
         self.run_loop.manual_step = step
+        self.run_loop.manual_mode = True
         self.settings.set(keys.MANUAL_MODE, True)
-        self.settings.set(keys.RATE_LIMIT_FREQUENCY, plain)
-        self.timeline.set_target_framerate(frequency)
+        if self.settings.get(keys.SET_DT_RATE_LIMIT) or self.settings.get(keys.RATE_LIMIT_ENABLED):
+            self.settings.set(keys.RATE_LIMIT_FREQUENCY, plain)
+            self.timeline.set_target_framerate(frequency)
         self.stage.SetTimeCodesPerSecond(float(frequency))
         self.timeline.set_time_codes_per_second(frequency)
         period = step.limit_denominator(10**9)
@@ -306,6 +343,8 @@ class App:
         settings, rendering = self.settings, self.rendering
         rendering.multi_tick = settings.get(keys.MULTI_TICK)
         rendering.capture_at_ticks = self.fidelity.tlas == "sensor" and settings.get(keys.SENSOR_TICK_TLAS)
+        rendering.autotrigger_idle = settings.get(keys.AUTOTRIGGER_IDLE)
+        rendering.frames_later = frames_come_later(settings)
 
     def _end_play(self) -> None:
         self.fabric.unbind()

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 from graph.errors import RunError, UserError
 
+MICROSECONDS = 1_000_000
 MAX_NANOSECONDS = 2**63 - 1
 """Stamps are int64 nanoseconds: about 292 years."""
 
@@ -68,6 +69,11 @@ class Reading(NamedTuple):
     def monotonic(self) -> Fraction:
         """Monotonic time [s]."""
         return self.base + Fraction((self.steps - self.start) * self.denominator, self.numerator)
+
+    @property
+    def microseconds(self) -> int:
+        """Simulation time in whole microseconds, rounded down."""
+        return self.steps * self.denominator * MICROSECONDS // self.numerator
 
     def same_time(self, other: Reading) -> bool:
         """Whether both read the same simulation time."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
 
@@ -11,11 +12,13 @@ from graph.errors import UserError
 from . import settings as keys
 from .clocks import checked_rate
 from .fidelity import Fidelity
+from .parity import PARITIES
 from .settings import Settings
 
 EXPERIENCES = ("base", "full", "zero_delay")
-PARITIES = ("documented", "isaacsim-6.0.1")
 DEFAULT_RATE = Fraction(60)
+RENDER_ORDER = 30
+"""Order of rendering among the steps of an update, as `/app/updateOrder/...` counts them."""
 
 
 def refuse_unavailable(experience: str, parity: str, fidelity: Fidelity) -> None:
@@ -24,8 +27,6 @@ def refuse_unavailable(experience: str, parity: str, fidelity: Fidelity) -> None
         raise UserError(f"experience {experience!r} is not one of {', '.join(EXPERIENCES)}")
     if parity not in PARITIES:
         raise UserError(f"parity {parity!r} is not one of {', '.join(PARITIES)}")
-    if parity != "documented":
-        raise UserError(f'parity {parity!r} is not available yet; use "documented"')
     changed = {name: value for name, value in fidelity.as_dict().items() if value != Fidelity()[name]}
     Fidelity.from_mapping(changed)
 
@@ -36,23 +37,29 @@ def clock_rates(
     experience: str,
     authored: Fraction | None,
     knob: Fraction | None,
+    *,
+    whole: bool = False,
+    warn: Callable[[str, str, str], None] = lambda code, where, message: None,
 ) -> tuple[Fraction, Fraction]:
     """Physics and loop rate [Hz]: the knob beats the argument, that beats what the stage authors, that beats 60.
 
-    `zero_delay` runs both at one rate. Raises UserError for rates that cannot be run or that contradict each other.
+    `zero_delay` runs both at one rate. `whole`: a physics rate is rounded down to a whole number of steps, at least 1,
+    and that is warned of. Raises UserError for rates that cannot be run or that contradict each other.
     """
     asked = knob if knob is not None else _rate(physics_hz, "physics_hz")
     loop = _rate(loop_hz, "loop_hz")
     if experience != "zero_delay":
-        physics = asked or authored or DEFAULT_RATE
-        return checked_rate(physics, "physics_hz"), loop or DEFAULT_RATE
+        physics = checked_rate(asked or authored or DEFAULT_RATE, "physics_hz")
+        return (_whole(physics, warn) if whole else physics), loop or DEFAULT_RATE
     if asked and loop and asked != loop:
         raise UserError(
             f"physics_hz {float(asked):g} and loop_hz {float(loop):g} differ; experience zero_delay runs both at one "
             "rate: give one of them"
         )
-    both = asked or loop or authored or DEFAULT_RATE
-    return checked_rate(both, "physics_hz"), both
+    both = checked_rate(asked or loop or authored or DEFAULT_RATE, "physics_hz")
+    if whole:
+        both = _whole(both, warn)
+    return both, both
 
 
 def experience_settings(settings: Settings, experience: str, loop_rate: Fraction | None, stage: Any) -> None:
@@ -60,9 +67,10 @@ def experience_settings(settings: Settings, experience: str, loop_rate: Fraction
     if experience == "full":
         settings.set_default(keys.FIXED_STEPPING, True)
         settings.set_default(keys.RATE_LIMIT_ENABLED, True)
+        settings.set_default(keys.MANUAL_MODE, False)  # on while the timeline plays
     if experience == "zero_delay":
         settings.set_default("/app/hydraEngine/waitIdle", True)
-        settings.set_default("/app/updateOrder/checkForHydraRenderComplete", 1000)
+        settings.set_default(keys.RENDER_COMPLETE_ORDER, 1000)
     if loop_rate is not None:
         settings.set_default(keys.RATE_LIMIT_FREQUENCY, loop_rate)
         settings.set_default(keys.TARGET_FRAMERATE, loop_rate)
@@ -78,3 +86,20 @@ def _rate(value: float | str | Fraction | None, what: str) -> Fraction | None:
     except (ValueError, TypeError):
         raise UserError(f"{what}: {value!r} is no rate; give a number of Hz or a fraction such as 60000/1001") from None
     return checked_rate(rate, what)
+
+
+def frames_come_later(settings: Settings) -> bool:
+    """Whether a frame is collected at the begin of the update after the one that rendered it."""
+    return bool(settings.get(keys.FRAMES_LATER)) and settings.get(keys.RENDER_COMPLETE_ORDER) < RENDER_ORDER
+
+
+def _whole(rate: Fraction, warn: Callable[[str, str, str], None]) -> Fraction:
+    steps = max(1, int(rate))
+    if steps != rate:
+        warn(
+            "physics-rate-truncated",
+            "physics_hz",
+            f"{float(rate):g} Hz is not a whole number of steps per second; physics runs at {steps} Hz, as in the "
+            "profile's product; give a whole rate",
+        )
+    return Fraction(steps)

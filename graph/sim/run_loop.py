@@ -6,11 +6,9 @@ import math
 from fractions import Fraction
 
 from . import settings as keys
-from .clocks import Counter
+from .clocks import MICROSECONDS, Counter
 from .settings import Settings
 from .wall_clock import WallClock
-
-MICROSECONDS = 1_000_000
 
 
 class RunLoop:

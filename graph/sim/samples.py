@@ -7,7 +7,7 @@ from fractions import Fraction
 from itertools import pairwise
 from typing import Literal, NamedTuple
 
-from .clocks import PhysicsClock, Reading
+from .clocks import MICROSECONDS, PhysicsClock, Reading
 
 CAPACITY = 31
 Which = Literal["simulation", "monotonic", "system"]
@@ -23,24 +23,37 @@ class Sample(NamedTuple):
 
 
 class TimeSamples:
-    """The last 31 samples. Each update with a physics step adds one, holding the last substep's times.
+    """The last 31 samples: one for each update with a physics step, holding its last substep's times, and one for each
+    direct step; with `per_substep` one for every step.
 
-    The key is the external time, or the run loop's where multi-tick rendering is off. A sample with the key of the
-    newest one replaces it. Look-ups match exactly or interpolate between neighbours; outside there is no answer.
+    The key is the exact external time, or the run loop's where multi-tick rendering is off; with `per_substep` the
+    external time in whole microseconds, rounded down. A sample with the key of the newest one replaces it, older ones
+    are never touched. Look-ups match exactly or interpolate between neighbours; outside there is no answer.
     """
 
-    def __init__(self) -> None:
-        self._entries: deque[tuple[Reading, Fraction, Fraction | None]] = deque(maxlen=CAPACITY)
+    def __init__(self, *, per_substep: bool = False) -> None:
+        self.per_substep = per_substep
+        self._entries: deque[tuple[Reading, Fraction, Fraction | int | None]] = deque(maxlen=CAPACITY)
 
-    def record(self, clock: PhysicsClock, system: Fraction, key: Fraction | None = None) -> None:
-        """Adds what the clocks read now; `key` None stands for the simulation time itself."""
-        reading = clock.reading()
+    def record(self, clock: PhysicsClock, system: Fraction, key: Fraction | None = None, steps: int = 1) -> None:
+        """Adds what the clocks read now, and read after each of the `steps` - 1 steps before (all of one rate).
+
+        `key` None stands for the simulation time itself; `system` is the wall time [s] of them all.
+        """
+        now = clock.reading()
+        if steps > 1 and key is None:
+            for count in range(max(now.steps - min(steps, CAPACITY), now.start) + 1, now.steps):
+                self._add(now._replace(steps=count), system, None)
+        self._add(now, system, key)
+
+    def _add(self, reading: Reading, system: Fraction, key: Fraction | None) -> None:
         entries = self._entries
+        kept = reading.microseconds if self.per_substep and key is None else key
         if entries:
             last, _, last_key = entries[-1]
-            if last_key == key and (key is not None or last.same_time(reading)):
+            if last_key == kept and (kept is not None or last.same_time(reading)):
                 entries.pop()
-        entries.append((reading, system, key))
+        entries.append((reading, system, kept))
 
     def clear(self) -> None:
         """Forgets everything (stop)."""
@@ -52,7 +65,7 @@ class TimeSamples:
     def all(self) -> list[Sample]:
         """Every sample, oldest first."""
         return [
-            Sample(reading.time if key is None else key, reading.time, reading.monotonic, system)
+            Sample(_key(reading, key), reading.time, reading.monotonic, system)
             for reading, system, key in self._entries
         ]
 
@@ -68,6 +81,12 @@ class TimeSamples:
                 low, high = _value(before, which), _value(after, which)
                 return low + share * (high - low)
         return None
+
+
+def _key(reading: Reading, key: Fraction | int | None) -> Fraction:
+    if key is None:
+        return reading.time
+    return Fraction(key, MICROSECONDS) if isinstance(key, int) else key
 
 
 def _value(sample: Sample, which: Which) -> Fraction:

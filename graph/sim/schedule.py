@@ -164,3 +164,7 @@ class EveryUpdate:
             return None
         start, self.last = self.last, time
         return Tick(0, self.rate, time, start, time)
+
+    def repeat(self, time: Fraction) -> Tick:
+        """A tick over an interval of length 0, for an update in which the time has not moved."""
+        return Tick(0, self.rate, time, time, time)

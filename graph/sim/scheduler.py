@@ -17,8 +17,8 @@ class SensorScheduler:
     """Render products in the order of their creation, ticked on the physics clock.
 
     With multi-tick rendering off there is no sensor clock of its own: `loop_time` (the run loop's time since the App
-    was made) takes the place of the external time, and every sensor renders in every update, except an accumulating
-    one, which emits its scan in the update that completes it.
+    was made, which runs on while the timeline is paused) takes the place of the external time, and every sensor renders
+    in every update while playing, except an accumulating one, which emits its scan in the update that completes it.
     """
 
     def __init__(
@@ -31,6 +31,10 @@ class SensorScheduler:
         """Takes an immutable snapshot of all poses; None while nothing moves."""
         self.multi_tick = True
         self.capture_at_ticks = True
+        self.autotrigger_idle = False
+        """Whether sensors of tick rate 0 also render in updates in which the external time stands still."""
+        self.frames_later = False
+        """Whether a frame is delivered by `deliver_pending`, not in the update that renders it."""
         self.next_capture = NEVER
         """The step count after which `capture` is to be called."""
         self._clock = clock
@@ -44,6 +48,8 @@ class SensorScheduler:
         self._rendered_step = 0
         self._rendered_version = clock.version
         self._captures: list[tuple[int, int, RenderProduct]] = []
+        self._pending: list[tuple[RenderProduct, Any]] = []
+        self._held = True  # without multi-tick rendering: nothing was rendered in the update before
         self._at_play: list[tuple[RenderProduct, list[Callable[[Any], object]]]] | None = None
 
     @property
@@ -91,10 +97,22 @@ class SensorScheduler:
     def begin_update(self, dt: Fraction) -> None:
         """Remembers the external time at the start of an update of `dt` [s] and ends the last update's frames."""
         self._began_at = self._clock.reading() if self.multi_tick else self._loop_time() - dt
-        if self.new_frames:
-            for product in self.new_frames:
-                product.new_frame = False
-            self.new_frames = []
+        if self.new_frames and not self.frames_later:
+            self._end_frames()
+
+    @property
+    def pending_frames(self) -> bool:
+        """Whether rendered frames wait for the next update to be delivered."""
+        return bool(self._pending)
+
+    def deliver_pending(self) -> None:
+        """The begin of an update where frames come later: ends the last frames and delivers those that waited."""
+        self._end_frames()
+        pending, self._pending = self._pending, []
+        for product, frame in pending:
+            if product.enabled and self.products.get(product.path) is product:
+                product.deliver(frame)
+                self.new_frames.append(product)
 
     def end_update(self) -> None:
         """Products made from here on exist from the external time as it is now."""
@@ -133,14 +151,18 @@ class SensorScheduler:
             captures.pop()[2].capture = poses
         self.next_capture = captures[-1][0] if captures else NEVER
 
-    def render_due(self) -> None:
+    def render_due(self, *, playing: bool = True) -> None:
         """Renders what is due at the external time as it is now, in the order of the products' creation."""
         if not self.multi_tick:
-            self._render_every_update()
+            if playing:
+                self._render_every_update()
+            self._held = not playing
             return
         clock = self._clock
         steps = clock.count
         if steps == self._rendered_step and clock.version == self._rendered_version:
+            if self.autotrigger_idle and playing:
+                self._render_idle()
             return
         self._rendered_step, self._rendered_version = steps, clock.version
         if clock.rate is not self._rate:
@@ -165,7 +187,7 @@ class SensorScheduler:
         """Stop: products and writers made since play are gone, the others begin anew at external time 0."""
         kept = self._at_play or []
         self._at_play = None
-        self.new_frames = []
+        self.new_frames, self._pending, self._held = [], [], True
         self._rendered_step, self._rendered_version = 0, self._clock.version
         if self._began_at is not None:
             self._began_at = self.time
@@ -235,11 +257,19 @@ class SensorScheduler:
                 product.capture = None
                 self._deliver(product, tick)
 
+    def _render_idle(self) -> None:
+        for product in tuple(self._eager):
+            schedule = product.sensor.schedule
+            if isinstance(schedule, EveryUpdate) and not schedule.rate:
+                self._deliver(product, schedule.repeat(self._clock.time))
+
     def _render_every_update(self) -> None:
         time = self._loop_time()
         for product in tuple(self.products.values()):
             if not product.enabled:
                 continue
+            if self._held:  # the time went on while nothing was rendered: intervals begin anew
+                product.restart(max(self.moment, product.created_at or self.moment))
             if product.sensor.wants_updates:
                 self._advance(product, time)
             schedule = product.sensor.schedule
@@ -260,6 +290,15 @@ class SensorScheduler:
 
     def _deliver(self, product: RenderProduct, tick: Tick) -> None:
         frame = product.sensor.render(tick)
-        if frame is not None:
-            product.deliver(frame)
-            self.new_frames.append(product)
+        if frame is None:
+            return
+        if self.frames_later:
+            self._pending.append((product, frame))
+            return
+        product.deliver(frame)
+        self.new_frames.append(product)
+
+    def _end_frames(self) -> None:
+        for product in self.new_frames:
+            product.new_frame = False
+        self.new_frames = []

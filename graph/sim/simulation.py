@@ -116,10 +116,11 @@ class Simulation(TimeQueries):
 
     def run_steps(self, steps: int, *, renders_next: bool = False) -> None:
         """Runs `steps` substeps. What was done is on the clocks also when the engine raises."""
-        clock, rendering, session = self.clock, self._app.rendering, self._session
+        clock, rendering, session, before = self.clock, self._app.rendering, self._session, self.clock.count
         rendering.plan(clock.count + steps, renders_there=renders_next)
+        observed = bool(self.pre_step or self.post_step)
         try:
-            if self.pre_step or self.post_step:
+            if observed:
                 self._run_observed(steps)
             elif self.physics is None:
                 clock.advance(steps)
@@ -132,9 +133,11 @@ class Simulation(TimeQueries):
                     if clock.count == rendering.next_capture:
                         rendering.capture()
         finally:
-            if self._session == session:
+            done = clock.count - before
+            if self._session == session and done:
                 self._publish_time()
-                self.samples.record(clock, self._system_time, rendering.sample_key)
+                each = not observed if self.samples.per_substep else not renders_next
+                self.samples.record(clock, self._system_time, rendering.sample_key, done if each else 1)
 
     def _run_observed(self, steps: int) -> None:
         clock, rendering, session = self.clock, self._app.rendering, self._session
@@ -151,6 +154,8 @@ class Simulation(TimeQueries):
                 return
             clock.advance()
             self._publish_time()
+            if self.samples.per_substep:
+                self.samples.record(clock, self._system_time, rendering.sample_key)
             if clock.count == rendering.next_capture:
                 rendering.capture()
             for callback in self.post_step.after:
