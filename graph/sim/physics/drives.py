@@ -22,7 +22,8 @@ class Drives:
 
     A force at its limit does not depend on where the joint is, so MuJoCo integrates it explicitly; a stiff drive would
     then jump from one limit to the other around its target for ever. Such a drive gets here, for that step, just as
-    much of its stiffness and damping as keeps it from overshooting, given the least inertia the joint can have.
+    much of its stiffness and damping as keeps it from overshooting, given the least inertia the joint can have. That a
+    drive has come to its limit is seen by the force of the step before, which MuJoCo itself has clamped.
     """
 
     def __init__(self, model: Any, joints: Sequence[Joint]) -> None:
@@ -41,9 +42,14 @@ class Drives:
         self._inertia = 1 / np.maximum(model.dof_invweight0[self._dof], 1e-12)
         self.limited = bool(np.isfinite(self.limit).any())
         self._at_limit = False
+        self._size, self._over = np.empty(len(self.joints)), np.empty(len(self.joints), bool)
         self._dt = self._ahead = 0.0
         self._aim = self._resistance = np.zeros(len(self.joints))
         model.actuator_gainprm[:, 0] = 1.0
+        finite = np.isfinite(self.limit)
+        model.actuator_forcelimited[:] = finite
+        # A hair's breadth above: forces that are held at the limit here are not clamped, and so integrated implicitly.
+        model.actuator_forcerange[finite] = np.multiply.outer(self.limit[finite] * (1 + 1e-6), [-1.0, 1.0])
 
     def set_dt(self, dt: float) -> None:
         """Take a new time step [s]."""
@@ -59,6 +65,11 @@ class Drives:
 
     def limit_forces(self, data: Any) -> None:
         """Before a step: hold the forces within their limits."""
+        if not self._at_limit:
+            np.abs(data.actuator_force, out=self._size)
+            np.greater(self._size, self.limit, out=self._over)
+            if b"\1" not in self._over.tobytes():
+                return
         position, velocity = data.qpos[self._coordinate], data.qvel[self._dof]
         force = self._aim - self.stiffness * position - self._resistance * velocity
         size = np.abs(force)
