@@ -189,12 +189,14 @@ def bare_casts(app: App, products: list[Any]) -> list[Callable[[], object]]:
 
 
 def bare_steps(app: App) -> Callable[[int], None]:
-    """`mj_step` n times on a copy of the App's physics."""
-    model = app.physics.model
-    data = mujoco.MjData(model)
-    data.qpos[:], data.qvel[:] = app.physics.data.qpos, app.physics.data.qvel
+    """`mj_step` n times on a copy of the App's physics, from the state that the App is in when they begin."""
+    model, live = app.physics.model, app.physics.data
+    data, kind = mujoco.MjData(model), mujoco.mjtState.mjSTATE_INTEGRATION
+    state = np.empty(mujoco.mj_stateSize(model, kind))
 
     def step(count: int) -> None:
+        mujoco.mj_getState(model, live, state, kind)
+        mujoco.mj_setState(model, data, state, kind)
         for _ in range(count):
             mujoco.mj_step(model, data)
 
