@@ -62,6 +62,13 @@ class Body:
     principal_axes: Floats | None = None
     velocity: Floats = field(default_factory=lambda: np.zeros(3))
     angular_velocity: Floats = field(default_factory=lambda: np.zeros(3))
+    name: str = ""
+    """What the engine's model calls it, where that is not its path."""
+
+    @property
+    def model_name(self) -> str:
+        """Its name in the engine's model."""
+        return self.name or self.path
 
 
 @dataclass(frozen=True)
@@ -97,6 +104,13 @@ class Joint:
     drive: Drive | None = None
     collide: bool = False
     in_tree: bool = True
+    name: str = ""
+    """What the engine's model calls it, where that is not its path."""
+
+    @property
+    def model_name(self) -> str:
+        """Its name in the engine's model."""
+        return self.name or self.path
 
 
 @dataclass(frozen=True)
@@ -127,7 +141,10 @@ class Gripper:
 
 @dataclass(frozen=True)
 class World:
-    """All that one engine needs: gravity [m/s2], bodies, colliders, joints and pairs of bodies that never collide."""
+    """All that one engine needs: gravity [m/s2], bodies, colliders, joints and pairs of bodies that never collide.
+
+    given: bodies that a model brings which is simulated as it is; the others are added to it.
+    """
 
     gravity: Floats
     bodies: tuple[Body, ...]
@@ -135,3 +152,4 @@ class World:
     joints: tuple[Joint, ...]
     filtered: tuple[tuple[str, str], ...] = ()
     grippers: tuple[Gripper, ...] = ()
+    given: tuple[Body, ...] = ()
