@@ -23,11 +23,17 @@ class Articulation:
 
     def __init__(self, physics: Physics, root: str, meters_per_unit: float) -> None:
         self.path = root
+        self._physics = physics
+        self._meters_per_unit = meters_per_unit
+        self.bind()
+
+    def bind(self) -> None:
+        """Find the joints in the engine's model, anew after it was compiled anew."""
+        physics, root, meters_per_unit = self._physics, self.path, self._meters_per_unit
         joints = [joint for joint in _connected(physics.joints, root) if joint.kind != "spherical"]
         self.joint_paths = tuple(joint.path for joint in joints)
         self.joint_names = tuple(path.rpartition("/")[2] for path in self.joint_paths)
         self._joints = joints
-        self._physics = physics
         self._scale = np.array([1.0 if joint.kind == "revolute" else 1 / meters_per_unit for joint in joints])
         self._position = np.array([physics.qpos_address(joint) for joint in joints], dtype=np.intp)
         self._velocity = np.array([physics.dof(joint) for joint in joints], dtype=np.intp)

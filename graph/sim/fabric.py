@@ -7,9 +7,8 @@ when physics steps: poses are composed when somebody reads them.
 from __future__ import annotations
 
 import weakref
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
@@ -19,90 +18,80 @@ from numpy.typing import NDArray
 from graph.errors import RunError
 
 from . import transforms
-from .stage import meters_per_unit
+from .fabric_prims import FabricPrim
+from .poses import Poses
+from .stage import Warn, ignore_warning, meters_per_unit
 from .transforms import Floats
 
 if TYPE_CHECKING:
     from .physics.engine import Physics
 
-
-class Poses:
-    """The poses of all bodies at one moment, and what users had written: immutable, valid after the world moved on."""
-
-    def __init__(
-        self, stamp: int, physics: Physics | None, index: Mapping[str, int], written: Mapping[str, Floats]
-    ) -> None:
-        self.stamp = stamp
-        self.written = written
-        self._index = index
-        self._physics = physics
-        if physics is None:
-            self.positions, self._rotations, self._state = np.zeros((0, 3)), np.zeros((0, 3, 3)), None
-        else:
-            self.positions, self._rotations = physics.positions.copy(), physics.rotations.copy()
-            self._state = physics.state()
-        self.positions.flags.writeable = False
-
-    @cached_property
-    def matrices(self) -> Floats:
-        """(B + 1, 4, 4) rigid body poses [m], the identity last: for what hangs on no body."""
-        out = np.zeros((len(self.positions) + 1, 4, 4))
-        out[:-1, :3, :3] = self._rotations
-        out[:-1, :3, 3] = self.positions
-        out[:, 3, 3] = 1
-        out[-1, :3, :3] = np.eye(3)
-        out.flags.writeable = False
-        return out
-
-    def velocities(self, bodies: Iterable[str]) -> Floats:
-        """(n, 6) of the origins of bodies: linear [m/s], angular [rad/s], world axes; 0 if it does not move."""
-        rows = np.array([self._index.get(path, -1) for path in bodies], dtype=np.intp)
-        return self._motion[rows]
-
-    @cached_property
-    def _motion(self) -> Floats:
-        """(B + 1, 6) of all bodies, zeros last. Once the physics is freed there is nothing that moves."""
-        if self._physics is None or self._state is None or self._physics.closed:
-            return np.zeros((len(self.positions) + 1, 6))
-        return np.concatenate([self._physics.velocities(self._state), np.zeros((1, 6))])
+_STILL = np.zeros(6)
+_NOTHING: Mapping[str, Floats] = MappingProxyType({})
 
 
 @dataclass(frozen=True)
 class _Binding:
-    """Which body each of some prims follows (-1: none), and its matrix in that body's rigid frame [stage units]."""
+    """Which body each of some prims follows (-1: none), by row and path, and its matrix in that body's rigid frame."""
 
     bodies: NDArray[np.intp]
+    names: tuple[str, ...]
     offsets: Floats
 
 
 class Fabric:
-    """World transforms and attributes by path. Matrices are (4, 4), column vectors, stage units."""
+    """World transforms and attributes by path. Matrices are (4, 4), column vectors, stage units.
 
-    def __init__(self, stage: Any) -> None:
+    What users write here to one prim moves that prim only: what is below keeps its place, and reading it afterwards
+    gives the warning `fabric-stale-transform`, once per prim (`get_prim_at_path` is strict and raises instead).
+    """
+
+    enabled = True
+    """Whether this is Fabric; False where the stage itself is the world (`fidelity.fabric: off`)."""
+
+    def __init__(self, stage: Any, warn: Warn = ignore_warning) -> None:
         self.stage = stage
+        self.warn = warn
         self.meters_per_unit = meters_per_unit(stage)
         self.stamp = 0
         """Changes whenever any pose may have changed."""
+        self.steps = 0
+        """Physics steps since play."""
         self._physics: Physics | None = None
-        self._index: dict[str, int] = {}
+        self._layout: dict[str, int] = {}
+        self._frames: dict[str, Floats] = {}
+        self._speeds: dict[str, Floats] = {}
+        self.promoted: dict[str, bool] = {}
+        """Still prims that users have moved while playing, bodies since; whether what is below each goes with it."""
+        self.promote: Callable[[str], bool] | None = None
+        """Asked before a still prim is placed: makes it one if physics or rays look at it; set while playing."""
+        self.muted = False
+        """Whether what is written to the stage now comes from physics."""
         self._latest: Poses | None = None
         self._bindings: dict[tuple[str, ...], _Binding] = {}
-        self._written: Mapping[str, Floats] = MappingProxyType({})
+        self._residuals: dict[str, Floats] = {}
+        self._written: Mapping[str, Floats] = _NOTHING
+        self._stamps: dict[str, int] = {}
         self._offsets: dict[str, Floats] = {}
         self._values: dict[tuple[str, str], tuple[Any, int]] = {}
         self._on_change = _forgetter(self)
         self._listener = _listen(self._on_change, stage)
 
+    # -- life --------------------------------------------------------------------------------------------------------
+
     def bind(self, physics: Physics | None) -> None:
-        """Follow the bodies of a world that starts to play (None: nothing moves)."""
+        """Follow the bodies of a world that starts to play, or is another from now on (None: nothing moves)."""
         self._physics = physics
-        self._index = {path: number for number, path in enumerate(physics.body_paths)} if physics else {}
-        self.forget()
+        bodies = physics.body_paths if physics else ()
+        self._frames = {path: frame for path, frame in self._frames.items() if path not in bodies}
+        self._residuals = {path: self._residual(path) for path in (*bodies, *self._frames)}
+        self._number_rows()
 
     def unbind(self) -> None:
         """Return to the stage: nothing follows a body, and what users wrote to its prims is gone."""
         self._physics = None
-        self._index, self._offsets, self._written = {}, {}, MappingProxyType({})
+        self._layout, self._offsets, self._written, self._stamps = {}, {}, _NOTHING, {}
+        self._residuals, self._frames, self._speeds, self.promoted, self.steps = {}, {}, {}, {}, 0
         self._values = {key: entry for key, entry in self._values.items() if not self.stage.GetPrimAtPath(key[0])}
         self.forget()
 
@@ -115,26 +104,36 @@ class Fabric:
     def stepped(self) -> None:
         """Physics has stepped: poses read from now on are new ones."""
         self.stamp += 1
+        self.steps += 1
         self._latest = None
+
+    def close(self) -> None:
+        """Stop listening to the stage."""
+        self._listener.Revoke()
+
+    # -- poses -------------------------------------------------------------------------------------------------------
 
     def capture(self) -> Poses:
         """The poses of this moment; free if nothing moved since the last capture."""
         if self._latest is None:
-            self._latest = Poses(self.stamp, self._physics, self._index, self._written)
+            frames = np.stack(list(self._frames.values())) if self._frames else None
+            speeds = np.stack([self._speeds.get(path, _STILL) for path in self._frames]) if self._speeds else None
+            self._latest = Poses(self.stamp, self._physics, self._layout, self._written, frames, speeds)
         return self._latest
 
     def world_matrices(self, paths: Sequence[str], poses: Poses | None = None) -> Floats:
         """(n, 4, 4) prim to world, now or at captured `poses`. Raises RunError for a prim that is not there."""
         poses = poses or self.capture()
         binding = self._bind(tuple(paths))
-        matrices = poses.matrices[binding.bodies]
+        if poses.layout is self._layout:
+            matrices = poses.matrices[binding.bodies]
+        else:
+            matrices = self.rigid_matrices(binding.names, poses)
         if self.meters_per_unit != 1:
             matrices[:, :3, 3] /= self.meters_per_unit
         out = matrices @ binding.offsets
-        if poses.written:
-            for number, path in enumerate(paths):
-                if path in poses.written:
-                    out[number] = poses.written[path]
+        if self._stamps:
+            self._finish_written(paths, poses.written, out)
         return out
 
     def world_matrix(self, path: str, poses: Poses | None = None) -> Floats:
@@ -143,13 +142,23 @@ class Fabric:
         return out
 
     def rigid_matrices(self, paths: Sequence[str], poses: Poses | None = None) -> Floats:
-        """(n, 4, 4) poses without scale, in metres: the frames that `geometry.Mesh.vertices` of bodies are given in."""
+        """(n, 4, 4) poses without scale, in metres: the frames that `geometry.Mesh.vertices` of bodies are given in.
+
+        An empty path is the world.
+        """
         poses = poses or self.capture()
-        rows = [self._index.get(path, -1) for path in paths]
+        rows = [poses.layout.get(path, -1) for path in paths]
         if -1 not in rows:
             return poses.matrices[np.array(rows, dtype=np.intp)]
-        out = np.stack([transforms.rigid_part(matrix) for matrix in self.world_matrices(paths, poses)])
-        out[:, :3, 3] *= self.meters_per_unit
+        out = np.empty((len(rows), 4, 4))
+        for number, (path, row) in enumerate(zip(paths, rows, strict=True)):
+            if row >= 0 or not path:
+                out[number] = poses.matrices[row]
+            elif path in self._layout and poses.layout is not self._layout:  # it was no body then
+                out[number] = self.capture().matrices[self._layout[path]]
+            else:
+                out[number] = transforms.rigid_part(self.world_matrix(path, poses))
+                out[number, :3, 3] *= self.meters_per_unit
         return out
 
     def velocities(self, paths: Sequence[str], poses: Poses | None = None) -> Floats:
@@ -162,14 +171,10 @@ class Fabric:
         A free or kinematic body is moved in physics too, without its scale. A prim that follows a body follows it from
         its new place on. What was placed is forgotten on stop.
         """
-        matrix = np.array(matrix, dtype=np.float64)
-        if matrix.shape != (4, 4) or not transforms.usable(matrix):
-            raise RunError(f"{path}: a world matrix must be (4, 4), finite and not flat.")
+        matrix = self.checked(path, matrix)
         bound = self._bind((path,))
-        if path in self._index and self._physics is not None:
-            pose = transforms.rigid_part(matrix)
-            pose[:3, 3] *= self.meters_per_unit
-            self._physics.set_pose(path, pose)
+        if path in self._layout or (bound.bodies[0] < 0 and self.promote is not None and self.promote(path)):
+            self.place_body(path, matrix)
         elif bound.bodies[0] >= 0:
             body = self.capture().matrices[bound.bodies[0]].copy()
             body[:3, 3] /= self.meters_per_unit
@@ -179,15 +184,153 @@ class Fabric:
             self._written = MappingProxyType({**self._written, path: matrix})
         self._latest = None
         self.stamp += 1
+        self._stamps[path] = self.stamp
+
+    def checked(self, path: str, matrix: Any) -> Floats:
+        """A world matrix that a user gives. Raises RunError for one that is none."""
+        out = np.array(matrix, dtype=np.float64)
+        if out.shape != (4, 4) or not transforms.usable(out):
+            raise RunError(f"{path}: a world matrix must be (4, 4), finite and not flat.")
+        return out
+
+    def place_body(self, path: str, matrix: Floats) -> None:
+        """Put a body, or a still prim that has become a frame, somewhere, without its scale; what it carries goes too.
+
+        Raises RunError for a body held by a joint.
+        """
+        pose = transforms.rigid_part(matrix)
+        pose[:3, 3] *= self.meters_per_unit
+        if path in self._frames:
+            self._frames[path] = pose
+        elif self._physics is not None:
+            self._physics.set_pose(path, pose)
+        self._latest = None
+        self.stamp += 1
+
+    # -- still prims that users move ---------------------------------------------------------------------------------
+
+    def set_frames(self, poses: Mapping[str, Floats], velocities: Mapping[str, Floats] | None = None) -> None:
+        """Place prims that nothing in physics moves, as bodies of their own: rigid poses (4, 4) [m] by path.
+
+        velocities: (6,) linear [m/s] and angular [rad/s] of their origins, world axes; 0 where not given.
+        """
+        new = [path for path in poses if path not in self._layout]
+        self._frames.update(poses)
+        self._speeds.update(velocities or {})
+        if new:
+            self._residuals.update({path: self._residual(path) for path in new})
+            self._number_rows()
+        self._latest = None
+        self.stamp += 1
+
+    def add_frame(self, path: str) -> None:
+        """From now on a still prim counts as a body that only users move."""
+        self._frames[path] = self.rigid_matrices((path,))[0].copy()
+        self._written = MappingProxyType({each: m for each, m in self._written.items() if each != path})
+        self._residuals[path] = self._residual(path)
+        self._number_rows()
+
+    def _number_rows(self) -> None:
+        bodies = self._physics.body_paths if self._physics else ()
+        self._layout = {path: number for number, path in enumerate((*bodies, *self._frames))}
+        self.forget()
+
+    # -- staleness ---------------------------------------------------------------------------------------------------
+
+    def stale_because_of(self, path: str) -> str | None:
+        """The prim above that was placed by a user after this one, so that its own matrix is out of date; else None."""
+        own, above = self._stamps.get(path, -1), path
+        while above and not self._carries(above):
+            above = above.rpartition("/")[0]
+            if self._stamps.get(above, -1) > own and not self._carries(above):
+                return above
+        return None
+
+    def update_world_xforms(self) -> None:
+        """Take what is below prims that users have placed along with them: nothing is stale afterwards."""
+        from .usd import EARLIEST, Usd, UsdGeom
+
+        xforms = UsdGeom.XformCache(EARLIEST)
+        for path in sorted(self._stamps):
+            prim = self.stage.GetPrimAtPath(path)
+            if not prim or self._carries(path):
+                continue
+            world = self.world_matrix(path)
+            walk = iter(Usd.PrimRange(prim, Usd.TraverseInstanceProxies()))
+            next(walk)
+            for each in walk:
+                below = each.GetPath().pathString
+                if self._carries(below):
+                    walk.PruneChildren()
+                elif self.stale_because_of(below) == path:
+                    relative, resets = xforms.ComputeRelativeTransform(each, prim)
+                    if resets:
+                        walk.PruneChildren()
+                    else:
+                        self.set_world_matrix(below, world @ transforms.from_usd(relative))
+
+    def stage_moved(self, path: str) -> None:
+        """The stage has a new transform for a prim: it counts from now on, for what is below too."""
+        prefix = f"{path.rstrip('/')}/"
+        gone = [each for each in self._stamps if each == path or each.startswith(prefix)]
+        for each in gone:
+            del self._stamps[each]
+            self._offsets.pop(each, None)
+        if gone:
+            self._written = MappingProxyType({each: m for each, m in self._written.items() if each not in gone})
+            self.forget()
+
+    def _finish_written(self, paths: Sequence[str], written: Mapping[str, Floats], out: Floats) -> None:
+        for number, path in enumerate(paths):
+            if path in written:
+                out[number] = written[path]
+            cause = self.stale_because_of(path)
+            if cause is not None:
+                self.warn("fabric-stale-transform", path, stale_message(cause))
+
+    # -- attributes --------------------------------------------------------------------------------------------------
 
     def get(self, path: str, attribute: str, default: Any = None) -> Any:
         """An attribute's value in Fabric; where nobody has set one, the stage's; else `default`."""
+        value = self.get_raw(path, attribute)
+        if attribute.startswith("xformOp") and (path, attribute) not in self._values:
+            cause = self.outdated_on_stage(path)
+            if cause is not None:
+                self.warn("fabric-stale-transform", f"{path}.{attribute}", cause)
+        return default if value is None else value
+
+    def get_raw(self, path: str, attribute: str) -> Any:
+        """As `get`, without a word where the value is out of date; None where there is none."""
         entry = self._values.get((path, attribute))
         if entry is not None:
             return entry[0]
-        prim = self.stage.GetPrimAtPath(path)
-        value = prim.GetAttribute(attribute).Get() if prim and prim.HasAttribute(attribute) else None
-        return default if value is None else value
+        return self.stage.GetAttributeAtPath(f"{path}.{attribute}").Get() if self.stage_has(path, attribute) else None
+
+    def stage_has(self, path: str, attribute: str) -> bool:
+        """Whether the stage has an attribute of a prim."""
+        prim = self._prim(path)
+        return bool(prim and prim.HasAttribute(attribute))
+
+    def has_prim(self, path: str) -> bool:
+        """Whether the stage has a prim, or Fabric a value of it."""
+        return bool(self._prim(path)) or any(key[0] == path for key in self._values)
+
+    def has_place(self, path: str) -> bool:
+        """Whether the stage has a prim, so that it stands somewhere."""
+        return bool(self._prim(path))
+
+    def resets(self, path: str) -> bool:
+        """Whether a prim's transform does not count from its parent."""
+        from .usd import UsdGeom
+
+        xformable = UsdGeom.Xformable(self._prim(path))
+        return bool(xformable and xformable.GetResetXformStack())
+
+    def _prim(self, path: str) -> Any:
+        from .usd import Sdf
+
+        valid = path.startswith("/") and path != "/" and Sdf.Path.IsValidPathString(path)
+        return self.stage.GetPrimAtPath(path) if valid else None
 
     def set(self, path: str, attribute: str, value: Any) -> None:
         """Set an attribute in Fabric; the stage is not touched, and the prim need not be on it."""
@@ -199,9 +342,27 @@ class Fabric:
         entry = self._values.get((path, attribute))
         return -1 if entry is None else entry[1]
 
-    def close(self) -> None:
-        """Stop listening to the stage."""
-        self._listener.Revoke()
+    def outdated_on_stage(self, path: str) -> str | None:
+        """Why the transform that the stage holds of a prim is not where it is now; None if it is."""
+        if path in self._stamps:
+            return "a user has placed it in Fabric; the stage keeps its old xformOps. Read omni:fabric:worldMatrix."
+        physics = self._physics
+        if self.steps and physics is not None and path in physics.body_paths and path not in physics.kinematic:
+            return (
+                "physics moves it in Fabric; the stage keeps the xformOps of play. Read omni:fabric:worldMatrix, or "
+                "switch Fabric off (fidelity fabric: off)."
+            )
+        return None
+
+    # -- prims, as usdrt spells them ---------------------------------------------------------------------------------
+
+    def get_prim_at_path(self, path: str) -> FabricPrim:
+        """The prim at a path, with strict reads: a value that would be out of date raises. False if there is none."""
+        return FabricPrim(self, str(path))
+
+    GetPrimAtPath = get_prim_at_path
+
+    # -- inside ------------------------------------------------------------------------------------------------------
 
     def _bind(self, paths: tuple[str, ...]) -> _Binding:
         binding = self._bindings.get(paths)
@@ -213,33 +374,57 @@ class Fabric:
         from .usd import EARLIEST, UsdGeom
 
         xforms = UsdGeom.XformCache(EARLIEST)
-        inverses: dict[str, Floats] = {}
         bodies = np.full(len(paths), -1, dtype=np.intp)
         offsets = np.empty((len(paths), 4, 4))
+        names = [""] * len(paths)
         for number, path in enumerate(paths):
             prim = self.stage.GetPrimAtPath(path) if path.startswith("/") else None
             if not prim:
                 raise RunError(f"{path}: no such prim on the stage.")
             body = self._body_of(path)
-            if body is not None:
-                bodies[number] = self._index[body]
-                if body not in inverses:
-                    world = transforms.from_usd(xforms.GetLocalToWorldTransform(self.stage.GetPrimAtPath(body)))
-                    inverses[body] = transforms.inverse_rigid(transforms.rigid_part(world))
+            if body is None:
+                offsets[number] = transforms.from_usd(xforms.GetLocalToWorldTransform(prim))
+                continue
+            bodies[number], names[number] = self._layout[body], body
             if path in self._offsets:
                 offsets[number] = self._offsets[path]
                 continue
-            offsets[number] = transforms.from_usd(xforms.GetLocalToWorldTransform(prim))
-            if body is not None:
-                offsets[number] = inverses[body] @ offsets[number]
-        return _Binding(bodies, offsets)
+            # Composed from the body downwards: where the body itself stands on the stage leaves no trace in it.
+            relative, _ = xforms.ComputeRelativeTransform(prim, self.stage.GetPrimAtPath(body))
+            offsets[number] = self._residuals[body] @ transforms.from_usd(relative)
+        return _Binding(bodies, tuple(names), offsets)
+
+    def _residual(self, path: str) -> Floats:
+        """What a body's transform has beside its pose: scale and shear; kept for as long as there is the body."""
+        if path in self._residuals:
+            return self._residuals[path]
+        from .usd import EARLIEST, UsdGeom
+
+        prim = self.stage.GetPrimAtPath(path)
+        world = transforms.from_usd(UsdGeom.XformCache(EARLIEST).GetLocalToWorldTransform(prim))
+        out = transforms.inverse_rigid(transforms.rigid_part(world)) @ world
+        out[:3, 3] = 0.0
+        return out
+
+    def _carries(self, path: str) -> bool:
+        """Whether the prim at a path is a body that takes along what is below it."""
+        return path in self._layout and self.promoted.get(path, True)
 
     def _body_of(self, path: str) -> str | None:
-        while path:
-            if path in self._index:
-                return path
-            path = path.rpartition("/")[0]
+        here = path
+        while here:
+            if here in self._layout and (here == path or self._carries(here)):
+                return here
+            here = here.rpartition("/")[0]
         return None
+
+
+def stale_message(cause: str) -> str:
+    """What is wrong with the matrix of a prim below `cause`, and what to do."""
+    return (
+        f"{cause}, above it, was placed in Fabric after it, which moves that prim alone; this one keeps its old place. "
+        "Place it too, or call app.fabric.update_world_xforms()."
+    )
 
 
 def _forgetter(fabric: Fabric) -> Callable[[Any, Any], None]:
@@ -248,10 +433,13 @@ def _forgetter(fabric: Fabric) -> Callable[[Any, Any], None]:
 
     def changed(notice: Any, sender: Any) -> None:
         alive = weak()
-        if alive is not None and (
-            notice.GetResyncedPaths() or any("xformOp" in path.name for path in notice.GetChangedInfoOnlyPaths())
-        ):
+        if alive is None or alive.muted:
+            return
+        moved = [path.GetPrimPath() for path in notice.GetChangedInfoOnlyPaths() if "xformOp" in path.name]
+        if moved or notice.GetResyncedPaths():
             alive.forget()
+            for path in dict.fromkeys(moved):
+                alive.stage_moved(path.pathString)
 
     return changed
 

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
+
+import numpy as np
 
 from . import transforms
 from .stage import meters_per_unit
@@ -56,26 +59,48 @@ class Scan:
     grippers: list[Any] = field(default_factory=list)
     moving: frozenset[str] = frozenset()
     """Bodies whose pose can change: not those that fixed joints hold to the world."""
+    promoted: Mapping[str, bool] = field(default_factory=dict)
+    """Static prims that users move while playing, taken as kinematic bodies; whether what is below goes with them."""
+    placed: Mapping[str, Floats] = field(default_factory=dict)
+    """Rigid poses [m] of bodies that count instead of the stage's, for them and all that they carry."""
 
     def __post_init__(self) -> None:
         self._xforms = UsdGeom.XformCache(EARLIEST)
+        self._shifts: dict[str, Floats] = {}
 
     def world_matrix(self, prim: Any) -> Floats:
         """(4, 4) prim to world, stage units, scale included."""
-        return transforms.from_usd(self._xforms.GetLocalToWorldTransform(prim))
+        world = transforms.from_usd(self._xforms.GetLocalToWorldTransform(prim))
+        if self.placed:
+            body = self.body_of(str(prim.GetPath()))
+            if body is not None and body in self.placed:
+                world = self._shift(body) @ world
+        return world
+
+    def _shift(self, body: str) -> Floats:
+        """From where the stage has a body to where it is placed, stage units."""
+        if body not in self._shifts:
+            there = self.placed[body].copy()
+            there[:3, 3] /= self.meters_per_unit
+            world = transforms.from_usd(self._xforms.GetLocalToWorldTransform(self.bodies[body].prim))
+            self._shifts[body] = there @ transforms.inverse_rigid(transforms.rigid_part(world))
+        return self._shifts[body]
 
     def body_pose(self, path: str) -> Floats:
         """(4, 4) rigid pose of a body in the world, metres."""
+        if path in self.placed:
+            return np.array(self.placed[path])
         pose = transforms.rigid_part(self.world_matrix(self.bodies[path].prim))
         pose[:3, 3] *= self.meters_per_unit
         return pose
 
     def body_of(self, path: str) -> str | None:
         """The nearest body at or above a prim path."""
-        while path and path != "/":
-            if path in self.bodies:
-                return path
-            path = path.rpartition("/")[0]
+        here = path
+        while here and here != "/":
+            if here in self.bodies and (here == path or self.promoted.get(here, True)):
+                return here
+            here = here.rpartition("/")[0]
         return None
 
     def moving_body_of(self, path: str) -> str | None:
@@ -89,9 +114,11 @@ class Scan:
         return [path for path in self.bodies if path in self.moving and not self.bodies[path].kinematic]
 
 
-def scan_stage(stage: Any) -> Scan:
+def scan_stage(
+    stage: Any, promoted: Mapping[str, bool] | None = None, placed: Mapping[str, Floats] | None = None
+) -> Scan:
     """Walk the stage once, into instances too. Inactive, abstract and unloaded prims are passed over."""
-    scan = Scan(stage, meters_per_unit(stage))
+    scan = Scan(stage, meters_per_unit(stage), promoted=promoted or {}, placed=placed or {})
     colliders: list[Any] = []
     joints: list[Any] = []
     for prim in stage.Traverse(Usd.TraverseInstanceProxies()):
@@ -106,6 +133,8 @@ def scan_stage(stage: Any) -> Scan:
         if prim.GetTypeName() == GRIPPER:
             scan.grippers.append(prim)
             continue
+        if promoted and (path := str(prim.GetPath())) in promoted:
+            scan.bodies[path] = BodyPrim(path, prim, kinematic=True)
         if not prim.GetAppliedSchemas():
             continue
         if prim.HasAPI(UsdPhysics.RigidBodyAPI):

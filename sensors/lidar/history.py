@@ -41,6 +41,7 @@ class BlendedPoses:
 
     def __init__(self, first: Any, second: Any, share: float, matrices: np.ndarray) -> None:
         self.stamp = first.stamp
+        self.layout = first.layout
         self.written = first.written
         self.matrices = matrices
         self._first, self._second, self._share = first, second, share
@@ -142,6 +143,8 @@ class History:
         if app is None:
             return
         time, state = app.rendering.time, app.fabric.capture()
+        if self._states and self._states[-1].layout is not state.layout:  # other bodies: nothing to blend with
+            self._forget()
         if self._times and self._times[-1] >= time:
             self._times.pop()
             self._states.pop()

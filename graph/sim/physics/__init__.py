@@ -11,7 +11,9 @@ if TYPE_CHECKING:
     from graph.sim.fidelity import Fidelity
     from graph.sim.scan import Scan
 
+    from .compile import Compiled
     from .engine import Physics as Physics
+    from .model import World
 
 
 def build_physics(
@@ -37,11 +39,16 @@ def build_physics(
     from .engine import Physics
     from .read_world import read_world
 
+    def compiled(world: World, dt: Fraction, warn: Warn) -> Compiled:
+        driven = any(joint.drive for joint in world.joints)
+        integrator = (fidelity.physics_integrator if fidelity else None) or ("discrete" if driven else "implicitfast")
+        iterations = fidelity.physics_iterations if fidelity else None
+        return compile_world(world, dt, integrator, iterations, warn)
+
     world = read_world(scan, warn)
-    driven = any(joint.drive for joint in world.joints)
-    integrator = (fidelity.physics_integrator if fidelity else None) or ("discrete" if driven else "implicitfast")
-    iterations = fidelity.physics_iterations if fidelity else None
-    return Physics(compile_world(world, dt, integrator, iterations, warn), dt, scan.meters_per_unit)
+    physics = Physics(compiled(world, dt, warn), dt, scan.meters_per_unit)
+    physics.world, physics.compile = world, compiled
+    return physics
 
 
 def __getattr__(name: str) -> Any:

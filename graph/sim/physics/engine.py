@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 
 from graph.errors import RunError
 from graph.sim import transforms
 from graph.sim.articulation import Articulation
+from graph.sim.stage import Warn
 from graph.sim.transforms import Floats
 
 from .compile import Compiled
 from .drives import Drives
 from .grippers import SurfaceGripper
 from .library import mujoco
-from .model import Joint
+from .model import Joint, World
+from .motion import Motion, State, body_velocities
 from .surfaces import Surfaces
 
 _BAD = tuple(
@@ -25,15 +27,22 @@ _BAD = tuple(
 )
 
 
-State = tuple[Floats, Floats, Floats, Floats]
-"""Coordinates, their velocities, and the places and turns of kinematic bodies."""
-
-
 class Physics:
     """The bodies of a playing world, metres and seconds. `body_paths` orders every array over bodies."""
 
     def __init__(self, compiled: Compiled, dt: Fraction, meters_per_unit: float = 1.0) -> None:
         self.meters_per_unit = meters_per_unit
+        self.closed = False
+        self.dt = dt
+        self._articulations: dict[str, Articulation] = {}
+        self.world: World | None = None
+        """What the model was compiled from, and by what (`compile`); for compiling it anew (see `rebuild`)."""
+        self.compile: Callable[[World, Fraction, Warn], Compiled] | None = None
+        self._load(compiled)
+        self._start(compiled)
+
+    def _load(self, compiled: Compiled) -> None:
+        self.compiled = compiled
         self.model = compiled.model
         self.data = mujoco.MjData(compiled.model)
         self.body_paths = tuple(body.path for body in compiled.bodies)
@@ -41,18 +50,32 @@ class Physics:
         self.joints = compiled.joints
         self._index = {path: number for number, path in enumerate(self.body_paths)}
         self._counters = memoryview(self.data.warning.number)
-        self._positions: Floats = self.data.xpos[1:]
-        self._quaternions: Floats = self.data.xquat[1:]
-        self._rotations: Floats = self.data.xmat[1:].reshape(-1, 3, 3)
-        self._aside: Any = None
+        bodies = slice(1, 1 + len(self.body_paths))
+        self._positions: Floats = self.data.xpos[bodies]
+        self._quaternions: Floats = self.data.xquat[bodies]
+        self._rotations: Floats = self.data.xmat[bodies].reshape(-1, 3, 3)
+        self.motion = Motion(self.model, len(self.body_paths))
         self._surfaces: Surfaces | None = None
-        self._stale = self.closed = False
-        self._articulations: dict[str, Articulation] = {}
+        self._stale = False
         self.drives = Drives(self.model, self.joints)
         self._grippers = {spec.path: SurfaceGripper(self, spec) for spec in compiled.grippers}
         self._actuators = {joint.path: number for number, joint in enumerate(self.drives.joints)}
-        self.set_dt(dt)
+        self.set_dt(self.dt)
+
+    def adopt(self, compiled: Compiled, kept: frozenset[str]) -> None:
+        """Go on with another model of the world: all that both have keeps its state, what is new starts as compiled.
+
+        kept: bodies whose rest poses the new model did not change. Articulations and grippers at hand stay valid.
+        """
+        from .transfer import Leaving
+
+        leaving = Leaving(self)
+        self._counters.release()
+        self._load(compiled)
         self._start(compiled)
+        leaving.arrive(self, kept)
+        for articulation in self._articulations.values():
+            articulation.bind()
 
     def step(self) -> None:
         """Advance by one dt. Raises RunError if the simulation has diverged, naming the body."""
@@ -97,23 +120,9 @@ class Physics:
             self._refresh()
         return self._rotations
 
-    def velocities(self, state: State | None = None) -> Floats:
-        """(B, 6) of each body's origin: linear [m/s], then angular [rad/s], both along world axes.
-
-        Now, or in a copied `state`; then a second set of MuJoCo's data does the work, which the motion never sees.
-        """
-        data = self.data
-        if state is not None:
-            if self._aside is None:
-                self._aside = mujoco.MjData(self.model)
-            data = self._aside
-            data.qpos[:], data.qvel[:], data.mocap_pos[:], data.mocap_quat[:] = state
-        mujoco.mj_kinematics(self.model, data)
-        mujoco.mj_comPos(self.model, data)
-        mujoco.mj_comVel(self.model, data)
-        angular, linear = data.cvel[1:, :3], data.cvel[1:, 3:]
-        arm = data.xpos[1:] - data.subtree_com[self.model.body_rootid[1:]]
-        return np.concatenate([linear + np.cross(angular, arm), angular], axis=1)
+    def velocities(self) -> Floats:
+        """(B, 6) of each body's origin, now: linear [m/s], then angular [rad/s], both along world axes."""
+        return body_velocities(self.model, self.data, len(self.body_paths))
 
     def state(self) -> State:
         """A copy of what the poses and velocities of all bodies follow from."""
@@ -126,6 +135,11 @@ class Physics:
         self.model.opt.timestep = float(dt)
         self.drives.set_dt(float(dt))
 
+    def can_place(self, path: str) -> bool:
+        """Whether a body can be put somewhere: it is free or kinematic."""
+        body = self._index[path] + 1
+        return bool(self.model.body_mocapid[body] >= 0 or self.is_free(body))
+
     def set_pose(self, path: str, pose: Floats) -> None:
         """Put a free or kinematic body at a rigid (4, 4) world pose [m]. Raises RunError for one held by a joint."""
         body = self._index[path] + 1
@@ -133,7 +147,7 @@ class Physics:
         mocap = self.model.body_mocapid[body]
         if mocap >= 0:
             self.data.mocap_pos[mocap], self.data.mocap_quat[mocap] = pose[:3, 3], quaternion
-        elif self._is_free(body):
+        elif self.is_free(body):
             address = self.model.jnt_qposadr[self.model.body_jntadr[body]]
             self.data.qpos[address : address + 7] = [*pose[:3, 3], *quaternion]
         else:
@@ -158,7 +172,8 @@ class Physics:
     def close(self) -> None:
         """Free the engine's memory; nothing may be asked of it afterwards."""
         self._positions, self._quaternions = self._positions.copy(), self._quaternions.copy()
-        self._rotations, self._aside, self._surfaces = self._rotations.copy(), None, None
+        self._rotations, self._surfaces = self._rotations.copy(), None
+        self.motion.close()
         self._counters.release()
         self.closed = True
         del self.data, self.model
@@ -168,7 +183,8 @@ class Physics:
         mujoco.mj_kinematics(self.model, self.data)
         self._stale = False
 
-    def _is_free(self, body: int) -> bool:
+    def is_free(self, body: int) -> bool:
+        """Whether nothing holds the model's body of that number."""
         joint = self.model.body_jntadr[body]
         return bool(joint >= 0 and self.model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE)
 
@@ -180,7 +196,7 @@ class Physics:
             if not (body.velocity.any() or body.angular_velocity.any()) or body.kinematic:
                 continue
             velocities[body.path] = body.velocity, body.angular_velocity
-            if self._is_free(number):
+            if self.is_free(number):
                 turn = self.data.xmat[number].reshape(3, 3)
                 arm = self.data.xipos[number] - self.data.xpos[number]
                 address = self.model.jnt_dofadr[self.model.body_jntadr[number]]

@@ -56,6 +56,21 @@ class SurfaceGripper:
             self._release(number)
         self.status = "Open"
 
+    def take_over(self, old: SurfaceGripper, weld_data: Floats) -> None:
+        """Go on where the gripper of another model was; weld_data: (P, 11) of its points' welds there."""
+        physics = self._physics
+        self.status, self._until = old.status, old._until
+        for number, path in old._held.items():
+            if path in physics.body_paths:
+                self._hold(number, physics.body_paths.index(path) + 1)
+                physics.model.eq_data[self._welds[number]] = weld_data[number]
+
+    @property
+    def weld_data(self) -> Floats:
+        """(P, 11) what the engine holds of each point's weld."""
+        out: Floats = self._physics.model.eq_data[self._welds].copy()
+        return out
+
     def step(self) -> None:
         """After a step of the engine: let go of what pulls too hard; try on while closing."""
         for number in tuple(self._held):

@@ -8,7 +8,7 @@ that a world with moving surfaces is stepped with `implicitfast` instead.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -65,10 +65,22 @@ class Surfaces:
             local = self._in_body(body, pose)
             self._belts[path] = Belt(body, local[:3, :3] @ velocity, local[:3, :3] @ turn, local[:3, 3])
         self._of_geom[geoms] = -1
+        self._find_geoms()
+        return bool(self._belts) and self._leave_discrete()
+
+    def take_over(self, old: Surfaces, numbers: dict[int, int]) -> None:
+        """Go on with the motions of another model's surfaces; `numbers`: its bodies' numbers in this model."""
+        for path, belt in old._belts.items():
+            if belt.body in numbers and any(name == path or name.startswith(f"{path}/") for name in self._names):
+                self._belts[path] = replace(belt, body=numbers[belt.body])
+        self._find_geoms()
+        if self._belts:
+            self._leave_discrete()
+
+    def _find_geoms(self) -> None:
         for place, name in enumerate(self._belts):
             mine = [number for number, geom in enumerate(self._names) if geom == name or geom.startswith(f"{name}/")]
             self._of_geom[mine] = place
-        return bool(self._belts) and self._leave_discrete()
 
     def _leave_discrete(self) -> bool:
         option = self._model.opt

@@ -1,0 +1,110 @@
+"""A changed stage in a running physics: compiled anew in place, what did not change goes on as it was."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from graph.sim.scan import Scan, scan_stage
+from graph.sim.stage import Warn
+from graph.sim.transforms import Floats
+
+from .engine import Physics
+from .model import Collider, World
+from .read_world import read_world
+
+
+def rebuild(
+    physics: Physics, stage: Any, touched: Iterable[str], warn: Warn, promoted: Mapping[str, bool] | None = None
+) -> bool:
+    """Compile the stage's dynamics anew and go on from the state of now; False if nothing could move any more.
+
+    touched: paths of prims that were edited. Mechanisms (bodies that joints connect) with nothing edited at, above or
+    below their prims keep their rest poses and all that is derived from them; the others rest where they are now.
+    promoted: see `Scan`. Raises UserError, the physics unchanged, where the engine refuses the scene.
+    """
+    assert physics.world is not None
+    assert physics.compile is not None
+    scan = scan_stage(stage, promoted)
+    if not scan.dynamic:
+        return False
+    old = physics.world
+    same = _untouched(old, scan, tuple(touched))
+    rest = {body.path: body.pose for body in old.bodies}
+    scan.placed = {
+        path: rest[path] if path in same else _pose(physics, number)
+        for number, path in enumerate(physics.body_paths)
+        if path in scan.bodies and path in rest
+    }
+    world = _with_old_parts(read_world(scan, warn), old, same)
+    compiled_from_elsewhere = frozenset(physics.body_paths).difference(rest)
+    physics.adopt(physics.compile(world, physics.dt, warn), same | compiled_from_elsewhere)
+    physics.world = world
+    return True
+
+
+def _pose(physics: Physics, number: int) -> Floats:
+    out = np.eye(4)
+    out[:3, :3], out[:3, 3] = physics.rotations[number], physics.positions[number]
+    return out
+
+
+def _untouched(old: World, scan: Scan, touched: tuple[str, ...]) -> frozenset[str]:
+    """The bodies of mechanisms in which every body and joint is as it was."""
+    parent: dict[str, str] = {}
+
+    def find(path: str) -> str:
+        while parent.setdefault(path, path) != path:
+            path = parent[path]
+        return path
+
+    ties = {joint.path: joint.bodies for joint in scan.joints}
+    before = {joint.path: joint.bodies for joint in old.joints}
+    for bodies in (*ties.values(), *before.values()):
+        first, second = bodies
+        if first and second:
+            parent[find(first)] = find(second)
+    had = {body.path for body in old.bodies}
+    has = {path for path in scan.bodies if path in scan.moving}
+    changed = had ^ has | {path for path in had & has if _related(path, touched)}
+    for path in ties.keys() | before.keys():
+        there, now = before.get(path), ties.get(path)
+        if now is None or (there is None and any(now)) or _related(path, touched):
+            changed.update(body for body in (*(there or ()), *(now or ())) if body)
+    groups = {find(path) for path in changed}
+    return frozenset(path for path in had & has if find(path) not in groups)
+
+
+def _related(path: str, touched: tuple[str, ...]) -> bool:
+    """Whether one of the touched prims is a prim itself, below it or above it."""
+    return any(
+        path == other or path.startswith(f"{other.rstrip('/')}/") or other.startswith(f"{path}/") for other in touched
+    )
+
+
+def _with_old_parts(world: World, old: World, same: frozenset[str]) -> World:
+    """The world with the very bodies, joints and colliders that the untouched mechanisms had."""
+    bodies = {body.path: body for body in old.bodies}
+    joints = {joint.path: joint for joint in old.joints}
+    colliders: dict[str, list[Collider]] = {}
+    for collider in old.colliders:
+        if collider.body in same:
+            colliders.setdefault(collider.path, []).append(collider)
+    kept: list[Collider] = []
+    for collider in world.colliders:
+        if collider.body not in same:
+            kept.append(collider)
+        else:
+            kept.extend(colliders.pop(collider.path, ()))
+    return replace(
+        world,
+        bodies=tuple(bodies[body.path] if body.path in same else body for body in world.bodies),
+        joints=tuple(
+            joints[joint.path] if joint.path in joints and same.issuperset(filter(None, joint.bodies)) else joint
+            for joint in world.joints
+        ),
+        colliders=tuple(kept),
+    )

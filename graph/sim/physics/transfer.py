@@ -1,0 +1,110 @@
+"""The state of a world, taken along by path from one model to the next."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from graph.sim.transforms import Floats
+
+from .library import mujoco
+from .motion import body_velocities
+
+if TYPE_CHECKING:
+    from .engine import Physics
+
+_BALL, _FREE = int(mujoco.mjtJoint.mjJNT_BALL), int(mujoco.mjtJoint.mjJNT_FREE)
+_WIDTHS = {_FREE: (7, 6), _BALL: (4, 3)}
+
+
+class Leaving:
+    """What a physics is before it takes on another model."""
+
+    def __init__(self, physics: Physics) -> None:
+        self._model, self._data = physics.model, physics.data
+        self._numbers = {path: number for number, path in enumerate(physics.body_paths, start=1)}
+        warm = physics.data.qacc_warmstart.copy()
+        self._velocities = body_velocities(physics.model, physics.data, len(physics.body_paths))
+        self._data.qacc_warmstart[:] = warm
+        drives = physics.drives
+        self._targets = {joint.path: target.copy() for joint, target in zip(drives.joints, drives.targets, strict=True)}
+        self._grippers = {path: (gripper, gripper.weld_data) for path, gripper in physics._grippers.items()}
+        self._surfaces = physics._surfaces
+
+    def arrive(self, physics: Physics, kept: frozenset[str]) -> None:
+        """Give the state to what is there again; `kept`: bodies with the rest poses that they had."""
+        model, data = physics.model, physics.data
+        numbers = {0: 0}
+        for path, number in physics._index.items():
+            if path in self._numbers:
+                numbers[self._numbers[path]] = number + 1
+                self._body(model, data, self._numbers[path], number + 1, path in kept)
+        data.time = self._data.time
+        self._controls(physics)
+        if self._surfaces is not None:
+            physics.surfaces.take_over(self._surfaces, numbers)
+        for path, (gripper, welds) in self._grippers.items():
+            if path in physics._grippers and physics._grippers[path].spec.points == gripper.spec.points:
+                physics._grippers[path].take_over(gripper, welds)
+        warm = data.qacc_warmstart.copy()
+        mujoco.mj_forward(model, data)
+        data.qacc_warmstart[:] = warm
+
+    def _body(self, model: Any, data: Any, old: int, new: int, kept: bool) -> None:
+        data.xfrc_applied[new] = self._data.xfrc_applied[old]
+        from_mocap, to_mocap = self._model.body_mocapid[old], model.body_mocapid[new]
+        if from_mocap >= 0 and to_mocap >= 0:
+            data.mocap_pos[to_mocap] = self._data.mocap_pos[from_mocap]
+            data.mocap_quat[to_mocap] = self._data.mocap_quat[from_mocap]
+        before, after = _joints(self._model, old), _joints(model, new)
+        if [kind for kind, *_ in before] != [kind for kind, *_ in after]:
+            if after and after[0][0] == _FREE:
+                self._set_free(data, after[0][2], old, new)
+            return
+        for (kind, q0, v0), (_, q1, v1) in zip(before, after, strict=True):
+            positions, speeds = _WIDTHS.get(kind, (1, 1))
+            if kind != _BALL or kept:  # a ball's position is measured from its rest pose
+                data.qpos[q1 : q1 + positions] = self._data.qpos[q0 : q0 + positions]
+            for name in ("qvel", "qacc_warmstart", "qfrc_applied"):
+                getattr(data, name)[v1 : v1 + speeds] = getattr(self._data, name)[v0 : v0 + speeds]
+
+    def _set_free(self, data: Any, address: int, old: int, new: int) -> None:
+        """A body that a joint held goes on with its velocity."""
+        motion: Floats = self._velocities[old - 1]
+        turn = np.asarray(self._data.xmat[old]).reshape(3, 3)
+        data.qvel[address : address + 3] = motion[:3]
+        data.qvel[address + 3 : address + 6] = turn.T @ motion[3:]
+
+    def _controls(self, physics: Physics) -> None:
+        """Drives by their joints; actuators and ties that are named otherwise by their names."""
+        model, data, drives = physics.model, physics.data, physics.drives
+        own = {joint.path for joint in drives.joints}
+        for number, joint in enumerate(drives.joints):
+            if joint.path in self._targets:
+                drives.targets[number] = self._targets[joint.path]
+        drives.apply(data)
+        there = {self._model.actuator(number).name: number for number in range(self._model.nu)}
+        for number in range(model.nu):
+            name = model.actuator(number).name
+            if name and name not in own and name in there:
+                data.ctrl[number] = self._data.ctrl[there[name]]
+                self._activation(model, data, there[name], number)
+        ties = {self._model.equality(number).name: number for number in range(self._model.neq)}
+        for number in range(model.neq):
+            name = model.equality(number).name
+            if name and name in ties and not name.endswith("#grip"):
+                data.eq_active[number] = self._data.eq_active[ties[name]]
+
+    def _activation(self, model: Any, data: Any, old: int, new: int) -> None:
+        first, count = int(self._model.actuator_actadr[old]), int(self._model.actuator_actnum[old])
+        to, room = int(model.actuator_actadr[new]), int(model.actuator_actnum[new])
+        if count and count == room:
+            data.act[to : to + count] = self._data.act[first : first + count]
+
+
+def _joints(model: Any, body: int) -> list[tuple[int, int, int]]:
+    """(kind, address of its position, of its velocity) of each joint of a body."""
+    first = int(model.body_jntadr[body])
+    numbers = range(first, first + int(model.body_jntnum[body])) if first >= 0 else ()
+    return [(int(model.jnt_type[n]), int(model.jnt_qposadr[n]), int(model.jnt_dofadr[n])) for n in numbers]
