@@ -220,6 +220,7 @@ class Scanner:
             grid=self._turned_grid(aim.pose[:3, :3]),
             first=shot.rows.start,
             swing=swing,
+            columns=aim.directions,
             written=self._written,
         )
 

@@ -92,9 +92,7 @@ class MovingMeshes:
             start += len(mesh.vertices)
         self._scene = TriangleScene(np.concatenate(vertices), np.concatenate(triangles))
 
-    def cast(
-        self, rays: RayBundle, poses: np.ndarray, skip: np.ndarray | None, threads: int, nearest: Nearest
-    ) -> None:
+    def cast(self, rays: RayBundle, poses: np.ndarray, skip: np.ndarray | None, threads: int, nearest: Nearest) -> None:
         """Adds hits with the bodies at `poses` (b, 4, 4) float64 [m]; skip: (m,) bool, meshes that are left out."""
         rotations = poses[self.bodies, :3, :3]
         places = self._places(rays, poses, rotations)
@@ -169,7 +167,7 @@ class MovingMeshes:
 
 def _windows(rays: RayBundle, places: Places, which: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(index, owner) of rays that may lie in the cones of the meshes `which`, and some more; sorted by owner."""
-    grid = rays.grid if rays.grid is not None else RayGrid(rays.directions)
+    grid = rays.grid if rays.grid is not None else RayGrid(rays.directions.T)
     index, owner = grid.near(places.towards[which], places.half[which])
     if rays.first or len(rays.table) < grid.count:
         inside = np.flatnonzero((index >= rays.first) & (index < rays.first + len(rays.table)))
@@ -186,7 +184,7 @@ def _narrowed(
     nearest = (places.distance - places.radius - 1e-3).astype(np.float32)
     ahead = np.flatnonzero(np.take(blocked, index) > np.take(nearest, owner))
     index, owner = index[ahead], owner[ahead]
-    directions = [np.take(rays.table[:, 3 + axis], index) for axis in range(3)]
+    directions = [np.take(column, index) for column in rays.directions]
     along = _dot([np.take(places.towards[:, axis].astype(np.float32), owner) for axis in range(3)], directions)
     least = np.where(places.half < np.pi, np.cos(np.minimum(places.half, np.pi)), -2.0) * places.distance
     near = np.flatnonzero(along >= np.take(least.astype(np.float32), owner))

@@ -25,6 +25,7 @@ class RayBundle:
     where all start there. exclude: prim paths that are never hit, nor what lies below them. reach: farther hits [m]
     may be left out. grid: a `RayGrid` of directions of which the bundle's are those from `first` on; only a speed-up.
     swing: the largest angle [rad] between a direction and its place in the grid.
+    columns: (3, n) float32, contiguous, the directions once more, by axis; worked out if not given.
     written: (4,) float32 that belongs to the table's memory, at first NaN: the origin that its first rows hold, and of
     how many; None where the caller does not keep the table.
     """
@@ -37,12 +38,15 @@ class RayBundle:
     grid: RayGrid | None = None
     first: int = 0
     swing: float = 0.0
+    columns: np.ndarray | None = None
     written: np.ndarray | None = None
 
     @property
     def directions(self) -> np.ndarray:
-        """(n, 3) float32 unit directions, world axes: a view of the table."""
-        return self.table[:, 3:6]
+        """(3, n) float32 unit directions, world axes, contiguous."""
+        if self.columns is None:
+            self.columns = np.ascontiguousarray(self.table[:, 3:6].T)
+        return self.columns
 
     def spread(self) -> float:
         """How far [m] the farthest ray starts from the bundle's origin."""
