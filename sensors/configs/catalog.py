@@ -97,8 +97,7 @@ class Asset:
 
 def _offer(wrong: str, names: Sequence[str]) -> str:
     close = difflib.get_close_matches(wrong, names, n=3, cutoff=0.6)
-    hint = f"did you mean {' or '.join(close)}? " if close else ""
-    return f"{hint}There are: {', '.join(names)}"
+    return f"did you mean {' or '.join(close)}?" if close else f"there are {', '.join(names)}"
 
 
 def _fits(variant: Any, wanted: str | dict[str, str]) -> bool:

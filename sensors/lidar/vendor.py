@@ -3,26 +3,22 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
+from graph.errors import Mark, Problem, UserError
 
-from graph import exact
-from graph.errors import UserError
-
-from .config import EmitterState, LidarConfig
+from .config import MIN_SCAN_RATE_HZ, LidarConfig
+from .profile_values import ProfileReader
 
 MAX_BYTES = 64 << 20
-FASTEST_HZ = 10**9
-_SCAN_TYPES = {"rotary": "ROTARY", "solidstate": "SOLID_STATE", "solid_state": "SOLID_STATE"}
 _NUMBERS = {
     "nearRangeM": "near_range_m",
     "farRangeM": "far_range_m",
     "startAzimuthDeg": "valid_start_azimuth_deg",
     "endAzimuthDeg": "valid_end_azimuth_deg",
+    "startAzimuthOffsetDeg": "start_azimuth_offset_deg",
     "rangeOffset": "range_offset_m",
     "rangeResolutionM": "range_resolution_m",
     "rangeAccuracyM": "range_accuracy_m",
@@ -35,7 +31,9 @@ _NUMBERS = {
     "elevationErrorStd": "elevation_error_std",
     "avgPowerW": "avg_power_w",
     "wavelengthNm": "wave_length_nm",
+    "waveLengthNm": "wave_length_nm",
     "pulseTimeNs": "pulse_time_ns",
+    "intensityScalePercent": "intensity_scale_percent",
     "focusDistM": "focus_dist_m",
     "effectiveApertureSize": "effective_aperture_size_m",
 }
@@ -45,48 +43,53 @@ _INTEGERS = {
     "numLines": "num_lines",
     "stateResolutionStep": "state_resolution_step",
 }
-_EMITTER_ARRAYS = {
-    "azimuthDeg": "azimuth_deg",
-    "elevationDeg": "elevation_deg",
-    "fireTimeNs": "fire_time_ns",
-    "channelId": "channel_id",
-    "bank": "bank",
-    "rangeId": "range_id",
-    "vertOffsetM": "vert_offset_m",
-    "horOffsetM": "hor_offset_m",
+_TOKENS = {
+    "rotationDirection": ("rotation_direction", ("CW", "CCW")),
+    "intensityProcessing": ("intensity_processing", ()),
+    "intensityMappingType": (
+        "intensity_mapping_type",
+        ("LINEAR", "NONLINEAR", "NONLINEAR_ENCODING_ONLY", "NONLINEAR_DECODING_ONLY"),
+    ),
+    "rayType": ("ray_type", ()),
 }
 
 
 def load_profile(path: str | Path) -> LidarConfig:
-    """The configuration of a profile file. Raises UserError for files that are no lidar profile."""
+    """The configuration of a profile file.
+
+    Raises UserError for files that are no lidar profile, with every problem at its line and column.
+    """
     path = Path(path)
     try:
         if path.stat().st_size > MAX_BYTES:
             raise UserError(f"lidar profile {path.name}: larger than 64 MiB")
-        document = json.loads(path.read_text(encoding="utf-8-sig"))
+        text = path.read_text(encoding="utf-8-sig")
+        document = json.loads(text)
     except OSError as error:
         raise UserError(f"lidar profile {path}: cannot be read ({error.strerror})") from error
+    except json.JSONDecodeError as error:
+        mark = Mark(str(path), error.lineno, error.colno)
+        raise UserError(Problem(f"lidar profile: this is not valid JSON: {error.msg.lower()}", mark)) from error
     except (ValueError, RecursionError) as error:
-        place = f"{path}:{error.lineno}:{error.colno}" if isinstance(error, json.JSONDecodeError) else str(path)
-        raise UserError(f"lidar profile {place}: this is not valid JSON") from error
-    return parse_profile(document, str(path))
+        raise UserError(f"lidar profile {path}: this is not valid JSON") from error
+    return parse_profile(document, str(path), text)
 
 
-def parse_profile(document: Any, name: str) -> LidarConfig:
-    """The configuration of a parsed profile.
+def parse_profile(document: Any, name: str, text: str = "") -> LidarConfig:
+    """The configuration of a parsed profile; `text`: what it was parsed from, for the places of problems.
 
     Unknown keys and every kind of comment are ignored; what is left out keeps the default profile's value; channels
-    are the emitters when no `channelId` is given. Raises UserError naming the field for values of the wrong kind.
+    are the emitters when no `channelId` is given. Raises UserError naming each field that is wrong.
     """
+    reader = ProfileReader(name, text)
     if not isinstance(document, Mapping) or not isinstance(document.get("profile"), Mapping):
-        raise UserError(f'lidar profile {name}: not a lidar profile: it has no "profile" object')
+        raise reader.failure((), 'not a lidar profile: it has no "profile" object')
     if document.get("type", "lidar") != "lidar":
-        raise UserError(f"lidar profile {name}: its type is {document['type']!r}, not lidar")
-    reader = _Reader(name)
+        raise reader.failure(("type",), f"its type is {document['type']!r}, not lidar")
     profile = document["profile"]
     fields: dict[str, Any] = {"name": str(document.get("name", Path(name).stem))}
     fields["scan_type"] = reader.scan_type(profile.get("scanType", "rotary"))
-    fields["scan_rate_base_hz"] = reader.rate("scanRateBaseHz", profile.get("scanRateBaseHz", 10))
+    fields["scan_rate_base_hz"] = reader.rate("scanRateBaseHz", profile.get("scanRateBaseHz", 10), MIN_SCAN_RATE_HZ)
     fields["pattern_firing_rate_hz"] = reader.rate("reportRateBaseHz", profile.get("reportRateBaseHz", 36000))
     for key, field in _NUMBERS.items():
         if profile.get(key) is not None:
@@ -94,82 +97,17 @@ def parse_profile(document: Any, name: str) -> LidarConfig:
     for key, field in _INTEGERS.items():
         if profile.get(key) is not None:
             fields[field] = reader.integer(key, profile[key])
-    for key, field in (
-        ("rotationDirection", "rotation_direction"),
-        ("intensityProcessing", "intensity_processing"),
-        ("intensityMappingType", "intensity_mapping_type"),
-        ("rayType", "ray_type"),
-    ):
-        if isinstance(profile.get(key), str):
-            fields[field] = profile[key].upper()
-    fields["num_rays_per_line"] = tuple(
-        int(n) for n in reader.array("numRaysPerLine", profile.get("numRaysPerLine", ()))
-    )
-    ranges = [entry for entry in profile.get("ranges") or () if isinstance(entry, Mapping)]
-    fields["ranges_min_m"] = tuple(reader.number("ranges.min", entry.get("min", 0.0)) for entry in ranges)
-    fields["ranges_max_m"] = tuple(reader.number("ranges.max", entry.get("max", 1e9)) for entry in ranges)
-    states = [entry for entry in profile.get("emitterStates") or () if isinstance(entry, Mapping)]
-    fields["emitter_states"] = tuple(reader.state(number, entry) for number, entry in enumerate(states, start=1))
-    config = LidarConfig(**fields)
-    listed = profile.get("numberOfEmitters", config.number_of_emitters)
-    if listed != config.number_of_emitters:
-        raise UserError(
-            f"lidar profile {name}: numberOfEmitters is {listed}, but {config.number_of_emitters} are listed"
+    for key, (field, known) in _TOKENS.items():
+        if profile.get(key) is not None:
+            fields[field] = reader.token(key, profile[key], known)
+    lines = reader.array(("numRaysPerLine",), profile.get("numRaysPerLine", ()))
+    fields["num_rays_per_line"] = tuple(int(n) for n in lines)
+    ranges = reader.objects("ranges", profile.get("ranges"))
+    for key, field, missing in (("min", "ranges_min_m", 0.0), ("max", "ranges_max_m", 1e9)):
+        fields[field] = tuple(
+            reader.number(key, entry.get(key, missing), ("ranges", number)) for number, entry in enumerate(ranges)
         )
-    return config
-
-
-class _Reader:
-    """Converts fields, naming the profile and the field in what it raises."""
-
-    def __init__(self, profile: str) -> None:
-        self._profile = profile
-
-    def number(self, key: str, value: Any) -> float:
-        if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-            raise self._error(key, "is not a finite number")
-        return float(value)
-
-    def integer(self, key: str, value: Any) -> int:
-        number = self.number(key, value)
-        if number != int(number) or number < 0:
-            raise self._error(key, "is not a whole number")
-        return int(number)
-
-    def rate(self, key: str, value: Any) -> Any:
-        rate = exact.rate(value) if isinstance(value, str) else exact.rate(self.number(key, value))
-        if not 0 < rate <= FASTEST_HZ:
-            raise self._error(key, f"must be above 0 and at most {FASTEST_HZ:,} Hz")
-        return rate
-
-    def scan_type(self, value: Any) -> str:
-        if str(value).lower() not in _SCAN_TYPES:
-            raise self._error("scanType", f"is {value!r}; it is rotary or solidState")
-        return _SCAN_TYPES[str(value).lower()]
-
-    def array(self, key: str, value: Any) -> np.ndarray:
-        try:
-            array = np.asarray(value, np.float64)
-        except (TypeError, ValueError):
-            array = np.zeros(())
-        if array.ndim != 1:
-            raise self._error(key, "is not a list of numbers")
-        if not np.all(np.isfinite(array)):
-            raise self._error(key, "holds a value that is not finite")
-        return array
-
-    def state(self, number: int, entry: Mapping[str, Any]) -> EmitterState:
-        arrays = {}
-        for key, field in _EMITTER_ARRAYS.items():
-            array = self.array(f"emitterStates[{number - 1}].{key}", entry.get(key, ()))
-            if field in ("fire_time_ns", "channel_id", "bank", "range_id") and np.any((array < 0) | (array >= 2**32)):
-                raise self._error(f"emitterStates[{number - 1}].{key}", "holds a value outside 0 to 2**32 - 1")
-            arrays[field] = array
-        if not len(arrays["azimuth_deg"]):
-            arrays["azimuth_deg"] = np.zeros(len(arrays["elevation_deg"]))
-        if not len(arrays["elevation_deg"]):
-            arrays["elevation_deg"] = np.zeros(len(arrays["azimuth_deg"]))
-        return EmitterState(**arrays)
-
-    def _error(self, key: str, what: str) -> UserError:
-        return UserError(f"lidar profile {self._profile}: {key} {what}")
+    states = reader.objects("emitterStates", profile.get("emitterStates"))
+    fields["emitter_states"] = tuple(reader.state(number, entry) for number, entry in enumerate(states))
+    reader.check(profile, fields)
+    return LidarConfig(**fields)

@@ -117,16 +117,19 @@ def test_a_profile_needs_little_and_its_comments_are_ignored(tmp_path):
     ("change", "message"),
     [
         ({"numberOfEmitters": 3}, "numberOfEmitters is 3, but 2 are listed"),
-        ({"scanRateBaseHz": 0}, "scanRateBaseHz must be above 0"),
-        ({"farRangeM": "far"}, "farRangeM is not a finite number"),
+        ({"scanRateBaseHz": 0}, "scanRateBaseHz is 0: it must be above 0"),
+        ({"farRangeM": "far"}, "farRangeM is 'far', not a finite number"),
         ({"scanType": "spiral"}, "scanType is 'spiral'"),
         ({"emitterStates": []}, "no emitters"),
         ({"emitterStates": [{"azimuthDeg": [0, 1], "elevationDeg": [1]}]}, "azimuthDeg has 2 entries for 1 emitters"),
         (
             {"emitterStates": [{"azimuthDeg": [0, 1], "elevationDeg": ["x", 1]}]},
-            "elevationDeg is not a list of numbers",
+            r"elevationDeg\[0\] is 'x', not a finite number",
         ),
-        ({"emitterStates": [{"azimuthDeg": [0], "elevationDeg": [1], "fireTimeNs": [-1]}]}, "outside 0 to"),
+        (
+            {"emitterStates": [{"azimuthDeg": [0], "elevationDeg": [1], "fireTimeNs": [-1]}]},
+            r"fireTimeNs\[0\] is -1, .* from 0",
+        ),
     ],
 )
 def test_a_bad_profile_says_which_field(change, message):
@@ -134,12 +137,81 @@ def test_a_bad_profile_says_which_field(change, message):
         parse_profile({"profile": {**PROFILE["profile"], **change}}, "mine")
 
 
+def test_every_problem_of_a_profile_is_told_at_its_line_and_column(tmp_path):
+    path = tmp_path / "bad.json"
+    path.write_text(
+        """{
+  "name": "tricky \\" { [ , :", "profile": {
+    "scanType": "spiral", "farRangeM": true,
+    "maxReturns": 0,
+    "numRaysPerLine": [3],
+    "rotationDirection": "LEFT",
+    "ranges": [{"min": 0}, {"max": "x"}],
+    "emitterStates": [
+      {"azimuthDeg": [0, 1], "elevationDeg": [1,
+         2], "fireTimeNs": [0, -5], "rangeId": [0, 7]},
+      {"azimuthDeg": [0], "elevationDeg": [1], "bank": [1, 2]}
+    ]
+  }
+}
+"""
+    )
+
+    with pytest.raises(UserError) as caught:
+        load(str(path))
+
+    assert {(p.mark.line, p.mark.column, p.message.removeprefix("lidar profile: ")) for p in caught.value.problems} == {
+        (3, 17, "scanType is 'spiral'; it is rotary or solidState"),
+        (3, 40, "farRangeM is True, not a finite number"),
+        (4, 19, "maxReturns must be at least 1"),
+        (5, 23, "numRaysPerLine sums to 3 for 2 emitters"),
+        (6, 26, "rotationDirection is 'LEFT', not one of CW, CCW"),
+        (7, 36, "ranges[1].max is 'x', not a finite number"),
+        (10, 32, "emitterStates[0].fireTimeNs[1] is -5, not a finite number, from 0 to 2**32 - 1"),
+        (10, 52, "emitterStates[0].rangeId[1] is 7: no such range"),
+        (11, 7, "emitterStates[1] has 1 emitters, the first state 2"),
+        (11, 56, "emitterStates[1].bank has 2 entries for 1 emitters"),
+    }
+    assert all(p.mark.file == str(path) for p in caught.value.problems)
+
+
+def test_a_profile_of_several_states_ranges_and_offsets_is_honoured(tmp_path):
+    """Two states in turn, each for two ticks; what the file says of banks, channels and windows is in the pattern."""
+    states = [
+        {"azimuthDeg": [0, 10], "elevationDeg": [1, 2], "fireTimeNs": [0, 1000], "channelId": [7, 8], "bank": [0, 1],
+         "rangeId": [1, 0], "vertOffsetM": [0.1, 0.2]},
+        {"azimuthDeg": [5, 15], "elevationDeg": [-1, -2], "fireTimeNs": [500, 1500], "channelId": [9, 10]},
+    ]  # fmt: skip
+    profile = {
+        "scanType": "rotary", "scanRateBaseHz": 10, "reportRateBaseHz": 80, "rotationDirection": "CCW",
+        "startAzimuthDeg": 0, "endAzimuthDeg": 200, "nearRangeM": 0.5, "farRangeM": 80, "minDistBetweenEchos": 0.7,
+        "stateResolutionStep": 2, "emitterStateCount": 2, "numberOfEmitters": 2, "emitterStates": states,
+        "rangeCount": 2, "ranges": [{"min": 1, "max": 20}, [{"min": 0.1, "max": 300}]],
+        "intensityMappingType": "LINEAR", "intensityProcessing": "normalization",
+    }  # fmt: skip
+    path = tmp_path / "two.json"
+    path.write_text(json.dumps({"class": "sensor", "type": "lidar", "profile": profile}))
+
+    config = load(str(path))
+    pattern = firing_pattern(config)
+
+    assert config.min_dist_between_echos_m == 0.7
+    assert pattern.tick_state.tolist() == [0, 0, 0, 0, 1, 1, 1, 1, 0, 0]
+    assert pattern.azimuth_deg.tolist() == [0, 10, 45, 55, 95, 105, 140, 150, -180, -170]  # 45 deg a tick, up to 200
+    assert pattern.channel_id.tolist() == [7, 8, 7, 8, 9, 10, 9, 10, 7, 8]
+    assert pattern.offset_ns.tolist()[:6] == [0, 1000, 12_500_000, 12_501_000, 25_000_500, 25_001_500]
+    assert pattern.near_m.tolist() == [0.5, 1] * 2 + [1] * 4 + [0.5, 1]
+    assert pattern.far_m.tolist() == [80, 20] * 2 + [20] * 4 + [80, 20]
+    np.testing.assert_allclose(pattern.origins[:2, 2], [0.1, 0.2])
+    assert not pattern.origins[4:8].any()
+
+
 @pytest.mark.parametrize("text", ["", "[1]", "{", '{"profile": 3}', "\x00", "[" * 100_000])
 def test_a_file_that_is_no_profile_is_one_clear_error(tmp_path, text):
     path = tmp_path / "bad.json"
     path.write_text(text)
 
-    with pytest.raises(UserError, match=r"lidar profile .*bad\.json.*not (valid JSON|a lidar profile)"):
+    with pytest.raises(UserError, match=r"bad\.json.*not (valid JSON|a lidar profile)"):
         load(str(path))
 
 

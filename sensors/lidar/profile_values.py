@@ -1,0 +1,184 @@
+"""The values of a vendor profile: converted, checked, and what is wrong told at its line and column."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from graph import exact
+from graph.errors import Mark, Problem, UserError
+
+from .config import EMITTER_INTEGERS, EmitterState
+from .json_places import line_and_column
+
+Location = tuple[str | int, ...]
+FASTEST_HZ = 10**9
+_SCAN_TYPES = {"rotary": "ROTARY", "solidstate": "SOLID_STATE", "solid_state": "SOLID_STATE"}
+_NOT_NEGATIVE = (
+    *("rangeResolutionM", "rangeAccuracyM", "azimuthErrorStd", "elevationErrorStd"),
+    *("minDistBetweenEchos", "minReflectance", "minReflectanceRange"),
+)
+_EMITTER_ARRAYS = {
+    "azimuthDeg": "azimuth_deg",
+    "elevationDeg": "elevation_deg",
+    "fireTimeNs": "fire_time_ns",
+    "channelId": "channel_id",
+    "bank": "bank",
+    "rangeId": "range_id",
+    "vertOffsetM": "vert_offset_m",
+    "horOffsetM": "hor_offset_m",
+    "distanceCorrectionM": "distance_correction_m",
+    "focalDistM": "focal_dist_m",
+    "focalSlope": "focal_slope",
+}
+
+
+class ProfileReader:
+    """Converts the fields of a profile and collects what is wrong with them, each at its place in `text`."""
+
+    def __init__(self, profile: str, text: str) -> None:
+        self._profile, self._text = profile, text
+        self.problems: list[Problem] = []
+
+    def failure(self, location: Location, what: str) -> UserError:
+        """One problem that nothing can follow."""
+        return UserError(self._problem(location, what))
+
+    def number(self, key: str, value: Any, inside: Location = ()) -> float:
+        """A finite number; `inside`: where the key is, below the profile."""
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+            self._wrong((*inside, key), f"is {value!r}, not a finite number")
+            return 0.0
+        return float(value)
+
+    def integer(self, key: str, value: Any) -> int:
+        """A whole number of at least 0."""
+        number = self.number(key, value)
+        if number != int(number) or number < 0:
+            self._wrong((key,), f"is {value!r}, not a whole number")
+        elif key == "maxReturns" and number < 1:
+            self._wrong((key,), "must be at least 1")
+        return max(int(number), 0)
+
+    def rate(self, key: str, value: Any, least: Fraction = Fraction(0)) -> Fraction:
+        """A rate [Hz] above 0."""
+        try:
+            rate = exact.rate(value) if isinstance(value, str) else exact.rate(self.number(key, value))
+        except ValueError:
+            self._wrong((key,), f"is {value!r}, not a rate in Hz")
+            return Fraction(1)
+        if not 0 < rate <= FASTEST_HZ:
+            self._wrong((key,), f"is {value!r}: it must be above 0 and at most {FASTEST_HZ:,} Hz")
+        elif rate < least:
+            self._wrong((key,), f"is {value!r} Hz; the slowest scan is 0.466 Hz")
+        return rate
+
+    def scan_type(self, value: Any) -> str:
+        """ROTARY or SOLID_STATE."""
+        if str(value).lower() not in _SCAN_TYPES:
+            self._wrong(("scanType",), f"is {value!r}; it is rotary or solidState")
+        return _SCAN_TYPES.get(str(value).lower(), "ROTARY")
+
+    def token(self, key: str, value: Any, known: tuple[str, ...]) -> str:
+        """A word in capitals, one of `known` unless that is empty."""
+        word = str(value).upper()
+        if known and word not in known:
+            self._wrong((key,), f"is {value!r}, not one of {', '.join(known)}")
+        return word
+
+    def objects(self, key: str, value: Any) -> list[Mapping[str, Any]]:
+        """A list of objects; some profiles wrap each in a list of its own."""
+        if value is None:
+            return []
+        if not isinstance(value, list):
+            self._wrong((key,), "is not a list")
+            return []
+        entries = [entry[0] if isinstance(entry, list) and entry else entry for entry in value]
+        for number, entry in enumerate(entries):
+            if not isinstance(entry, Mapping):
+                self._wrong((key, number), "is not an object")
+        return [entry for entry in entries if isinstance(entry, Mapping)]
+
+    def array(self, location: Location, value: Any, *, whole: bool = False) -> np.ndarray:
+        """A list of numbers as float64 (n,); what is wrong with the first bad one is told at that one."""
+        if not isinstance(value, (list, tuple)):
+            self._wrong(location, f"is {value!r}, not a list of numbers")
+            return np.zeros(0)
+        try:
+            array = np.asarray(value, np.float64)
+            bad = np.flatnonzero(~np.isfinite(array) | (whole & ((array < 0) | (array >= 2**32))))
+        except (TypeError, ValueError):
+            array, bad = np.zeros(len(value)), np.array([_first_that_is_no_number(value)])
+        if array.ndim != 1:
+            bad = np.array([_first_that_is_no_number(value)])
+        if len(bad):
+            span = ", from 0 to 2**32 - 1" if whole else ""
+            self._wrong((*location, int(bad[0])), f"is {value[bad[0]]!r}, not a finite number{span}")
+            return np.zeros(len(value))
+        return array
+
+    def state(self, number: int, entry: Mapping[str, Any]) -> EmitterState:
+        """One emitter state."""
+        arrays = {
+            field: self.array(("emitterStates", number, key), entry.get(key, ()), whole=field in EMITTER_INTEGERS)
+            for key, field in _EMITTER_ARRAYS.items()
+        }
+        count = len(arrays["elevation_deg"]) or len(arrays["azimuth_deg"])
+        for name in ("azimuth_deg", "elevation_deg"):
+            if not len(arrays[name]):
+                arrays[name] = np.zeros(count)
+        for key, field in _EMITTER_ARRAYS.items():
+            if len(arrays[field]) not in (0, count):
+                self._wrong(("emitterStates", number, key), f"has {len(arrays[field])} entries for {count} emitters")
+        return EmitterState(**arrays)
+
+    def check(self, profile: Mapping[str, Any], fields: dict[str, Any]) -> None:
+        """What must fit together. Raises UserError with all problems if there are any."""
+        states = fields["emitter_states"]
+        count = len(states[0]) if states else 0
+        if not count:
+            self._wrong(("emitterStates",), "holds no emitters")
+        for number, state in enumerate(states):
+            if len(state) != count:
+                self._wrong(("emitterStates", number), f"has {len(state)} emitters, the first state {count}")
+            if len(fields["ranges_min_m"]) and state.range_id.max(initial=0) >= len(fields["ranges_min_m"]):
+                worst = int(np.argmax(state.range_id))
+                self._wrong(("emitterStates", number, "rangeId", worst), f"is {state.range_id[worst]}: no such range")
+        if count and profile.get("numberOfEmitters", count) != count:
+            listed = profile["numberOfEmitters"]
+            self._wrong(("numberOfEmitters",), f"is {listed}, but {count} are listed")
+        if count and profile.get("emitterStateCount", len(states)) != len(states):
+            self._wrong(("emitterStateCount",), f"is {profile['emitterStateCount']}, but {len(states)} are listed")
+        lines = fields["num_rays_per_line"]
+        if count and lines and sum(lines) != count:
+            self._wrong(("numRaysPerLine",), f"sums to {sum(lines)} for {count} emitters")
+        near, far = fields.get("near_range_m", 0.3), fields.get("far_range_m", 200.0)
+        if not self.problems and not 0 <= near < far:
+            key = "farRangeM" if "farRangeM" in profile else "nearRangeM"
+            self._wrong((key,), f"makes a range of {near:g} to {far:g} m; near must be at least 0 and below far")
+        for key in _NOT_NEGATIVE:
+            if isinstance(profile.get(key), (int, float)) and profile[key] < 0:
+                self._wrong((key,), "is negative")
+        if self.problems:
+            raise UserError(self.problems)
+
+    def _wrong(self, location: Location, what: str) -> None:
+        dotted = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in location)
+        self.problems.append(self._problem(("profile", *location), f"{dotted.lstrip('.')} {what}"))
+
+    def _problem(self, location: Location, message: str) -> Problem:
+        if not self._text:
+            return Problem(f"lidar profile {self._profile}: {message}")
+        return Problem(f"lidar profile: {message}", Mark(self._profile, *line_and_column(self._text, location)))
+
+
+def _first_that_is_no_number(values: list[Any] | tuple[Any, ...]) -> int:
+    return next(
+        number
+        for number, value in enumerate(values)
+        if isinstance(value, (bool, str, list, dict)) or not isinstance(value, (int, float))
+    )
