@@ -80,7 +80,7 @@ def _attempt(where: Where, path: str, key: str, action: Callable[[], None]) -> l
     try:
         action()
     except UserError as error:
-        return [Problem(f"{path}: {key}: {each.message}", where(path, key) or where(path)) for each in error.problems]
+        return [Problem(f"{path}: {key}: {each}", where(path, key) or where(path)) for each in error.problems]
     except (ValueError, TypeError) as error:
         text = str(error)
         return [Problem(f"{path}: {key}: {text}{'' if text.endswith('?') else '.'}", where(path, key) or where(path))]
