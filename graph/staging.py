@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 
 from .context import Warn
 from .errors import Mark, Problem, UserError
-from .spec import FileSpec
+from .spec import FileSpec, NodeSpec
 
 if TYPE_CHECKING:
     from pxr import Usd
 
-    from .evaluate import Graph
+    from .evaluate import Graph, Node
 
 GRAPH_PRIMS = ("", "Scope", "Xform", "OmniGraph", "ComputeGraph")
 """Types of prims that a graph's path may name."""
@@ -70,15 +70,57 @@ def missing_targets(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Graph]) -
 
     Graphs and render products are no prims of the scene: they come to be when the file runs.
     """
-    written = {f"{graph.path}/{node.name}": node for graph in spec.graphs for node in graph.nodes}
     graph_paths = {graph.path for graph in graphs}
     problems = []
-    for node in (node for graph in graphs for node in graph.nodes.values()):
+    for node, author in _written_nodes(spec, graphs):
         for name in (name for name, attribute in node.type.inputs.items() if attribute.type == "target"):
             for target in node.get(name) or ():
                 if target in graph_paths or target.startswith("/Render/") or stage.GetPrimAtPath(target):
                     continue
-                author = written[node.path]
                 message = f"{node.path}.inputs:{name}: there is no prim {target} on the stage; correct the path."
                 problems.append(Problem(message, author.input_marks.get(name, author.mark)))
     return problems
+
+
+def unrenderable_cameras(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Graph]) -> list[Problem]:
+    """A line for each cameraPrim that the file gives whose prim is there and is no sensor that can be rendered."""
+    from sensors.products import sensor_problem
+
+    return [
+        Problem(f"{node.path}.inputs:{name}: {problem}", mark)
+        for node, name, mark in _given_inputs(spec, graphs)
+        if name == "cameraPrim"
+        for target in node.get(name) or ()
+        if stage.GetPrimAtPath(target) and (problem := sensor_problem(stage, target))
+    ]
+
+
+def bad_topics(spec: FileSpec, graphs: Sequence[Graph]) -> list[Problem]:
+    """A line for each topic that the file gives and ROS 2 does not allow."""
+    from nodes.ros2.publishing import topic_problem
+
+    return [
+        Problem(f"{node.path}.inputs:{name}: {problem}", mark)
+        for node, name, mark in _given_inputs(spec, graphs)
+        if name.lower().endswith("topicname") and node.type.id.startswith("isaacsim.ros2.")
+        if (problem := topic_problem(str(node.get(name))))
+    ]
+
+
+def _given_inputs(spec: FileSpec, graphs: Sequence[Graph]) -> Iterator[tuple[Node, str, Mark | None]]:
+    """Each input that the file gives a value, of nodes that are not switched off, and that no connection feeds."""
+    for node, author in _written_nodes(spec, graphs):
+        names = [name.removeprefix("inputs:") for name in author.inputs]
+        names = [name for name in names if name in node.names["inputs"] and not node.connected(name)]
+        if "enabled" in names and node.get("enabled") is False:
+            continue
+        for name in names:
+            yield node, name, author.input_marks.get(name, author.mark)
+
+
+def _written_nodes(spec: FileSpec, graphs: Sequence[Graph]) -> Iterator[tuple[Node, NodeSpec]]:
+    """Each compiled node with what the file says of it."""
+    written = {f"{graph.path}/{node.name}": node for graph in spec.graphs for node in graph.nodes}
+    for graph in graphs:
+        for node in graph.nodes.values():
+            yield node, written[node.path]

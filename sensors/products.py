@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any, cast
 from .errors import SensorValueError
 
 if TYPE_CHECKING:
+    from pxr import Usd
+
     from graph.sim import App
     from graph.sim.rendering import RenderProduct
 
@@ -104,20 +106,27 @@ def remove_product(app: App, product: RenderProduct) -> None:
         app.stage.RemovePrim(product.path)
 
 
+def sensor_problem(stage: Usd.Stage, prim_path: str) -> str | None:
+    """Why a prim cannot be rendered, as one line; None for one that can."""
+    prim = stage.GetPrimAtPath(prim_path) if prim_path.startswith("/") else None
+    if not prim:
+        return f"there is no prim {prim_path} to render; give the path of a sensor"
+    kind = str(prim.GetTypeName())
+    if kind == "OmniLidar":
+        return None
+    if kind in _NOT_YET:
+        return f"{prim_path}: {_NOT_YET[kind]} are not available yet; OmniLidar prims are"
+    return f"{prim_path}: a {kind or 'typeless prim'} is no sensor; give the path of an OmniLidar"
+
+
 def _runtime(app: App, prim_path: str) -> Any:
     if not prim_path:
         return Blank()
-    prim = app.stage.GetPrimAtPath(prim_path) if prim_path.startswith("/") else None
-    if not prim:
-        raise SensorValueError(f"there is no prim {prim_path} to render; give the path of a sensor")
-    kind = str(prim.GetTypeName())
-    if kind == "OmniLidar":
-        from .lidar.runtime import LidarRuntime
+    if problem := sensor_problem(app.stage, prim_path):
+        raise SensorValueError(problem)
+    from .lidar.runtime import LidarRuntime
 
-        return LidarRuntime(app, prim_path)
-    if kind in _NOT_YET:
-        raise SensorValueError(f"{prim_path}: {_NOT_YET[kind]} are not available yet; OmniLidar prims are")
-    raise SensorValueError(f"{prim_path}: a {kind or 'typeless prim'} is no sensor; give the path of an OmniLidar")
+    return LidarRuntime(app, prim_path)
 
 
 def _free_name(app: App, wanted: str) -> str:

@@ -189,10 +189,24 @@ def test_set_on_a_connected_input_is_refused(small, capsys):
     assert "a connection feeds this input" in capsys.readouterr().err
 
 
-def test_a_topic_that_ros_does_not_allow_ends_the_run(small, capsys):
+def test_a_topic_that_ros_does_not_allow_is_found_before_anything_is_written(tmp_path, small, capsys):
     small.write_text(SMALL.replace("topicName: points", 'topicName: "a b!"'))
-    assert main(["run", str(small), "--updates", "3"]) == 1
-    assert "is no ROS 2 topic name" in capsys.readouterr().err
+    assert main(["run", str(small), "--updates", "3", "--out", str(tmp_path / "out")]) == 2
+    error = capsys.readouterr().err
+    line = next(n for n, text in enumerate(SMALL.splitlines(), 1) if "topicName: points" in text)
+    assert f"{small}:{line}:" in error
+    assert "cloud.inputs:topicName: '/a b!' is no ROS 2 topic name" in error
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_camera_prim_that_is_no_sensor_is_found_before_anything_is_written(tmp_path, small, capsys):
+    small.write_text(SMALL.replace("cameraPrim: /World/Lidar", "cameraPrim: /World/Ball"))
+    assert main(["run", str(small), "--updates", "3", "--out", str(tmp_path / "out")]) == 2
+    error = capsys.readouterr().err
+    line = next(n for n, text in enumerate(SMALL.splitlines(), 1) if "cameraPrim: /World/Lidar" in text)
+    assert f"{small}:{line}:" in error
+    assert "inputs:cameraPrim: /World/Ball: a Sphere is no sensor; give the path of an OmniLidar" in error
+    assert not (tmp_path / "out").exists()
 
 
 def test_an_empty_scene_runs(tmp_path):

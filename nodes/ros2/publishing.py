@@ -66,16 +66,29 @@ def topic_name(db: Any, below: str, name: str | None = None) -> str:
     name: what to publish on instead of the input topicName. Fails the node where the name is empty.
     """
     name = (db.inputs.topicName if name is None else name).strip()
-    if not name.strip("/"):
-        db.fail("input topicName is empty; give it a topic")
-    if name.startswith("/"):
-        topic = "/" + name.strip("/")
-    else:
+    namespace = ""
+    if not name.startswith("/"):
         namespace = db.inputs.nodeNamespace or collect_namespace(db.app.stage, below)
-        topic = "/" + "/".join(part.strip("/") for part in (namespace, name) if part.strip("/"))
-    if not _TOPIC.fullmatch(topic):
-        db.fail(f"{topic!r} is no ROS 2 topic name; its parts are letters, digits and _, and start with no digit")
-    return topic
+    if problem := topic_problem(name, namespace):
+        db.fail(problem)
+    return absolute_topic(name, namespace)
+
+
+def absolute_topic(name: str, namespace: str = "") -> str:
+    """A topic from the root; one that begins with / ignores the namespace."""
+    if name.startswith("/"):
+        return "/" + name.strip("/")
+    return "/" + "/".join(part.strip("/") for part in (namespace, name) if part.strip("/"))
+
+
+def topic_problem(name: str, namespace: str = "") -> str | None:
+    """Why a name is no topic, as one line; None for one that is."""
+    if not name.strip().strip("/"):
+        return "input topicName is empty; give it a topic"
+    topic = absolute_topic(name.strip(), namespace)
+    if _TOPIC.fullmatch(topic):
+        return None
+    return f"{topic!r} is no ROS 2 topic name; its parts are letters, digits and _, and start with no digit"
 
 
 def collect_namespace(stage: Any, path: str) -> str:

@@ -337,10 +337,9 @@ def test_a_long_run_is_counted_only_through_its_first_updates(folder, graph):
 
 
 def test_a_node_that_fails_is_a_trap_and_the_rest_is_told_all_the_same(folder, graph):
-    (folder / "a.yaml").write_text(
-        HEAD + ONE.replace("cameraPrim: /World/Lidar", "cameraPrim: /World/Ball").replace("duration: 5", "duration: 1")
-    )
+    bad = ONE.replace("inputs: {cameraPrim: /World/Lidar}", "inputs: {renderProductPrim: /Render/None}")
+    (folder / "a.yaml").write_text(HEAD + bad.replace("duration: 5", "duration: 1"))
     result = graph("explain", "a.yaml")
     assert result.code == 0
-    assert "compute-failed: /World/G/product: /World/Ball: a Sphere is no sensor" in result.out
+    assert "compute-failed: /World/G/product: there is no render product /Render/None" in result.out
     assert "  product  none: nobody renders it\n" in result.out
