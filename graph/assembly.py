@@ -12,7 +12,7 @@ from .collector import collector_paused
 from .errors import Mark, Problem, UserError
 from .overrides import override_inputs
 from .spec import FileSpec
-from .staging import bad_topics, build_stage, missing_targets, stage_problems, unrenderable_cameras
+from .staging import build_stage, missing_targets, stage_problems
 
 if TYPE_CHECKING:
     from pxr import Usd
@@ -98,7 +98,7 @@ def build_parts(
         if spec.lenient:
             warnings += [("prim-missing", str(one.mark), one.message) for one in missing]
         else:
-            problems += [*missing, *unrenderable_cameras(stage, spec, graphs), *bad_topics(spec, graphs)]
+            problems += missing
     warnings[:0] = spec.notes if spec else ()
     return Parts(spec, graphs, stage, sorted(dict.fromkeys(problems), key=_place), [*dict.fromkeys(warnings)])
 
@@ -120,8 +120,9 @@ def open_session(
     """Loads, checks and builds everything that `path` names (or a loaded file says); nothing plays yet.
 
     `settings` and `fidelity` beat the file's; `on_error` is "stop" or "continue" (None: "continue" for a saved scene
-    with missing assets, whose nodes cannot all work, else "stop"). Nodes that run code of the file are refused unless
-    `allow_scripts`; those of a saved scene do nothing, with a warning. Raises UserError with every problem found.
+    with missing assets, whose nodes cannot all work, else as the setting nodeErrorsStop says). Nodes that run code of
+    the file are refused unless `allow_scripts`; those of a saved scene do nothing, with a warning. Raises UserError
+    with every problem found.
     """
     from .runner import GraphRunner
     from .scripts import script_problems
@@ -160,7 +161,7 @@ def open_session(
     app.folders = tuple(folder for folder in (spec.folder, *allow) if folder is not None)
     if on_error is None:
         missing = any(code in ("usd-missing-asset", "prim-missing") for code, _, _ in parts.warnings)
-        on_error = "continue" if spec.lenient and missing else "stop"
+        on_error = "continue" if spec.lenient and missing else None
     scripts: Scripts = "run" if allow_scripts else "skip" if refused else "refuse"
     runner = GraphRunner(app, parts.graphs, on_error=on_error, scripts=scripts)
     app.graphs.update(runner.graphs)

@@ -22,6 +22,8 @@ OnError = Literal["stop", "continue"]
 PRODUCT_INPUT = "renderProductPath"
 INTERRUPTS_OFF = "/ext/omni.graph.action/disableInterrupts"
 """Setting: whether a trigger that reaches a sleeping node is ignored."""
+ERRORS_STOP = "/tickgraph/nodeErrorsStop"
+"""Setting: whether a node that raises ends the run; else it is warned of and the run goes on."""
 
 STARTS = ("OmniGraph Start Play", "Simulation Start Play", "Animation Start Play")
 STOPS = ("OmniGraph Stop Play", "Simulation Stop Play", "Animation Stop Play")
@@ -58,15 +60,15 @@ class GraphRunner:
     """Binds graphs to an App: who is evaluated in which phase, in file order; all node state resets on stop.
 
     Graphs may be added, edited and moved to another stage at any time (see `graph.Controller`); each update begins
-    with what they are then.
+    with what they are then. `on_error`: what a node that raises does to the run (None: as the settings say).
     """
 
     def __init__(
-        self, app: App, graphs: Sequence[Graph], *, on_error: OnError = "stop", scripts: Scripts = "refuse"
+        self, app: App, graphs: Sequence[Graph], *, on_error: OnError | None = None, scripts: Scripts = "refuse"
     ) -> None:
         self.graphs = {graph.path: graph for graph in graphs}
         self._app = app
-        self._on_error = on_error
+        self._on_error = on_error or _on_error(app)
         self._context = Context(app=app, warn=app.warn, scripts=scripts)
         self.set = GraphSet(self.graphs, context=self._context, app=app, prepare=self._prepare)
         bind(app, self.set)
@@ -169,6 +171,11 @@ class GraphRunner:
             }
             if instances and instances != spec.instances:
                 self.set.apply([replace(spec, instances=instances)], {})
+
+
+def _on_error(app: App) -> OnError:
+    """What the App's settings say of a node that raises."""
+    return "stop" if app.settings.get(ERRORS_STOP, True) else "continue"
 
 
 def _frame_entries(graph: Graph) -> Iterable[tuple[Node, str]]:

@@ -36,10 +36,10 @@ def sensors_of(app: App, seen: Observed, steps: Sequence[Step]) -> list[dict[str
             continue
         path = str(prim.GetPath())
         products = [product for product in seen.products.values() if product.camera_path == path]
-        rendered += [{**_prim(prim), **_rendered(app, product, seen, steps)} for product in products]
+        rendered += [{**_prim(app, prim), **_rendered(app, product, seen, steps)} for product in products]
         if not products:
             makers = [node.path for node in seen.unmade if path in node.get("cameraPrim")]
-            others.append({**_prim(prim), "product": None, "made_by": makers})
+            others.append({**_prim(app, prim), "product": None, "made_by": makers})
     return rendered + others
 
 
@@ -66,16 +66,17 @@ def planned_ticks(
     return found, copy.missed
 
 
-def _prim(prim: Usd.Prim) -> dict[str, Any]:
+def _prim(app: App, prim: Usd.Prim) -> dict[str, Any]:
     known: dict[str, Any] = {"path": str(prim.GetPath()), "type": str(prim.GetTypeName())}
     if known["type"] == "OmniLidar":
+        from graph.sim.settings import BARE_LIDAR_TICK_RATE
         from sensors.lidar.pattern import firing_pattern
         from sensors.lidar.prim import read_config, read_tick_rate
 
         config = read_config(prim)
         rays, rate = len(firing_pattern(config)), config.scan_rate_base_hz
         known |= {
-            "tick_rate_hz": read_tick_rate(prim),
+            "tick_rate_hz": read_tick_rate(prim, app.settings.rate(BARE_LIDAR_TICK_RATE)),
             "scan_rate_hz": rate,
             "accumulates": config.accumulate_outputs,
             "rays_per_scan": rays,

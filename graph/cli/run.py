@@ -50,7 +50,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--on-error",
         choices=("stop", "continue"),
-        help="when a node raises (default: stop; continue for a saved USD scene with missing assets)",
+        help="when a node raises (default: stop; continue in parity isaacsim-6.0.1, and for a saved USD scene with "
+        "missing assets)",
     )
     parser.add_argument(
         "--allow", action="append", default=[], type=Path, metavar="DIR", help="also allow files below DIR"

@@ -75,7 +75,9 @@ DIFFERENCES: tuple[Difference, ...] = (
     ),
     Difference(keys.NODE_ERRORS_STOP, False, "a compute that raises stops the run, or is logged and the run goes on"),
     Difference(
-        keys.ID_MAP_EXTENSION, False, "StableIdMap buffers also carry what resolve_all needs: ids without an entry"
+        keys.ID_MAP_EXTENSION,
+        False,
+        "StableIdMap buffers hold ids without an entry too, for resolve_all, or not",
     ),
 )
 """All differences, in the order of an update. Interrupting sleeping latent nodes is no difference: both profiles

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
+
+from graph.sim import settings as keys
 
 from .messages import header
 
@@ -12,6 +15,21 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 LASER_SCAN = "sensor_msgs/msg/LaserScan"
+
+
+@dataclass(frozen=True, slots=True)
+class ScanStyle:
+    """The range of an empty beam [m]; whether angle_max is the last beam's angle or one increment beyond it."""
+
+    empty: float = math.inf
+    ends_beyond: bool = False
+
+
+def scan_style(app: Any) -> ScanStyle:
+    """What an App's settings ask for."""
+    settings = app.settings
+    empty = -1.0 if settings.get(keys.SCAN_EMPTY_MINUS_ONE) else math.inf
+    return ScanStyle(empty, bool(settings.get(keys.SCAN_END_BEYOND)))
 
 
 def laser_scan(
@@ -25,8 +43,9 @@ def laser_scan(
     rotation_rate: float,
     nanoseconds: int,
     frame_id: str,
+    style: ScanStyle = ScanStyle(),
 ) -> Any:
-    """A scan by the message's own convention: an empty beam (below 0) is +inf, angle_max is the last beam's angle.
+    """A scan by the message's own convention, unless `style` says otherwise; an empty beam is one below 0.
 
     ranges: (N,) [m]; intensities: (N,), any number type; rotation_rate [Hz], 0 gives scan_time 0.
     time_increment = fov / 360 x scan_time / N, as in Isaac Sim.
@@ -41,12 +60,12 @@ def laser_scan(
     return message_type(LASER_SCAN)(
         header(nanoseconds, frame_id),
         start,
-        start + max(count - 1, 0) * increment,
+        start + (count if style.ends_beyond else max(count - 1, 0)) * increment,
         increment,
         horizontal_fov_deg / 360.0 * scan_time / count if count else 0.0,
         scan_time,
         float(depth_range[0]),
         float(depth_range[1]),
-        np.where(ranges < 0, np.float32(np.inf), ranges).astype(np.float32),
+        np.where(ranges < 0, np.float32(style.empty), ranges).astype(np.float32),
         np.asarray(intensities, dtype=np.float32),
     )

@@ -13,6 +13,8 @@ if TYPE_CHECKING:
 
     from sensors.frame import Frame
 
+    from .laser_scans import ScanStyle
+
 SCAN_CHANNELS = frozenset({"azimuth", "distance", "scalar"})
 """What a laser scan needs of a frame."""
 
@@ -39,7 +41,7 @@ def column(frame: Frame, name: str) -> NDArray[np.generic]:
     return array.astype(np.int64) + frame.timestamp_ns if name == "Timestamp" else array
 
 
-def frame_scan(frame: Frame, nanoseconds: int, frame_id: str) -> Any:
+def frame_scan(frame: Frame, nanoseconds: int, frame_id: str, style: ScanStyle) -> Any:
     """`sensor_msgs/LaserScan` of a frame, binned by azimuth whatever the elevations; the last in a beam wins."""
     from sensors.annotators import flat_scan
 
@@ -56,4 +58,5 @@ def frame_scan(frame: Frame, nanoseconds: int, frame_id: str) -> Any:
         rotation_rate=flat.rotation_rate,
         nanoseconds=nanoseconds,
         frame_id=frame_id,
+        style=style,
     )

@@ -7,8 +7,9 @@ from functools import partial
 from typing import Any
 
 from graph import Attribute, node_type
+from graph.sim import settings as keys
 
-from .laser_scans import LASER_SCAN
+from .laser_scans import LASER_SCAN, scan_style
 from .lidar_frames import SCAN_CHANNELS, cloud_channels, frame_cloud, frame_scan
 from .lidar_writers import STRING, FrameWriter, object_id_map, stamps
 from .point_clouds import CLOUD_FIELDS, POINT_CLOUD
@@ -145,7 +146,7 @@ def _metadata(db: Any) -> tuple[str, ...]:
 def _warn_about_settings(db: Any) -> None:
     # Deprecated inputs are told under codes of their own, and only where their value says something.
     inputs = db.inputs
-    if not inputs.fullScan:
+    if inputs.fullScan == db.app.settings.get(keys.FULL_SCAN_WARNS):
         db.warn("full-scan-deprecated", "fullScan has no effect; partial scans come from tickRate or accumulateOutputs")
     if inputs.frameSkipCount:
         db.warn("frame-skip-deprecated", "frameSkipCount is deprecated; lower the sensor's tickRate instead")
@@ -166,8 +167,11 @@ def _writers(db: Any, product: Any, kind: str, metadata: tuple[str, ...]) -> lis
     every = inputs.frameSkipCount + 1
     topic = topic_name(db, camera)
     if kind == "laser_scan":
+        style = scan_style(app)
         return [
-            FrameWriter(app.bus, topic, LASER_SCAN, stamp, lambda frame, at: frame_scan(frame, at, frame_id), every)
+            FrameWriter(
+                app.bus, topic, LASER_SCAN, stamp, lambda frame, at: frame_scan(frame, at, frame_id, style), every
+            )
         ]
     writers = [
         FrameWriter(

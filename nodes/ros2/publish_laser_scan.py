@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from graph import Attribute, node_type
 from nodes.isaac.clocks import stamp_ns
 
-from .laser_scans import LASER_SCAN, laser_scan
+from .laser_scans import LASER_SCAN, laser_scan, scan_style
 from .publishing import TIME_STAMP, Publisher, publisher_inputs, subscribed_topic
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     memory=Publisher,
 )
 def publish_laser_scan(db: Any) -> bool:
-    """Publish `sensor_msgs/LaserScan`; an empty beam is +inf, angle_max the angle of the last beam."""
+    """Publish `sensor_msgs/LaserScan`; an empty beam is +inf, angle_max the last beam's angle (or as the profile says)."""
     inputs = db.inputs
     for name in ("horizontalFov", "horizontalResolution"):
         if not getattr(inputs, name) > 0:
@@ -61,6 +61,7 @@ def publish_laser_scan(db: Any) -> bool:
         rotation_rate=inputs.rotationRate,
         nanoseconds=nanoseconds,
         frame_id=inputs.frameId,
+        style=scan_style(db.app),
     )
     db.app.bus.publish(topic, LASER_SCAN, message, nanoseconds)
     return True

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from graph.errors import UserError
+from graph.sim import settings as keys
 from sensors.channels import AuxLevel
 from sensors.errors import SensorValueError
 from sensors.xform import Vector, local_pose, place, world_pose
@@ -138,7 +139,7 @@ class Lidar:
     @property
     def tick_rate(self) -> Fraction:
         """How often the sensor ticks [Hz]; 0 is every update."""
-        return on_prim.read_tick_rate(self.prim)
+        return on_prim.read_tick_rate(self.prim, self.app.settings.rate(keys.BARE_LIDAR_TICK_RATE))
 
     def get_local_poses(self) -> tuple[np.ndarray, np.ndarray]:
         """Translations (1, 3) and orientations (1, 4) w, x, y, z below the parent, stage units."""

@@ -85,11 +85,15 @@ def read_config(prim: Usd.Prim) -> LidarConfig:
         raise UserError(f"{prim.GetPath()}: {error}") from error
 
 
-def read_tick_rate(prim: Usd.Prim) -> Fraction:
-    """How often the sensor ticks [Hz]; 0 (also when nothing says) means every update. Raises UserError if negative."""
-    value = _get(prim, TICK_RATE)
+def read_tick_rate(prim: Usd.Prim, bare: Fraction | int = 0) -> Fraction:
+    """How often the sensor ticks [Hz]; 0 means every update, `bare` is what a prim gets that authors no rate.
+
+    Raises UserError if negative.
+    """
+    attribute = prim.GetAttribute(TICK_RATE)
+    value = attribute.Get() if attribute and attribute.HasAuthoredValue() else None
     if value is None:
-        return Fraction(0)
+        return Fraction(bare)
     if not math.isfinite(value) or value < 0:
         raise UserError(f"{prim.GetPath()}.{TICK_RATE} is {value}; give a rate in Hz, or 0 to render in every update")
     return exact.rate(float(value), stored_as_float32=True)

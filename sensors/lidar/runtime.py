@@ -11,6 +11,7 @@ import numpy as np
 
 from graph.errors import UserError
 from graph.exact import nanoseconds
+from graph.sim import settings as keys
 from graph.sim.schedule import EveryUpdate, Tick, TickSchedule
 from graph.sim.transforms import rigid_part
 from sensors.channels import CHANNELS, AuxLevel, Demand
@@ -81,7 +82,7 @@ class LidarRuntime:
             raise UserError(f"{prim_path} is no OmniLidar prim; give the path of one")
         self._aux = read_aux_level(prim)
         self._known_demand = -1
-        rate = read_tick_rate(prim)
+        rate = read_tick_rate(prim, app.settings.rate(keys.BARE_LIDAR_TICK_RATE))
         if rate and not has_sensor_api(prim):
             rate = Fraction(0)
             app.warn(
@@ -182,10 +183,12 @@ class LidarRuntime:
     def object_ids(self, *, resolve_all: bool = False) -> dict[int, str]:
         """128-bit object id -> prim path of what frames may hold; empty while stable ids are off.
 
-        As documented without the copies of point instancers, which have no prim; resolve_all: with them.
+        As documented without the copies of point instancers, which have no prim; resolve_all: with them, unless the
+        setting idMapExtension of the profile is off.
         """
         if not self.has_stable_ids():
             return {}
+        resolve_all = resolve_all and self._app.settings.get(keys.ID_MAP_EXTENSION)
         paths = (surface.path for surface in cast_world(self._app).surfaces)
         return stable_id_map(path for path in paths if resolve_all or has_prim(path))
 
