@@ -14,6 +14,7 @@ from graph.errors import RunError, UserError
 from . import settings as keys
 from .bus import MessageBus
 from .clocks import checked_rate
+from .drivers import Drivers
 from .fidelity import Fidelity
 from .options import clock_rates, experience_settings, frames_come_later, refuse_unavailable
 from .parity import apply_profile
@@ -21,7 +22,8 @@ from .phases import EVENTS, PHASES, Callback, Subscribers, Unsubscribe
 from .rendering import Rendering
 from .run_loop import RunLoop
 from .settings import Settings, suggestion
-from .simulation import EXTERNAL_TIME, Simulation
+from .simulation import EXTERNAL_TIME
+from .simulation_manager import ManagedSimulation
 from .speed import Speed, follow_timeline
 from .timeline import Change, Timeline
 from .wall_clock import VirtualClock, WallClock
@@ -31,7 +33,7 @@ if TYPE_CHECKING:
     from types import TracebackType
 
 
-class App:
+class App(Drivers):
     """One world and its clocks. Several may live in one process; the most recently entered one is the default.
 
     `stage` is a path, a `Usd.Stage` or None for an empty stage. `physics_hz` beats the stage's physics scene, which
@@ -89,8 +91,9 @@ class App:
         self.fabric: Any = Fabric(stage)
         self.fabric.set(*EXTERNAL_TIME, 0.0)
         self.timeline = Timeline(self.settings, self._on_change)
-        self.simulation = Simulation(self, physics_rate)
+        self.simulation = ManagedSimulation(self, physics_rate)
         self.rendering = Rendering(self)
+        self._make_drivers()
         self._read_rendering_settings()
         self._speed = Speed(self.wall_clock.now)
         self.graphs: dict[str, Any] = {}
@@ -129,6 +132,11 @@ class App:
         if not cls._entered:
             raise UserError("there is no current App; use `with App(...) as app:` or pass app=")
         return cls._entered[-1]
+
+    @classmethod
+    def of_stage(cls, stage: Any) -> App | None:
+        """The most recently entered App that has this stage; None if none has."""
+        return next((app for app in reversed(cls._entered) if app.stage == stage), None)
 
     @property
     def physics(self) -> Any:
@@ -189,21 +197,6 @@ class App:
     def warn(self, code: str, where: str, message: str) -> None:
         """Notes a warning: said once per code and place, counted."""
         self.warnings.add(code, where, message)
-
-    def play(self) -> None:
-        """Starts or resumes now, with all callbacks (a committed play)."""
-        self.timeline.play()
-        self.timeline.commit()
-
-    def pause(self) -> None:
-        """Pauses now: every clock holds."""
-        self.timeline.pause()
-        self.timeline.commit()
-
-    def stop(self) -> None:
-        """Stops now: clocks at 0, physics freed, the stage as it was before play."""
-        self.timeline.stop()
-        self.timeline.commit()
 
     def update(self, steps: int = 1) -> None:
         """Runs `steps` app updates, each through all phases; fewer once the run is asked to end."""
@@ -274,6 +267,12 @@ class App:
         self._end_phase()
         self.run_loop.end()
 
+    def deliver_frames(self) -> None:
+        """Delivers now what was rendered and would only arrive with the next update (profile `isaacsim-6.0.1`)."""
+        if self.rendering.pending_frames:
+            self.rendering.deliver_pending()
+            self._hand_over()
+
     def _hand_over(self) -> None:
         rendering, bus = self.rendering, self.bus
         if not rendering.new_frames:
@@ -308,18 +307,19 @@ class App:
 
     def _on_change(self, change: Change) -> None:
         if change == "stop":
-            self._end_play()
-        if change != "play":
-            self._subscribers[change]()
-            return
-        self._begin_play()
+            self.free_world()
+        elif change == "play" and not self.simulation.built:
+            self.build_world()
         try:
-            self._subscribers["play"]()
+            self._subscribers[change]()
+            self.simulation.announce(change)
         except BaseException:
-            self._end_play()
+            if change == "play":
+                self.free_world()
             raise
 
-    def _begin_play(self) -> None:
+    def build_world(self) -> None:
+        """Builds physics from the stage and binds Fabric and sensors to it; playing does so by itself."""
         from .physics import build_physics
         from .stage import StageState
 
@@ -346,7 +346,8 @@ class App:
         rendering.autotrigger_idle = settings.get(keys.AUTOTRIGGER_IDLE)
         rendering.frames_later = frames_come_later(settings)
 
-    def _end_play(self) -> None:
+    def free_world(self) -> None:
+        """Frees what `build_world` has built and puts the stage back; stopping does so by itself."""
         self.fabric.unbind()
         self.simulation.end()
         self.rendering.capture_state = None
@@ -354,6 +355,7 @@ class App:
         self.bus.restart()
         self._geometry = None
         self._stage_state.restore()
+        self.simulation.keep_scene_changes()
 
     def close(self) -> None:
         """Stops, tells the "close" subscribers and closes the bus's sinks; each also when one before it fails."""
@@ -361,7 +363,7 @@ class App:
             return
         self._closed = True
         failure: BaseException | None = None
-        for action in (self.stop, *self._close_actions(), self.bus.close, self.fabric.close):
+        for action in (self.stop, *self._close_actions(), self.simulation.close, self.bus.close, self.fabric.close):
             try:
                 action()
             except BaseException as error:

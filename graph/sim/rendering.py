@@ -2,36 +2,41 @@
 
 from __future__ import annotations
 
-import inspect
-import weakref
-from collections.abc import Callable
-from dataclasses import dataclass
+from enum import StrEnum
 from fractions import Fraction
 from itertools import count
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from graph import exact
 
 from . import settings as keys
+from .callbacks import CallbackList, Event, Held, Registered, dropped_early
 from .products import RenderProduct, SensorRuntime
 from .scheduler import SensorScheduler
 
 if TYPE_CHECKING:
     from .app import App
 
-__all__ = ["NEW_FRAME", "RenderProduct", "Rendering", "RenderingEvent", "SensorRuntime"]
-
-NEW_FRAME = "isaacsim.rendering.new_frame"
+__all__ = ["NEW_FRAME", "FrameEvent", "RenderProduct", "Rendering", "RenderingEvent", "SensorRuntime"]
 
 
-@dataclass(frozen=True, slots=True)
-class RenderingEvent:
-    """What a rendering callback is told: the event and the products with a new frame."""
+class RenderingEvent(StrEnum):
+    """The rendering events: NEW_FRAME fires in an update that delivered frames, before the writers get them."""
 
-    event: str
-    products: tuple[RenderProduct, ...]
+    NEW_FRAME = "isaacsim.rendering.new_frame"
 
-    NEW_FRAME = NEW_FRAME
+
+NEW_FRAME = RenderingEvent.NEW_FRAME
+
+
+class FrameEvent(Event):
+    """What a NEW_FRAME callback is told."""
+
+    @property
+    def products(self) -> tuple[RenderProduct, ...]:
+        """The products with a new frame, in the order of their creation."""
+        products: tuple[RenderProduct, ...] = self.payload["products"]
+        return products
 
 
 class Rendering(SensorScheduler):
@@ -40,13 +45,13 @@ class Rendering(SensorScheduler):
     def __init__(self, app: App) -> None:
         super().__init__(app.simulation.clock, None, lambda: app.loop_time)
         self._app = app
-        self._callbacks: list[tuple[int, int, Callable[[], Callable[[RenderingEvent], object] | None]]] = []
+        self._callbacks = CallbackList()
         self._ids = count()
 
     def set_dt(self, dt: float | Fraction) -> None:
         """Makes every update last `dt` [s]: manual loop step, rate limit, target frame rate and time codes per second.
 
-        The physics rate stays. Raises ValueError unless dt > 0.
+        The physics rate and the catch-up cap stay. Raises ValueError unless dt > 0.
         """
         step = exact.duration(dt)
         if step <= 0:
@@ -61,54 +66,73 @@ class Rendering(SensorScheduler):
         return float(1 / settings.rate(keys.RATE_LIMIT_FREQUENCY))
 
     def render(self) -> None:
-        """One app update without physics; a playing timeline still moves."""
+        """One app update without physics; a playing timeline still moves, so it leads the physics from then on.
+
+        `/app/player/playSimulations` is false meanwhile, and what it was afterwards, also where the update raises.
+        """
         settings = self._app.settings
-        play_simulations = settings.get(keys.PLAY_SIMULATIONS)
+        if not settings.get(keys.PLAY_SIMULATIONS):
+            self._app.update()
+            return
         settings.set(keys.PLAY_SIMULATIONS, False)
         try:
             self._app.update()
         finally:
-            settings.set(keys.PLAY_SIMULATIONS, play_simulations)
+            settings.set(keys.PLAY_SIMULATIONS, True)
 
     async def render_async(self) -> None:
-        """As `render`."""
-        self.render()
+        """As `render`; others waiting for the next update resume too."""
+        settings = self._app.settings
+        if not settings.get(keys.PLAY_SIMULATIONS):
+            await self._app.next_update_async()
+            return
+        settings.set(keys.PLAY_SIMULATIONS, False)
+        try:
+            await self._app.next_update_async()
+        finally:
+            settings.set(keys.PLAY_SIMULATIONS, True)
 
-    def register_callback(self, event: str, *, callback: Callable[[RenderingEvent], object], order: int = 0) -> int:
-        """Calls `callback(event)` in each update that delivered a frame; returns an id.
+    def register_callback(
+        self, event: str, *misplaced: object, callback: Registered | None = None, order: int = 0
+    ) -> int:
+        """Calls `callback(event)`, event a `FrameEvent`, in each update that delivered a frame; returns an id.
 
-        Bound methods are held weakly. Raises ValueError for another event than NEW_FRAME.
+        Lower order first, ties in the order of registration; ids count up from 0 and are never used again. A bound
+        method is held weakly: it ends with its object. Raises ValueError for another event than NEW_FRAME, and where
+        event and callback have changed places (the SimulationManager takes the callback first).
         """
+        if callable(event) or misplaced:
+            raise ValueError(
+                "the RenderingManager takes register_callback(event, callback=function): the event first, the callback "
+                "by its name (the SimulationManager takes callback, event)"
+            )
         if event != NEW_FRAME:
-            raise ValueError(f"there is no rendering event {event!r}; the one there is: {NEW_FRAME!r}")
-        held: Callable[[], Callable[[RenderingEvent], object] | None]
-        held = weakref.WeakMethod(callback) if inspect.ismethod(callback) else lambda: callback
+            raise ValueError(f"there is no rendering event {event!r}; the one there is: {NEW_FRAME.value!r}")
+        if not callable(callback):
+            raise ValueError(f"callback {callback!r} cannot be called; give callback=function")
         uid = next(self._ids)
-        self._callbacks.append((order, uid, held))
-        self._callbacks.sort(key=lambda entry: entry[:2])
+
+        def died(called: bool) -> None:
+            self._callbacks.remove(uid)
+            if not called:
+                self._app.warn("callback-dropped", f"rendering callback {uid}", dropped_early(uid))
+
+        self._callbacks.add(uid, Held(callback, died), order)
         return uid
 
     def deregister_callback(self, uid: int) -> None:
         """Ends a callback; an unknown id is a warning."""
-        left = [entry for entry in self._callbacks if entry[1] != uid]
-        if len(left) == len(self._callbacks):
+        if not self._callbacks.remove(uid):
             self._app.warn("unknown-callback", "rendering", f"there is no callback with id {uid}")
-        self._callbacks = left
 
     def deregister_all_callbacks(self) -> None:
         """Ends all callbacks."""
-        self._callbacks = []
+        self._callbacks.clear()
 
     def hand_over(self) -> None:
-        """Gives this update's frames to the NEW_FRAME callbacks and to the products' writers."""
+        """Gives this update's frames to the NEW_FRAME callbacks and then to the products' writers."""
         if self._callbacks:
-            event = RenderingEvent(NEW_FRAME, tuple(self.new_frames))
-            for entry in tuple(self._callbacks):
-                callback: Any = entry[2]()
-                if callback is None:
-                    self._callbacks.remove(entry)
-                else:
-                    callback(event)
+            self._callbacks(FrameEvent(NEW_FRAME, {"products": tuple(self.new_frames)}))
         for product in tuple(self.new_frames):
             for writer in tuple(product.writers):
                 writer(product.frame)

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from graph import exact
 from graph.errors import RunError
 
 from . import settings as keys
@@ -31,6 +30,8 @@ class Simulation(TimeQueries):
     def __init__(self, app: App, steps_per_second: Fraction) -> None:
         super().__init__(app, PhysicsClock(steps_per_second))
         self.physics: Any = None
+        self.built = False
+        """Whether there is a world: from play, or `initialize_physics`, to stop."""
         self.pre_step = Subscribers()
         self.post_step = Subscribers()
         self._accumulator = Accumulator(steps_per_second)
@@ -55,34 +56,20 @@ class Simulation(TimeQueries):
         """Physics steps since play."""
         return self.clock.count
 
-    def get_physics_dt(self) -> float:
-        """The length of a physics step [s]."""
-        return float(1 / self.clock.rate)
-
     def is_simulating(self) -> bool:
         """Whether the world is built: True also while paused."""
-        return not self._app.timeline.is_stopped()
+        return self.built
 
     def is_paused(self) -> bool:
         """Whether the timeline is paused."""
         return self._app.timeline.is_paused()
 
-    def setup_simulation(self, dt: float | Fraction | None = None, device: str | None = None) -> None:
-        """Sets the length of a physics step [s], also while playing (the history is then read at the new rate).
-
-        Raises ValueError unless 0 < dt <= 1, or for a device other than "cpu".
-        """
-        if device not in (None, "cpu"):
-            raise ValueError(f'device {device!r}: the physics runs on "cpu"')
-        if dt is None:
-            return
-        step = exact.duration(dt)
-        if not 0 < step <= 1:
-            raise ValueError(f"dt {dt}: a physics step lasts more than 0 and at most 1 s")
-        self.clock.set_rate(checked_rate(1 / step, "physics"))
+    def set_rate(self, steps_per_second: Fraction) -> None:
+        """Takes a new rate [Hz] from the next step on, also while playing: the history is then read at the new rate."""
+        self.clock.set_rate(checked_rate(steps_per_second, "physics"))
         self._configure()
         if self.physics is not None:
-            self.physics.set_dt(step)
+            self.physics.set_dt(1 / steps_per_second)
 
     def step(
         self,
@@ -93,18 +80,22 @@ class Simulation(TimeQueries):
     ) -> None:
         """Runs `steps` physics steps at once: no timeline, no rendering; the carry is dropped.
 
-        `callback(i, steps)` is called after step i = 1, 2, ...; False ends it. Fabric always follows, so
-        `update_fabric` changes nothing. Raises RunError while stopped.
+        `callback(i, steps)` is called after step i = 1, 2, ...; False ends it. Fabric follows anyhow where it is on;
+        ValueError for `update_fabric` where it is off. Raises RunError while there is no world to step.
         """
-        if self._app.timeline.is_stopped():
+        if not self.built:
             raise RunError("physics cannot step while the timeline is stopped; call app.play() first")
+        if update_fabric and not self._app.fidelity.fabric:
+            raise ValueError("update_fabric: Fabric is off; call app.simulation.enable_fabric(True) while stopped")
         self._accumulator.clear()
         if callback is None:
-            self.run_steps(steps)
+            if steps > 0:
+                self.run_steps(steps)
             return
+        session = self._session
         for done in range(1, steps + 1):
             self.run_steps(1)
-            if callback(done, steps) is False:
+            if callback(done, steps) is False or self._session != session:  # or it stopped the simulation
                 return
 
     def run_update(self, elapsed: Fraction) -> None:
@@ -164,16 +155,21 @@ class Simulation(TimeQueries):
                 return
 
     def begin(self, physics: Any) -> None:
-        """Play: takes the engine (None when nothing moves) and runs the warm-up steps, if any are set."""
+        """The world is built: takes the engine (None when nothing moves)."""
         self.physics = physics
-        warm_up = int(self._app.settings.get(keys.WARM_UP_STEPS))
-        if warm_up:
-            self.run_steps(warm_up)
+        self.built = True
+
+    def warm_up(self) -> None:
+        """Runs the warm-up steps, if any are set; the carry is dropped with them."""
+        steps = int(self._app.settings.get(keys.WARM_UP_STEPS))
+        if steps:
+            self.run_steps(steps)
             self._accumulator.clear()
 
     def end(self) -> None:
         """Stop: frees the engine; time, count and carry are 0 again."""
         physics, self.physics = self.physics, None
+        self.built = False
         self._session += 1
         self.clock.reset()
         self._accumulator.clear()

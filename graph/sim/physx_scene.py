@@ -1,0 +1,127 @@
+"""Physics scenes in PhysX's terms: Isaac Sim's calls, kept on the prim where MuJoCo has no such thing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from fractions import Fraction
+
+from graph import exact
+
+from .physics_scene import PhysicsScene
+
+_CPU = "the physics runs on the CPU"
+_ENGINE = "MuJoCo solves contacts its own way"
+
+
+@dataclass(kw_only=True)
+class PhysxGpuCfg:
+    """Sizes of PhysX's GPU buffers (bytes or counts); None leaves one alone, or says that it is not authored."""
+
+    gpu_collision_stack_size: int | None = None
+    gpu_found_lost_aggregate_pairs_capacity: int | None = None
+    gpu_found_lost_pairs_capacity: int | None = None
+    gpu_heap_capacity: int | None = None
+    gpu_max_deformable_surface_contacts: int | None = None
+    gpu_max_num_partitions: int | None = None
+    gpu_max_particle_contacts: int | None = None
+    gpu_max_rigid_contact_count: int | None = None
+    gpu_max_rigid_patch_count: int | None = None
+    gpu_max_soft_body_contacts: int | None = None
+    gpu_temp_buffer_capacity: int | None = None
+    gpu_total_aggregate_pairs_capacity: int | None = None
+
+
+class PhysxScene(PhysicsScene):
+    """A physics scene with PhysX's settings.
+
+    Rate, gravity and iterations work as in `PhysicsScene`. All others are kept on the prim, for PhysX to find them
+    there, and change nothing here: setting one gives warning `physics-setting-stored`.
+    """
+
+    def get_steps_per_second(self) -> int | float:
+        """Physics steps per second [Hz]; whole numbers as int."""
+        rate = self._rate()
+        return rate.numerator if rate.denominator == 1 else float(rate)
+
+    def set_steps_per_second(self, steps_per_second: float | Fraction) -> None:
+        """Sets the rate [Hz]; whole numbers only in the profile `isaacsim-6.0.1`. Raises ValueError below 0."""
+        rate = exact.rate(steps_per_second)
+        if rate < 0:
+            raise ValueError(f"steps per second {steps_per_second}: give 0 or more")
+        truncated = self._app is not None and self._app.simulation.truncates
+        self._set_rate(Fraction(int(rate)) if truncated else rate)
+
+    def get_solver_type(self) -> str:
+        """ "TGS" (default) or "PGS"."""
+        return str(self._authored("physxScene:solverType", "TGS"))
+
+    def set_solver_type(self, solver_type: str) -> None:
+        """Keeps "TGS" or "PGS" on the prim. Raises ValueError for another."""
+        self._choose("solverType", solver_type, ("TGS", "PGS"), f"{_ENGINE}; `NewtonMjcScene.set_solver` chooses how")
+
+    def get_broadphase_type(self) -> str:
+        """ "MBP", "GPU" (default) or "SAP"."""
+        return str(self._authored("physxScene:broadphaseType", "GPU"))
+
+    def set_broadphase_type(self, broadphase_type: str) -> None:
+        """Keeps "MBP", "GPU" or "SAP" on the prim. Raises ValueError for another."""
+        self._choose("broadphaseType", broadphase_type, ("MBP", "GPU", "SAP"), "MuJoCo has one broad phase of its own")
+
+    def get_enabled_gpu_dynamics(self) -> bool:
+        """Whether the prim asks PhysX for GPU dynamics; True unless authored."""
+        return bool(self._authored("physxScene:enableGPUDynamics", True))
+
+    def set_enabled_gpu_dynamics(self, enabled: bool) -> None:
+        """Keeps the switch on the prim; enabling it turns CCD off."""
+        self._switch("enableGPUDynamics", enabled, _CPU)
+        if enabled:
+            self.set_enabled_ccd(False)
+
+    def get_enabled_ccd(self) -> bool:
+        """Whether the prim asks for continuous collision detection; False unless authored."""
+        return bool(self._authored("physxScene:enableCCD", False))
+
+    def set_enabled_ccd(self, enabled: bool) -> None:
+        """Keeps the switch on the prim."""
+        self._switch("enableCCD", enabled, "MuJoCo does not sweep; fast and thin bodies want a higher physics_hz")
+
+    def get_enabled_stabilization(self) -> bool:
+        """Whether the prim asks PhysX to calm resting bodies; False unless authored."""
+        return bool(self._authored("physxScene:enableStabilization", False))
+
+    def set_enabled_stabilization(self, enabled: bool) -> None:
+        """Keeps the switch on the prim."""
+        self._switch("enableStabilization", enabled, _ENGINE)
+
+    def get_gpu_configuration(self) -> PhysxGpuCfg:
+        """The sizes of GPU buffers that the prim authors, None for the others."""
+        return PhysxGpuCfg(
+            **{each.name: self._authored(f"physxScene:{_camel(each.name)}", None) for each in fields(PhysxGpuCfg)}
+        )
+
+    def set_gpu_configuration(self, configuration: PhysxGpuCfg) -> None:
+        """Keeps the sizes that are given on the prim. Raises ValueError below 0."""
+        sizes = {each.name: getattr(configuration, each.name) for each in fields(PhysxGpuCfg)}
+        for name, size in sizes.items():
+            if size is not None and size < 0:
+                raise ValueError(f"{name} {size}: give 0 or more")
+        for name, size in sizes.items():
+            if size is not None:
+                self._author(f"physxScene:{_camel(name)}", "UInt", int(size))
+                self._stored_only(_camel(name), _CPU)
+
+    def _choose(self, name: str, value: str, choices: tuple[str, ...], why: str) -> None:
+        if value not in choices:
+            raise ValueError(f"{name} {value!r} is not one of {', '.join(choices)}")
+        self._author(f"physxScene:{name}", "Token", value)
+        self._stored_only(name, why)
+
+    def _switch(self, name: str, value: bool, why: str) -> None:
+        self._author(f"physxScene:{name}", "Bool", bool(value))
+        if value:
+            self._stored_only(name, why)
+
+
+def _camel(name: str) -> str:
+    first, *others = name.split("_")
+    return first + "".join(word.capitalize() for word in others)
