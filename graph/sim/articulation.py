@@ -30,7 +30,7 @@ class Articulation:
     def bind(self) -> None:
         """Find the joints in the engine's model, anew after it was compiled anew."""
         physics, root, meters_per_unit = self._physics, self.path, self._meters_per_unit
-        joints = [joint for joint in _connected(physics.joints, root) if joint.kind != "spherical"]
+        joints = [joint for joint in _connected(physics.joints, root) if joint.kind in ("revolute", "prismatic")]
         self.joint_paths = tuple(joint.path for joint in joints)
         self.joint_names = tuple(path.rpartition("/")[2] for path in self.joint_paths)
         self._joints = joints
@@ -43,7 +43,9 @@ class Articulation:
     @property
     def driven(self) -> NDArray[np.bool_]:
         """(J,) which joints have a drive; position and velocity targets of the others have no effect."""
-        return self._actuator >= 0
+        driven = self._actuator >= 0
+        motors = self._physics.motors
+        return driven if motors is None else driven | motors.driven(self._joints)
 
     @property
     def positions(self) -> Floats:
@@ -106,10 +108,28 @@ class Articulation:
                 wanted = ~np.isnan(values) & (self._actuator[chosen] >= 0)
                 rows = chosen[wanted]
                 self._physics.drives.targets[self._actuator[rows], column] = values[wanted] / self._scale[rows]
+        if self._physics.motors is not None:
+            commands[2] = self._command_motors(chosen, commands)
         if commands[2] is not None:
             wanted = ~np.isnan(commands[2])
             self._physics.data.qfrc_applied[self._velocity[chosen[wanted]]] = commands[2][wanted]
         self._physics.drives.apply(self._physics.data)
+
+    def _command_motors(self, chosen: NDArray[np.intp], commands: Sequence[Floats | None]) -> Floats | None:
+        """Hand commands to the actuators that a model brings; returns the efforts that none of them gives."""
+        motors, data = self._physics.motors, self._physics.data
+        assert motors is not None
+        nothing = np.full(len(chosen), np.nan)
+        scale = self._scale[chosen]
+        positions, velocities = (nothing if values is None else values / scale for values in (commands[0], commands[1]))
+        left = None if commands[2] is None else commands[2].copy()
+        for place, number in enumerate(chosen):
+            path = self.joint_paths[number]
+            if not (np.isnan(positions[place]) and np.isnan(velocities[place])):
+                motors.command(data, path, float(positions[place]), float(velocities[place]))
+            if left is not None and not np.isnan(left[place]) and motors.push(data, path, float(left[place])):
+                left[place] = np.nan
+        return left
 
     def _command(self, name: str, values: Sequence[float] | Floats | None, width: int) -> Floats | None:
         if values is None or not len(values):

@@ -16,6 +16,9 @@ from .usd import EARLIEST, Usd, UsdGeom, UsdPhysics
 GRIPPER, ATTACHMENTS = "IsaacSurfaceGripper", "isaac:attachmentPoints"
 """Type of a surface gripper's prim, and its relationship to the joints that are its points of attachment."""
 
+GIVEN = "mjc:name"
+"""Attribute of a body or joint that mirrors one of a model which is simulated as it is: its name there."""
+
 
 @dataclass(frozen=True)
 class BodyPrim:
@@ -24,6 +27,8 @@ class BodyPrim:
     path: str
     prim: Any
     kinematic: bool
+    given: str = ""
+    """Its name in a model that is simulated as it is, and of which the prim is a mirror."""
 
 
 @dataclass(frozen=True)
@@ -123,7 +128,8 @@ def scan_stage(
     joints: list[Any] = []
     for prim in stage.Traverse(Usd.TraverseInstanceProxies()):
         if prim.IsA(UsdPhysics.Joint):
-            joints.append(prim)
+            if not prim.HasAttribute(GIVEN):
+                joints.append(prim)
             if prim.HasAPI(UsdPhysics.ArticulationRootAPI):
                 scan.articulation_roots.append(str(prim.GetPath()))
             continue
@@ -141,7 +147,8 @@ def scan_stage(
             body = UsdPhysics.RigidBodyAPI(prim)
             if body.GetRigidBodyEnabledAttr().Get(EARLIEST):
                 path = str(prim.GetPath())
-                scan.bodies[path] = BodyPrim(path, prim, bool(body.GetKinematicEnabledAttr().Get(EARLIEST)))
+                given = prim.GetAttribute(GIVEN).Get() if prim.HasAttribute(GIVEN) else ""
+                scan.bodies[path] = BodyPrim(path, prim, bool(body.GetKinematicEnabledAttr().Get(EARLIEST)), given)
         collision = UsdPhysics.CollisionAPI(prim) if prim.HasAPI(UsdPhysics.CollisionAPI) else None
         if collision and collision.GetCollisionEnabledAttr().Get(EARLIEST):
             colliders.append(prim)
@@ -193,4 +200,4 @@ def _moving(scan: Scan) -> frozenset[str]:
             if other not in held and not scan.bodies[str(other)].kinematic:
                 held.add(other)
                 todo.append(other)
-    return frozenset(path for path in scan.bodies if path not in held)
+    return frozenset(path for path, body in scan.bodies.items() if path not in held or body.given)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -43,6 +43,10 @@ INTEGRATORS = {
 """Names of the fidelity knob `physics.integrator`."""
 
 
+Start = Callable[[Any, Any], None]
+"""Puts a model's data into the state that its scene starts in."""
+
+
 @dataclass(frozen=True)
 class Compiled:
     """The model, its bodies in its own order (the model's body 0 is the world) and its joints in stage order."""
@@ -52,41 +56,71 @@ class Compiled:
     joints: tuple[Joint, ...]
     kinematic: tuple[str, ...]
     grippers: tuple[Gripper, ...] = ()
+    start: Start | None = None
 
 
-def compile_world(world: World, dt: Fraction, integrator: str, iterations: int | None, warn: Warn) -> Compiled:
-    """Build the MuJoCo model. Raises UserError, naming what it can, where MuJoCo refuses it."""
+@dataclass(frozen=True)
+class Base:
+    """A model that a world is added to: its specification (changed by that), its bodies in its order, its joints."""
+
+    spec: Any
+    bodies: tuple[Body, ...]
+    joints: tuple[Joint, ...]
+    start: Start | None = None
+
+
+def compile_world(
+    world: World,
+    dt: Fraction,
+    integrator: str | None,
+    iterations: int | None,
+    warn: Warn,
+    base: Base | None = None,
+) -> Compiled:
+    """Build the MuJoCo model; with a `base` add to that one, whose gravity and options count.
+
+    integrator: None leaves the engine's default (or the base's). Raises UserError, naming what it can, where MuJoCo
+    refuses the world.
+    """
     forest = grow_forest(world, warn)
-    spec = _new_spec()
+    spec = _new_spec() if base is None else base.spec
     spec.option.timestep = float(dt)
-    spec.option.gravity = world.gravity
-    spec.option.integrator = INTEGRATORS[integrator]
+    if base is None:
+        spec.option.gravity = world.gravity
+        # Bodies tied by a joint are kept apart by explicit excludes.
+        spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_FILTERPARENT)
+    if integrator is not None:
+        spec.option.integrator = INTEGRATORS[integrator]
     if iterations is not None:
         spec.option.iterations = iterations
-    # Bodies tied by a joint are kept apart by explicit excludes; a divergence must leave its state to be looked at.
-    off = mujoco.mjtDisableBit.mjDSBL_FILTERPARENT, mujoco.mjtDisableBit.mjDSBL_AUTORESET
-    spec.option.disableflags |= int(off[0]) | int(off[1])
+    # A divergence must leave its state to be looked at.
+    spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
     meshes = _Meshes(spec)
     usable = _measured(world.colliders, warn)
-    handles = _add_bodies(spec, forest, usable, warn)
+    given = {body.path: body.model_name for body in world.given}
+    handles = _add_bodies(spec, forest, usable, given, warn)
     for number, (collider, _) in enumerate(usable):
         parent = spec.worldbody if collider.body is None else handles[collider.body]
-        _add_geom(parent, collider, meshes, f"{collider.path}#{number}")
-    _add_constraints(spec, world, forest, warn)
-    grippers = _add_grips(spec, world)
+        geom = _add_geom(parent, collider, meshes, f"{collider.path}#{number}")
+        if collider.body in given:  # its mass is the model's, but for what is said of the collider
+            geom.density = collider.density or 0.0
+            if collider.mass is not None:
+                geom.mass = collider.mass
+    _add_constraints(spec, world, forest, given, warn)
+    grippers = _add_grips(spec, world, given)
     hung = {branch.joint.path for branch in forest.branches if branch.joint}
     joints = tuple(joint for joint in world.joints if joint.path in hung and joint.kind != "fixed")
     for joint in joints:
         if joint.drive is not None:
             _add_drive(spec, joint)
     model = _compiled(spec)
-    return Compiled(
-        model,
-        tuple(branch.body for branch in forest.branches),
-        joints,
-        tuple(body.path for body in world.bodies if body.kinematic),
-        grippers,
-    )
+    bodies = tuple(branch.body for branch in forest.branches)
+    if base is not None:
+        known = {body.model_name: body for body in (*base.bodies, *bodies)}
+        names = (model.body(number).name for number in range(1, model.nbody))
+        bodies, joints = tuple(known[name] for name in names if name in known), (*base.joints, *joints)
+    kinematic = tuple(body.path for body in bodies if body.kinematic)
+    return Compiled(model, bodies, joints, kinematic, grippers, base.start if base else None)
 
 
 def _new_spec() -> Any:
@@ -115,7 +149,7 @@ class _Meshes:
         points = np.ascontiguousarray(vertices, dtype=np.float64)
         key = points.tobytes()
         if key not in self.names:
-            self.names[key] = f"mesh{len(self.names)}"
+            self.names[key] = f"#mesh{len(self.names)}"
             asset = self.spec.add_mesh(name=self.names[key])
             asset.uservert = points.ravel()
             asset.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX
@@ -163,7 +197,9 @@ def _measured(colliders: Iterable[Collider], warn: Warn) -> list[tuple[Collider,
     return out
 
 
-def _add_bodies(spec: Any, forest: Forest, colliders: list[tuple[Collider, Volume]], warn: Warn) -> dict[str, Any]:
+def _add_bodies(
+    spec: Any, forest: Forest, colliders: list[tuple[Collider, Volume]], given: Mapping[str, str], warn: Warn
+) -> dict[str, Any]:
     own: dict[str | None, list[tuple[Collider, Volume]]] = {}
     for collider, volume in colliders:
         own.setdefault(collider.body, []).append((collider, volume))
@@ -171,6 +207,9 @@ def _add_bodies(spec: Any, forest: Forest, colliders: list[tuple[Collider, Volum
     poses: dict[str | None, Floats] = {None: np.eye(4)}
     for branch in forest.branches:
         body = branch.body
+        if body.path in given:
+            handles[body.path], poses[body.path] = spec.body(given[body.path]), body.pose
+            continue
         parent = spec.worldbody if branch.parent is None else handles[branch.parent]
         local = transforms.inverse_rigid(poses[branch.parent]) @ body.pose
         handle = parent.add_body(name=body.path, mocap=body.kinematic)
@@ -178,7 +217,7 @@ def _add_bodies(spec: Any, forest: Forest, colliders: list[tuple[Collider, Volum
         handles[body.path], poses[body.path] = handle, body.pose
         if not body.kinematic:
             _set_inertia(handle, body_inertia(body, own.get(body.path, ()), warn))
-            _add_joint(handle, branch)
+            _add_joint(handle, branch, bool(spec.compiler.degree))
     return handles
 
 
@@ -189,7 +228,7 @@ def _set_inertia(handle: Any, inertia: Inertia) -> None:
     handle.fullinertia = [t[0, 0], t[1, 1], t[2, 2], t[0, 1], t[0, 2], t[1, 2]]
 
 
-def _add_joint(handle: Any, branch: Branch) -> None:
+def _add_joint(handle: Any, branch: Branch, degrees: bool) -> None:
     joint = branch.joint
     if joint is None:
         handle.add_freejoint(name=f"{branch.body.path}#free")
@@ -206,10 +245,11 @@ def _add_joint(handle: Any, branch: Branch) -> None:
     if joint.kind == "spherical":
         return
     made.axis = frame[:3, joint.axis] * (-1.0 if branch.reversed else 1.0)
-    made.ref = joint.start
+    unit = math.degrees(1) if degrees and joint.kind == "revolute" else 1.0
+    made.ref = joint.start * unit
     if math.isfinite(joint.lower) or math.isfinite(joint.upper):
         made.limited = mujoco.mjtLimited.mjLIMITED_TRUE
-        made.range = np.clip([joint.lower, max(joint.upper, joint.lower + 1e-9)], -1e9, 1e9)
+        made.range = np.clip([joint.lower, max(joint.upper, joint.lower + 1e-9)], -1e9, 1e9) * unit
 
 
 def _add_drive(spec: Any, joint: Joint) -> None:
@@ -218,31 +258,34 @@ def _add_drive(spec: Any, joint: Joint) -> None:
     actuator.gaintype, actuator.biastype = mujoco.mjtGain.mjGAIN_FIXED, mujoco.mjtBias.mjBIAS_AFFINE
 
 
-def _add_constraints(spec: Any, world: World, forest: Forest, warn: Warn) -> None:
+def _add_constraints(spec: Any, world: World, forest: Forest, given: Mapping[str, str], warn: Warn) -> None:
     for joint in forest.loops:
         if joint.drive is not None or math.isfinite(joint.lower) or math.isfinite(joint.upper):
             warn("loop-joint", joint.path, "it closes a loop of joints; its drive and its limits have no effect.")
-        _add_loop(spec, joint, warn)
+        _add_loop(spec, joint, given, warn)
     apart = [joint.bodies for joint in world.joints if not joint.collide] + list(world.filtered)
     for first, second in dict.fromkeys((min(pair), max(pair)) for pair in apart if pair[0] and pair[1]):  # type: ignore
-        spec.add_exclude(bodyname1=first, bodyname2=second)
+        names = [given.get(str(path), str(path)) for path in (first, second)]
+        spec.add_exclude(bodyname1=names[0], bodyname2=names[1])
 
 
-def _add_grips(spec: Any, world: World) -> tuple[Gripper, ...]:
+def _add_grips(spec: Any, world: World, given: Mapping[str, str]) -> tuple[Gripper, ...]:
     """A weld for each point of a gripper, off and between any two bodies until it holds one; none for a lone body."""
-    if len(world.bodies) < 2:
+    bodies = (*world.bodies, *world.given)
+    if len(bodies) < 2:
         return ()
     for gripper in world.grippers:
         for point in gripper.points:
-            other = next(body.path for body in world.bodies if body.path != point.body)
+            holder = given.get(point.body, point.body)
+            other = next(body.model_name for body in bodies if body.path != point.body)
             weld = spec.add_equality(type=mujoco.mjtEq.mjEQ_WELD, objtype=mujoco.mjtObj.mjOBJ_BODY)
-            weld.name, weld.name1, weld.name2, weld.active = weld_name(point), point.body, other, False
+            weld.name, weld.name1, weld.name2, weld.active = weld_name(point), holder, other, False
     return world.grippers
 
 
-def _add_loop(spec: Any, joint: Joint, warn: Warn) -> None:
+def _add_loop(spec: Any, joint: Joint, given: Mapping[str, str], warn: Warn) -> None:
     """Tie two bodies that already hang together: at one point, at two points of an axis, or wholly."""
-    names = [body or "world" for body in joint.bodies]
+    names = [given.get(body or "world", body or "world") for body in joint.bodies]
     if joint.kind == "prismatic":
         warn("joint-not-supported", joint.path, "a prismatic joint that closes a loop is not simulated.")
         return

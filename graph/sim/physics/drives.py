@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from graph.sim.transforms import Floats
 
@@ -43,13 +44,14 @@ class Drives:
         self.limited = bool(np.isfinite(self.limit).any())
         self._at_limit = False
         self._size, self._over = np.empty(len(self.joints)), np.empty(len(self.joints), bool)
+        self._rows, self._controls, self._forces = _places(model, [joint.path for joint in self.joints])
         self._dt = self._ahead = 0.0
         self._aim = self._resistance = np.zeros(len(self.joints))
-        model.actuator_gainprm[:, 0] = 1.0
-        finite = np.isfinite(self.limit)
-        model.actuator_forcelimited[:] = finite
+        model.actuator_gainprm[self._rows, 0] = 1.0
+        model.actuator_forcelimited[self._rows] = np.isfinite(self.limit)
         # A hair's breadth above: forces that are held at the limit here are not clamped, and so integrated implicitly.
-        model.actuator_forcerange[finite] = np.multiply.outer(self.limit[finite] * (1 + 1e-6), [-1.0, 1.0])
+        highest = np.where(np.isfinite(self.limit), self.limit * (1 + 1e-6), 0.0)
+        model.actuator_forcerange[self._rows] = np.multiply.outer(highest, [-1.0, 1.0])
 
     def set_dt(self, dt: float) -> None:
         """Take a new time step [s]."""
@@ -61,12 +63,12 @@ class Drives:
     def apply(self, data: Any) -> None:
         """Hand the targets to the engine."""
         self._aim = self.stiffness * self.targets[:, 0] + self.damping * self.targets[:, 1]
-        data.ctrl[:] = self._aim
+        data.ctrl[self._controls] = self._aim
 
     def limit_forces(self, data: Any) -> None:
         """Before a step: hold the forces within their limits."""
         if not self._at_limit:
-            np.abs(data.actuator_force, out=self._size)
+            np.abs(data.actuator_force[self._forces], out=self._size)
             np.greater(self._size, self.limit, out=self._over)
             if b"\1" not in self._over.tobytes():
                 return
@@ -86,8 +88,21 @@ class Drives:
         kept = np.where(over > 1, share * np.maximum(0, 1 - self._inertia / np.maximum(added, 1e-300)), 1)
         stiffness, damping = self.stiffness * kept, self.damping * kept
         self._set_gains(stiffness, damping)
-        data.ctrl[:] = force * share + stiffness * position + (damping + self._ahead * stiffness) * velocity
+        data.ctrl[self._controls] = (
+            force * share + stiffness * position + (damping + self._ahead * stiffness) * velocity
+        )
 
     def _set_gains(self, stiffness: Floats, damping: Floats) -> None:
-        self._model.actuator_biasprm[:, 1] = -stiffness
-        self._model.actuator_biasprm[:, 2] = -(damping + self._ahead * stiffness)
+        self._model.actuator_biasprm[self._rows, 1] = -stiffness
+        self._model.actuator_biasprm[self._rows, 2] = -(damping + self._ahead * stiffness)
+
+
+Places = slice | NDArray[np.intp]
+
+
+def _places(model: Any, names: Sequence[str]) -> tuple[Places, Places, Places]:
+    """Where actuators of these names are among all actuators, controls and forces."""
+    if model.nactuator == len(names):
+        return slice(None), slice(None), slice(None)
+    rows = np.array([model.actuator(name).id for name in names], dtype=np.intp)
+    return rows, model.actuator_ctrladr[rows], model.actuator_outadr[rows]

@@ -19,6 +19,7 @@ from .grippers import SurfaceGripper
 from .library import mujoco
 from .model import Joint, World
 from .motion import Motion, State, body_velocities
+from .motors import Motors
 from .surfaces import Surfaces
 
 _BAD = tuple(
@@ -60,6 +61,7 @@ class Physics:
         self.drives = Drives(self.model, self.joints)
         self._grippers = {spec.path: SurfaceGripper(self, spec) for spec in compiled.grippers}
         self._actuators = {joint.path: number for number, joint in enumerate(self.drives.joints)}
+        self.motors = Motors(self) if self.model.nactuator > len(self.drives.joints) else None
         self.set_dt(self.dt)
 
     def adopt(self, compiled: Compiled, kept: frozenset[str]) -> None:
@@ -191,6 +193,8 @@ class Physics:
     def _start(self, compiled: Compiled) -> None:
         """Initial velocities and drive targets, and everything that follows from them."""
         mujoco.mj_kinematics(self.model, self.data)
+        if compiled.start is not None:
+            compiled.start(self.model, self.data)
         velocities: dict[str, tuple[Floats, Floats]] = {}
         for number, body in enumerate(compiled.bodies, start=1):
             if not (body.velocity.any() or body.angular_velocity.any()) or body.kinematic:
@@ -209,23 +213,23 @@ class Physics:
 
     def _start_joint(self, joint: Joint, velocities: dict[str, tuple[Floats, Floats]]) -> None:
         first, second = joint.bodies
-        if joint.kind == "spherical" or second not in velocities:
+        if joint.kind in ("spherical", "fixed") or second not in velocities:
             return
         rest = np.zeros(3), np.zeros(3)
         v1, w1 = velocities[second]
         v0, w0 = velocities.get(first or "", rest)
-        number = self.model.joint(joint.path).id
+        number = self.model.joint(joint.model_name).id
         turn = self.data.xmat[self._index[second] + 1].reshape(3, 3)
         axis = turn @ joint.frames[1][:3, joint.axis]
         self.data.qvel[self.model.jnt_dofadr[number]] = axis @ (w1 - w0 if joint.kind == "revolute" else v1 - v0)
 
     def dof(self, joint: Joint) -> int:
         """Which coordinate of velocity a joint has."""
-        return int(self.model.joint(joint.path).dofadr[0])
+        return int(self.model.joint(joint.model_name).dofadr[0])
 
     def qpos_address(self, joint: Joint) -> int:
         """Which coordinate of position a joint has."""
-        return int(self.model.joint(joint.path).qposadr[0])
+        return int(self.model.joint(joint.model_name).qposadr[0])
 
     def actuator(self, joint: Joint) -> int | None:
         """Which actuator drives a joint, if one does."""

@@ -47,7 +47,7 @@ def joint_reactions(physics: Physics, joints: Sequence[Joint]) -> Floats:
     mujoco.mj_rnePostConstraint(model, data)
     out = np.zeros((len(joints), 6))
     for number, joint in enumerate(joints):
-        child = int(model.jnt_bodyid[model.joint(joint.path).id])
+        child = int(model.jnt_bodyid[model.joint(joint.model_name).id])
         frame = joint.frames[1]
         place, turn = frame[:3, 3], frame[:3, :3]
         if joint.bodies[1] is not None:

@@ -26,11 +26,14 @@ def read_world(scan: Scan, warn: Warn) -> World:
     """Everything of the scan that moves, or that something moving can hit."""
     return World(
         gravity=read_gravity(scan),
-        bodies=tuple(_body(scan, scan.bodies[path], warn) for path in scan.bodies if path in scan.moving),
+        bodies=tuple(
+            _body(scan, body, warn) for path, body in scan.bodies.items() if path in scan.moving and not body.given
+        ),
         colliders=read_colliders(scan, warn),
         joints=read_joints(scan, warn),
         filtered=_filtered_pairs(scan),
         grippers=read_grippers(scan, warn),
+        given=tuple(_body(scan, body, warn) for body in scan.bodies.values() if body.given),
     )
 
 
@@ -77,6 +80,7 @@ def _body(scan: Scan, prim: BodyPrim, warn: Warn) -> Body:
         principal_axes=None if axes is None or axes.GetLength() == 0 else quaternion_of(axes),
         velocity=turned @ _speed(rigid.GetVelocityAttr(), prim.path, warn) * unit,
         angular_velocity=turned @ np.radians(_speed(rigid.GetAngularVelocityAttr(), prim.path, warn)),
+        name=prim.given,
     )
 
 

@@ -1,0 +1,127 @@
+"""The actuators that a model brings itself: what commands to joints mean for them, and their controls by name."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graph.sim.transforms import Floats
+
+from .library import mujoco
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from .engine import Physics
+    from .model import Joint
+
+_ON_JOINTS = (int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT))
+_INTEGRATOR = int(mujoco.mjtDyn.mjDYN_INTEGRATOR)
+_SIMPLE = (
+    int(mujoco.mjtDyn.mjDYN_NONE),
+    _INTEGRATOR,
+    int(mujoco.mjtDyn.mjDYN_FILTER),
+    int(mujoco.mjtDyn.mjDYN_FILTEREXACT),
+)
+
+
+class Motors:
+    """A model's actuators on joints with one degree of freedom, as takers of joint commands.
+
+    An actuator of fixed gain g and affine bias (b0, b1, b2) gives the force g ctrl + b0 + b1 gear q + b2 gear dq. Where
+    it has a b1 or b2 it is a servo: its control becomes -(b0 + gear (b1 q* + b2 dq*)) / g, which is no force at the
+    target (`position`, `velocity` and the like; where it integrates its control, only velocities are taken). Without it
+    is a motor: an effort F becomes the control F / (g gear). Others (muscles, adhesion, actuators of tendons and sites)
+    take no joint commands, only their control.
+    """
+
+    def __init__(self, physics: Physics) -> None:
+        model = self._model = physics.model
+        own = {joint.path for joint in physics.drives.joints}
+        self._dofs = {
+            int(model.jnt_dofadr[model.joint(joint.model_name).id]): joint.path
+            for joint in physics.joints
+            if joint.kind in ("revolute", "prismatic")
+        }
+        self.servos: dict[str, list[int]] = {}
+        self.motors: dict[str, int] = {}
+        for number in range(model.nactuator):
+            if model.actuator(number).name in own:
+                continue
+            path = self._joint(number)
+            if path is None:
+                continue
+            if model.actuator_biasprm[number, 1:3].any() and model.actuator_biastype[number]:
+                self.servos.setdefault(path, []).append(number)
+            elif not model.actuator_biastype[number] and model.actuator_dyntype[number] != _INTEGRATOR:
+                self.motors.setdefault(path, number)
+        self._speeds: dict[int, float] = {}
+
+    def _joint(self, number: int) -> str | None:
+        """The path of the joint that takes commands through an actuator."""
+        model = self._model
+        if (
+            model.actuator_trntype[number] not in _ON_JOINTS
+            or model.actuator_gaintype[number] != mujoco.mjtGain.mjGAIN_FIXED
+            or model.actuator_biastype[number] not in (mujoco.mjtBias.mjBIAS_NONE, mujoco.mjtBias.mjBIAS_AFFINE)
+            or model.actuator_dyntype[number] not in _SIMPLE
+            or not model.actuator_gainprm[number, 0]
+            or not model.actuator_gear[number, 0]
+        ):
+            return None
+        return self._dofs.get(int(model.jnt_dofadr[model.actuator_trnid[number, 0]]))
+
+    def driven(self, joints: Sequence[Joint]) -> NDArray[np.bool_]:
+        """(J,) which joints take positions or velocities."""
+        return np.array([joint.path in self.servos for joint in joints], dtype=np.bool_)
+
+    def command(self, data: Any, path: str, position: float, velocity: float) -> None:
+        """Let the servos of a joint aim at a position and velocity [rad or m, per s]; NaN keeps what they aim at."""
+        model = self._model
+        for number in self.servos.get(path, ()):
+            gain, (b0, b1, b2) = model.actuator_gainprm[number, 0], model.actuator_biasprm[number, :3]
+            gear, place = model.actuator_gear[number, 0], model.actuator_ctrladr[number]
+            if model.actuator_dyntype[number] == _INTEGRATOR:
+                if not np.isnan(velocity):
+                    data.ctrl[place] = -gear * b1 * velocity / gain
+                continue
+            before = self._speeds.get(number, 0.0)
+            speed = before if np.isnan(velocity) else velocity
+            self._speeds[number] = speed
+            if np.isnan(position):  # only the part of the velocity changes
+                data.ctrl[place] -= gear * b2 * (speed - before) / gain
+            else:
+                data.ctrl[place] = -(b0 + gear * (b1 * position + b2 * speed)) / gain
+
+    def push(self, data: Any, path: str, effort: float) -> bool:
+        """Let the motor of a joint give an effort [N m or N], within its own limits; False where it has none."""
+        number = self.motors.get(path)
+        if number is None:
+            return False
+        model = self._model
+        data.ctrl[model.actuator_ctrladr[number]] = effort / (
+            model.actuator_gainprm[number, 0] * model.actuator_gear[number, 0]
+        )
+        return True
+
+    def read(self, data: Any, name: str, what: str) -> Any:
+        """What an actuator does: `ctrl`, `force`, `length` or `velocity`; a number, or several of one with several."""
+        number = self._model.actuator(name).id
+        if what == "ctrl":
+            first, count = int(self._model.actuator_ctrladr[number]), int(self._model.actuator_ctrlnum[number])
+        else:
+            first, count = int(self._model.actuator_outadr[number]), int(self._model.actuator_outnum[number])
+        values: Floats = getattr(data, what if what == "ctrl" else f"actuator_{what}")[first : first + count]
+        return float(values[0]) if count == 1 else values.copy()
+
+    def write(self, data: Any, name: str, control: Any) -> None:
+        """Set an actuator's control. Raises ValueError where it is not as many finite numbers as it has."""
+        number = self._model.actuator(name).id
+        first, count = int(self._model.actuator_ctrladr[number]), int(self._model.actuator_ctrlnum[number])
+        values = np.atleast_1d(np.asarray(control, dtype=np.float64))
+        if values.shape != (count,) or not np.isfinite(values).all():
+            raise ValueError(f"actuator {name} takes {count} finite control{'s' if count > 1 else ''}, not {control!r}")
+        data.ctrl[first : first + count] = values
+        self._speeds.pop(number, None)
