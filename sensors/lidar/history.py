@@ -124,6 +124,11 @@ class History:
         poses[:, :3, 3] *= app.meters_per_unit
         return Trajectory(np.array([float(time - start) for time in times]), poses)
 
+    def ends(self, path: str, start: Fraction, end: Fraction) -> tuple[np.ndarray, np.ndarray]:
+        """Where a prim is at `start` and at `end`: (4, 4) float64 rigid poses [m]."""
+        first, last = self.trajectory(path, start, end).poses(np.array([0.0, float(end - start)]))
+        return first, last
+
     def _around(self, start: Fraction, end: Fraction) -> tuple[list[Fraction], list[Any]]:
         """The states from the last one at or before `start` to the first one at or after `end`."""
         self._begin()

@@ -27,6 +27,7 @@ from sensors.raycast.shared import (
 )
 
 from .bins import Bins
+from .history import History, history_of
 from .motion import surface_velocities
 from .names import AUX_CHANNELS
 from .noise import Noise
@@ -49,15 +50,16 @@ class _Turn:
 
     parts: list[dict[str, np.ndarray]] = field(default_factory=list)
     firings: int = 0
-    start: np.ndarray | None = None
-    end: np.ndarray | None = None
+    start: np.ndarray = field(default_factory=lambda: np.eye(4))
+    end: np.ndarray = field(default_factory=lambda: np.eye(4))
 
 
 class LidarRuntime:
     """Implements `graph.sim.rendering.SensorRuntime` for an OmniLidar prim.
 
     A lidar whose tick rate equals its scan rate, with accumulateOutputs, gives whole scans: `frozen` casts the scan
-    from the state of its tick, `update` casts each update's firings from that update's state and puts them together,
+    from the state of its tick, `update` casts each update's firings from that update's state and puts them together
+    (the frame's poses are those at both ends of the scan),
     `continuous` fires each ray from where the sensor then was, at bodies where they then were (see `Bins`).
     Any other gives, in every update, the firings since its last output, from the state of that update or, `continuous`,
     of their own times; rates that differ warn `lidar-partial-scan`. Raises UserError for a prim that is no lidar or
@@ -115,6 +117,10 @@ class LidarRuntime:
                 "scans of lidar.motion update are NONCOMPENSATED; use continuous, or frozen",
             )
         self._bins = Bins(app, prim_path, self.pattern) if app.fidelity.lidar_motion == "continuous" else None
+        self._history: History | None = None
+        if app.fidelity.lidar_motion == "update":
+            self._history = history_of(app)
+            self._history.keep(2 * self.pattern.period)
         self._scanner = Scanner(
             self.pattern,
             lambda: cast_world(app),
@@ -234,8 +240,8 @@ class LidarRuntime:
             scan = self._continuous_scan(tick.start, tick.end, [(turn, slice(0, len(self.pattern)))])
         else:
             scan = self._turns.pop(tick.index - 1, _Turn()) if self.wants_updates else self._frozen_scan(tick)
-        if scan.start is None or scan.end is None:
-            scan.start = scan.end = self.pose(tick.poses)
+        if self._history is not None:
+            scan.start, scan.end = self._history.ends(self.path, tick.start, tick.end)
         stamp = nanoseconds(tick.start)
         poses = FramePose(stamp, scan.start), FramePose(nanoseconds(tick.end), scan.end)
         return self._frame(stamp, poses, scan.parts, complete=scan.firings == len(self.pattern))
@@ -269,8 +275,6 @@ class LidarRuntime:
         scan = self._turns.setdefault(turn, _Turn())
         scan.parts.append(self._scanner.scan(Shot(rows, pose, poses, turn=turn), self.channels()))
         scan.firings += rows.stop - rows.start
-        scan.start = pose if scan.start is None else scan.start
-        scan.end = pose
 
     def _partial_scan(self, tick: Tick) -> Frame:
         period = self.pattern.period
@@ -285,8 +289,8 @@ class LidarRuntime:
                 Shot(rows, pose, tick.poses, nanoseconds(turn * period) - stamp, turn=turn) for turn, rows in slices
             ]
             scan = _Turn([self._scanner.scan(shot, self.channels()) for shot in shots], 0, pose, pose)
-        assert scan.start is not None
-        assert scan.end is not None
+            if self._history is not None:
+                scan.start, scan.end = self._history.ends(self.path, start, tick.end)
         poses = FramePose(stamp, scan.start), FramePose(nanoseconds(tick.end), scan.end)
         return self._frame(stamp, poses, scan.parts, complete=False)
 

@@ -112,15 +112,42 @@ def test_a_continuous_scan_is_as_exact_far_from_the_origin(offset):
     np.testing.assert_allclose(frame.channel("distance"), 8.0 - 5.0 * TIMES, atol=1e-4)
 
 
-def test_the_poses_of_a_continuous_frame_are_those_at_both_ends_of_the_scan():
-    with weightless(lidar_motion="continuous", physics_hz=70) as app:  # 0.1 s lies on a step, 0.2 s too
-        add_box(app, "/World/Cart", 0.1, (0, 0, 0), velocity=(5.0, 0, 0))
+@pytest.mark.parametrize("motion", ["continuous", "update"])
+@pytest.mark.parametrize(("physics_hz", "loop_hz"), [(70, 60), (240, 7), (240, 45)])
+def test_the_poses_of_a_frame_are_those_at_both_ends_of_the_scan(motion, physics_hz, loop_hz):
+    """5 m/s and 90 deg/s: at k / 10 s it is at k / 2 m, turned by 9 k deg; wherever updates and steps fall."""
+    with weightless(lidar_motion=motion, physics_hz=physics_hz, loop_hz=loop_hz) as app:
+        add_box(app, "/World/Cart", 0.1, (0, 0, 0), velocity=(5.0, 0, 0), spin=(0, 0, 90))
         product = add_lidar(app, "/World/Cart/Lidar", config=stare(TIMES))
-        frames = frames_of(app, product, 13)
+        frames = frames_of(app, product, 1 + loop_hz // 2)
 
-    assert [frame.start.position_m[0] for frame in frames] == pytest.approx([0.0, 0.5], abs=1e-6)
-    assert [frame.end.position_m[0] for frame in frames] == pytest.approx([0.5, 1.0], abs=1e-6)
-    assert [frame.start.timestamp_ns for frame in frames] == [0, 100_000_000]
+    assert frames
+    for frame in frames:
+        for pose, time in ((frame.start, frame.timestamp_ns * 1e-9), (frame.end, frame.timestamp_ns * 1e-9 + PERIOD)):
+            assert pose.timestamp_ns == round(time * 1e9)
+            np.testing.assert_allclose(pose.position_m, [5.0 * time, 0, 0], atol=1e-6)
+            half = np.deg2rad(90 * time / 2)
+            np.testing.assert_allclose(pose.orientation, [np.cos(half), 0, 0, np.sin(half)], atol=1e-6)
+
+
+@pytest.mark.parametrize("motion", ["continuous", "update"])
+def test_the_poses_of_a_partial_frame_are_those_of_the_last_output_and_of_now(motion):
+    with weightless(lidar_motion=motion) as app:
+        add_box(app, "/World/Cart", 0.1, (0, 0, 0), velocity=(6.0, 0, 0))
+        product = add_lidar(app, "/World/Cart/Lidar", config=stare(TIMES), tick_rate=0)
+        frames = frames_of(app, product, 5)
+
+    assert [frame.start.position_m[0] for frame in frames] == pytest.approx([0.0, 0.1, 0.2, 0.3, 0.4], abs=1e-6)
+    assert [frame.end.position_m[0] for frame in frames] == pytest.approx([0.1, 0.2, 0.3, 0.4, 0.5], abs=1e-6)
+
+
+def test_both_poses_of_a_frozen_frame_are_the_one_it_was_cast_from():
+    with weightless(physics_hz=60, loop_hz=7) as app:  # the first update ends at step 8; the tick at 0.1 s is step 6
+        add_box(app, "/World/Cart", 0.1, (0, 0, 0), velocity=(5.0, 0, 0))
+        [frame] = frames_of(app, add_lidar(app, "/World/Cart/Lidar", config=stare(TIMES)), 1)
+
+    assert frame.start.position_m[0] == frame.end.position_m[0] == pytest.approx(0.5, abs=1e-6)
+    assert (frame.start.timestamp_ns, frame.end.timestamp_ns) == (0, 100_000_000)
 
 
 @pytest.mark.parametrize("tick_rate", [10, 0])
