@@ -85,14 +85,25 @@ def _clocks(clocks: Mapping[str, Any]) -> Iterator[str]:
     per_loop = clocks["timeline_per_loop"]
     ratio = "" if per_loop == 1 else f", {number(per_loop)} x loop time"
     yield "clocks"
-    yield from _aligned(
-        (
-            ("loop", f"{number(clocks['loop_hz'])} Hz"),
-            ("timeline", f"moves {number(step)} s {moves}{ratio}"),
-            ("physics", f"{number(clocks['physics_hz'])} Hz, {_steps(clocks['substeps_per_update'])} an update"),
-            ("substeps", f"{' '.join(map(str, clocks['substeps']))}  in updates 0 to {len(clocks['substeps']) - 1}"),
-        )
-    )
+    rows = [
+        ("loop", f"{number(clocks['loop_hz'])} Hz"),
+        ("timeline", f"moves {number(step)} s {moves}{ratio}"),
+        ("physics", f"{number(clocks['physics_hz'])} Hz, {_steps(clocks['substeps_per_update'])} an update"),
+        ("substeps", f"{' '.join(map(str, clocks['substeps']))}  in updates 0 to {len(clocks['substeps']) - 1}"),
+    ]
+    if clocks["most_substeps"] is not None:
+        rows.append(("cap", f"at most {_steps(Fraction(clocks['most_substeps']))} an update (minFrameRate)"))
+    if steps := clocks["warm_up_steps"]:
+        ahead = number(steps / clocks["physics_hz"])
+        rows.append(("warm-up", f"{_steps(Fraction(steps))} at play: physics stays {ahead} s ahead of the timeline"))
+    if clocks["sim_per_wall"] != 1:
+        lasts, speed = number(clocks["update_lasts_s"]), number(clocks["sim_per_wall"])
+        rows.append(("wall", f"an update lasts {lasts} s: physics runs at {speed} x wall time"))
+    if not clocks["multi_tick"]:
+        rows.append(("sensors", "follow the loop's time since the App was made: multi-tick rendering is off"))
+    if clocks["frames_later"]:
+        rows.append(("frames", "are delivered in the update after the one that renders them"))
+    yield from _aligned(rows)
 
 
 def _sensor(sensor: Mapping[str, Any], span: str) -> Iterator[str]:

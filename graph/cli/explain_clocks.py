@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from graph.sim import App
@@ -38,6 +38,41 @@ def loop_dt(app: App) -> Fraction:
     return Fraction(math.floor(1_000_000 / app.settings.rate(keys.RATE_LIMIT_FREQUENCY)), 1_000_000)
 
 
+def clock_facts(app: App, steps: Sequence[Step]) -> dict[str, Any]:
+    """Rates [Hz] and ratios of the three clocks and the wall clock while the App plays, from its first updates.
+
+    sim_per_wall: simulated seconds per second of wall time that the clocks are set to.
+    """
+    from graph.sim import settings as keys
+    from graph.sim.clocks import Accumulator
+
+    settings, dt = app.settings, loop_dt(app)
+    accepted = next((step.timeline_dt for step in steps if step.timeline_dt), Fraction(0))
+    gaps = [step.index for step in steps if step.timeline_dt][:2]
+    every = gaps[1] - gaps[0] if len(gaps) == 2 else 1
+    sps = app.simulation.steps_per_second
+    cap = Accumulator(sps, settings.get(keys.MIN_FRAME_RATE)).cap
+    simulates = bool(settings.get(keys.PLAY_SIMULATIONS))
+    wanted = sps * accepted if simulates else Fraction(0)
+    substeps = (wanted if cap is None else min(wanted, Fraction(cap))) / every
+    return {
+        "experience": app.experience,
+        "parity": app.parity,
+        "physics_hz": sps,
+        "loop_hz": 1 / dt,
+        "timeline_step_s": accepted,
+        "timeline_every_updates": every,
+        "substeps_per_update": substeps,
+        "most_substeps": cap,
+        "warm_up_steps": int(settings.get(keys.WARM_UP_STEPS)) if simulates else 0,
+        "timeline_per_loop": accepted / every / dt,
+        "update_lasts_s": app.run_loop.period,
+        "sim_per_wall": substeps / sps / app.run_loop.period,
+        "multi_tick": app.rendering.multi_tick,
+        "frames_later": app.rendering.frames_later,
+    }
+
+
 def plan_updates(app: App) -> Iterator[Step]:
     """The updates of an App that plays from its first update on, without end."""
     from graph.sim import settings as keys
@@ -52,7 +87,8 @@ def plan_updates(app: App) -> Iterator[Step]:
     timeline.commit()
     steps_physics = bool(settings.get(keys.PLAY_SIMULATIONS))
     accumulator = Accumulator(rate, settings.get(keys.MIN_FRAME_RATE))
-    dt, count, loop, index = loop_dt(app), int(settings.get(keys.WARM_UP_STEPS)), Fraction(0), 0
+    dt, loop, index = loop_dt(app), Fraction(0), 0
+    count = int(settings.get(keys.WARM_UP_STEPS)) if steps_physics else 0
     while True:
         timeline.commit()
         moved = timeline.advance(dt)

@@ -60,6 +60,8 @@ def planned_ticks(
     for step in steps[made_in:]:
         time = step.external_time
         tick = Tick(0, copy.rate, time, last, time) if every_update else copy.advance(time)
+        if tick is None and app.rendering.autotrigger_idle and isinstance(copy, EveryUpdate) and not copy.rate:
+            tick = copy.repeat(time)
         last = time
         if tick is not None:
             found.append((step.index, tick))

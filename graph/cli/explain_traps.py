@@ -62,9 +62,18 @@ def _clock_traps(app: App, steps: Sequence[Step]) -> Iterator[Trap]:
             f"{len(capped):,} of {len(steps):,} updates hold substeps back, the first in update {capped[0].index}: "
             "physics falls behind; lower minFrameRate, or 0 for no cap",
         )
+    lost = app.timeline.overwritten_rate_limit
+    if lost is not None:
+        yield (
+            "rate-limit-overwritten",
+            keys.RATE_LIMIT_FREQUENCY,
+            f"play in fixed stepping replaced {float(lost):g} Hz by N x timeCodesPerSecond = "
+            f"{float(settings.rate(keys.RATE_LIMIT_FREQUENCY)):g} Hz; set {keys.TIME_CODES_PER_SECOND}, or "
+            "the limit after play",
+        )
     alone = settings.is_authored(keys.RATE_LIMIT_FREQUENCY) and not settings.is_authored(keys.TIME_CODES_PER_SECOND)
     limit, codes = settings.rate(keys.RATE_LIMIT_FREQUENCY), app.timeline.time_codes_per_second
-    if settings.get(keys.FIXED_STEPPING) and alone and limit != codes:
+    if settings.get(keys.FIXED_STEPPING) and alone and limit != codes * app.timeline.updates_per_frame:
         speed = limit / codes / app.timeline.updates_per_frame
         yield (
             "rate-limit-alone",

@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from fractions import Fraction
 from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .explain_clocks import Step, loop_dt, plan_updates
+from .explain_clocks import clock_facts, plan_updates
 from .explain_links import Links
-from .explain_run import Observed, observe
+from .explain_run import observe
 from .explain_sensors import sensors_of
 from .explain_traps import find_traps
 
 if TYPE_CHECKING:
     from graph.assembly import Session
-    from graph.sim import App
 
 DEFAULT_DURATION_S = 5
 MOST_PLANNED_UPDATES = 100_000
@@ -42,32 +40,13 @@ def explain(session: Session, file: str | Path) -> dict[str, Any]:
         "duration_s": duration,
         "updates": updates,
         "counted_updates": min(updates, MOST_PLANNED_UPDATES),
-        "clocks": _clocks(app, steps, seen),
+        "clocks": clock_facts(app, steps) | {"substeps": seen.substeps},
         "sensors": sensors,
         "topics": _topics(session),
         "traps": [
             {"code": code, "where": where, "message": message}
             for code, where, message in find_traps(app, links, seen, sensors, steps)
         ],
-    }
-
-
-def _clocks(app: App, steps: Sequence[Step], seen: Observed) -> dict[str, Any]:
-    dt = loop_dt(app)
-    accepted = next((step.timeline_dt for step in steps if step.timeline_dt), Fraction(0))
-    gaps = [step.index for step in steps if step.timeline_dt][:2]
-    every = gaps[1] - gaps[0] if len(gaps) == 2 else 1
-    sps = app.simulation.steps_per_second
-    return {
-        "experience": app.experience,
-        "physics_hz": sps,
-        "loop_hz": 1 / dt,
-        "timeline_step_s": accepted,
-        "timeline_every_updates": every,
-        "substeps_per_update": sps * accepted / every,
-        "timeline_per_loop": accepted / every / dt,
-        "substeps": seen.substeps,
-        "multi_tick": app.rendering.multi_tick,
     }
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from graph.errors import RunError
+from graph.sim.wall_clock import RealClock
 
 from .silence import silent_parts, wired_sensors
 
@@ -34,6 +35,7 @@ def build_report(app: App, runner: GraphRunner, published: CountingSink, wall_ti
         "timeline_time": float(app.timeline.current_time),
         "external_time": float(app.external_time),
         "wall_time_s": round(wall_time_s, 6),
+        "wall_clock": _wall_clock(app),
         "real_time_factor": round(float(app.simulation.time) / wall_time_s, 3) if wall_time_s > 0 else None,
         "sensors": _sensors(app, runner),
         "topics": {topic: {"type": count.type_name, "messages": count.messages} for topic, count in published.topics()},
@@ -148,9 +150,21 @@ def _seconds(stamp_ns: int | None) -> str:
     return "-" if stamp_ns is None else f"{stamp_ns / 1e9:.9f}"
 
 
+def _wall_clock(app: App) -> Mapping[str, Any]:
+    """The clock that paces the updates, and the simulated seconds per second of it, as measured while playing."""
+    speed = app.speed
+    return {
+        "kind": "real" if isinstance(app.wall_clock, RealClock) else "virtual",
+        "sim_per_wall": None if speed is None else round(float(speed), 6),
+    }
+
+
 def _wall_line(report: Report) -> str:
     parts = ", ".join(f"{name} {seconds:.2f}" for name, seconds in report["timing_s"].items())
-    factor = report["real_time_factor"]
-    return f"{report['wall_time_s']:.2f} s of wall time ({parts})" + (
-        f": {factor:.2f} x real time" if factor is not None else ""
-    )
+    factor, (kind, speed) = report["real_time_factor"], report["wall_clock"].values()
+    line = f"{report['wall_time_s']:.2f} s of wall time ({parts})"
+    if factor is not None:
+        line += f": {factor:.2f} x real time"
+    if kind == "virtual" and speed not in (None, 1):
+        line += f"; {speed:g} x on the virtual wall clock"
+    return line

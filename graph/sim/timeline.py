@@ -33,6 +33,8 @@ class Timeline:
     def __init__(self, settings: Settings, on_change: Callable[[Change], None] = lambda change: None) -> None:
         self.delta = Fraction(0)
         """What the last update added to the time [s]; 0 while not playing and in updates that were skipped."""
+        self.overwritten_rate_limit: Fraction | None = None
+        """The user's limit [Hz] that play in fixed stepping replaced by another one, where the settings say so."""
         self.silent = False
         """Whether the change that takes effect right now does so without events (`commit_silently`)."""
         self._settings = settings
@@ -283,7 +285,11 @@ class Timeline:
         self._skipped = 0
         if self._fixed and self._settings.get(keys.REWRITE_RATE_LIMIT):
             frequency = math.ceil(self._settings.rate(keys.TARGET_FRAMERATE) / self._rate) * self._rate  # N x rate
-            self._settings.set(keys.RATE_LIMIT_FREQUENCY, _plain(frequency))
+            before = self._settings.rate(keys.RATE_LIMIT_FREQUENCY)
+            users = self._settings.is_authored(keys.RATE_LIMIT_FREQUENCY)
+            self.overwritten_rate_limit = before if users and before != frequency else None
+            if before != frequency:
+                self._settings.set(keys.RATE_LIMIT_FREQUENCY, _plain(frequency))
 
 
 _ZERO = Fraction(0)
