@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from .channels import CHANNELS, AuxLevel
-from .frame import Frame, FramePose, quaternion_of
+from .frame import Frame, quaternion_of
 
 MAGIC = 0x4E474D4F
 VERSION = (1, 0, 0)
@@ -91,6 +91,15 @@ class LidarAuxHas(enum.IntFlag):
     VELOCITIES = 256
 
 
+class IDSAuxHas(enum.IntFlag):
+    """Bits of `idsFilledAuxMembers`."""
+
+    NONE = 0
+    VELOCITIES = 1
+
+
+AuxType = AuxLevel
+
 ELEMENT_ARRAYS = ("timeOffsetNs", "x", "y", "z", "scalar", "flags")
 ELEMENT_DTYPES = {name: CHANNELS[name].dtype for name in ("timeOffsetNs", "scalar", "flags")} | dict.fromkeys(
     "xyz", np.dtype("<f4")
@@ -133,6 +142,30 @@ HEADER = np.dtype(
         ("reserved", "u1", 3),
     ]
 )
+_INTEGERS = (
+    *("majorVersion", "minorVersion", "patchVersion", "sizeInBytes"),
+    *("numElements", "frameId", "timestampNs"),
+)
+_ENUMS = {
+    "modality": Modality,
+    "outputType": OutputType,
+    "auxType": AuxLevel,
+    "frameOfReference": FrameOfReference,
+    "motionCompensationState": MotionCompensationState,
+    "elementsCoordsType": CoordsType,
+    "filledAuxMembers": LidarAuxHas,
+}
+OTHER_SCALARS: dict[str, type[int] | type[float]] = {
+    **dict.fromkeys(("sensorID", "scanIdx", "cycleCnt"), int),
+    **dict.fromkeys(("maxRangeM", "minVelMps", "maxVelMps", "minAzRad", "maxAzRad", "minElRad", "maxElRad"), float),
+    **dict.fromkeys(("numSgws", "numSamplesPerSgw", "idsFilledAuxMembers", "numCols", "numRows"), int),
+    **dict.fromkeys(("originX", "originY", "originZ"), float),
+}
+"""Fields of radars, acoustic and idealised depth sensors: 0 in a lidar's output."""
+
+OTHER_ARRAYS = {"rv_ms": "<f4", "idsVelocities": "<f4", "materialId": "<u4", "objectId": "<u4"}
+"""Arrays of such sensors: empty in a lidar's output."""
+
 BASE_CHANNELS = frozenset({"azimuth", "elevation", "distance", "scalar", "timeOffsetNs", "flags"})
 CARTESIAN_CHANNELS = frozenset({"xyz", "scalar", "timeOffsetNs", "flags"})
 
@@ -198,54 +231,83 @@ def _layout(count: int, aux: list[str]) -> tuple[dict[str, int], int]:
     return offsets, position
 
 
-class FrameAtTime:
+class _ReadOnly:
+    """Attributes are set once, through `__dict__`."""
+
+    def __setattr__(self, name: str, value: object) -> None:
+        raise AttributeError(f"{type(self).__name__}.{name} is read-only")
+
+    def __delattr__(self, name: str) -> None:
+        raise AttributeError(f"{type(self).__name__}.{name} is read-only")
+
+
+class FrameAtTime(_ReadOnly):
     """A pose at a moment: timestampNs [ns], orientation quaternion (i, j, k, w), posM position [m] in the world."""
 
+    timestampNs: int
+    orientation: np.ndarray
+    posM: np.ndarray
+
     def __init__(self, record: Any) -> None:
-        self.timestampNs = int(record["timestampNs"])
-        self.orientation: np.ndarray = np.array(record["orientation"])
-        self.posM: np.ndarray = np.array(record["posM"])
+        self.__dict__.update(
+            timestampNs=int(record["timestampNs"]),
+            orientation=_locked(np.array(record["orientation"])),
+            posM=_locked(np.array(record["posM"])),
+        )
+
+    def __repr__(self) -> str:
+        return f"FrameAtTime({self.timestampNs} ns, {self.orientation.tolist()}, {self.posM.tolist()} m)"
 
 
-class GenericModelOutput:
+class GenericModelOutput(_ReadOnly):
     """Read-only view of a GenericModelOutput buffer; made by `parse_generic_model_output_data`.
 
     Header fields are attributes: magicNumber, majorVersion, minorVersion, patchVersion, sizeInBytes, numElements,
     modality, outputType, auxType, frameOfReference, motionCompensationState, elementsCoordsType (enums), frameId,
     timestampNs, frameStart, frameEnd, modelToAppTransform, scanComplete, azimuthOffset [deg], filledAuxMembers.
     Per element: timeOffsetNs, x, y, z, scalar, flags, and the auxiliary arrays; an array that the buffer does not hold
-    (its level is above auxType, or nobody filled it) is empty.
+    (its level is above auxType, or nobody filled it) is empty. Fields of other kinds of sensors (`OTHER_SCALARS`,
+    `OTHER_ARRAYS`: sensorID, rv_ms, numSgws, ...) are there too: 0, and empty.
     """
 
+    magicNumber: int
     majorVersion: int
     minorVersion: int
     patchVersion: int
     sizeInBytes: int
     numElements: int
     frameId: int
+    timestampNs: int
+    modality: Modality
+    outputType: OutputType
+    auxType: AuxLevel
+    frameOfReference: FrameOfReference
+    motionCompensationState: MotionCompensationState
+    elementsCoordsType: CoordsType
+    filledAuxMembers: LidarAuxHas
+    frameStart: FrameAtTime
+    frameEnd: FrameAtTime
+    modelToAppTransform: np.ndarray
+    scanComplete: bool
+    azimuthOffset: float
 
     def __init__(self, buffer: np.ndarray | None = None) -> None:
         record = np.zeros(1, HEADER)[0] if buffer is None else buffer[: HEADER.itemsize].view(HEADER)[0]
-        self.magicNumber = MAGIC if buffer is None else int(record["magicNumber"])
-        for name in ("majorVersion", "minorVersion", "patchVersion", "sizeInBytes", "numElements", "frameId"):
-            setattr(self, name, int(record[name]))
-        self.timestampNs = int(record["timestampNs"])
-        self.modality = Modality(int(record["modality"]))
-        self.outputType = OutputType(int(record["outputType"]))
-        self.auxType = AuxLevel(int(record["auxType"]))
-        self.frameOfReference = FrameOfReference(int(record["frameOfReference"]))
-        self.motionCompensationState = MotionCompensationState(int(record["motionCompensationState"]))
-        self.elementsCoordsType = CoordsType(int(record["elementsCoordsType"]))
-        self.filledAuxMembers = LidarAuxHas(int(record["filledAuxMembers"]))
-        self.frameStart, self.frameEnd = FrameAtTime(record["frameStart"]), FrameAtTime(record["frameEnd"])
-        self.modelToAppTransform: np.ndarray = np.array(record["modelToAppTransform"])
-        self.scanComplete = bool(record["scanComplete"])
-        self.azimuthOffset = float(record["azimuthOffset"])
-        self._arrays: dict[str, np.ndarray] = {}
+        fields: dict[str, Any] = {name: int(record[name]) for name in _INTEGERS}
+        fields["magicNumber"] = MAGIC if buffer is None else int(record["magicNumber"])
+        fields |= {name: kind(int(record[name])) for name, kind in _ENUMS.items()}
+        fields |= {name: FrameAtTime(record[name]) for name in ("frameStart", "frameEnd")}
+        fields["modelToAppTransform"] = _locked(np.array(record["modelToAppTransform"]))
+        fields["scanComplete"] = bool(record["scanComplete"])
+        fields["azimuthOffset"] = float(record["azimuthOffset"])
+        self.__dict__.update(fields, _arrays={})
         if buffer is not None:
             self._read_arrays(buffer)
 
+    _arrays: dict[str, np.ndarray]
+
     def _read_arrays(self, buffer: np.ndarray) -> None:
+        buffer = _locked(buffer.view())
         count = self.numElements
         aux = [name for name, bit in AUX_ARRAYS.items() if bit in self.filledAuxMembers]
         offsets, size = _layout(count, aux)
@@ -259,24 +321,29 @@ class GenericModelOutput:
             view = buffer[offsets[name] : offsets[name] + count * width * dtype.itemsize].view(dtype)
             self._arrays[name] = view.reshape(count, width) if width > 1 else view
 
-    def __getattr__(self, name: str) -> np.ndarray:
+    def __getattr__(self, name: str) -> Any:
         if name == "timeOffSetNs":
             name = "timeOffsetNs"
         if name in ELEMENT_DTYPES:
             return self._arrays.get(name, np.empty(0, ELEMENT_DTYPES[name]))
         if name in AUX_ARRAYS:
             return self._arrays.get(name, CHANNELS[name].empty())
+        if name in OTHER_ARRAYS:
+            return np.empty(0, OTHER_ARRAYS[name])
+        if name in OTHER_SCALARS:
+            return OTHER_SCALARS[name]()
         raise AttributeError(f"GenericModelOutput has no field {name}")
 
     def __dir__(self) -> list[str]:
-        return [*super().__dir__(), *ELEMENT_ARRAYS, "timeOffSetNs", *AUX_ARRAYS]
+        return [*super().__dir__(), *ELEMENT_ARRAYS, "timeOffSetNs", *AUX_ARRAYS, *OTHER_SCALARS, *OTHER_ARRAYS]
 
 
 def parse_generic_model_output_data(data: Any) -> GenericModelOutput:
     """Reads a GenericModelOutput buffer: an ndarray (any dtype, taken as bytes), bytes, or a handle of ours.
 
-    None, a buffer that is too short, and a wrong magic number are normal while a sensor warms up: a warning and an
-    empty GenericModelOutput with `numElements` 0, never an exception. Integers are opaque handles of this process
+    None, a buffer that is too short, a wrong magic number (normal while a sensor warms up) and another version of the
+    layout give a warning and an empty GenericModelOutput with `numElements` 0, never an exception. Arrays are read-only
+    views of the buffer, which may itself be read-only. Integers are opaque handles of this process
     (`sensors.handles`), never addresses: an unknown one gives the same warning.
     """
     if isinstance(data, (int, np.integer)):
@@ -297,9 +364,17 @@ def parse_generic_model_output_data(data: Any) -> GenericModelOutput:
         magic = int(buffer[:4].view("<u4")[0])
         if magic != MAGIC:
             return _empty(f"the magic number is {magic:#010x}, not {MAGIC:#010x}")
+        major = int(buffer[4:8].view("<u4")[0])
+        if major != VERSION[0]:
+            return _empty(f"it has layout version {major}, this reads {VERSION[0]}")
         return GenericModelOutput(buffer)
     except (ValueError, TypeError) as error:
         return _empty(str(error))
+
+
+def _locked(array: np.ndarray) -> np.ndarray:
+    array.setflags(write=False)
+    return array
 
 
 def _bytes_of(data: Any) -> np.ndarray:
@@ -315,6 +390,3 @@ def _empty(reason: str) -> GenericModelOutput:
 def getMagicNumberGMO() -> int:
     """The number every buffer starts with."""
     return MAGIC
-
-
-__all__ = ["FramePose", "GenericModelOutput", "getMagicNumberGMO", "pack", "parse_generic_model_output_data"]

@@ -41,6 +41,7 @@ COMMANDS = {
     "node": Command("describe one node type", "node"),
     "convert": Command("write a graph file in another format: yaml, json, usda", "convert"),
     "show": Command("draw the graphs of a file", "show"),
+    "inspect": Command("show one frame of a sensor: header, channels, what was hit", "inspect", settings=True),
     "explain": Command("tell what ticks when, who consumes what, and where traps lie", "explain", settings=True),
     "schema": Command("print the JSON Schema of graph files", "schema"),
     "doctor": Command("is this machine ready, and what to install if not", "doctor"),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 from graph.errors import Problem
 
@@ -22,6 +22,18 @@ def note_line(note: tuple[str, str, str]) -> str:
 def safe_line(text: str) -> str:
     """Text on one line: line breaks become spaces, other control characters are shown as escapes."""
     return "".join(c if c.isprintable() else " " if c in "\n\t" else f"\\u{ord(c):04x}" for c in text.strip())
+
+
+def aligned(rows: Iterable[Sequence[str]]) -> Iterator[str]:
+    """Rows as indented lines whose cells stand below each other; rows may be shorter than the longest."""
+    table = [tuple(row) for row in rows]
+    widths: list[int] = []
+    for row in table:
+        widths += [0] * (len(row) - len(widths))
+        widths[: len(row)] = [max(width, len(cell)) for width, cell in zip(widths, row, strict=False)]
+    for row in table:
+        cells = (f"{cell:{width}}" for cell, width in zip(row, widths, strict=False))
+        yield "  " + "  ".join(cells).rstrip()
 
 
 def print_table(rows: Iterable[Sequence[str]], headings: Sequence[str]) -> None:

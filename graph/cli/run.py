@@ -65,14 +65,14 @@ def run(args: argparse.Namespace) -> int:
 
     from .report import build_report, print_table, to_json, warning_lines, write_report
 
-    _show_log()
+    show_log()
     sources = open_sources(args.play)
     session = open_session(
         args.file,
         allow=args.allow,
         settings=args.settings,
-        fidelity=_pairs(args.fidelity, "--fidelity"),
-        overrides=_pairs(args.set, "--set"),
+        fidelity=pairs(args.fidelity, "--fidelity"),
+        overrides=pairs(args.set, "--set"),
         seed=args.seed,
         realtime=args.realtime,
         on_error=args.on_error,
@@ -125,7 +125,7 @@ def run(args: argparse.Namespace) -> int:
     return 1 if args.strict and report["silent"] else 0
 
 
-def _show_log() -> None:
+def show_log() -> None:
     """What nodes print goes to stderr as it comes; warnings wait for the end of the run, when they are counted."""
     log = logging.getLogger("tickgraph")
     if not log.handlers:
@@ -153,7 +153,8 @@ def _number_of_updates(args: argparse.Namespace, session: Session) -> int:
     return math.ceil(length * session.app.loop_rate)
 
 
-def _pairs(options: list[str], flag: str) -> dict[str, str]:
+def pairs(options: list[str], flag: str) -> dict[str, str]:
+    """KEY=VALUE options as a mapping. Raises UserError for one without =."""
     pairs = {}
     for option in options:
         key, equals, value = option.partition("=")

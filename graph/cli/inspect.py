@@ -1,0 +1,283 @@
+"""`graph inspect`: one frame of a sensor as it is handed out: header, every channel, and what was hit."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import sys
+from collections.abc import Iterator, Mapping
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from graph.errors import RunError, UserError
+
+from .printing import aligned, note_line, safe_line
+
+if TYPE_CHECKING:
+    from graph.assembly import Session
+    from graph.sim import App
+    from graph.sim.rendering import RenderProduct
+
+LEVELS = ("NONE", "BASIC", "EXTRA", "FULL")
+DEFAULT_DURATION_S = 5
+FIRST_VALUES = 4
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the command's options."""
+    parser.add_argument("file", metavar="FILE", type=Path, help="graph file (.yaml, .json or .usda)")
+    parser.add_argument("--sensor", metavar="PATH", help="the sensor's prim (default: the only one of the scene)")
+    parser.add_argument("--aux", choices=LEVELS, help="auxiliary level to read it with (default: the prim's)")
+    parser.add_argument(
+        "--updates", type=int, metavar="N", help="run N app updates and take the newest frame (default: the first one)"
+    )
+    parser.add_argument("--fidelity", action="append", default=[], metavar="K=V", help="override a fidelity knob")
+    parser.add_argument("--skip-unknown", action="store_true", help="leave nodes of unknown types out, with a warning")
+    parser.add_argument(
+        "--allow", action="append", default=[], type=Path, metavar="DIR", help="also allow files below DIR"
+    )
+    parser.add_argument("--json", action="store_true", help="print it as JSON")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Runs the command: plays the file until the sensor has a frame. Object ids and normals are switched on for it."""
+    from graph.assembly import open_session
+    from sensors.lidar.runtime import PUBLISH_NORMALS, STABLE_IDS
+
+    from .run import pairs, show_log
+
+    if args.updates is not None and args.updates < 1:
+        raise UserError(f"--updates {args.updates}: give a number of updates above 0")
+    show_log()
+    session = open_session(
+        args.file,
+        allow=args.allow,
+        settings={STABLE_IDS: True, PUBLISH_NORMALS: True, **args.settings},
+        fidelity=pairs(args.fidelity, "--fidelity"),
+        skip_unknown=args.skip_unknown,
+        on_error="continue",
+    )
+    with session.app as app:
+        told = inspect(session, find_sensor(app, args.sensor), aux=args.aux, updates=args.updates)
+        told = {"file": str(args.file), **told}
+        warnings = [(warning.code, warning.where, warning.message) for warning in app.warnings]
+    if args.json:
+        print(json.dumps({**told, "warnings": [dict(zip(_WARNING, one, strict=True)) for one in warnings]}, indent=2))
+    else:
+        for line in as_text(told):
+            print(safe_line(line) if line == line.lstrip() else "  " + safe_line(line))
+        for warning in warnings:
+            print(note_line(warning), file=sys.stderr)
+    return 0
+
+
+_WARNING = ("code", "where", "message")
+
+
+def find_sensor(app: App, path: str | None) -> str:
+    """The path of the sensor to look at. Raises UserError for a prim that is none, with the sensors there are."""
+    from graph.suggest import did_you_mean
+    from sensors.products import sensor_problem
+
+    prims = [str(prim.GetPath()) for prim in app.stage.Traverse()]
+    sensors = [prim for prim in prims if sensor_problem(app.stage, prim) is None]
+    if path is None:
+        if len(sensors) == 1:
+            return sensors[0]
+        there = f"it has {', '.join(sensors)}; choose with --sensor" if sensors else "it has none that can be rendered"
+        raise UserError(f"which sensor of the scene? {there}")
+    if path in sensors:
+        return path
+    if path.startswith("/") and app.stage.GetPrimAtPath(path):
+        raise UserError(f"--sensor {sensor_problem(app.stage, path)}")
+    near = did_you_mean(path, sensors) or f"; there are {', '.join(sensors) or 'none that can be rendered'}"
+    raise UserError(f"--sensor {path}: there is no such sensor{near}")
+
+
+def inspect(session: Session, path: str, *, aux: str | None = None, updates: int | None = None) -> dict[str, Any]:
+    """Plays a session until the sensor has a frame, or for so many updates; what the newest frame holds, as plain data.
+
+    aux: auxiliary level to read it with; None takes the prim's. Raises RunError, saying why, where there is no frame.
+    """
+    from sensors.annotator import Annotator
+    from sensors.annotator_types import find_annotator
+    from sensors.channels import Consumer
+    from sensors.lidar.prim import write_aux_level
+    from sensors.products import render_product
+
+    app = session.app
+    if aux is not None:
+        write_aux_level(app.stage.GetPrimAtPath(path), aux)
+    product = render_product(app, path)
+    sensor: Any = product.sensor
+    output = Annotator(find_annotator("GenericModelOutput"), app=app).attach(product)
+    sensor.require(Consumer("graph inspect"), {"objId"}, ignore_aux=True)  # what was hit is told at every level
+    duration = session.spec.duration if session.spec.duration is not None else Fraction(DEFAULT_DURATION_S)
+    most = updates or max(1, math.ceil(duration * app.loop_rate))
+    app.play()
+    done, seen_in = 0, 0
+    while done < most and not app.exit_requested and (updates is not None or product.frame is None):
+        app.update()
+        done += 1
+        if product.new_frame:
+            seen_in = done - 1
+    if product.frame is None:
+        raise RunError(f"{path}: no frame in {done:,} updates: {_why_not(app, product, done)}")
+    return {"sensor": path, "update": seen_in, **_described(product, output.get_data(), app)}
+
+
+def _why_not(app: App, product: RenderProduct, done: int) -> str:
+    if app.exit_requested:
+        return "the graphs ended the run before"
+    if not product.enabled:
+        return f"its render product {product.path} is disabled"
+    if not app.timeline.is_playing():
+        return "the timeline does not play; a graph stopped or paused it"
+    schedule = product.sensor.schedule
+    rate, made = schedule.rate, product.created_at or Fraction(0)
+    if app.external_time <= made:
+        return "the renderer's clock did not move; physics makes no step in these updates"
+    if rate and schedule.accumulates:
+        first = Fraction(math.ceil(made * rate) + 1) / rate
+        if first > app.external_time:
+            needed = math.ceil(done * first / app.external_time)
+            return f"at {float(rate):g} Hz its first scan ends at {float(first):g} s; give --updates {needed} or more"
+    return "no tick fell due; graph explain shows its schedule"
+
+
+def _described(product: RenderProduct, data: Any, app: App) -> dict[str, Any]:
+    from sensors import parse_generic_model_output_data
+
+    gmo = parse_generic_model_output_data(data)
+    sensor: Any = product.sensor
+    ids = sensor.object_ids(resolve_all=True)
+    return {"header": _header(gmo), "channels": _channels(gmo, app), "hits": _hits(product.frame, ids)}
+
+
+def _header(gmo: Any) -> dict[str, Any]:
+    found: dict[str, Any] = {
+        "magicNumber": f"{gmo.magicNumber:#010x}",
+        "version": f"{gmo.majorVersion}.{gmo.minorVersion}.{gmo.patchVersion}",
+        "sizeInBytes": gmo.sizeInBytes,
+        "numElements": gmo.numElements,
+    }
+    names = ("modality", "outputType", "auxType", "elementsCoordsType", "frameOfReference", "motionCompensationState")
+    found |= {name: getattr(gmo, name).name for name in names}
+    found |= {"frameId": gmo.frameId, "timestampNs": gmo.timestampNs}
+    for name in ("frameStart", "frameEnd"):
+        pose = getattr(gmo, name)
+        found[name] = {
+            "timestampNs": pose.timestampNs,
+            "orientation_ijkw": pose.orientation.tolist(),
+            "posM": pose.posM.tolist(),
+        }
+    found["filledAuxMembers"] = [bit.name for bit in gmo.filledAuxMembers]
+    if gmo.auxType:
+        found |= {"scanComplete": gmo.scanComplete, "azimuthOffset_deg": gmo.azimuthOffset}
+    return found
+
+
+def _channels(gmo: Any, app: App) -> dict[str, Any]:
+    from sensors.channels import CHANNELS
+    from sensors.gmo import AUX_ARRAYS, ELEMENT_ARRAYS
+
+    units = dict.fromkeys("xyz", "m")
+    if gmo.elementsCoordsType.name == "SPHERICAL":
+        units |= {"x": "deg", "y": "deg"}
+    found = {}
+    for name in (*ELEMENT_ARRAYS, *AUX_ARRAYS):
+        array = getattr(gmo, name)
+        told = {"dtype": str(array.dtype), "shape": list(array.shape), "unit": units.get(name) or _unit(name)}
+        if len(array):
+            told |= _values(name, array)
+        elif gmo.numElements:
+            told["empty_because"] = _why_empty(name, CHANNELS[name].level, gmo, app)
+        found[name] = told
+    return found
+
+
+def _unit(name: str) -> str:
+    from sensors.channels import CHANNELS
+
+    return CHANNELS[name].unit if name in CHANNELS else ""
+
+
+def _values(name: str, array: Any) -> dict[str, Any]:
+    if name == "objId":
+        from sensors import parse_object_ids
+
+        numbers = parse_object_ids(array)
+        return {"distinct": len(set(numbers)), "first": [f"{number:#034x}" for number in numbers[:FIRST_VALUES]]}
+    return {
+        "min": array.min().item(),
+        "max": array.max().item(),
+        "first": [_short(value) for value in array[:FIRST_VALUES].tolist()],
+    }
+
+
+def _short(value: Any) -> Any:
+    if isinstance(value, list):
+        return [_short(part) for part in value]
+    return float(f"{value:.7g}") if isinstance(value, float) else value
+
+
+def _why_empty(name: str, level: Any, gmo: Any, app: App) -> str:
+    from sensors.lidar.runtime import PUBLISH_NORMALS, STABLE_IDS
+
+    if level > gmo.auxType:
+        return f"needs --aux {level.name}"
+    setting = {"hitNormals": PUBLISH_NORMALS, "objId": STABLE_IDS}.get(name)
+    return f"needs --{setting}=true" if setting and not app.settings.get(setting, False) else "nobody fills it"
+
+
+def _hits(frame: Any, ids: Mapping[int, str]) -> dict[str, int]:
+    """Prim path -> elements that hit it, most first."""
+    from sensors import parse_object_ids
+
+    counts: dict[str, int] = {}
+    for number in parse_object_ids(frame.channel("objId")):
+        path = ids.get(number, "") if number else ""
+        counts[path or "(nothing)"] = counts.get(path or "(nothing)", 0) + 1
+    return dict(sorted(counts.items(), key=lambda entry: (-entry[1], entry[0])))
+
+
+def as_text(told: Mapping[str, Any]) -> Iterator[str]:
+    """The lines that a person reads."""
+    header = told["header"]
+    yield f"{told['file']}: {told['sensor']}, frame {header['frameId']} in update {told['update']}"
+    yield ""
+    yield "header"
+    yield from aligned((name, _text(value)) for name, value in header.items())
+    yield ""
+    yield "channels"
+    rows = []
+    for name, one in told["channels"].items():
+        row = [name, one["dtype"], "x".join(map(str, one["shape"])), one["unit"] or "-"]
+        if "empty_because" in one:
+            row += ["-", f"empty: {one['empty_because']}"]
+        elif "first" not in one:
+            row += ["-", "empty: no elements"]
+        else:
+            span = f"{one['distinct']} different" if "distinct" in one else f"{one['min']:.6g} to {one['max']:.6g}"
+            row += [span, "  ".join(_text(value) for value in one["first"])]
+        rows.append(row)
+    yield from aligned([("name", "dtype", "shape", "unit", "range", "first"), *rows])
+    yield ""
+    hits = told["hits"]
+    yield "hits" if hits else "hits: none (object ids are off, or nothing was hit)"
+    total = sum(hits.values())
+    yield from aligned((path, f"{count:,}", f"{100 * count / total:.1f} %") for path, count in hits.items())
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, Mapping):
+        return ", ".join(f"{name} {_text(part)}" for name, part in value.items())
+    if isinstance(value, list):
+        return " ".join(_text(part) for part in value) if value and isinstance(value[0], str) else _numbers(value)
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def _numbers(values: list[Any]) -> str:
+    return f"({', '.join(_text(value) for value in values)})"
