@@ -14,11 +14,19 @@ if TYPE_CHECKING:
     from .bus import MemorySink as MemorySink
     from .bus import MessageBus as MessageBus
     from .fidelity import Fidelity as Fidelity
+    from .managers import RenderingManager as RenderingManager
+    from .managers import SimulationManager as SimulationManager
+    from .mjc_scene import NewtonMjcScene as NewtonMjcScene
+    from .physics_scene import PhysicsScene as PhysicsScene
+    from .physx_scene import PhysxGpuCfg as PhysxGpuCfg
+    from .physx_scene import PhysxScene as PhysxScene
     from .recording import McapSink as McapSink
+    from .rendering import RenderingEvent as RenderingEvent
     from .rendering import RenderProduct as RenderProduct
     from .schedule import Tick as Tick
     from .schedule import TickSchedule as TickSchedule
     from .settings import Settings as Settings
+    from .simulation_events import SimulationEvent as SimulationEvent
     from .stage import register_schemas as register_schemas
     from .wall_clock import RealClock as RealClock
     from .wall_clock import VirtualClock as VirtualClock
@@ -30,9 +38,17 @@ _HOME = {
     "McapSink": "recording",
     "MemorySink": "bus",
     "MessageBus": "bus",
+    "NewtonMjcScene": "mjc_scene",
+    "PhysicsScene": "physics_scene",
+    "PhysxGpuCfg": "physx_scene",
+    "PhysxScene": "physx_scene",
     "RealClock": "wall_clock",
     "RenderProduct": "rendering",
+    "RenderingEvent": "rendering",
+    "RenderingManager": "managers",
     "Settings": "settings",
+    "SimulationEvent": "simulation_events",
+    "SimulationManager": "managers",
     "Tick": "schedule",
     "TickSchedule": "schedule",
     "VirtualClock": "wall_clock",
@@ -45,9 +61,17 @@ __all__ = [
     "McapSink",
     "MemorySink",
     "MessageBus",
+    "NewtonMjcScene",
+    "PhysicsScene",
+    "PhysxGpuCfg",
+    "PhysxScene",
     "RealClock",
     "RenderProduct",
+    "RenderingEvent",
+    "RenderingManager",
     "Settings",
+    "SimulationEvent",
+    "SimulationManager",
     "Tick",
     "TickSchedule",
     "VirtualClock",

@@ -80,6 +80,15 @@ class ManagedSimulation(SimulationSetup):
         """The stage closes: callbacks end."""
         self.events.close()
 
+    @property
+    def _simulation_manager_interface(self) -> ManagedSimulation:
+        """The raw interface: its calls (`get_simulation_time_at_time`, ...) are among those of this object."""
+        return self
+
+    def get_physics_simulation_view(self) -> Any:
+        """Positions, velocities and contacts of all bodies as arrays; None unless warm (before play, after stop)."""
+        return getattr(self, "tensors", None) if self.built and self.events.warm else None
+
     def register_callback(self, callback: Registered, event: str, *, order: int = 0, **options: Any) -> int:
         """Calls `callback` at each `SimulationEvent`; returns its id.
 

@@ -31,6 +31,7 @@ class SimulationSetup(Simulation):
         super().__init__(app, rate)
         self.scene_path = DEFAULT_PATH
         """The path of the scene that is simulated, looked up when the world is built."""
+        self._follow_stage = True
         self._set_while_playing: dict[tuple[str, str], tuple[str, Any]] = {}
         engine = self.get_default_engine()
         if engine != ENGINE:
@@ -94,13 +95,13 @@ class SimulationSetup(Simulation):
             for prim in scene_prims(self._app.stage)
         ]
 
-    def refuse_rate_zero(self, path: str) -> None:
+    def refuse_rate_zero(self, path: str | None = None) -> None:
         """Says that 0 steps per second is stored but not run: a world that is not built yet has 1 Hz in the product."""
         if self.truncates and not self.built:
             self.set_rate(Fraction(1))
         rate = float(self.clock.rate)
         message = f"a dt of 0 is stored, but physics does not run at rate 0; it goes on at {rate:g} Hz"
-        self._app.warn("physics-rate-zero", path, message)
+        self._app.warn("physics-rate-zero", path or str(next(scene_prims(self._app.stage)).GetPath()), message)
 
     def _scenes(self) -> list[PhysicsScene]:
         """The stage's scenes; one is made where there is none, unless the simulation plays."""
@@ -112,6 +113,7 @@ class SimulationSetup(Simulation):
     def begin(self, physics: Any) -> None:
         """The world is built."""
         super().begin(physics)
+        self._app.fabric.follow_stage = self._follow_stage
         first = next(scene_prims(self._app.stage), None)
         self.scene_path = DEFAULT_PATH if first is None else str(first.GetPath())
 
@@ -179,6 +181,32 @@ class SimulationSetup(Simulation):
     def is_fabric_enabled(self) -> bool:
         """Whether poses go to Fabric."""
         return self._app.fidelity.fabric
+
+    def enable_fabric_usd_notice_handler(self, stage_id: Any, enable: bool) -> None:
+        """Whether Fabric hears of edits of the stage; switched on again it reads all of it anew.
+
+        `stage_id` is this App's stage, or its id in `UsdUtils.StageCache`; ValueError for another.
+        """
+        self._check_stage(stage_id)
+        self._app.fabric.follow_stage = self._follow_stage = bool(enable)
+        if enable:
+            self._app.fabric.forget()
+
+    def is_fabric_usd_notice_handler_enabled(self, stage_id: Any) -> bool:
+        """Whether Fabric hears of edits of the stage. Raises ValueError for another stage than this App's."""
+        self._check_stage(stage_id)
+        return self._follow_stage
+
+    def _check_stage(self, stage_id: Any) -> None:
+        from .usd import UsdUtils
+
+        stage = self._app.stage
+        if isinstance(stage_id, int):
+            known = UsdUtils.StageCache.Get().GetId(stage)
+            if not known.IsValid() or known.ToLongInt() != stage_id:
+                raise ValueError(f"stage id {stage_id} is not that of this App's stage; app.stage itself will do")
+        elif stage_id != stage:
+            raise ValueError("this is not the App's stage; give app.stage")
 
     def assets_loading(self) -> bool:
         """False: everything a stage needs is loaded when it is opened."""

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 from graph.errors import RunError, UserError
-from graph.exact import rate
 
 Warn = Callable[[str, str, str], None]
 """Takes a warning: stable code, where, message."""
@@ -105,14 +104,12 @@ def _scene_name(stage: Any) -> str:
 
 
 def physics_scene_rate(stage: Any) -> Fraction | None:
-    """Steps per second that the stage's physics scene authors (`physxScene:timeStepsPerSecond`), or None."""
-    from .usd import UsdPhysics
+    """Steps per second that the stage's first physics scene authors (see `scene_attributes`); None: nothing."""
+    from .physics_scene import scene_prims
+    from .scene_attributes import authored_rate
 
-    for prim in stage.Traverse():
-        if prim.IsA(UsdPhysics.Scene):
-            value = prim.GetAttribute("physxScene:timeStepsPerSecond").Get()
-            return rate(value) if value else None
-    return None
+    first = next(scene_prims(stage), None)
+    return None if first is None else authored_rate(first)
 
 
 @dataclass
