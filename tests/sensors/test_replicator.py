@@ -1,0 +1,321 @@
+"""Annotators and writers used as in Replicator: by name, attached to a render product."""
+
+import numpy as np
+import pytest
+from lidar_worlds import NORMALS, add_box, rotary, weightless
+
+import sensors.replicator as rep
+from graph.errors import UserError
+from sensors import (
+    Lidar,
+    LidarSensor,
+    parse_generic_model_output_data,
+    register_annotator_spec,
+    register_writer_spec,
+    unregister_annotator_spec,
+    unregister_writer_spec,
+)
+from sensors.annotator_types import AnnotatorType
+from sensors.lidar.prim import write_aux_level, write_config
+from sensors.writers import WriterSpec
+
+STABLE_IDS = "/rtx-transient/stableIds/enabled"
+SCAN_BUFFER, FLAT_SCAN = "IsaacCreateRTXLidarScanBuffer", "IsaacComputeRTXLidarFlatScan"
+EXTRACT, PER_FRAME = "IsaacExtractRTXSensorPointCloud", "IsaacExtractRTXSensorPointCloudNoAccumulator"
+
+
+@pytest.fixture
+def app():
+    """A room 10 m wide around a lidar of 360 beams at 10 Hz, which has no render product yet."""
+    with weightless(settings={STABLE_IDS: True}) as app:
+        add_box(app, "/World/Room", 10.0, (0, 0, 0))
+        place(app)
+        yield app
+
+
+def place(app, path="/World/Lidar", level="FULL", tick_rate=None, **fields):
+    prim = app.stage.DefinePrim(path, "OmniLidar")
+    write_config(prim, rotary(**fields), tick_rate=tick_rate)
+    write_aux_level(prim, level)
+    return prim
+
+
+def codes(app):
+    return app.warnings.codes()
+
+
+def test_a_scan_buffer_has_what_was_asked_for_with_the_documented_types(app):
+    product = rep.create.render_product("/World/Lidar", (1024, 1024))
+    flags = ("Azimuth", "Elevation", "Distance", "Intensity", "Timestamp", "EmitterId", "ChannelId", "MaterialId")
+    flags += ("TickId", "HitNormal", "Velocity", "ObjectId", "EchoId", "TickState", "RadialVelocityMS")
+    buffer = rep.AnnotatorRegistry.get_annotator(SCAN_BUFFER)
+    buffer.initialize(**{f"output{name}": True for name in flags})
+    buffer.attach([product.path])
+    app.play()
+
+    empty = buffer.get_data()
+    assert (empty["data"].shape, empty["objectId"].shape, empty["timestamp"].dtype) == ((0, 3), (0, 16), np.uint64)
+    app.update(steps=6)
+    found = buffer.get_data()
+
+    kinds = {
+        **dict.fromkeys(("azimuth", "elevation", "distance", "intensity"), (np.float32, (360,))),
+        **dict.fromkeys(("emitterId", "channelId", "materialId", "tickId"), (np.uint32, (360,))),
+        **dict.fromkeys(("echoId", "tickState"), (np.uint8, (360,))),
+        **dict.fromkeys(("data", "hitNormal", "velocity"), (np.float32, (360, 3))),
+        "timestamp": (np.uint64, (360,)),
+        "objectId": (np.uint8, (360, 16)),
+        "radialVelocityMS": (np.float32, (0,)),
+        "transform": (np.float64, (16,)),
+    }
+    assert {name: (found[name].dtype, found[name].shape) for name in kinds} == kinds
+    assert found["transform"].tolist() == np.eye(4).reshape(-1).tolist()
+    assert found["info"]["width"] == 360
+    assert found["timestamp"].tolist() == [round(1e9 / 3600 * tick) for tick in range(360)]
+    assert codes(app) == ["annotator-deprecated"]
+
+
+def test_without_options_a_scan_buffer_is_points_alone_and_nothing_else_is_computed(app):
+    product = rep.create_render_product("/World/Lidar", (32, 32))
+    buffer = rep.get_annotator(SCAN_BUFFER).attach(product)
+    app.play()
+    app.update(steps=6)
+
+    assert set(buffer.get_data()) == {"data", "transform", "info"}
+    assert set(product.frame.arrays) == {"xyz"}
+
+
+def test_between_ticks_the_same_data_comes_again_and_detaching_ends_the_demand(app):
+    product = rep.create_render_product("/World/Lidar")
+    cloud = rep.get_annotator(EXTRACT).attach(product)
+    app.play()
+    app.update(steps=6)
+    first = cloud.get_data()
+    app.update(steps=5)
+    assert cloud.get_data() is first
+    app.update()
+    assert cloud.get_data() is not first
+    assert product.sensor.demand.consumers()
+
+    cloud.detach()
+
+    assert product.sensor.demand.consumers() == {}
+    with pytest.raises(ValueError, match="is not attached to a render product"):
+        cloud.get_data()
+
+
+def test_an_extracted_cloud_follows_the_auxiliary_level(app):
+    place(app, "/World/Plain", level="NONE")
+    place(app, "/World/Basic", level="BASIC")
+    clouds = {
+        name: rep.get_annotator(EXTRACT).attach(rep.create_render_product(f"/World/{name}"))
+        for name in ("Plain", "Basic", "Lidar")
+    }
+    app.play()
+    app.update(steps=6)
+
+    always = {"data", "transform", "info", "azimuth", "elevation", "distance", "intensity", "timestamp"}
+    basic = {"emitterId", "channelId", "tickId", "echoId", "tickState"}
+    assert set(clouds["Plain"].get_data()) == always
+    assert set(clouds["Basic"].get_data()) == always | basic
+    assert set(clouds["Lidar"].get_data()) == always | basic | {"materialId", "objectId", "hitNormal", "velocity"}
+    assert codes(app) == []
+
+
+def test_the_annotator_without_accumulator_is_deprecated_and_hands_on_the_parts_as_they_come(app):
+    place(app, "/World/Parts", tick_rate=20.0)  # the scan rate is 10 Hz
+    with app:
+        parts = rep.get_annotator(PER_FRAME).attach(rep.create_render_product("/World/Parts"))
+        again = rep.get_annotator(PER_FRAME).attach(rep.create_render_product("/World/Parts"))
+        app.play()
+        sizes = []
+        for _ in range(12):
+            app.update()
+            sizes.append(len(parts.get_data()["data"]))
+        assert again.get_data()["data"].tolist() == parts.get_data()["data"].tolist()
+    assert sizes == [60] * 12  # 360 firings a turn of 6 updates: nothing is put together again
+    assert codes(app) == ["lidar-partial-scan", "annotator-deprecated"]
+
+
+def test_a_flat_scan_of_the_2d_lidar_by_its_outputs(app):
+    flat = rep.get_annotator(FLAT_SCAN).attach(rep.create_render_product("/World/Lidar"))
+    app.play()
+    before = flat.get_data()
+    assert (before["numCols"], before["numRows"], before["horizontalFov"]) == (0, 1, 0.0)
+    app.update(steps=6)
+    found = flat.get_data()
+
+    assert (found["numRows"], found["numCols"], found["rotationRate"]) == (1, 360, 10.0)
+    assert found["horizontalFov"] == 360.0
+    assert found["horizontalResolution"] == 1.0
+    assert found["depthRange"].tolist() == pytest.approx([0.3, 200.0])
+    assert found["azimuthRange"].tolist() == [-180.0, 179.0]
+    assert found["linearDepthData"][180] == pytest.approx(5.0, abs=1e-4)
+    assert found["linearDepthData"][225] == pytest.approx(5 * 2**0.5, abs=1e-4)
+    assert found["intensitiesData"].dtype == np.uint8
+
+
+def test_a_flat_scan_of_a_3d_lidar_names_the_emitter_and_its_elevation(app):
+    place(app, "/World/Tall", elevations=(0.0, 7.5))
+    product = rep.create_render_product("/World/Tall")
+
+    with pytest.raises(UserError, match=r"FlatScan: /World/Tall: .* emitter 1 points 7.5 deg up"):
+        rep.get_annotator(FLAT_SCAN).attach(product)
+
+    Lidar.create("/World/Flat", config="Example_Rotary_2D", app=app)
+    assert rep.get_annotator(FLAT_SCAN).attach(rep.create_render_product("/World/Flat")).product is not None
+
+
+@pytest.mark.parametrize("name", [SCAN_BUFFER, FLAT_SCAN])
+def test_what_reads_lidars_alone_names_a_radar_and_itself(app, name):
+    product = rep.create_render_product("/World/Lidar")
+    app.stage.DefinePrim("/World/Radar", "OmniRadar")
+    product.camera_path = "/World/Radar"  # radars have no render product of their own yet
+
+    with pytest.raises(ValueError, match=rf"{name}: /World/Radar is OmniRadar; it reads OmniLidar only"):
+        rep.get_annotator(name).attach(product)
+
+
+@pytest.mark.parametrize(
+    ("option", "level", "settings", "code", "names"),
+    [
+        ("outputHitNormal", "EXTRA", {}, "aux-level-too-low", "_replicator:rendervar:GenericModelOutput:channels"),
+        ("outputTickId", "NONE", {}, "aux-level-too-low", "aux_output_level BASIC"),
+        ("outputHitNormal", "FULL", {NORMALS: False}, "normals-off", NORMALS),
+        ("outputObjectId", "FULL", {STABLE_IDS: False}, "stable-ids-off", STABLE_IDS),
+    ],
+)
+def test_an_output_that_cannot_be_filled_stays_empty_and_one_warning_says_why(option, level, settings, code, names):
+    with weightless(settings={STABLE_IDS: True, **settings}) as app:
+        add_box(app, "/World/Room", 10.0, (0, 0, 0))
+        place(app, level=level)
+        buffer = rep.get_annotator(SCAN_BUFFER, {option: True}).attach(rep.create_render_product("/World/Lidar"))
+        app.play()
+        app.update(steps=30)
+        found = buffer.get_data()
+        told = [warning for warning in app.warnings if warning.code != "annotator-deprecated"]
+    name = option.removeprefix("output")
+    assert found[name[0].lower() + name[1:]].size == 0
+    assert len(found["data"]) == 360
+    assert [warning.code for warning in told] == [code]
+    assert names in told[0].message
+
+
+def test_a_scan_buffer_keeps_its_data_when_a_frame_is_empty(app):
+    add_box(app, "/World/Wall", 1.0, (30, 0, 0))
+    place(app, "/World/Far", near_range_m=20.0)
+    buffer = rep.get_annotator(SCAN_BUFFER).attach(rep.create_render_product("/World/Far"))
+    cloud = rep.get_annotator(EXTRACT).attach(rep.create_render_product("/World/Far"))
+    app.stage.RemovePrim("/World/Room")
+    app.play()
+    app.update(steps=6)
+    seen = len(buffer.get_data()["data"])
+    assert seen > 0
+    product = buffer.product
+    empty = type(product.frame)(
+        timestamp_ns=1, frame_id=9, start=product.frame.start, end=product.frame.end, count=0, arrays={}
+    )
+    product.deliver(empty)
+
+    assert len(buffer.get_data()["data"]) == seen
+    assert cloud.get_data()["data"].shape == (0, 3)
+
+
+def test_the_gmo_annotator_gives_the_buffer_and_the_map_its_entries(app):
+    product = rep.create_render_product("/World/Lidar")
+    gmo = rep.annotators.get("GenericModelOutput", device="cpu").attach(product)
+    ids = rep.annotators.get("StableIdMap").attach(product)
+    assert gmo.get_data() is None
+    assert ids.get_data() is None
+    app.play()
+    app.update(steps=6)
+
+    assert parse_generic_model_output_data(gmo.get_data()).numElements == 360
+    assert ids.get_data().dtype == np.uint8
+
+
+def test_mistakes_are_one_line_each(app):
+    product = rep.create_render_product("/World/Lidar")
+    for act, message in (
+        (lambda: rep.get_annotator("IsaacCreateRTXLidarScanBufer"), f'did you mean "{SCAN_BUFFER}"'),
+        (lambda: rep.get_annotator(SCAN_BUFFER).initialize(outputTimestmp=True), 'did you mean "outputTimestamp"'),
+        (lambda: rep.get_annotator("StableIdMap").initialize(size=1), "it has none"),
+        (lambda: rep.get_annotator(EXTRACT, device="cuda"), "annotators are in host memory"),
+        (lambda: rep.get_annotator(EXTRACT).attach([]), "attach it to one render product, not 0"),
+        (lambda: rep.get_annotator(EXTRACT).attach("/Render/None"), "there is no render product /Render/None"),
+        (lambda: rep.get_annotator(EXTRACT).attach(product).attach(product), "already; detach it first"),
+        (lambda: rep.get_annotator(EXTRACT).attach(product).initialize(), "initialize it before attach"),
+        (lambda: rep.create_render_product("/World/Room"), "a Cube is no sensor"),
+        (lambda: rep.create_render_product("/World/Lidar", (1, 2, 3)), "is not (width, height)"),
+        (lambda: rep.writers.get("RtxSensorDebugDrawPointClod"), 'did you mean "RtxSensorDebugDrawPointCloud"'),
+        (lambda: rep.writers.get("draw-point-cloud").initialize(colour=1).attach(product), "writer draw-point-cloud:"),
+    ):
+        with pytest.raises(UserError) as caught:
+            act()
+        assert message in str(caught.value)
+        assert isinstance(caught.value, ValueError)
+        assert "\n" not in str(caught.value)
+
+
+def test_a_stop_ends_the_annotators_of_a_product_made_while_playing(app):
+    app.play()
+    cloud = rep.get_annotator(EXTRACT).attach(rep.create_render_product("/World/Lidar"))
+    app.update(steps=12)
+    assert len(cloud.get_data()["data"])
+
+    app.stop()
+
+    with pytest.raises(RuntimeError, match="a stop ended it"):
+        cloud.get_data()
+
+
+def test_a_registered_annotator_is_there_for_sensors_made_afterwards(app):
+    lidar = Lidar("/World/Lidar", aux_output_level="FULL", app=app)
+    before = LidarSensor(lidar)
+    nearest = AnnotatorType(
+        "test.Nearest",
+        lambda reading: None if reading.frame is None else float(reading.frame.channel("distance").min()),
+        lambda reading: {"distance"},
+    )
+    register_annotator_spec("nearest", nearest)
+    register_annotator_spec("cloud", {"name": EXTRACT})
+    try:
+        sensor = LidarSensor(lidar, annotators=["nearest", "cloud"])
+        with pytest.raises(ValueError, match="there is no annotator 'nearest'"):
+            before.attach_annotators("nearest")
+        with pytest.raises(ValueError, match="there is an annotator 'nearest' already"):
+            register_annotator_spec("nearest", {"name": EXTRACT})
+        with pytest.raises(ValueError, match='did you mean "IsaacExtractRTXSensorPointCloud"'):
+            register_annotator_spec("other", {"name": "IsaacExtractRTXSensorPointClou"})
+        app.play()
+        app.update(steps=6)
+        assert sensor.get_data("nearest") == (pytest.approx(5.0, abs=1e-4), {})
+        points, info = sensor.get_data("cloud")
+        assert points.shape == (360, 3)
+        assert info["azimuth"].shape == (360,)
+    finally:
+        unregister_annotator_spec("nearest")
+        unregister_annotator_spec("cloud")
+        rep.AnnotatorRegistry.unregister_annotator("test.Nearest")
+    with pytest.raises(ValueError, match="there is no annotator 'cloud'"):
+        LidarSensor(lidar, annotators="cloud")
+    unregister_annotator_spec("cloud")  # unknown ones are fine
+
+
+def test_a_writer_gets_every_frame_between_attach_and_detach(app):
+    seen = []
+    register_writer_spec("collect", WriterSpec(lambda: seen.append, channels=frozenset({"xyz", "distance"})))
+    try:
+        writer = rep.writers.get("collect")
+        product = rep.create_render_product("/World/Lidar")
+        writer.attach([product])
+        app.play()
+        app.update(steps=12)
+        writer.detach()
+        writer.detach()
+        app.update(steps=12)
+    finally:
+        unregister_writer_spec("collect")
+    assert [frame.timestamp_ns for frame in seen] == [0, 100_000_000]
+    assert set(seen[0].arrays) == {"xyz", "distance"}
+    assert product.sensor.demand.consumers() == {}
