@@ -185,6 +185,12 @@ class NodeType:
         return None
 
     @cached_property
+    def names(self) -> frozenset[str]:
+        """The full names of all declared attributes: `inputs:a`, `outputs:b`, `state:c`."""
+        groups = (("inputs", self.inputs), ("outputs", self.outputs), ("state", self.state))
+        return frozenset(f"{prefix}:{name}" for prefix, group in groups for name in group)
+
+    @cached_property
     def _patterns(self) -> dict[str, list[tuple[re.Pattern[str], Attribute]]]:
         templates = {"inputs": self.dynamic_inputs, "outputs": self.dynamic_outputs}
         return {

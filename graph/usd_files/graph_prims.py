@@ -114,9 +114,10 @@ def is_graph(prim: Any) -> bool:
 
 def is_node(prim: Any) -> bool:
     """Whether a prim is a node: by its type, or by a `node:type` where the type is lost."""
-    if not prim.IsDefined():
+    type_name = prim.GetTypeName()
+    if type_name not in NODE_TYPES and (type_name or not prim.HasAttribute("node:type")):
         return False
-    return prim.GetTypeName() in NODE_TYPES or (not prim.GetTypeName() and prim.HasAttribute("node:type"))
+    return bool(prim.IsDefined())
 
 
 def _over_of_node(prim: Any) -> bool:
@@ -146,9 +147,10 @@ def _collect(prim: Any, graph: RawGraph, prefix: str, nested: list[Any], predica
     pending = deque((child, prefix) for child in prim.GetFilteredChildren(predicate))
     while pending:
         child, before = pending.popleft()
-        name = f"{before}{child.GetName()}"
+        path = child.GetPath()
+        name = f"{before}{path.name}"
         if is_node(child):
-            node = read_node(child, name)
+            node = read_node(child, path, name)
             subgraph = _subgraph(child, node)
             if subgraph is None:
                 graph.nodes.append(node)
@@ -160,7 +162,7 @@ def _collect(prim: Any, graph: RawGraph, prefix: str, nested: list[Any], predica
         elif is_graph(child):
             nested.append(child)
         elif not child.IsDefined() and _over_of_node(child):
-            graph.overs.append(str(child.GetPath()))
+            graph.overs.append(path.pathString)
         elif child.GetTypeName() != "ComputeGraphSettings":
             pending.extendleft([(one, f"{name}/") for one in child.GetFilteredChildren(predicate)][::-1])
 

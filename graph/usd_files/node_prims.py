@@ -64,10 +64,11 @@ class RawNode:
     """Whether `COMPOUND_TYPE` is among its attributes."""
 
 
-def read_node(prim: Any, name: str) -> RawNode:
-    """The node of a prim."""
-    node = RawNode(str(prim.GetPath()), name, "", None, [])
-    for attribute in read_properties(prim):
+def read_node(prim: Any, path: Any, name: str) -> RawNode:
+    """The node of a prim, whose path is `path`."""
+    alone = _only_spec(prim, path)
+    node = RawNode(path.pathString, name, "", None, [])
+    for attribute in _properties(prim, alone):
         full = attribute.name
         if full.startswith(PREFIXES):
             node.attributes.append(attribute)
@@ -77,43 +78,54 @@ def read_node(prim: Any, name: str) -> RawNode:
             node.version = attribute.value if isinstance(attribute.value, int) else None
         elif full == COMPOUND_TYPE:
             node.has_compound_type = True
-    custom = plain(prim.GetCustomDataByKey(KEY)) if prim.HasCustomData() else None
-    if isinstance(custom, dict):
-        node.custom = custom
+    if prim.HasCustomData() if alone is None else alone.HasInfo("customData"):
+        custom = plain(prim.GetCustomDataByKey(KEY))
+        if isinstance(custom, dict):
+            node.custom = custom
     return node
 
 
 def read_properties(prim: Any) -> Iterator[RawAttribute]:
     """The authored properties of a prim: as the file has them if one layer alone wrote them, else as composed."""
-    stack, path = prim.GetPrimStack(), prim.GetPath()
-    if len(stack) == 1 and stack[0].path == path:
-        own = stack[0]
-        find, below = own.layer.GetPropertyAtPath, path.AppendProperty
-        for name in own.GetInfo("properties"):  # as quick again as `own.properties`
-            if not name.startswith("ui:"):  # how an editor lays the graph out
-                yield _of_spec(find(below(name)), name, prim)
+    return _properties(prim, _only_spec(prim, prim.GetPath()))
+
+
+def _only_spec(prim: Any, path: Any) -> Any | None:
+    """What one layer says of a prim, if no other says anything."""
+    stack = prim.GetPrimStack()
+    return stack[0] if len(stack) == 1 and stack[0].path == path else None
+
+
+# Every call into USD costs as much as ten lines of Python, and a large file has half a million properties.
+
+
+def _properties(prim: Any, alone: Any | None) -> Iterator[RawAttribute]:
+    if alone is None:
+        for prop in prim.GetAuthoredProperties():
+            yield _composed(prop)
         return
-    for prop in prim.GetAuthoredProperties():
-        yield _composed(prop)
+    find, before = alone.layer.GetPropertyAtPath, f"{alone.path.pathString}."
+    for name in alone.GetInfo("properties"):  # as quick again as `alone.properties`
+        if not name.startswith("ui:"):  # how an editor lays the graph out
+            yield _of_spec(find(before + name), name, prim)
 
 
 def _of_spec(spec: Any, name: str, prim: Any) -> RawAttribute:
-    # Every call into USD costs as much as ten lines of Python, and a large file has half a million properties.
     value = spec.default
     if value is not None and name in _ABOUT:
         return RawAttribute(name, "", _plain(value, ""))
-    get = spec.GetInfo
-    custom = plain(get("customData")) or _NOTHING
+    has = spec.HasInfo
+    custom = (plain(spec.GetInfo("customData")) or _NOTHING) if has("customData") else _NOTHING
     type_name = getattr(spec, "typeName", None)
     if type_name is None:
-        listed = get("targetPaths").GetAppliedItems() if spec.HasInfo("targetPaths") else ()
+        listed = spec.GetInfo("targetPaths").GetAppliedItems() if has("targetPaths") else ()
         return RawAttribute(name, "rel", [str(path) for path in listed], (), custom)
     sdf = str(type_name)
-    if value is None and spec.HasInfo("timeSamples"):
+    if value is None and has("timeSamples"):
         value = _earliest(prim.GetAttribute(name))
     sources: tuple[str, ...] = ()
-    if spec.HasInfo("connectionPaths"):
-        sources = tuple(map(str, get("connectionPaths").GetAppliedItems()))
+    if has("connectionPaths"):
+        sources = tuple(path.pathString for path in spec.GetInfo("connectionPaths").GetAppliedItems())
     return RawAttribute(name, sdf, None if value is None else _plain(value, sdf), sources, custom)
 
 

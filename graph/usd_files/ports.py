@@ -21,6 +21,9 @@ class Ports:
                         self._readers.setdefault(source, []).append(f"{node.path}.{attribute.name}")
         self._origins: dict[str, tuple[str, ...]] = {}
 
+    def __bool__(self) -> bool:
+        return bool(self._ports)
+
     def __contains__(self, path: str) -> bool:
         return path in self._ports
 

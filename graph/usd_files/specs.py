@@ -36,6 +36,7 @@ def _graph(
         connection
         for node in graph.nodes
         for attribute in node.attributes
+        if attribute.sources or attribute.sdf_type == "rel"
         for connection in _connections(graph.path, node, attribute, ports, homes, mark_of, tell)
     ]
     listed = graph.custom.get("removedVariables")
@@ -89,7 +90,7 @@ def _node(node: RawNode, ports: Ports, mark_of: MarkOf) -> NodeSpec:
         if attribute.name.startswith("outputs:"):
             continue
         value, written = _value(attribute), f"{node.path}.{attribute.name}"
-        for source in sources_of(attribute):
+        for source in sources_of(attribute) if ports else ():
             port = None if ports.behind(source) else ports.value(source)
             if port is not None:  # nothing feeds the compound's port, so its own value reaches the node
                 value, written = _value(port), written + ".connect"
