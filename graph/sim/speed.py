@@ -7,6 +7,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from . import settings as keys
+from .phases import Unsubscribe
 
 if TYPE_CHECKING:
     from .app import App
@@ -16,7 +17,7 @@ FIRST = -1000
 
 
 class Speed:
-    """Simulated time over wall time, since the last play or resume; it stands while the timeline does."""
+    """Simulated over wall time, since the first update after play or resume; it stands while the timeline does."""
 
     def __init__(self, now: Callable[[], Fraction]) -> None:
         self._now = now
@@ -24,7 +25,7 @@ class Speed:
         self._held: Fraction | None = None
 
     def begin(self, simulated: Fraction) -> None:
-        """Play or resume, at monotonic simulation time `simulated` [s]."""
+        """The first update after play or resume, at monotonic simulation time `simulated` [s]."""
         self._began, self._held = (simulated, self._now()), None
 
     def hold(self, simulated: Fraction) -> None:
@@ -45,14 +46,24 @@ def follow_timeline(app: App, speed: Speed) -> None:
     settings, loop = app.settings, app.run_loop
     switches = app.experience == "full" and not settings.is_authored(keys.MANUAL_MODE)
 
-    def begin() -> None:
+    ends: list[Unsubscribe] = []
+
+    def start() -> None:
+        while ends:
+            ends.pop()()
         speed.begin(app.simulation.monotonic_time)
+
+    def begin() -> None:
+        ends.append(app.on("timeline", start, FIRST))  # warm-up steps and the building of the world are not measured
         if switches:
             loop.manual_mode = True
             settings.set_default(keys.MANUAL_MODE, True)
 
     def hold() -> None:
-        speed.hold(app.simulation.monotonic_time)
+        if ends:
+            ends.pop()()
+        else:
+            speed.hold(app.simulation.monotonic_time)
         if switches:
             loop.manual_mode = False
             settings.set_default(keys.MANUAL_MODE, False)
