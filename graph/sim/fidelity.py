@@ -11,28 +11,45 @@ from typing import Any, Literal
 from graph import exact
 from graph.errors import Mark, Problem, UserError
 
-Kind = Literal["rate", "count", "length", "switch", "choice"]
+Kind = Literal["rate", "count", "length", "number", "switch", "choice"]
 
 
 @dataclass(frozen=True, slots=True)
 class Knob:
-    """What a knob takes: a rate [Hz], a count from 1, a length [m], on/off, or one of `choices`.
+    """What a knob takes: a rate [Hz], a count from 1, a length [m], a number above 0, on/off, or one of `choices`.
 
-    `available`: the values that can be run so far, where that is not all of them.
+    `available`: the values that can be run so far, where that is not all of them, and what is `missing` for the others.
     """
 
     kind: Kind
     doc: str
     choices: tuple[str, ...] = ()
     available: tuple[Any, ...] | None = None
+    missing: str = ""
 
+
+_NO_GPU_ENGINE = "the engine here is MuJoCo, which computes on the CPU; an engine for the GPU (MuJoCo Warp) is missing"
 
 KNOBS: dict[str, Knob] = {
     "physics.hz": Knob("rate", "physics steps per second; beats the clock's physics_hz"),
     "physics.integrator": Knob(
         "choice", "how states are integrated", ("euler", "rk4", "implicit", "implicitfast", "discrete")
     ),
+    "physics.solver": Knob("choice", "how constraints are solved", ("pgs", "cg", "newton")),
+    "physics.cone": Knob("choice", "shape of friction cones", ("pyramidal", "elliptic")),
+    "physics.jacobian": Knob("choice", "how constraints are stored", ("auto", "dense", "sparse")),
     "physics.iterations": Knob("count", "most solver iterations per step"),
+    "physics.ls_iterations": Knob("count", "most line search iterations per solver iteration"),
+    "physics.noslip_iterations": Knob("count", "iterations that take the slip out of friction after solving"),
+    "physics.ccd_iterations": Knob("count", "most iterations of the convex collision detection"),
+    "physics.tolerance": Knob("number", "improvement below which the solver stops"),
+    "physics.ls_tolerance": Knob("number", "improvement below which the line search stops"),
+    "physics.ccd_tolerance": Knob("number", "precision of the convex collision detection"),
+    "physics.impratio": Knob("number", "how much harder friction is than contact (elliptic cones)"),
+    "physics.multiccd": Knob("switch", "several contacts between two convex meshes"),
+    "physics.nativeccd": Knob("switch", "MuJoCo's own convex collision detection, else that of libccd"),
+    "physics.dynamics": Knob("choice", "where dynamics are computed", ("cpu", "cuda"), ("cpu",), _NO_GPU_ENGINE),
+    "physics.pipeline": Knob("choice", "where the physics' state lives", ("cpu", "cuda"), ("cpu",), _NO_GPU_ENGINE),
     "lidar.motion": Knob(
         "choice",
         "frozen: the whole scan at its tick; update: each update casts what fired since; continuous: each firing alone",
@@ -46,10 +63,11 @@ KNOBS: dict[str, Knob] = {
     "radar.rays": Knob("count", "rays per radar frame", available=()),
     "radar.bounces": Knob("count", "reflections that a radar ray follows", available=()),
     "camera.samples": Knob("count", "rays per pixel", available=(1,)),
-    "mesh.tolerance": Knob("length", "largest distance between a curved primitive and the triangles that stand for it"),
-    "fabric": Knob(
-        "switch", "world transforms flattened (on) or written to USD every substep (off)", available=(True,)
+    "mesh.tolerance": Knob("length", "largest distance between a curved surface and the triangles that stand for it"),
+    "mesh.subdivision": Knob(
+        "choice", "subdivision surfaces as their cages, or refined to mesh.tolerance", ("cage", "refined")
     ),
+    "fabric": Knob("switch", "world transforms flattened (on), or written to the stage after every physics step (off)"),
     "tlas": Knob("choice", "sensors see the state of their own tick, or the update's last state", ("sensor", "frame")),
 }
 """Every knob by the name that graph files and the command line use."""
@@ -61,7 +79,21 @@ class Fidelity:
 
     physics_hz: Fraction | None = None
     physics_integrator: Literal["euler", "rk4", "implicit", "implicitfast", "discrete"] | None = None
+    physics_solver: Literal["pgs", "cg", "newton"] | None = None
+    physics_cone: Literal["pyramidal", "elliptic"] | None = None
+    physics_jacobian: Literal["auto", "dense", "sparse"] | None = None
     physics_iterations: int | None = None
+    physics_ls_iterations: int | None = None
+    physics_noslip_iterations: int | None = None
+    physics_ccd_iterations: int | None = None
+    physics_tolerance: float | None = None
+    physics_ls_tolerance: float | None = None
+    physics_ccd_tolerance: float | None = None
+    physics_impratio: float | None = None
+    physics_multiccd: bool | None = None
+    physics_nativeccd: bool | None = None
+    physics_dynamics: Literal["cpu"] = "cpu"
+    physics_pipeline: Literal["cpu"] = "cpu"
     lidar_motion: Literal["frozen", "update", "continuous"] = "frozen"
     lidar_bins: int = 8
     lidar_noise: bool = False
@@ -70,6 +102,7 @@ class Fidelity:
     radar_bounces: int | None = None
     camera_samples: int = 1
     mesh_tolerance: float = 0.001
+    mesh_subdivision: Literal["cage", "refined"] = "cage"
     fabric: bool = True
     tlas: Literal["sensor", "frame"] = "sensor"
 
@@ -116,7 +149,8 @@ def _checked(name: str, value: Any) -> Any:
     else:
         checked = _positive(value, knob.kind)
     if knob.available is not None and checked not in knob.available:
-        raise ValueError(f"{value!r} is not available yet; {_instead(knob)}")
+        missing = f": {knob.missing}" if knob.missing else " yet"
+        raise ValueError(f"{value!r} is not available{missing}; {_instead(knob)}")
     return checked
 
 

@@ -100,7 +100,5 @@ def _of_robot(db: Any) -> tuple[Any, ...]:
 def _metres(app: Any, robot: Any) -> Any:
     """(J,) what turns a joint's value into rad or m."""
     import numpy as np
-    from pxr import UsdPhysics
 
-    slides = [app.stage.GetPrimAtPath(path).IsA(UsdPhysics.PrismaticJoint) for path in robot.joint_paths]
-    return np.where(slides, app.meters_per_unit, 1.0)
+    return np.where(robot.linear, app.meters_per_unit, 1.0)

@@ -26,9 +26,10 @@ def build_physics(
 ) -> Physics | None:
     """The stage's dynamics with time step `dt` [s], at the state the stage describes; None if nothing can move.
 
-    fidelity: its knobs `physics.integrator` (default: `discrete` where a joint is driven, which alone keeps stiff
-    drives and contacts stable together, else the cheaper `implicitfast`; they are equal without drives) and
-    `physics.iterations` (default: MuJoCo's) count. Raises UserError if the engine refuses the scene.
+    fidelity: its knobs `physics.*` choose how the engine solves (see `solver`); they beat the scene's own attributes.
+    Where neither says it, the integrator is `discrete` with driven joints (it alone keeps stiff drives and contacts
+    stable together) and the cheaper `implicitfast` without, or with contacts that bounce. Raises UserError if the
+    engine refuses the scene.
     """
     from graph.sim.scan import scan_stage
 
@@ -38,12 +39,10 @@ def build_physics(
     from .compile import compile_world
     from .engine import Physics
     from .read_world import read_world
+    from .solver import chosen
 
     def compiled(world: World, dt: Fraction, warn: Warn) -> Compiled:
-        driven = any(joint.drive for joint in world.joints)
-        integrator = (fidelity.physics_integrator if fidelity else None) or ("discrete" if driven else "implicitfast")
-        iterations = fidelity.physics_iterations if fidelity else None
-        return compile_world(world, dt, integrator, iterations, warn)
+        return compile_world(world, dt, chosen(fidelity).over(world.options), warn)
 
     world = read_world(scan, warn)
     physics = Physics(compiled(world, dt, warn), dt, scan.meters_per_unit)

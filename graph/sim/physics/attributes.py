@@ -17,6 +17,12 @@ def kilograms_per_unit(stage: Any) -> float:
     return value if 0 < value < math.inf else 1.0
 
 
+def value_of(prim: Any, name: str) -> Any:
+    """The value that a prim authors for an attribute, which USD may know or not; None where it authors none."""
+    attribute = prim.GetAttribute(name)
+    return attribute.Get(EARLIEST) if attribute and attribute.HasAuthoredValue() else None
+
+
 def authored(attribute: Any, nothing: float = 0.0) -> float | None:
     """A number that an attribute authors; None where it is unset, not finite, or the value that means "nothing"."""
     value = attribute.Get(EARLIEST) if attribute and attribute.HasAuthoredValue() else None

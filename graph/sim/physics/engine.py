@@ -14,6 +14,7 @@ from graph.sim.stage import Warn
 from graph.sim.transforms import Floats
 
 from .compile import Compiled
+from .contacts import Contacts
 from .drives import Drives
 from .grippers import SurfaceGripper
 from .library import mujoco
@@ -61,21 +62,24 @@ class Physics:
         self.drives = Drives(self.model, self.joints)
         self._grippers = {spec.path: SurfaceGripper(self, spec) for spec in compiled.grippers}
         self._actuators = {joint.path: number for number, joint in enumerate(self.drives.joints)}
+        self.contacts = Contacts(self.model, compiled.touches)
         self.motors = Motors(self) if self.model.nactuator > len(self.drives.joints) else None
         self.set_dt(self.dt)
 
-    def adopt(self, compiled: Compiled, kept: frozenset[str]) -> None:
+    def adopt(self, compiled: Compiled, kept: frozenset[str] | None) -> None:
         """Go on with another model of the world: all that both have keeps its state, what is new starts as compiled.
 
-        kept: bodies whose rest poses the new model did not change. Articulations and grippers at hand stay valid.
+        kept: bodies whose rest poses the new model did not change; None: nothing keeps its state. Articulations at hand
+        stay valid.
         """
         from .transfer import Leaving
 
-        leaving = Leaving(self)
+        leaving = Leaving(self) if kept is not None else None
         self._counters.release()
         self._load(compiled)
         self._start(compiled)
-        leaving.arrive(self, kept)
+        if leaving is not None and kept is not None:
+            leaving.arrive(self, kept)
         for articulation in self._articulations.values():
             articulation.bind()
 
@@ -91,6 +95,8 @@ class Physics:
         counters = self._counters
         if counters[3] or counters[4] or counters[5]:
             raise RunError(self._divergence())
+        if self.contacts.switching:
+            self.contacts.step(self.data)
         for gripper in self._grippers.values():
             gripper.step()
 
@@ -136,6 +142,7 @@ class Physics:
         self.dt = dt
         self.model.opt.timestep = float(dt)
         self.drives.set_dt(float(dt))
+        self.contacts.set_dt(float(dt))
 
     def can_place(self, path: str) -> bool:
         """Whether a body can be put somewhere: it is free or kinematic."""
@@ -192,9 +199,9 @@ class Physics:
 
     def _start(self, compiled: Compiled) -> None:
         """Initial velocities and drive targets, and everything that follows from them."""
-        mujoco.mj_kinematics(self.model, self.data)
         if compiled.start is not None:
             compiled.start(self.model, self.data)
+        mujoco.mj_kinematics(self.model, self.data)
         velocities: dict[str, tuple[Floats, Floats]] = {}
         for number, body in enumerate(compiled.bodies, start=1):
             if not (body.velocity.any() or body.angular_velocity.any()) or body.kinematic:

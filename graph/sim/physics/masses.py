@@ -12,19 +12,13 @@ from graph.sim import transforms
 from graph.sim.stage import Warn
 from graph.sim.transforms import Floats
 
-from .model import DEFAULT_DENSITY, Body, Collider
+from .model import DEFAULT_DENSITY, Body, Collider, Volume
+
+LEAST = 1e-15
+"""MuJoCo's least mass [kg] and moment of inertia [kg m2] of what moves."""
 
 SMALL_SPHERE = 0.1
 """A body without volume has the inertia of a ball of this radius [m] (and 1 kg), as PhysX gives it."""
-
-
-@dataclass(frozen=True)
-class Volume:
-    """Of a collider at density 1, in its body's frame: m3, centre [m], inertia about the centre (3, 3)."""
-
-    volume: float
-    center: Floats
-    inertia: Floats
 
 
 @dataclass(frozen=True)
@@ -39,6 +33,7 @@ class Inertia:
 def body_inertia(body: Body, parts: Sequence[tuple[Collider, Volume]], warn: Warn) -> Inertia:
     """Authored values first: the body's mass over its colliders', mass over density, collider over body over material.
 
+    A collider's own centre and inertia count as parts of it.
     An authored mass scales what the volumes give; an authored centre moves it without changing the tensor.
     Raises UserError, naming the body, where sizes and densities give no finite mass.
     """
@@ -46,6 +41,12 @@ def body_inertia(body: Body, parts: Sequence[tuple[Collider, Volume]], warn: War
         inertia = _body_inertia(body, parts, warn)
     if not (np.isfinite(inertia.mass) and np.isfinite(inertia.center).all() and np.isfinite(inertia.tensor).all()):
         raise UserError(f"{body.path}: its size and density give no finite mass and inertia; make it smaller")
+    least = float(np.linalg.eigvalsh(inertia.tensor)[0])
+    if inertia.mass < LEAST or least < LEAST:
+        raise UserError(
+            f"{body.path}: a mass of {inertia.mass:g} kg with an inertia of {least:g} kg m2 is too little for the "
+            f"engine (the least is {LEAST:g}); check physics:mass, physics:diagonalInertia, its size and metersPerUnit"
+        )
     return inertia
 
 
@@ -71,13 +72,18 @@ def _body_inertia(body: Body, parts: Sequence[tuple[Collider, Volume]], warn: Wa
 
 
 def _weighed(body: Body, collider: Collider, volume: Volume) -> Inertia | None:
+    densities = (collider.density, body.density, collider.material_density, DEFAULT_DENSITY)
+    mass = collider.mass
+    if mass is None:
+        mass = volume.volume * next(density for density in densities if density is not None)
     if volume.volume <= 0:
-        return None
-    density = next((d for d in (body.density, collider.density) if d is not None), DEFAULT_DENSITY)
-    if collider.density is not None:
-        density = collider.density
-    mass = volume.volume * density if collider.mass is None else collider.mass
-    return Inertia(mass, volume.center, volume.inertia * (mass / volume.volume))
+        if collider.mass is None or collider.tensor is None:
+            return None
+        return Inertia(mass, np.zeros(3) if collider.center is None else collider.center, collider.tensor)
+    center = volume.center if collider.center is None else collider.center
+    return Inertia(
+        mass, center, volume.inertia * (mass / volume.volume) if collider.tensor is None else collider.tensor
+    )
 
 
 def _summed(parts: Sequence[Inertia | None]) -> Inertia | None:

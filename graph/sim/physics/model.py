@@ -10,20 +10,30 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from graph.sim.tessellation import Triangles
 from graph.sim.transforms import Floats
 
+from .materials import PLAIN, Material
+from .solver import UNCHOSEN, SolverOptions
+
 ColliderKind = Literal["box", "sphere", "ellipsoid", "capsule", "cylinder", "plane", "mesh"]
-JointKind = Literal["fixed", "revolute", "prismatic", "spherical"]
+JointKind = Literal["fixed", "revolute", "prismatic", "spherical", "d6", "distance"]
 
 DEFAULT_DENSITY = 1000.0
 """kg/m3, of what authors neither mass nor density."""
 
-DEFAULT_FRICTION = 0.5
-"""Of colliders without a physics material."""
-
 FREE = math.inf
+
+
+@dataclass(frozen=True)
+class Volume:
+    """Of a shape at density 1, in its body's frame: m3, centre [m], inertia about the centre (3, 3)."""
+
+    volume: float
+    center: Floats
+    inertia: Floats
 
 
 @dataclass(frozen=True)
@@ -40,9 +50,18 @@ class Collider:
     size: tuple[float, ...] = ()
     vertices: Floats | None = None
     triangles: Triangles | None = None
-    friction: float = DEFAULT_FRICTION
+    material: Material = PLAIN
+    mask: int = 0
+    """Its kind for the filters of collisions (see `World.meets`)."""
     density: float | None = None
+    material_density: float | None = None
     mass: float | None = None
+    center: Floats | None = None
+    """Authored centre of mass, in the body's frame [m]."""
+    tensor: Floats | None = None
+    """Authored inertia about the centre (3, 3) [kg m2], along the body's axes."""
+    volume: Volume | None = None
+    """What it weighs, where that is not what its shape encloses."""
 
 
 @dataclass(frozen=True)
@@ -62,6 +81,12 @@ class Body:
     principal_axes: Floats | None = None
     velocity: Floats = field(default_factory=lambda: np.zeros(3))
     angular_velocity: Floats = field(default_factory=lambda: np.zeros(3))
+    weightless: bool = False
+    """Gravity does not act on it."""
+    damping: tuple[float, float] = (0.0, 0.0)
+    """Share of the linear and of the angular velocity that is lost per second, where it is free [1/s]."""
+    asleep: bool = False
+    """It starts asleep: it does not move until something that moves touches it."""
     name: str = ""
     """What the engine's model calls it, where that is not its path."""
 
@@ -90,7 +115,10 @@ class Drive:
 class Joint:
     """Ties two bodies (None: the world): frame0 in the first one's frame, frame1 in the second one's.
 
-    axis: 0, 1, 2 for the X, Y, Z of both frames. lower, upper, start: of the second body relative to the first.
+    axis: 0, 1, 2 for the X, Y, Z of both frames. lower, upper, start: of the second body relative to the first; of a
+    distance joint, the distance between the two frames' origins. cone: how far the axis of a spherical joint may swing
+    [rad]. dofs: the free axes of a joint of kind d6 as joints of one axis each, in the order in which they follow the
+    first frame. armature: inertia that the joint adds [kg or kg m2]; friction: dry friction in it [N or N m].
     """
 
     path: str
@@ -104,6 +132,10 @@ class Joint:
     drive: Drive | None = None
     collide: bool = False
     in_tree: bool = True
+    cone: float = FREE
+    dofs: tuple[Joint, ...] = ()
+    armature: float = 0.0
+    friction: float = 0.0
     name: str = ""
     """What the engine's model calls it, where that is not its path."""
 
@@ -111,6 +143,28 @@ class Joint:
     def model_name(self) -> str:
         """Its name in the engine's model."""
         return self.name or self.path
+
+    @property
+    def singles(self) -> tuple[Joint, ...]:
+        """The joints of one axis, or the spherical one, that it consists of."""
+        if self.kind == "d6":
+            return self.dofs
+        return (self,) if self.kind in ("revolute", "prismatic", "spherical") else ()
+
+    @property
+    def limited(self) -> bool:
+        """Whether it has limits."""
+        return math.isfinite(self.lower) or math.isfinite(self.upper) or math.isfinite(self.cone)
+
+
+@dataclass(frozen=True)
+class Mimic:
+    """A joint of one axis that follows another one: position = offset + ratio * the leader's [rad or m]."""
+
+    path: str
+    leader: str
+    offset: float
+    ratio: float
 
 
 @dataclass(frozen=True)
@@ -141,8 +195,9 @@ class Gripper:
 
 @dataclass(frozen=True)
 class World:
-    """All that one engine needs: gravity [m/s2], bodies, colliders, joints and pairs of bodies that never collide.
+    """All that one engine needs: gravity [m/s2], bodies, colliders, joints and what never collides.
 
+    filtered: pairs of bodies; meets: (k, k) which kinds of colliders (`Collider.mask`) collide, None: all.
     given: bodies that a model brings which is simulated as it is; the others are added to it.
     """
 
@@ -152,4 +207,7 @@ class World:
     joints: tuple[Joint, ...]
     filtered: tuple[tuple[str, str], ...] = ()
     grippers: tuple[Gripper, ...] = ()
+    mimics: tuple[Mimic, ...] = ()
+    meets: NDArray[np.bool_] | None = None
+    options: SolverOptions = UNCHOSEN
     given: tuple[Body, ...] = ()

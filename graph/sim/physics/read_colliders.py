@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -14,11 +15,12 @@ from graph.sim.shapes import SOLIDS, shape_of
 from graph.sim.stage import Warn
 from graph.sim.tessellation import Triangles, axis_vector
 from graph.sim.transforms import Floats
-from graph.sim.usd import EARLIEST, UsdGeom, UsdPhysics, UsdShade
+from graph.sim.usd import EARLIEST, UsdGeom, UsdPhysics
 
-from .attributes import authored, kilograms_per_unit
+from .attributes import authored, kilograms_per_unit, quaternion_of, vector
 from .hulls import convex_parts, with_depth
-from .model import DEFAULT_FRICTION, Collider
+from .materials import bound_material, read_material
+from .model import Collider
 
 HULL_TOLERANCE = 1e-3
 """How far a stretched curved solid's hull may lie inside it, as a fraction of its size."""
@@ -30,18 +32,21 @@ _TO_Z = {"X": [[0, 0, 1], [1, 0, 0], [0, 1, 0]], "Y": [[0, 1, 0], [0, 0, 1], [1,
 """Rotations whose third column is the axis: they turn shapes along Z to lie along X or Y."""
 
 
-def read_colliders(scan: Scan, warn: Warn) -> tuple[Collider, ...]:
-    """All enabled colliders, each in the frame of its body if that can move, else in the world."""
+def read_colliders(scan: Scan, masks: Mapping[str, int], warn: Warn) -> tuple[Collider, ...]:
+    """All enabled colliders, each in the frame of its body if that can move, else in the world.
+
+    masks: their kinds by path, for what tells them apart (see `filters`).
+    """
     found: list[Collider] = []
     for prim in scan.colliders:
-        found.extend(_Reader(scan, prim, warn).read())
+        found.extend(_Reader(scan, prim, masks.get(prim.path, 0), warn).read())
     return tuple(found)
 
 
 class _Reader:
     """One collider prim with its frame: `frame` takes its own units to metres in its body's frame."""
 
-    def __init__(self, scan: Scan, collider: ColliderPrim, warn: Warn) -> None:
+    def __init__(self, scan: Scan, collider: ColliderPrim, mask: int, warn: Warn) -> None:
         self.prim, self.path = collider.prim, collider.path
         self.body = scan.moving_body_of(collider.path)
         self.warn = warn
@@ -54,7 +59,7 @@ class _Reader:
         rest = (transforms.inverse_rigid(self.pose) @ frame)[:3, :3]
         self.scale = np.abs(np.diag(rest))
         self.sheared = bool(np.abs(rest - np.diag(np.diag(rest))).max() > 1e-9 * self.scale.max())
-        self.common = {**_surface(scan, collider.prim), **_mass(scan, collider.prim)}
+        self.common = {**_surface(scan, collider.prim, warn), **self._mass(scan), "mask": mask}
 
     def read(self) -> list[Collider]:
         if not transforms.usable(self.frame):
@@ -69,6 +74,27 @@ class _Reader:
             )
             return []
         return self._plane() if kind == "Plane" else self._solid(kind)
+
+    def _mass(self, scan: Scan) -> dict[str, Any]:
+        """What MassAPI says of a collider that is not the body itself, whose own it is there."""
+        if not self.prim.HasAPI(UsdPhysics.MassAPI) or self.prim.HasAPI(UsdPhysics.RigidBodyAPI):
+            return {}
+        api = UsdPhysics.MassAPI(self.prim)
+        unit, mass_unit = scan.meters_per_unit, kilograms_per_unit(scan.stage)
+        mass, density = authored(api.GetMassAttr()), _density(scan, api.GetDensityAttr())
+        center, inertia = vector(api.GetCenterOfMassAttr()), vector(api.GetDiagonalInertiaAttr())
+        out: dict[str, Any] = {"density": density}
+        if mass is not None:
+            out["mass"] = mass * mass_unit
+        if center is not None:
+            out["center"] = transforms.transformed(self.frame, center[None])[0]
+        if inertia is not None and (inertia > 0).all():
+            axes = api.GetPrincipalAxesAttr().Get(EARLIEST)
+            turn = self.pose[:3, :3]
+            if axes is not None and axes.GetLength() > 0:
+                turn = turn @ transforms.rotation_matrices(quaternion_of(axes))
+            out["tensor"] = turn @ np.diag(inertia * mass_unit * unit**2) @ turn.T
+        return out
 
     def _make(self, kind: Any, pose: Floats, size: tuple[float, ...] = (), **more: Any) -> Collider:
         return Collider(self.path, self.body, kind, pose, size, **more, **self.common)
@@ -181,27 +207,11 @@ def _facing(normal: Floats, origin: Floats) -> Floats:
     return pose
 
 
-def _surface(scan: Scan, prim: Any) -> dict[str, Any]:
-    """Friction (of sliding; the static one where only that is authored) and density of the bound physics material."""
-    material, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial("physics")
-    if not material or not material.GetPrim().HasAPI(UsdPhysics.MaterialAPI):
-        return {"friction": DEFAULT_FRICTION}
-    physics = UsdPhysics.MaterialAPI(material.GetPrim())
-    sliding, static = physics.GetDynamicFrictionAttr(), physics.GetStaticFrictionAttr()
-    friction = float((sliding if sliding.HasAuthoredValue() else static).Get(EARLIEST))
-    return {
-        "friction": friction if math.isfinite(friction) and friction >= 0 else DEFAULT_FRICTION,
-        "density": _density(scan, physics.GetDensityAttr()),
-    }
-
-
-def _mass(scan: Scan, prim: Any) -> dict[str, Any]:
-    if not prim.HasAPI(UsdPhysics.MassAPI) or prim.HasAPI(UsdPhysics.RigidBodyAPI):
-        return {}
-    api = UsdPhysics.MassAPI(prim)
-    mass, density = authored(api.GetMassAttr()), _density(scan, api.GetDensityAttr())
-    out: dict[str, Any] = {} if mass is None else {"mass": mass * kilograms_per_unit(scan.stage)}
-    return out if density is None else {**out, "density": density}
+def _surface(scan: Scan, prim: Any, warn: Warn) -> dict[str, Any]:
+    """What the bound physics material gives."""
+    api = bound_material(prim)
+    out: dict[str, Any] = {"material": read_material(scan, prim, warn)}
+    return out if api is None else {**out, "material_density": _density(scan, api.GetDensityAttr())}
 
 
 def _density(scan: Scan, attribute: Any) -> float | None:

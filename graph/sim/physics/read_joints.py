@@ -1,8 +1,9 @@
-"""UsdPhysics joints, their limits and drives."""
+"""UsdPhysics joints, their limits and drives, and the joints that mimic others."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,15 +14,21 @@ from graph.sim.stage import Warn
 from graph.sim.transforms import Floats
 from graph.sim.usd import EARLIEST, UsdGeom, UsdPhysics
 
-from .attributes import kilograms_per_unit, quaternion_of
-from .model import FREE, Drive, Joint, JointKind
+from .attributes import quaternion_of, value_of
+from .model import FREE, Joint, JointKind, Mimic
+from .read_drives import drive_of, efforts_of
+from .six_axes import AXES, Axis, single_joints
 
 _KINDS: tuple[tuple[Any, JointKind], ...] = (
     (UsdPhysics.FixedJoint, "fixed"),
     (UsdPhysics.RevoluteJoint, "revolute"),
     (UsdPhysics.PrismaticJoint, "prismatic"),
     (UsdPhysics.SphericalJoint, "spherical"),
+    (UsdPhysics.DistanceJoint, "distance"),
+    (UsdPhysics.Joint, "d6"),
 )
+_NAMED: tuple[str, ...] = ("PhysicsJoint", "PhysicsFixedJoint", "PhysicsRevoluteJoint", "PhysicsPrismaticJoint")
+_NAMED += ("PhysicsSphericalJoint", "PhysicsDistanceJoint")
 
 
 def read_joints(scan: Scan, warn: Warn) -> tuple[Joint, ...]:
@@ -36,12 +43,11 @@ def _joint(scan: Scan, prim: JointPrim, warn: Warn) -> Joint | None:
     if first == second:
         warn("bad-joint", prim.path, f"the joint ties {first} to itself; it is left out.")
         return None
-    kind = next((name for schema, name in _KINDS if prim.prim.IsA(schema)), None)
-    if kind is None:
-        warn(
-            "joint-not-supported", prim.path, f"a {prim.prim.GetTypeName()} is not simulated; its bodies are not tied."
-        )
+    name = str(prim.prim.GetTypeName())
+    if name not in _NAMED:
+        warn("joint-not-supported", prim.path, f"a {name} is not simulated; its bodies are not tied.")
         return None
+    kind = next(kind for schema, kind in _KINDS if prim.prim.IsA(schema))
     for target in prim.targets:
         if target is not None and not scan.stage.GetPrimAtPath(target):
             warn("bad-joint", prim.path, f"there is no prim {target}; that end of the joint is tied to the world.")
@@ -50,37 +56,109 @@ def _joint(scan: Scan, prim: JointPrim, warn: Warn) -> Joint | None:
         warn("bad-joint", prim.path, "localPos or localRot is not finite; the joint is left out.")
         return None
     schema = UsdPhysics.Joint(prim.prim)
-    common: dict[str, Any] = {
-        "path": prim.path,
-        "bodies": (first, second),
-        "frames": frames,
-        "collide": bool(schema.GetCollisionEnabledAttr().Get(EARLIEST)),
-        "in_tree": not schema.GetExcludeFromArticulationAttr().Get(EARLIEST),
-    }
-    if kind not in ("revolute", "prismatic"):
-        return Joint(kind=kind, **common)
-    typed = UsdPhysics.RevoluteJoint(prim.prim) if kind == "revolute" else UsdPhysics.PrismaticJoint(prim.prim)
-    unit = math.pi / 180 if kind == "revolute" else scan.meters_per_unit
+    _say_unbreakable(schema, prim.path, warn)
+    joint = Joint(
+        path=prim.path,
+        kind=kind,
+        bodies=(first, second),
+        frames=frames,
+        collide=bool(schema.GetCollisionEnabledAttr().Get(EARLIEST)),
+        in_tree=not schema.GetExcludeFromArticulationAttr().Get(EARLIEST),
+    )
+    if kind in ("revolute", "prismatic"):
+        return _single(scan, prim, joint, warn)
+    if kind == "spherical":
+        return _spherical(scan, prim, joint, warn)
+    if kind == "distance":
+        return _distance(scan, prim, joint, warn)
+    return _d6(scan, prim, joint, warn) if kind == "d6" else joint
+
+
+def _say_unbreakable(schema: Any, path: str, warn: Warn) -> None:
+    named = (("breakForce", schema.GetBreakForceAttr()), ("breakTorque", schema.GetBreakTorqueAttr()))
+    finite = [name for name, attribute in named if math.isfinite(attribute.Get(EARLIEST))]
+    if finite:
+        warn("break-force", path, f"{' and '.join(finite)} are not modelled: the joint never breaks.")
+
+
+def _single(scan: Scan, prim: JointPrim, joint: Joint, warn: Warn) -> Joint:
+    angular = joint.kind == "revolute"
+    typed = UsdPhysics.RevoluteJoint(prim.prim) if angular else UsdPhysics.PrismaticJoint(prim.prim)
+    unit = math.pi / 180 if angular else scan.meters_per_unit
     lower, upper = (_limit(attribute, unit) for attribute in (typed.GetLowerLimitAttr(), typed.GetUpperLimitAttr()))
     if lower > upper:
         warn("bad-joint", prim.path, f"its lower limit is above its upper one ({lower:g} > {upper:g}); it has none.")
         lower, upper = -FREE, FREE
-    axis = "XYZ".find(str(typed.GetAxisAttr().Get(EARLIEST)))
-    if axis < 0:
-        warn("bad-joint", prim.path, f"physics:axis is {typed.GetAxisAttr().Get(EARLIEST)}, not X, Y or Z; X is taken.")
-        axis = 0
-    start = _start(scan, frames, (first, second), axis, kind)
-    if kind == "revolute" and not lower <= start <= upper:
+    axis = _axis(typed.GetAxisAttr(), prim.path, warn)
+    start = _start(scan, joint, axis)
+    if angular and not lower <= start <= upper:
         start += next((turn for turn in (2 * math.pi, -2 * math.pi) if lower <= start + turn <= upper), 0.0)
-    return Joint(
-        kind=kind,
+    return replace(
+        joint,
         axis=axis,
         lower=lower,
         upper=upper,
         start=start,
-        drive=_drive(scan, prim, kind, unit, warn),
-        **common,
+        drive=drive_of(scan, prim, "angular" if angular else "linear", warn),
+        **efforts_of(scan, prim, angular, warn),
     )
+
+
+def _axis(attribute: Any, path: str, warn: Warn) -> int:
+    name = str(attribute.Get(EARLIEST))
+    axis = "XYZ".find(name) if len(name) == 1 else -1
+    if axis < 0:
+        warn("bad-joint", path, f"physics:axis is {name}, not X, Y or Z; X is taken.")
+    return max(axis, 0)
+
+
+def _spherical(scan: Scan, prim: JointPrim, joint: Joint, warn: Warn) -> Joint:
+    """Free, or within a cone about its axis; a cone that is wider one way than the other is cut out by three axes."""
+    typed = UsdPhysics.SphericalJoint(prim.prim)
+    axis = _axis(typed.GetAxisAttr(), prim.path, warn)
+    cones = [float(each.Get(EARLIEST)) for each in (typed.GetConeAngle0LimitAttr(), typed.GetConeAngle1LimitAttr())]
+    wide = [math.radians(angle) if 0 <= angle < 180 else FREE for angle in cones]
+    if wide == [FREE, FREE] or wide[0] == wide[1]:
+        return replace(joint, axis=axis, cone=wide[0])
+    around = [(axis + 1) % 3, (axis + 2) % 3]
+    axes = [Axis(3 + axis)]
+    axes += [Axis(3 + a, -angle, angle) for a, angle in zip(around, wide, strict=True)]
+    order = (3 + around[1], 3 + around[0], 3 + axis)
+    return replace(joint, kind="d6", dofs=single_joints(scan, joint, axes, order))
+
+
+def _distance(scan: Scan, prim: JointPrim, joint: Joint, warn: Warn) -> Joint | None:
+    typed = UsdPhysics.DistanceJoint(prim.prim)
+    low, high = (float(a.Get(EARLIEST)) for a in (typed.GetMinDistanceAttr(), typed.GetMaxDistanceAttr()))
+    lower = low * scan.meters_per_unit if math.isfinite(low) and low > 0 else 0.0
+    upper = high * scan.meters_per_unit if math.isfinite(high) and high >= 0 else FREE
+    if lower > upper:
+        warn("bad-joint", prim.path, f"its minDistance is above its maxDistance ({low:g} > {high:g}); it is left out.")
+        return None
+    return replace(joint, lower=lower, upper=upper, collide=joint.collide)
+
+
+def _d6(scan: Scan, prim: JointPrim, joint: Joint, warn: Warn) -> Joint:
+    """Every axis is free unless a LimitAPI of its name bounds it, or locks it by a low above its high."""
+    axes = []
+    for number, name in enumerate(AXES):
+        unit = math.pi / 180 if number >= 3 else scan.meters_per_unit
+        lower, upper = -FREE, FREE
+        if prim.prim.HasAPI(UsdPhysics.LimitAPI, name):
+            limit = UsdPhysics.LimitAPI(prim.prim, name)
+            lower, upper = (_limit(attribute, unit) for attribute in (limit.GetLowAttr(), limit.GetHighAttr()))
+            if lower >= upper:
+                continue
+        drive = drive_of(scan, prim, name, warn)
+        axes.append(Axis(number, lower, upper, drive, efforts_of(scan, prim, number >= 3, warn)))
+    if prim.prim.HasAPI(UsdPhysics.LimitAPI, "distance"):
+        warn("joint-not-supported", prim.path, "its limit of the distance has no effect; use a PhysicsDistanceJoint.")
+    if not axes:
+        return replace(joint, kind="fixed")
+    turning = [axis for axis in axes if axis.number >= 3]
+    if len(axes) == 3 == len(turning) and not any(axis.drive or axis.limited for axis in axes):
+        return replace(joint, kind="spherical")
+    return replace(joint, dofs=single_joints(scan, joint, axes))
 
 
 def _limit(attribute: Any, unit: float) -> float:
@@ -101,45 +179,62 @@ def _frame(scan: Scan, prim: JointPrim, side: int, body: str | None) -> Floats:
     return frame if body is None else transforms.inverse_rigid(scan.body_pose(body)) @ frame
 
 
-def _start(
-    scan: Scan, frames: tuple[Floats, Floats], bodies: tuple[str | None, str | None], axis: int, kind: JointKind
-) -> float:
+def _start(scan: Scan, joint: Joint, axis: int) -> float:
     """The joint's position as the scene places its two bodies."""
     first, second = (
-        frame if body is None else scan.body_pose(body) @ frame for frame, body in zip(frames, bodies, strict=True)
+        frame if body is None else scan.body_pose(body) @ frame
+        for frame, body in zip(joint.frames, joint.bodies, strict=True)
     )
-    if kind == "prismatic":
+    if joint.kind == "prismatic":
         return float(first[:3, axis] @ (second[:3, 3] - first[:3, 3]))
     w, *vector = transforms.quaternion(first[:3, :3].T @ second[:3, :3])
     angle = 2 * math.atan2(float(vector[axis]), float(w))
     return math.remainder(angle, 2 * math.pi)
 
 
-def _drive(scan: Scan, prim: JointPrim, kind: JointKind, unit: float, warn: Warn) -> Drive | None:
-    """Angular drives are written per degree, linear ones per stage unit."""
-    name = "angular" if kind == "revolute" else "linear"
-    if not prim.prim.HasAPI(UsdPhysics.DriveAPI, name):
-        return None
-    drive = UsdPhysics.DriveAPI(prim.prim, name)
+def read_mimics(scan: Scan, joints: tuple[Joint, ...], warn: Warn) -> tuple[Mimic, ...]:
+    """Joints that NewtonMimicAPI or PhysxMimicJointAPI couple to others."""
+    singles = {single.path: single for joint in joints for single in joint.singles if single.kind != "spherical"}
+    out = []
+    for prim in scan.joints:
+        if (found := _mimic_of(prim)) is None:
+            continue
+        axis, target, leader_axis, offset, ratio = found
+        paths = [_dof_path(singles, prim.path, axis), _dof_path(singles, target, leader_axis)]
+        if None in paths or paths[0] == paths[1]:
+            warn("bad-mimic", prim.path, f"it cannot follow {target or 'nothing'}; both must be joints of one axis.")
+            continue
+        units = [math.pi / 180 if singles[str(path)].kind == "revolute" else scan.meters_per_unit for path in paths]
+        out.append(Mimic(str(paths[0]), str(paths[1]), offset * units[0], ratio * units[0] / units[1]))
+    return tuple(out)
 
-    def number(attribute: Any) -> float:
-        value = attribute.Get(EARLIEST)
-        if value is not None and math.isnan(value):
-            warn("bad-joint", prim.path, f"{attribute.GetName()} is not a number; 0 is taken.")
-        return 0.0 if value is None or math.isnan(value) else float(value)
 
-    acceleration = drive.GetTypeAttr().Get(EARLIEST) == UsdPhysics.Tokens.acceleration
-    # A force is mass * length / s2, a torque mass * length2 / s2, in units of the stage.
-    length, mass = scan.meters_per_unit, kilograms_per_unit(scan.stage)
-    effort_unit = mass * (length**2 if kind == "revolute" else length)
-    if acceleration:
-        effort_unit = 1.0 if kind == "revolute" else length
-    gain_unit = effort_unit / unit
-    return Drive(
-        stiffness=number(drive.GetStiffnessAttr()) * gain_unit,
-        damping=number(drive.GetDampingAttr()) * gain_unit,
-        position=number(drive.GetTargetPositionAttr()) * unit,
-        velocity=number(drive.GetTargetVelocityAttr()) * unit,
-        max_force=abs(number(drive.GetMaxForceAttr())) * effort_unit,
-        acceleration=acceleration,
-    )
+def _dof_path(singles: dict[str, Joint], path: str, axis: str) -> str | None:
+    return path if path in singles else f"{path}:{axis}" if f"{path}:{axis}" in singles else None
+
+
+def _mimic_of(prim: JointPrim) -> tuple[str, str, str, float, float] | None:
+    """Axis, leader, its axis, offset and ratio, in the units of the joints (degrees, stage units)."""
+    schemas = prim.prim.GetAppliedSchemas()
+
+    def number(name: str, default: float) -> float:
+        value = value_of(prim.prim, name)
+        return default if value is None or not math.isfinite(value) else float(value)
+
+    def target(name: str) -> str:
+        relationship = prim.prim.GetRelationship(name)
+        paths = relationship.GetForwardedTargets() if relationship else ()
+        return str(paths[0].GetPrimPath()) if paths else ""
+
+    if "NewtonMimicAPI" in schemas:
+        if value_of(prim.prim, "newton:mimicEnabled") is False:
+            return None
+        leader = target("newton:mimicJoint")
+        return "", leader, "", number("newton:mimicCoef0", 0.0), number("newton:mimicCoef1", 1.0)
+    for axis in AXES:
+        if f"PhysxMimicJointAPI:{axis}" in schemas:
+            name = f"physxMimicJoint:{axis}"
+            other = value_of(prim.prim, f"{name}:referenceJointAxis")
+            leader = target(f"{name}:referenceJoint")
+            return axis, leader, str(other or "rotX"), -number(f"{name}:offset", 0.0), -number(f"{name}:gearing", 1.0)
+    return None

@@ -13,28 +13,47 @@ from graph.sim.stage import Warn, up_axis
 from graph.sim.transforms import Floats
 from graph.sim.usd import EARLIEST, UsdGeom, UsdPhysics
 
-from .attributes import authored, kilograms_per_unit, quaternion_of, vector
+from .attributes import authored, kilograms_per_unit, quaternion_of, value_of, vector
+from .filters import read_filters
 from .model import Body, World
 from .read_colliders import read_colliders
 from .read_grippers import read_grippers
-from .read_joints import read_joints
+from .read_joints import read_joints, read_mimics
+from .solver import authored_options
 
 EARTH_GRAVITY = 9.81
 
 
 def read_world(scan: Scan, warn: Warn) -> World:
     """Everything of the scan that moves, or that something moving can hit."""
+    _say_several_scenes(scan, warn)
+    filters = read_filters(scan, warn)
+    joints = read_joints(scan, warn)
     return World(
         gravity=read_gravity(scan),
         bodies=tuple(
             _body(scan, body, warn) for path, body in scan.bodies.items() if path in scan.moving and not body.given
         ),
-        colliders=read_colliders(scan, warn),
-        joints=read_joints(scan, warn),
-        filtered=_filtered_pairs(scan),
+        colliders=read_colliders(scan, filters.masks, warn),
+        joints=joints,
+        filtered=filters.apart,
         grippers=read_grippers(scan, warn),
+        mimics=read_mimics(scan, joints, warn),
+        meets=None if filters.meets.all() else filters.meets,
+        options=authored_options(scan, warn),
         given=tuple(_body(scan, body, warn) for body in scan.bodies.values() if body.given),
     )
+
+
+def _say_several_scenes(scan: Scan, warn: Warn) -> None:
+    if len(scan.scenes) > 1:
+        others = ", ".join(str(prim.GetPath()) for prim in scan.scenes[1:])
+        warn(
+            "several-physics-scenes",
+            str(scan.scenes[0].GetPath()),
+            f"one physics scene is simulated, this one; {others} has no effect, and what names it as its "
+            "physics:simulationOwner moves here with everything else.",
+        )
 
 
 def read_gravity(scan: Scan) -> Floats:
@@ -43,6 +62,8 @@ def read_gravity(scan: Scan) -> Floats:
     if not scan.scenes:
         return EARTH_GRAVITY * down
     scene = UsdPhysics.Scene(scan.scenes[0])
+    if value_of(scan.scenes[0], "newton:gravityEnabled") is False:
+        return np.zeros(3)
     direction = np.array(scene.GetGravityDirectionAttr().Get(EARLIEST), dtype=np.float64)
     magnitude = float(scene.GetGravityMagnitudeAttr().Get(EARLIEST))
     length = float(np.linalg.norm(direction))
@@ -80,6 +101,9 @@ def _body(scan: Scan, prim: BodyPrim, warn: Warn) -> Body:
         principal_axes=None if axes is None or axes.GetLength() == 0 else quaternion_of(axes),
         velocity=turned @ _speed(rigid.GetVelocityAttr(), prim.path, warn) * unit,
         angular_velocity=turned @ np.radians(_speed(rigid.GetAngularVelocityAttr(), prim.path, warn)),
+        weightless=bool(value_of(prim.prim, "physxRigidBody:disableGravity")),
+        damping=(_share(prim, "linear", warn), _share(prim, "angular", warn)),
+        asleep=bool(rigid.GetStartsAsleepAttr().Get(EARLIEST)),
         name=prim.given,
     )
 
@@ -93,23 +117,18 @@ def _speed(attribute: Any, path: str, warn: Warn) -> Floats:
     return np.zeros(3)
 
 
+def _share(prim: BodyPrim, kind: str, warn: Warn) -> float:
+    name = f"physxRigidBody:{kind}Damping"
+    value = value_of(prim.prim, name)
+    if value is None or (math.isfinite(value) and value >= 0):
+        return float(value or 0.0)
+    warn("bad-damping", prim.path, f"{name} is {value:g}, not a number from 0; there is none.")
+    return 0.0
+
+
 def _parent_rotation(scan: Scan, prim: Any) -> Floats:
     """Velocities are written in the space that the prim's own transform is written in: its parent's."""
     parent = prim.GetParent()
     if not parent or UsdGeom.Xformable(prim).GetResetXformStack():
         return np.eye(3)
     return transforms.rigid_part(scan.world_matrix(parent))[:3, :3]
-
-
-def _filtered_pairs(scan: Scan) -> tuple[tuple[str, str], ...]:
-    """Pairs of bodies of which one names the other (or a collider of it) in FilteredPairsAPI."""
-    pairs: dict[tuple[str, str], None] = {}
-    for prim in (*(body.prim for body in scan.bodies.values()), *(collider.prim for collider in scan.colliders)):
-        if not prim.HasAPI(UsdPhysics.FilteredPairsAPI):
-            continue
-        first = scan.moving_body_of(str(prim.GetPath()))
-        for target in UsdPhysics.FilteredPairsAPI(prim).GetFilteredPairsRel().GetForwardedTargets():
-            second = scan.moving_body_of(str(target.GetPrimPath()))
-            if first and second and first != second:
-                pairs[min(first, second), max(first, second)] = None
-    return tuple(pairs)

@@ -12,6 +12,7 @@ from graph.sim.stage import Warn
 from graph.sim.transforms import Floats
 
 from .model import Body, Joint, World
+from .six_axes import moved, step
 
 SNAP = 1e-3
 """Joint frames farther apart than this [m or rad] are worth a warning: the joint pulls its body into place."""
@@ -45,9 +46,12 @@ def grow_forest(world: World, warn: Warn) -> Forest:
     """
     given = [body.path for body in world.given]
     bodies = {body.path: body for body in (*world.given, *world.bodies)}
+    ties = tuple(joint for joint in world.joints if joint.kind != "distance")
+    placed = [*given, *(path for path, body in bodies.items() if body.kinematic)]
+    hanging = _spanning(ties, frozenset(placed))
     at: dict[str | None, list[Joint]] = {}
-    for joint in world.joints:
-        if joint.in_tree:
+    for joint in ties:
+        if joint.path in hanging:
             for end in joint.bodies:
                 at.setdefault(end, []).append(joint)
     branches: dict[str, Branch] = {}
@@ -67,17 +71,52 @@ def grow_forest(world: World, warn: Warn) -> Forest:
                 branches[other] = Branch(child, here, joint, reverse)
                 queue.append(other)
 
-    kinematic = list(dict.fromkeys([*given, *(path for path, body in bodies.items() if body.kinematic)]))
+    kinematic = list(dict.fromkeys(placed))
     branches.update({path: Branch(bodies[path], None, None) for path in kinematic})
     spread([None])
     spread(kinematic)
-    children = {joint.bodies[1] for joint in world.joints if joint.in_tree}
+    children = {joint.bodies[1] for joint in ties if joint.path in hanging}
     for path in sorted(bodies, key=lambda path: path in children):
         if path not in branches:
             branches[path] = Branch(bodies[path], None, None)
             spread([path])
-    loops = tuple(joint for joint in world.joints if joint.path not in used)
+    loops = tuple(joint for joint in ties if joint.path not in used)
     return Forest(_parents_first(branches, tuple(bodies)), loops)
+
+
+def _spanning(joints: Sequence[Joint], fixed: frozenset[str]) -> frozenset[str]:
+    """The joints that hang bodies on each other; the others close loops.
+
+    Of the joints of a loop, one that only ties points or axes together is left to close it, for an engine's ties have
+    no limits and no drives; the joints that USD excludes from articulations come last in any case.
+    """
+    parent: dict[str | None, str | None] = dict.fromkeys(fixed)
+
+    def find(path: str | None) -> str | None:
+        while path in parent:
+            path = parent[path]
+        return path
+
+    chosen = set()
+    for joint in sorted(joints, key=lambda joint: (not _needs_axes(joint), not joint.in_tree)):
+        if not joint.in_tree and not _needs_axes(joint):
+            continue
+        first, second = (find(body) for body in joint.bodies)
+        if first == second:
+            continue
+        if first is None:
+            first, second = second, first
+        parent[first] = second
+        chosen.add(joint.path)
+    return frozenset(chosen)
+
+
+def _needs_axes(joint: Joint) -> bool:
+    """Whether only coordinates of its own can do what a joint does."""
+    several = joint.kind == "prismatic" or (joint.kind == "d6" and joint.singles[0].kind == "prismatic")
+    return several or any(
+        single.limited or single.drive or single.friction or single.armature for single in joint.singles
+    )
 
 
 def _parents_first(branches: dict[str, Branch], order: tuple[str, ...]) -> tuple[Branch, ...]:
@@ -94,30 +133,27 @@ def _parents_first(branches: dict[str, Branch], order: tuple[str, ...]) -> tuple
 
 
 def motion(joint: Joint, position: float) -> Floats:
-    """(4, 4) of the joint's second frame in its first one, at a joint position."""
-    out = np.eye(4)
-    if joint.kind == "prismatic":
-        out[joint.axis, 3] = position
-    elif joint.kind == "revolute":
-        half = np.zeros(4)
-        half[0], half[1 + joint.axis] = np.cos(position / 2), np.sin(position / 2)
-        out[:3, :3] = transforms.rotation_matrices(half)
-    return out
+    """(4, 4) of the joint's second frame in its first one, at a joint position (a D6's: where it starts)."""
+    if joint.kind == "d6":
+        return moved([motion(single, single.start) for single in joint.dofs])
+    if joint.kind in ("prismatic", "revolute"):
+        return step(joint.kind == "revolute", joint.axis, position)
+    return np.eye(4)
 
 
 def _snapped(child: Body, parent_pose: Floats, joint: Joint, reverse: bool, warn: Warn) -> Body:
     """The child where the joint's frames meet, given its parent."""
     if joint.kind == "spherical":
-        moved = motion(joint, 0.0)
+        apart_by = motion(joint, 0.0)
         first, second = joint.frames[::-1] if reverse else joint.frames
         turn = transforms.inverse_rigid(parent_pose @ first) @ child.pose @ second
-        moved[:3, :3] = turn[:3, :3]
+        apart_by[:3, :3] = turn[:3, :3]
     else:
-        moved = motion(joint, joint.start)
+        apart_by = motion(joint, joint.start)
         first, second = joint.frames
         if reverse:
-            moved, first, second = transforms.inverse_rigid(moved), second, first
-    pose = parent_pose @ first @ moved @ transforms.inverse_rigid(second)
+            apart_by, first, second = transforms.inverse_rigid(apart_by), second, first
+    pose = parent_pose @ first @ apart_by @ transforms.inverse_rigid(second)
     apart = float(np.linalg.norm(pose[:3, 3] - child.pose[:3, 3]))
     turned = float(np.abs(pose[:3, :3] - child.pose[:3, :3]).max())
     if max(apart, turned) > SNAP:

@@ -315,7 +315,6 @@ def test_what_is_wrong_with_a_joint_is_said(world):
             "bad-joint",
             "lower limit",
         ),
-        (joint("Distance", None, "/A"), "joint-not-supported", "PhysicsDistanceJoint is not simulated"),
     ):
         _, _, warnings = world({**body, "/J": wrong})
         assert [(each[0], each[1]) for each in warnings] == [(code, "/J")]

@@ -1,0 +1,243 @@
+"""Contacts between two materials, in an engine whose own rule is to take the larger friction and never to bounce.
+
+Every collider belongs to a class of equal materials. Where MuJoCo's rule (that of the geom with the higher priority,
+else the larger) gives what two classes should have, nothing more is needed; classes of colliders that never move get a
+priority and a friction that are right for most of what can hit them. The other pairs are written into the model as
+explicit pairs, each with its own friction, and with its restitution.
+
+Restitution e is Newton's law of impact: in the step in which two surfaces meet, the constraint asks for the normal
+velocity -e v, by the damping (1 + e) / dt of MuJoCo's direct form of `solref`; a contact that opens is free, one at
+rest stays. Explicit and implicit Euler steps integrate that exactly; so a ball dropped from h comes up again to e2 h,
+within the (1 - e2) v dt that it may have sunk in at the end of the step, v being its speed there.
+
+Friction at rest and in motion: a pair with a larger friction at rest has it until its surfaces slide past each other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graph.sim.stage import Warn
+from graph.sim.transforms import Floats
+
+from .library import mujoco
+from .materials import Material, Touch, touch
+from .model import Collider
+
+SLIDING, RESTING = 0.02, 0.01
+"""Friction at rest ends above the first of these speeds [m/s] and is back below the second."""
+
+MOST_PAIRS = 100_000
+"""More explicit pairs than this are not written: each costs time in every step."""
+
+RECOVERY = 0.005
+"""Of a bouncing contact: dt2 times the stiffness against what it has sunk in (it adds at most half of this to e)."""
+
+FIRM = (0.95, 0.99, 0.001, 0.5, 2.0)
+"""MuJoCo's impedance where a material is authored: bodies at rest creep a tenth as fast as with its own default."""
+
+HARD = (0.9999, 0.9999, 0.001, 0.5, 2.0)
+"""Impedance of contacts that bounce."""
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Two colliders by number that touch in a way of their own."""
+
+    first: int
+    second: int
+    touch: Touch
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Friction and priority by collider, and the explicit pairs."""
+
+    friction: Floats
+    priority: NDArray[np.intp]
+    pairs: tuple[Pair, ...]
+
+    @property
+    def bounces(self) -> bool:
+        """Whether any contact has restitution."""
+        return any(pair.touch.restitution > 0 for pair in self.pairs)
+
+    @property
+    def cones(self) -> bool:
+        """Whether friction acts on its own time scale somewhere, which takes elliptic cones."""
+        return any(_special(pair.touch) for pair in self.pairs)
+
+
+def plan_contacts(
+    colliders: Sequence[Collider], still: NDArray[np.bool_], meets: NDArray[np.bool_] | None, warn: Warn
+) -> Plan:
+    """Which friction each collider gets, and which pairs are explicit.
+
+    still: (n,) colliders that never move by forces; they do not meet each other. meets: (k, k) by `Collider.mask`,
+    which of them collide at all (None: all).
+    """
+    classes: dict[tuple[Material, bool], int] = {}
+    number = np.array(
+        [classes.setdefault((c.material, bool(s)), len(classes)) for c, s in zip(colliders, still, strict=True)],
+        dtype=np.intp,
+    )
+    kinds = list(classes)
+    count = np.bincount(number, minlength=len(kinds))
+    wanted = {
+        (a, b): touch(kinds[a][0], kinds[b][0])
+        for a in range(len(kinds))
+        for b in range(a, len(kinds))
+        if not (kinds[a][1] and kinds[b][1])
+    }
+    friction = np.array([touch(material, material).sliding for material, _ in kinds])
+    priority = np.zeros(len(kinds), dtype=np.intp)
+    for a, (_, unmoved) in enumerate(kinds):
+        if unmoved:
+            _fit(a, wanted, friction, priority, count)
+    own = [pair for pair, want in wanted.items() if _special(want) or _given(*pair, friction, priority) != want.sliding]
+    members = [np.flatnonzero(number == a) for a in range(len(kinds))]
+    pairs: list[Pair] = []
+    for a, b in own:
+        several = len(members[a]) * len(members[b])
+        if len(pairs) + several > MOST_PAIRS:
+            where = colliders[members[a][0]].path
+            warn(
+                "contact-pairs",
+                where,
+                f"{several} pairs of colliders like this one and like {colliders[members[b][0]].path} would need a "
+                "contact of their own; they take the larger friction and do not bounce. Use fewer materials.",
+            )
+            continue
+        pairs.extend(Pair(i, j, wanted[a, b]) for i, j in _pairs(members[a], members[b], a == b, colliders, meets))
+    return Plan(friction[number], priority[number], tuple(pairs))
+
+
+def _special(want: Touch) -> bool:
+    return want.restitution > 0 or want.static > want.sliding
+
+
+def _given(a: int, b: int, friction: Floats, priority: NDArray[np.intp]) -> float:
+    """MuJoCo's own friction of two classes."""
+    if priority[a] != priority[b]:
+        return float(friction[a if priority[a] > priority[b] else b])
+    return float(max(friction[a], friction[b]))
+
+
+def _fit(
+    a: int,
+    wanted: dict[tuple[int, int], Touch],
+    friction: Floats,
+    priority: NDArray[np.intp],
+    count: NDArray[np.intp],
+) -> None:
+    """Give a class that never moves the friction, at a higher priority, that suits the most of what can hit it."""
+    votes: dict[float, int] = {}
+    plain = True
+    for pair, want in wanted.items():
+        if a in pair and not _special(want):
+            votes[want.sliding] = votes.get(want.sliding, 0) + int(count[pair[0] if pair[1] == a else pair[1]])
+            plain = plain and _given(*pair, friction, priority) == want.sliding
+    if not plain:
+        friction[a], priority[a] = max(votes, key=lambda value: votes[value]), 1
+
+
+def _pairs(
+    first: NDArray[np.intp],
+    second: NDArray[np.intp],
+    same: bool,
+    colliders: Sequence[Collider],
+    meets: NDArray[np.bool_] | None,
+) -> Iterator[tuple[int, int]]:
+    for i in first:
+        for j in second:
+            if same and j <= i:
+                continue
+            if meets is None or meets[colliders[i].mask, colliders[j].mask]:
+                yield int(i), int(j)
+
+
+def add_pairs(spec: Any, names: Sequence[str], plan: Plan, meet: Callable[[int, int], bool]) -> dict[str, Touch]:
+    """Write the explicit pairs of colliders that can meet into a spec; what holds between them, by the pairs' names."""
+    out = {}
+    for pair in plan.pairs:
+        if not meet(pair.first, pair.second):
+            continue
+        first, second = names[pair.first], names[pair.second]
+        made = spec.add_pair(name=f"{first}|{second}", geomname1=first, geomname2=second, condim=3)
+        sliding, torsion, rolling = pair.touch.sliding, pair.touch.torsion, pair.touch.rolling
+        made.friction = [sliding, sliding, torsion, rolling, rolling]
+        made.solimp = HARD if pair.touch.restitution > 0 else FIRM
+        out[made.name] = pair.touch
+    return out
+
+
+class Contacts:
+    """The explicit pairs of a model at work: restitution by the time step, friction by whether they slide."""
+
+    def __init__(self, model: Any, touches: Mapping[str, Touch]) -> None:
+        """touches: by the names of pairs of the model."""
+        self._model = model
+        held = [(int(model.pair(name).id), touch) for name, touch in touches.items()]
+        self._bouncing = np.array([pair for pair, touch in held if touch.restitution > 0], dtype=np.intp)
+        self._restitution = np.array([touch.restitution for _, touch in held if touch.restitution > 0])
+        two = [(pair, touch) for pair, touch in held if touch.static > touch.sliding]
+        self._pairs = np.array([pair for pair, _ in two], dtype=np.intp)
+        self._friction = np.array([(touch.static, touch.sliding) for _, touch in two]).reshape(-1, 2)
+        self.switching = bool(two)
+        """Whether `step` has anything to do."""
+        geoms = np.stack([model.pair_geom1[self._pairs], model.pair_geom2[self._pairs]], axis=1) if two else None
+        keys = self._keys(geoms) if geoms is not None else np.zeros(0, dtype=np.int64)
+        order = np.argsort(keys)
+        self._known, self._order = keys[order], order
+        self._slides = np.zeros(len(two), dtype=np.bool_)
+        if two:
+            model.pair_friction[self._pairs, :2] = self._friction[:, :1]
+
+    def set_dt(self, dt: float) -> None:
+        """Take a new time step [s]."""
+        if len(self._bouncing):
+            self._model.pair_solref[self._bouncing, 0] = -RECOVERY / dt**2
+            self._model.pair_solref[self._bouncing, 1] = -(1 + self._restitution) / dt
+            self._model.pair_solreffriction[self._bouncing] = (2 * dt, 1.0)
+        if len(self._pairs):
+            self._model.pair_solreffriction[self._pairs] = (2 * dt, 1.0)
+
+    def step(self, data: Any) -> None:
+        """After a step: which pairs slide now."""
+        speed = np.zeros(len(self._pairs))
+        if data.ncon:
+            contact = data.contact
+            keys = self._keys(contact.geom)
+            place = np.minimum(np.searchsorted(self._known, keys), len(self._known) - 1)
+            mine = (self._known[place] == keys) & (contact.efc_address >= 0)
+            if mine.any():
+                rows = contact.efc_address[mine]
+                np.maximum.at(speed, self._order[place[mine]], self._speeds(data, rows, contact.friction[mine]))
+        slides = speed > np.where(self._slides, RESTING, SLIDING)
+        changed = slides != self._slides
+        if changed.any():
+            self._slides = slides
+            now = np.where(slides, self._friction[:, 1], self._friction[:, 0])
+            self._model.pair_friction[self._pairs[changed], :2] = now[changed, None]
+
+    def _speeds(self, data: Any, rows: NDArray[np.integer[Any]], friction: Floats) -> Floats:
+        """Of sliding at contacts [m/s]."""
+        velocity = data.efc_vel
+        if self._model.opt.cone == mujoco.mjtCone.mjCONE_ELLIPTIC:
+            out: Floats = np.hypot(velocity[rows + 1], velocity[rows + 2])
+            return out
+        # a pyramid's edges are the normal velocity + and - friction times that of sliding
+        u = (velocity[rows] - velocity[rows + 1]) / (2 * np.maximum(friction[:, 0], 1e-9))
+        v = (velocity[rows + 2] - velocity[rows + 3]) / (2 * np.maximum(friction[:, 1], 1e-9))
+        out = np.hypot(u, v)
+        return out
+
+    def _keys(self, geoms: NDArray[np.integer[Any]]) -> NDArray[np.int64]:
+        low, high = geoms.min(axis=1).astype(np.int64), geoms.max(axis=1).astype(np.int64)
+        keys: NDArray[np.int64] = low * self._model.ngeom + high
+        return keys

@@ -1,0 +1,125 @@
+"""Colliders as geoms of a MuJoCo model, and what they enclose."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graph.errors import UserError
+from graph.sim import transforms
+from graph.sim.stage import Warn
+from graph.sim.transforms import Floats
+
+from .contacts import FIRM
+from .library import mujoco
+from .model import Collider, Volume
+
+GEOMS = {
+    "box": mujoco.mjtGeom.mjGEOM_BOX,
+    "sphere": mujoco.mjtGeom.mjGEOM_SPHERE,
+    "ellipsoid": mujoco.mjtGeom.mjGEOM_ELLIPSOID,
+    "capsule": mujoco.mjtGeom.mjGEOM_CAPSULE,
+    "cylinder": mujoco.mjtGeom.mjGEOM_CYLINDER,
+    "plane": mujoco.mjtGeom.mjGEOM_PLANE,
+    "mesh": mujoco.mjtGeom.mjGEOM_MESH,
+}
+
+
+@dataclass(frozen=True)
+class Grip:
+    """How a geom takes part in contacts: sliding friction, priority, (contype, conaffinity)."""
+
+    friction: float
+    priority: int = 0
+    bits: tuple[int, int] = (1, 1)
+
+
+def new_spec() -> Any:
+    """An empty specification of a model, in radians."""
+    spec = mujoco.MjSpec()
+    spec.compiler.degree = False
+    spec.compiler.balanceinertia = True
+    spec.compiler.autolimits = False
+    return spec
+
+
+def compiled(spec: Any) -> Any:
+    """The model of a specification. Raises UserError with MuJoCo's words where it refuses it."""
+    try:
+        return spec.compile()
+    except ValueError as error:
+        raise UserError(f"the scene's physics cannot be built: {' '.join(str(error).split())}") from error
+
+
+class Meshes:
+    """Mesh assets of a spec; colliders with equal points share one."""
+
+    def __init__(self, spec: Any) -> None:
+        self.spec = spec
+        self.names: dict[bytes, str] = {}
+
+    def name(self, vertices: Floats) -> str:
+        """The asset that is the convex hull of (n, 3) points."""
+        points = np.ascontiguousarray(vertices, dtype=np.float64)
+        key = points.tobytes()
+        if key not in self.names:
+            self.names[key] = f"#mesh{len(self.names)}"
+            asset = self.spec.add_mesh(name=self.names[key])
+            asset.uservert = points.ravel()
+            asset.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX
+        return self.names[key]
+
+
+def add_geom(parent: Any, collider: Collider, meshes: Meshes, name: str, grip: Grip, density: float = 0.0) -> Any:
+    """A collider on a body of a spec."""
+    size = np.zeros(3)
+    size[: len(collider.size)] = collider.size
+    if collider.kind == "plane":
+        size[:] = (0, 0, 1)
+    geom = parent.add_geom(name=name, type=GEOMS[collider.kind], size=size, density=density)
+    geom.pos = collider.pose[:3, 3]
+    geom.quat = transforms.quaternion(collider.pose[:3, :3])
+    geom.friction = [grip.friction, collider.material.torsion, collider.material.rolling]
+    geom.priority = grip.priority
+    geom.contype, geom.conaffinity = grip.bits
+    if collider.material.authored:
+        geom.solimp = FIRM
+    if collider.kind == "mesh":
+        assert collider.vertices is not None
+        geom.meshname = meshes.name(collider.vertices)
+    return geom
+
+
+def measured(colliders: Iterable[Collider], warn: Warn) -> list[tuple[Collider, Volume]]:
+    """Colliders that MuJoCo can build, each with its volume: a model of each alone, at density 1, tells."""
+    out = []
+    known: dict[tuple[Any, ...], Volume] = {}
+    for collider in colliders:
+        if collider.kind == "plane":
+            out.append((collider, Volume(0.0, np.zeros(3), np.zeros((3, 3)))))
+            continue
+        points = b"" if collider.vertices is None else collider.vertices.tobytes()
+        key = (collider.kind, collider.size, collider.pose.tobytes(), points)
+        if key not in known:
+            spec = new_spec()
+            try:
+                add_geom(spec.worldbody.add_body(), collider, Meshes(spec), "only", Grip(1.0), density=1.0)
+                model = spec.compile()
+            except ValueError as error:
+                warn("bad-collider", collider.path, f"nothing hits it: {' '.join(str(error).split())}")
+                continue
+            axes = transforms.rotation_matrices(model.body_iquat[1])
+            with np.errstate(over="ignore", invalid="ignore"):  # body_inertia tells what came of it
+                tensor = axes @ np.diag(model.body_inertia[1]) @ axes.T
+            known[key] = Volume(float(model.body_mass[1]), model.body_ipos[1].copy(), tensor)
+        out.append((collider, collider.volume or known[key]))
+    return out
+
+
+def still(colliders: Iterable[Collider], roots: dict[str, str | None]) -> NDArray[np.bool_]:
+    """(n,) colliders that forces cannot move; roots: by body, the body that it is welded to (None: the world)."""
+    return np.array([c.body is None or roots.get(c.body, c.body) is None for c in colliders], dtype=np.bool_)

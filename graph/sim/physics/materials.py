@@ -1,0 +1,134 @@
+"""Physics materials, and what two of them make of a contact."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from graph.sim.scan import Scan
+from graph.sim.stage import Warn
+from graph.sim.usd import EARLIEST, UsdPhysics, UsdShade
+
+Mode = Literal["average", "min", "multiply", "max"]
+MODES: tuple[Mode, ...] = ("average", "min", "multiply", "max")
+"""Ways to combine the values of two materials; of two different ones the later one counts (as in PhysX)."""
+
+DEFAULT_FRICTION = 0.5
+"""Of colliders without a physics material."""
+
+TORSION, ROLLING = 0.005, 0.0001
+"""MuJoCo's own defaults of friction against spinning and rolling [m]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Material:
+    """A surface: friction at rest and sliding, share of the speed that a bounce keeps, how both are combined."""
+
+    static: float = DEFAULT_FRICTION
+    sliding: float = DEFAULT_FRICTION
+    restitution: float = 0.0
+    friction_mode: Mode = "average"
+    restitution_mode: Mode = "average"
+    torsion: float = TORSION
+    rolling: float = ROLLING
+    authored: bool = False
+
+
+PLAIN = Material()
+"""Of colliders without a physics material."""
+
+
+@dataclass(frozen=True, slots=True)
+class Touch:
+    """What holds between two surfaces."""
+
+    static: float
+    sliding: float
+    restitution: float
+    torsion: float = TORSION
+    rolling: float = ROLLING
+
+
+def touch(first: Material, second: Material) -> Touch:
+    """The contact of two materials. Friction at rest is never below that of sliding."""
+    friction = _stronger(first.friction_mode, second.friction_mode)
+    sliding = combined(friction, first.sliding, second.sliding)
+    return Touch(
+        static=max(sliding, combined(friction, first.static, second.static)),
+        sliding=sliding,
+        restitution=combined(
+            _stronger(first.restitution_mode, second.restitution_mode), first.restitution, second.restitution
+        ),
+        torsion=max(first.torsion, second.torsion),
+        rolling=max(first.rolling, second.rolling),
+    )
+
+
+def combined(mode: Mode, first: float, second: float) -> float:
+    """One value of two."""
+    if mode == "average":
+        return (first + second) / 2
+    if mode == "multiply":
+        return first * second
+    return min(first, second) if mode == "min" else max(first, second)
+
+
+def _stronger(first: Mode, second: Mode) -> Mode:
+    return MODES[max(MODES.index(first), MODES.index(second))]
+
+
+def bound_material(prim: Any) -> Any:
+    """The UsdPhysics.MaterialAPI that is bound to a prim for physics; None where there is none."""
+    material, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial("physics")
+    if not material or not material.GetPrim().HasAPI(UsdPhysics.MaterialAPI):
+        return None
+    return UsdPhysics.MaterialAPI(material.GetPrim())
+
+
+def read_material(scan: Scan, prim: Any, warn: Warn) -> Material:
+    """The material of a collider. Of the two frictions, one that is not authored is as the other."""
+    api = bound_material(prim)
+    if api is None:
+        return PLAIN
+    material = api.GetPrim()
+    path = str(material.GetPath())
+    static, sliding = api.GetStaticFrictionAttr(), api.GetDynamicFrictionAttr()
+    if not static.HasAuthoredValue():
+        static = sliding
+    if not sliding.HasAuthoredValue():
+        sliding = static
+
+    def number(attribute: Any, default: float, most: float = math.inf) -> float:
+        value = attribute.Get(EARLIEST) if attribute else None
+        if value is None:
+            return default
+        if not math.isfinite(value) or not 0 <= value <= most:
+            said = "a number from 0" + (f" to {most:g}" if most < math.inf else "")
+            warn("bad-material", path, f"{attribute.GetName()} is {value:g}, not {said}; {default:g} is taken.")
+            return default
+        return float(value)
+
+    def optional(names: tuple[str, ...], default: float) -> float:
+        found = next((a for name in names if (a := material.GetAttribute(name)) and a.HasAuthoredValue()), None)
+        return number(found, default)
+
+    def mode(name: str) -> Mode:
+        attribute = material.GetAttribute(f"physxMaterial:{name}CombineMode")
+        value = attribute.Get(EARLIEST) if attribute else None
+        if value is not None and value not in MODES:
+            warn(
+                "bad-material", path, f"{attribute.GetName()} is {value!r}, not one of {', '.join(MODES)}; average is."
+            )
+        return next((each for each in MODES if each == value), "average")
+
+    return Material(
+        static=number(static, DEFAULT_FRICTION),
+        sliding=number(sliding, DEFAULT_FRICTION),
+        restitution=number(api.GetRestitutionAttr(), 0.0, 1.0),
+        friction_mode=mode("friction"),
+        restitution_mode=mode("restitution"),
+        torsion=optional(("newton:torsionalFriction", "mjc:torsionalfriction"), TORSION),
+        rolling=optional(("newton:rollingFriction", "mjc:rollingfriction"), ROLLING),
+        authored=True,
+    )
