@@ -64,6 +64,14 @@ def _array(values: Sequence[Fraction], *, whole: bool) -> np.ndarray:
     return np.array([math.floor(value) if whole else float(value) for value in values])
 
 
+def _multiples(start: Fraction, step: Fraction, number: np.ndarray, modulo: Fraction | int = 0) -> np.ndarray:
+    """start + number x step (modulo), float64 (n,): each the correctly rounded quotient of whole numbers."""
+    modulo = Fraction(modulo)
+    unit = math.lcm(start.denominator, step.denominator, modulo.denominator)
+    values = int(start * unit) + number * int(step * unit)
+    return np.asarray((values % int(modulo * unit) if modulo else values) / unit)
+
+
 def _fan(fan: Mapping[str, Any], period: Fraction) -> tuple[tuple[EmitterState, ...], dict[str, Any]]:
     """Beams from azimuth `start` clockwise in steps of `step`, for each of the `elevations` (one: 0).
 
@@ -75,11 +83,16 @@ def _fan(fan: Mapping[str, Any], period: Fraction) -> tuple[tuple[EmitterState, 
     start = Fraction(str(fan["start"])) if "start" in fan else (count - 1) * step / 2
     timing = fan["timing"]
     between = {"scan": period / count, "rotor": period * step / 360}.get(timing) or 1 / Fraction(str(timing))
-    azimuth = [float((start - index * step) % 360) for index in range(count)]
-    planes = [number * period / len(elevations) for number in range(len(elevations))]
-    fire = [math.floor((plane + index * between) % period * NANOSECONDS) for plane in planes for index in range(count)]
-    state = EmitterState(np.tile(azimuth, len(planes)), np.repeat(np.array(elevations, float), count), np.array(fire))
-    return (state,), {"numLines": len(planes), "numRaysPerLine": [count] * len(planes)}
+    beam, planes = np.arange(count), len(elevations)
+    azimuth = _multiples(start, -step, beam, modulo=360)
+    fire = [
+        _multiples(number * period / planes * NANOSECONDS, between * NANOSECONDS, beam, modulo=period * NANOSECONDS)
+        for number in range(planes)
+    ]
+    state = EmitterState(
+        np.tile(azimuth, planes), np.repeat(np.array(elevations, float), count), np.floor(np.concatenate(fire))
+    )
+    return (state,), {"numLines": planes, "numRaysPerLine": [count] * planes}
 
 
 def _layers(spec: Mapping[str, Any], period: Fraction) -> tuple[tuple[EmitterState, ...], dict[str, Any]]:
@@ -89,14 +102,19 @@ def _layers(spec: Mapping[str, Any], period: Fraction) -> tuple[tuple[EmitterSta
     order of the layers.
     """
     ticks, step = spec["ticks"], Fraction(360, spec["ticks"])
-    firings = [
-        (tick, number, elevation, float((Fraction(str(azimuth)) - tick * step) % 360))
-        for number, (elevation, azimuth, first, every) in enumerate(spec["layers"])
-        for tick in range(first, ticks, every)
-    ]
-    tick, _, elevation, azimuth = np.array(sorted(firings)).T
-    fire = np.array([math.floor(number * period / ticks * NANOSECONDS) for number in range(ticks)])[tick.astype(int)]
-    return (EmitterState(azimuth, elevation, fire),), {"numLines": 1, "numRaysPerLine": [len(fire)]}
+    fired = [np.arange(first, ticks, every) for _, _, first, every in spec["layers"]]
+    tick, layer = np.concatenate(fired), np.repeat(np.arange(len(fired)), [len(ticked) for ticked in fired])
+    azimuth = np.concatenate(
+        [
+            _multiples(Fraction(str(start)), -step, ticked, modulo=360)
+            for (_, start, _, _), ticked in zip(spec["layers"], fired, strict=True)
+        ]
+    )
+    elevation = np.array([elevation for elevation, _, _, _ in spec["layers"]])[layer]
+    fire = np.floor(_multiples(Fraction(0), period / ticks * NANOSECONDS, tick))
+    order = np.lexsort((layer, tick))
+    state = EmitterState(azimuth[order], elevation[order], fire[order])
+    return (state,), {"numLines": 1, "numRaysPerLine": [len(order)]}
 
 
 def _mirror(spec: Mapping[str, Any]) -> tuple[tuple[EmitterState, ...], dict[str, Any]]:

@@ -4,19 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import reduce
 from itertools import product
 from typing import Any
 
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """One variant: what names it (text, or a choice for each variant set) and the document it describes."""
+    """One variant: what names it (text, or a choice for each variant set), and how it changes the base."""
 
     variant: str | dict[str, str] | None
-    document: Mapping[str, Any]
+    base: Mapping[str, Any]
+    changes: tuple[Mapping[str, Any], ...] = ()
+
+    @property
+    def document(self) -> Mapping[str, Any]:
+        """The document that it describes."""
+        return reduce(merged, self.changes, self.base)
 
 
-def entries(document: Mapping[str, Any]) -> list[Entry]:
+def entries(document: Mapping[str, Any]) -> Iterator[Entry]:
     """Every variant, in order; one without a name where the document has no `sets`.
 
     `sets`: set name -> {choice: changes}. A choice may name the only choices of other sets that go with it
@@ -24,21 +31,14 @@ def entries(document: Mapping[str, Any]) -> list[Entry]:
     """
     sets: Mapping[str, Mapping[str, Any]] = document.get("sets", {})
     if not sets:
-        return [Entry(None, document)]
-    return [Entry(*found) for found in _combinations(document, sets)]
-
-
-def _combinations(
-    document: Mapping[str, Any], sets: Mapping[str, Mapping[str, Any]]
-) -> Iterator[tuple[str | dict[str, str], Mapping[str, Any]]]:
+        yield Entry(None, document)
+        return
     for choices in product(*sets.values()):
         chosen = dict(zip(sets, choices, strict=True))
-        changes = [sets[name][choice] for name, choice in chosen.items()]
-        if all(chosen[name] in allowed for change in changes for name, allowed in change.get("with", {}).items()):
-            out = document
-            for change in changes:
-                out = merged(out, change)
-            yield document["named"].format(**chosen) if "named" in document else chosen, out
+        changes = tuple(sets[name][choice] for name, choice in chosen.items())
+        together = (each for change in changes for each in change.get("with", {}).items())
+        if all(chosen[name] in allowed for name, allowed in together):
+            yield Entry(document["named"].format(**chosen) if "named" in document else chosen, document, changes)
 
 
 def merged(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:

@@ -360,7 +360,7 @@ def test_sensors_work_in_metres_whatever_the_stages_unit(unit):
         scaled.close()
 
 
-def scene_with(app, lidars):
+def scene_with(app, numbers):
     no_gravity(app)
     add_box(app, "/World/Room", 40.0, (0, 0, 0))
     for i in range(6):
@@ -369,25 +369,38 @@ def scene_with(app, lidars):
         )
     return [
         add_lidar(app, f"/World/Lidar{i}", (0.3 * i, 0.1 * i, 0), lidar_config(200, elevations=(-5.0, 0.0, 5.0)))
-        for i in range(lidars)
+        for i in numbers
     ]
 
 
-def bytes_of_first(lidars, threads=0, motion="frozen"):
+def bytes_of(numbers, threads=0, motion="frozen"):
+    """What lidars of these numbers (each at a place of its own) measure together in half a second, by number."""
     with world(motion, settings={"/tickgraph/rayThreads": threads}) as app:
-        product, *_ = scene_with(app, lidars)
-        frames = frames_of(app, product, 30)
-        assert len(frames) == 5
-        return [{name: array.tobytes() for name, array in sorted(frame.arrays.items())} for frame in frames]
+        products = dict(zip(numbers, scene_with(app, numbers), strict=True))
+        found = {number: [] for number in numbers}
+        app.play()
+        for _ in range(30):
+            app.update()
+            for number, product in products.items():
+                if product.new_frame:
+                    arrays = sorted(product.frame.arrays.items())
+                    found[number].append({name: array.tobytes() for name, array in arrays})
+        assert all(len(frames) == 5 for frames in found.values())
+        return found
 
 
 @pytest.mark.parametrize("motion", ["frozen", "update", "continuous"])
 def test_a_sensors_bytes_depend_on_no_other_sensor_and_no_thread_count(motion):
-    alone = bytes_of_first(1, threads=1, motion=motion)
+    [first], [last] = bytes_of([0], threads=1, motion=motion).values(), bytes_of([49], motion=motion).values()
 
-    assert bytes_of_first(1, threads=2, motion=motion) == alone
-    assert bytes_of_first(3, motion=motion) == alone
-    assert bytes_of_first(10, motion=motion) == alone
+    assert bytes_of([0], threads=2, motion=motion)[0] == first
+    ten = bytes_of(range(10), motion=motion)
+    for numbers in (range(3), range(50)):
+        found = bytes_of(numbers, motion=motion)
+        assert found[0] == first
+        assert all(found[number] == ten[number] for number in range(min(len(numbers), 10)))
+    assert found[49] == last
+    assert len({frames[0]["distance"] for frames in found.values()}) == 50
 
 
 def test_play_after_stop_gives_the_bytes_of_the_first_play():

@@ -102,6 +102,22 @@ def test_errors_follow_from_seed_sensor_and_turn_alone():
     assert content(frames(NOISY, path="/World/Twin"))[0]["distance"] != distances[0]
 
 
+@pytest.mark.parametrize("motion", ["frozen", "update"])
+def test_the_order_in_which_sensors_run_changes_no_error(motion):
+    def each(order):
+        with weightless(lidar_noise="on", lidar_motion=motion) as app:
+            add_box(app, "/World/Room", 20.0, (0, 0, 0))
+            products = {name: add_lidar(app, f"/World/{name}", (0, 0, 0), NOISY) for name in order}
+            app.play()
+            app.update(steps=12)
+            return {name: content([product.frame]) for name, product in products.items()}
+
+    found = each("ABC")
+
+    assert each("CAB") == found
+    assert len({entry[0]["distance"] for entry in found.values()}) == 3  # each sensor has its own
+
+
 @pytest.mark.parametrize("motion", ["update", "continuous"])
 def test_cutting_a_turn_into_slices_changes_no_error(motion):
     assert content(frames(NOISY, updates=12, motion=motion)) == content(frames(NOISY, updates=12))
