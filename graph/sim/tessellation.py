@@ -64,11 +64,15 @@ def sphere(radius: float, parts: int) -> tuple[Floats, Triangles]:
     return _lathe(radius * np.cos(angles), radius * np.sin(angles), parts)
 
 
-def capsule(radius: float, height: float, axis: str, parts: int) -> tuple[Floats, Triangles]:
-    """A cylinder of `height` between two half spheres."""
-    angles = np.linspace(-math.pi / 2, 0, -(-parts // 4) + 1)
-    r, z = radius * np.cos(angles), radius * np.sin(angles) - height / 2
-    vertices, triangles = _lathe(np.concatenate([r, r[::-1]]), np.concatenate([z, -z[::-1]]), parts)
+def capsule(bottom: float, top: float, height: float, axis: str, parts: int) -> tuple[Floats, Triangles]:
+    """A cylinder of `height`, or a frustum, between two half spheres of these radii, of which one may be 0."""
+    quarter = np.linspace(0, math.pi / 2, -(-parts // 4) + 1)
+    low = np.stack([np.cos(quarter[::-1]) * bottom, -np.sin(quarter[::-1]) * bottom - height / 2])
+    high = np.stack([np.cos(quarter) * top, np.sin(quarter) * top + height / 2])
+    if not (bottom and top):  # the tip is one point, not a ring without size
+        low, high = (low if bottom else low[:, -1:] * [[0.0], [1.0]]), (high if top else high[:, :1] * [[0.0], [1.0]])
+    radii, heights = np.concatenate([low, high], axis=1)
+    vertices, triangles = _lathe(radii, heights, parts)
     return vertices[:, _AXIS_ORDER[axis]], triangles
 
 

@@ -98,6 +98,17 @@ def transformed(matrix: Floats, points: Floats) -> Floats:
     return points @ matrix[:3, :3].T + matrix[:3, 3]
 
 
+FLAT = 1e-300
+"""A matrix with a determinant below is taken for flat."""
+
+
 def usable(matrix: Floats) -> bool:
     """Whether a matrix has neither NaN nor infinity and is not flat."""
-    return bool(np.isfinite(matrix).all() and abs(np.linalg.det(matrix[:3, :3])) > 1e-300)
+    return bool(all_usable(matrix[None])[0])
+
+
+def all_usable(matrices: Floats) -> NDArray[np.bool_]:
+    """(n,): `usable` of (n, 4, 4) matrices."""
+    with np.errstate(all="ignore"):
+        flat = np.abs(np.linalg.det(matrices[:, :3, :3])) <= FLAT
+    return np.asarray(np.isfinite(matrices).all(axis=(1, 2)) & ~flat)

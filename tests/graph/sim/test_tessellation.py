@@ -62,7 +62,7 @@ def test_solids_of_revolution_are_closed_face_out_and_lie_along_their_axis(axis)
     for vertices, triangles, true in (
         (*tessellation.cylinder(0.5, 0.5, 4.0, axis, 64), math.pi * 0.25 * 4),
         (*tessellation.cylinder(0.5, 0.0, 4.0, axis, 64), math.pi * 0.25 * 4 / 3),
-        (*tessellation.capsule(0.5, 3.0, axis, 64), math.pi * 0.25 * 3 + math.pi / 6),
+        (*tessellation.capsule(0.5, 0.5, 3.0, axis, 64), math.pi * 0.25 * 3 + math.pi / 6),
     ):
         assert closed(triangles)
         assert 0.99 * true < volume(vertices, triangles) < true
