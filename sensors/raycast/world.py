@@ -97,8 +97,8 @@ class CastWorld:
 
 
 def excluded(path: str, exclude: frozenset[str]) -> bool:
-    """Whether a prim is one of the excluded ones or lies below one."""
-    return any(path == other or path.startswith(f"{other}/") for other in exclude)
+    """Whether a surface is one of the excluded prims, lies below one, or is a copy of one (a point instancer)."""
+    return any(path == other or path.startswith((f"{other}/", f"{other}[")) for other in exclude)
 
 
 class _Scenes:

@@ -109,6 +109,8 @@ def damaged(offset, dtype, value):
         (np.zeros(0, np.uint8), "0 bytes"),
         (np.zeros(10, np.uint8), "10 bytes"),
         (damaged(0, "<u4", 1), "the magic number is 0x00000001"),
+        (damaged(4, "<u4", 2), "layout version 2, this reads 1"),
+        (pack(frame_of(3))[:-1], "elements need"),
         (damaged(24, "<u4", 2**31), "elements need"),
         (damaged(HEADER.fields["modality"][1], "<u4", 99), "not a valid Modality"),
         (140_737_488_355_328, "no buffer handle"),
@@ -135,6 +137,29 @@ def test_any_cut_or_flipped_byte_is_survived():
             buffer = whole[: generator.integers(1, len(whole) + 1)].copy()
             buffer[generator.integers(0, min(len(buffer), 200))] ^= generator.integers(1, 256)
             assert parse_generic_model_output_data(buffer).numElements in (0, 3)
+
+
+def test_fields_and_arrays_are_read_only_and_the_buffer_may_be():
+    buffer = pack(frame_of(3))
+    buffer.setflags(write=False)
+
+    gmo = parse_generic_model_output_data(buffer)
+
+    assert gmo.numElements == 3
+    with pytest.raises(AttributeError, match="numElements is read-only"):
+        gmo.numElements = 4
+    with pytest.raises(AttributeError, match="posM is read-only"):
+        gmo.frameEnd.posM = np.zeros(3)
+    with pytest.raises(ValueError, match="read-only"):
+        gmo.x[0] = 1.0
+
+
+def test_fields_of_other_sensors_are_zero_and_empty():
+    gmo = parse_generic_model_output_data(pack(frame_of(3)))
+
+    assert (gmo.sensorID, gmo.cycleCnt, gmo.maxRangeM, gmo.numSgws, gmo.numRows, gmo.originX) == (0, 0, 0.0, 0, 0, 0.0)
+    assert (gmo.rv_ms.dtype, len(gmo.rv_ms)) == (np.float32, 0)
+    assert {"rv_ms", "objId", "timeOffSetNs", "numCols"} <= set(dir(gmo))
 
 
 def test_unknown_fields_are_attribute_errors():
