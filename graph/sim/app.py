@@ -15,11 +15,13 @@ from . import settings as keys
 from .bus import MessageBus
 from .clocks import checked_rate
 from .drivers import Drivers
+from .editing import EditStage, WhenPlaying, checked_choice, remove_prims
 from .fidelity import Fidelity
 from .options import clock_rates, experience_settings, frames_come_later, refuse_unavailable
 from .parity import apply_profile
 from .phases import EVENTS, PHASES, Callback, Subscribers, Unsubscribe
 from .rendering import Rendering
+from .reset import Reset, reset
 from .run_loop import RunLoop
 from .settings import Settings, suggestion
 from .simulation import EXTERNAL_TIME
@@ -30,6 +32,7 @@ from .wall_clock import VirtualClock, WallClock
 from .warnings import WarningList
 
 if TYPE_CHECKING:
+    from contextlib import AbstractContextManager
     from types import TracebackType
 
 
@@ -55,8 +58,8 @@ class App(Drivers):
         fidelity: Mapping[str, Any] | Fidelity | None = None,
         seed: int = 0,
         wall_clock: WallClock | None = None,
+        when_playing: str = "refuse",
     ) -> None:
-        from .fabric import Fabric
         from .stage import meters_per_unit, open_stage, physics_scene_rate, register_schemas
 
         self.fidelity = fidelity if isinstance(fidelity, Fidelity) else Fidelity.from_mapping(fidelity or {})
@@ -88,10 +91,13 @@ class App(Drivers):
         self.wall_clock: WallClock = wall_clock if wall_clock is not None else VirtualClock()
         self.run_loop = RunLoop(self.settings, self.wall_clock, 1 / loop_rate)
         self.bus = MessageBus()
-        self.fabric: Any = Fabric(stage)
-        self.fabric.set(*EXTERNAL_TIME, 0.0)
+        self.when_playing: WhenPlaying = checked_choice(when_playing)
+        self.fabric: Any = None
+        self._renew_fabric()
         self.timeline = Timeline(self.settings, self._on_change)
         self.simulation = ManagedSimulation(self, physics_rate)
+        if authored == 0 and physics_hz is None and self.fidelity.physics_hz is None:
+            self.simulation.refuse_rate_zero()
         self.rendering = Rendering(self)
         self._make_drivers()
         self._read_rendering_settings()
@@ -118,6 +124,8 @@ class App(Drivers):
         self._updating = False
         self._closed = False
         self._stage_state: Any = None
+        self.live: Any = None
+        """Keeps the playing world and its stage together (`graph.sim.live_stage.LiveStage`); None while stopped."""
         self._geometry: Any = None
 
     @classmethod
@@ -180,9 +188,41 @@ class App(Drivers):
         """What rays can hit (`graph.sim.geometry.collect_geometry`), collected once per play."""
         if self._geometry is None:
             from .geometry import collect_geometry
+            from .scan import scan_stage
 
-            self._geometry = collect_geometry(self.stage, self.fidelity.mesh_tolerance, self.warn)
+            scan = scan_stage(self.stage, self.fabric.promoted)
+            fine = self.fidelity.mesh_subdivision == "refined"
+            self._geometry = collect_geometry(self.stage, self.fidelity.mesh_tolerance, self.warn, scan, refine=fine)
         return self._geometry
+
+    def forget_geometry(self) -> None:
+        """Has what rays can hit collected anew when it is needed next."""
+        self._geometry = None
+
+    @property
+    def updating(self) -> bool:
+        """Whether an update runs."""
+        return self._updating
+
+    def edit(self, when_playing: str | None = None) -> AbstractContextManager[Any]:
+        """`with app.edit(when_playing="recompile") as stage:` changes the world while it plays too; see `EditStage`."""
+        return EditStage(self, self.when_playing if when_playing is None else checked_choice(when_playing))
+
+    def add_prims(self, prims: Mapping[str, Mapping[str, Any]], when_playing: str | None = None) -> None:
+        """Authors prims, path to keys as under `scene.prims` in a graph file, inside an `edit`."""
+        from .prims import author_prims
+
+        with self.edit(when_playing) as stage:
+            author_prims(stage, prims, warn=self.warn)
+
+    def remove_prims(self, *paths: str, when_playing: str | None = None) -> None:
+        """Removes prims, inside an `edit`. Raises UserError for one that is not there."""
+        with self.edit(when_playing) as stage:
+            remove_prims(stage, paths)
+
+    def reset(self, scope: str | Reset = "all") -> None:
+        """Begins anew while playing: the clocks, the bodies, without what was added, or all of it; see `Reset`."""
+        reset(self, scope)
 
     def on(self, phase: str, callback: Callback, order: int = 0) -> Unsubscribe:
         """Calls `callback()` in a phase of every update or at an event; returns what ends that.
@@ -230,6 +270,8 @@ class App(Drivers):
         for callback in self._timeline_state.after:
             callback()
         rendering.begin_update(dt)
+        if self.live is not None:
+            self.live.check()
 
         for callback in self._timeline_phase.before:
             callback()
@@ -318,12 +360,28 @@ class App(Drivers):
                 self.free_world()
             raise
 
+    def _renew_fabric(self) -> None:
+        from .fabric import Fabric
+        from .stage_transforms import StageTransforms
+
+        old = self.fabric
+        kind: Any = Fabric if self.fidelity.fabric else StageTransforms
+        self.fabric = kind(self.stage, self.warn)
+        if old is None:
+            self.fabric.set(*EXTERNAL_TIME, 0.0)
+        else:
+            self.fabric.take_values(old)
+            old.close()
+
     def build_world(self) -> None:
         """Builds physics from the stage and binds Fabric and sensors to it; playing does so by itself."""
+        from .live_stage import LiveStage
         from .physics import build_physics
         from .stage import StageState
 
         self._geometry = None
+        if self.fabric.enabled != self.fidelity.fabric:
+            self._renew_fabric()
         self._stage_state = StageState(self.stage)
         physics = None
         try:
@@ -337,6 +395,8 @@ class App(Drivers):
         self._read_rendering_settings()
         self.rendering.capture_state = self.fabric.capture
         self.rendering.begin_play()
+        self.simulation.physics = physics
+        self.live = LiveStage(self)
         self.simulation.begin(physics)
 
     def _read_rendering_settings(self) -> None:
@@ -348,6 +408,9 @@ class App(Drivers):
 
     def free_world(self) -> None:
         """Frees what `build_world` has built and puts the stage back; stopping does so by itself."""
+        if self.live is not None:
+            self.live.close()
+            self.live = None
         self.fabric.unbind()
         self.simulation.end()
         self.rendering.capture_state = None

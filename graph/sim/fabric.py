@@ -67,6 +67,8 @@ class Fabric:
         """Asked before a still prim is placed: makes it one if physics or rays look at it; set while playing."""
         self.muted = False
         """Whether what is written to the stage now comes from physics."""
+        self.follow_stage = True
+        """Whether edits of the stage are heard of."""
         self._latest: Poses | None = None
         self._bindings: dict[tuple[str, ...], _Binding] = {}
         self._residuals: dict[str, Floats] = {}
@@ -86,6 +88,22 @@ class Fabric:
         self._frames = {path: frame for path, frame in self._frames.items() if path not in bodies}
         self._residuals = {path: self._residual(path) for path in (*bodies, *self._frames)}
         self._number_rows()
+
+    def rebind(self, physics: Physics | None, touched: Sequence[str]) -> None:
+        """Follow the bodies of a world that was compiled anew; what is at and below `touched` may have another size."""
+        prefixes = tuple(f"{path.rstrip('/')}/" for path in touched)
+        self._residuals = {
+            path: residual
+            for path, residual in self._residuals.items()
+            if path not in touched and not path.startswith(prefixes)
+        }
+        self.bind(physics)
+
+    def restore(self, poses: Mapping[str, Floats]) -> None:
+        """Forget what users have placed; still prims that became bodies, and kinematic bodies, go to `poses` [m]."""
+        self._written, self._offsets, self._stamps = _NOTHING, {}, {}
+        self._frames.update({path: poses[path] for path in self._frames if path in poses})
+        self.forget()
 
     def unbind(self) -> None:
         """Return to the stage: nothing follows a body, and what users wrote to its prims is gone."""
@@ -230,6 +248,19 @@ class Fabric:
         self._residuals[path] = self._residual(path)
         self._number_rows()
 
+    def is_body(self, path: str) -> bool:
+        """Whether a prim is a body that physics or users move."""
+        return path in self._layout
+
+    def bodies_below(self, path: str) -> list[str]:
+        """Bodies strictly below a prim."""
+        prefix = f"{path.rstrip('/')}/"
+        return [body for body in self._layout if body.startswith(prefix)]
+
+    def take_from_stage(self, path: str, matrix: Floats) -> None:
+        """The stage says where a body is: `place_body`, the stage left alone."""
+        Fabric.place_body(self, path, self.checked(path, matrix))
+
     def _number_rows(self) -> None:
         bodies = self._physics.body_paths if self._physics else ()
         self._layout = {path: number for number, path in enumerate((*bodies, *self._frames))}
@@ -337,6 +368,10 @@ class Fabric:
         previous = self._values.get((path, attribute))
         self._values[path, attribute] = (value, 0 if previous is None else previous[1] + 1)
 
+    def take_values(self, other: Fabric) -> None:
+        """Take over all attributes that somebody has set."""
+        self._values.update(other._values)
+
     def change_stamp(self, path: str, attribute: str) -> int:
         """How often an attribute has been set since its first value; -1 if never."""
         entry = self._values.get((path, attribute))
@@ -381,7 +416,7 @@ class Fabric:
             prim = self.stage.GetPrimAtPath(path) if path.startswith("/") else None
             if not prim:
                 raise RunError(f"{path}: no such prim on the stage.")
-            body = self._body_of(path)
+            body = self.body_of(path)
             if body is None:
                 offsets[number] = transforms.from_usd(xforms.GetLocalToWorldTransform(prim))
                 continue
@@ -410,7 +445,8 @@ class Fabric:
         """Whether the prim at a path is a body that takes along what is below it."""
         return path in self._layout and self.promoted.get(path, True)
 
-    def _body_of(self, path: str) -> str | None:
+    def body_of(self, path: str) -> str | None:
+        """The nearest body, at or above a path, that a prim there moves with."""
         here = path
         while here:
             if here in self._layout and (here == path or self._carries(here)):
@@ -433,7 +469,7 @@ def _forgetter(fabric: Fabric) -> Callable[[Any, Any], None]:
 
     def changed(notice: Any, sender: Any) -> None:
         alive = weak()
-        if alive is None or alive.muted:
+        if alive is None or alive.muted or not alive.follow_stage:
             return
         moved = [path.GetPrimPath() for path in notice.GetChangedInfoOnlyPaths() if "xformOp" in path.name]
         if moved or notice.GetResyncedPaths():

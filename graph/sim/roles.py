@@ -10,6 +10,7 @@ import numpy as np
 
 from . import transforms
 from .scan import GRIPPER
+from .transforms import Floats
 from .usd import EARLIEST, Tf, Usd, UsdGeom, UsdPhysics
 
 RESCALED = 1e-9
@@ -35,6 +36,17 @@ class StageRoles:
             if role:
                 self.roles[path] = role
         self._sorted = sorted(self.roles)
+
+    @property
+    def paths(self) -> frozenset[str]:
+        """The paths of all prims there were, with a role or without."""
+        return frozenset(self._places)
+
+    def pose(self, path: str, meters_per_unit: float) -> Floats:
+        """(4, 4) rigid pose that a prim had [m]."""
+        out = transforms.rigid_part(transforms.from_usd(self._places[path]))
+        out[:3, 3] *= meters_per_unit
+        return out
 
     def under(self, path: str) -> list[str]:
         """Paths with a role, at and below a path."""

@@ -204,6 +204,16 @@ class SensorScheduler:
                 product.sensor.reset()
         self._sort_products()
 
+    def restart(self) -> None:
+        """The external time is 0 again: every product begins anew."""
+        self.new_frames, self._pending, self._held = [], [], True
+        self._rendered_step, self._rendered_version = 0, self._clock.version
+        for product in self.products.values():
+            product.clear()
+            product.restart(self.time)
+            product.sensor.reset()
+        self._sort_products()
+
     def _enabled_changed(self, product: RenderProduct) -> None:
         if product.enabled:
             product.restart(self.moment)

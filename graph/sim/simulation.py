@@ -171,12 +171,16 @@ class Simulation(TimeQueries):
         physics, self.physics = self.physics, None
         self.built = False
         self._session += 1
+        self.restart_time()
+        if physics is not None:
+            physics.close()
+
+    def restart_time(self) -> None:
+        """Time, count and carry are 0 again, and no samples are left; the monotonic clock goes on."""
         self.clock.reset()
         self._accumulator.clear()
         self.samples.clear()
         self._app.fabric.set(*EXTERNAL_TIME, 0.0)
-        if physics is not None:
-            physics.close()
 
     def _publish_time(self) -> None:
         self._app.fabric.set(*EXTERNAL_TIME, self.clock.seconds)

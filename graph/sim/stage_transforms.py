@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -67,10 +67,26 @@ class StageTransforms(Fabric):
         prim = self.stage.GetPrimAtPath(path) if path.startswith("/") else None
         if not prim:
             raise RunError(f"{path}: no such prim on the stage.")
-        if path in self._layout or (self._body_of(path) is None and self.promote is not None and self.promote(path)):
+        if path in self._layout or (self.body_of(path) is None and self.promote is not None and self.promote(path)):
             self.place_body(path, matrix)
         else:
             self._author(prim, matrix)
+
+    def take_from_stage(self, path: str, matrix: Floats) -> None:
+        """The stage says where a body is."""
+        super().take_from_stage(path, matrix)
+        self._attach()
+
+    def restore(self, poses: Mapping[str, Floats]) -> None:
+        """Still prims that became bodies, and kinematic bodies, go to `poses` [m] on the stage too."""
+        super().restore(poses)
+        kinematic = self._physics.kinematic if self._physics is not None else frozenset()
+        for path in (*self._frames, *kinematic):
+            world = self.capture().matrices[self._layout[path]].copy()
+            world[:3, 3] /= self.meters_per_unit
+            with self._quietly():
+                self._author(self.stage.GetPrimAtPath(path), world @ self._residuals[path])
+        self._attach()
 
     def place_body(self, path: str, matrix: Floats) -> None:
         """As in Fabric; the stage is written too."""
@@ -139,7 +155,7 @@ class StageTransforms(Fabric):
         parent, above = prim.GetParent(), np.eye(4)
         if not schema.GetResetXformStack() and not parent.IsPseudoRoot():
             path = parent.GetPath().pathString
-            if self._body_of(path) is not None:
+            if self.body_of(path) is not None:
                 above = self.world_matrix(path)
             else:
                 above = transforms.from_usd(UsdGeom.XformCache(EARLIEST).GetLocalToWorldTransform(parent))

@@ -150,7 +150,7 @@ class History:
         time, state = app.rendering.time, app.fabric.capture()
         if self._states and self._states[-1].layout is not state.layout:  # other bodies: nothing to blend with
             self._forget()
-        if self._times and self._times[-1] >= time:
+        while self._times and self._times[-1] >= time:
             self._times.pop()
             self._states.pop()
         self._times.append(time)

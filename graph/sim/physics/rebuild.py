@@ -46,6 +46,25 @@ def rebuild(
     return True
 
 
+def restart(
+    physics: Physics,
+    stage: Any,
+    poses: Mapping[str, Floats],
+    warn: Warn,
+    promoted: Mapping[str, bool] | None = None,
+) -> None:
+    """Start anew with the bodies at `poses` (rigid, metres), velocities, drives and grippers as the stage has them."""
+    assert physics.world is not None
+    assert physics.compile is not None
+    world = physics.world
+    if any(not np.array_equal(body.pose, poses.get(body.path, body.pose)) for body in world.bodies):
+        scan = scan_stage(stage, promoted)
+        scan.placed = {path: pose for path, pose in poses.items() if path in scan.bodies}
+        world = read_world(scan, warn)
+    physics.adopt(physics.compile(world, physics.dt, warn), None)
+    physics.world = world
+
+
 def _pose(physics: Physics, number: int) -> Floats:
     out = np.eye(4)
     out[:3, :3], out[:3, 3] = physics.rotations[number], physics.positions[number]

@@ -36,7 +36,7 @@ def test_knobs_are_typed_from_text_as_from_values():
         ("lidar.motion", "slow", "not one of frozen, update, continuous"),
         ("lidar.noise", 2, "not one of on, off"),
         ("lidar.bins", 0, "not above 0"),
-        ("fabric", False, "not available yet; use on"),
+        ("fabric", "false", "not one of on, off"),
         ("radar.rays", 100, "not available yet; leave it out"),
         ("lidar.subrays", 0, "not above 0"),
         ("lidar.subrays", 1.5, "not a whole number"),

@@ -63,7 +63,8 @@ def test_targets_are_made_of_paths():
 def test_whether_a_prim_is_active(world, scene):
     app = world()
     assert run_node("IsPrimActive", inputs={"primTarget": "/World/BoxA"}, app=app).value("active") is True
-    scene.GetPrimAtPath("/World/BoxA").SetActive(False)
+    with app.edit("recompile"):
+        scene.GetPrimAtPath("/World/BoxA").SetActive(False)
     assert run_node("IsPrimActive", inputs={"primTarget": "/World/BoxA"}, app=app).value("active") is False
     assert run_node("IsPrimActive", inputs={"primTarget": "/World/No"}, app=app).value("active") is False
 
