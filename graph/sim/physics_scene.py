@@ -217,7 +217,7 @@ def scene_prims(stage: Any) -> Any:
 def _scene_at(app: App, path: str) -> Any:
     from .usd import Sdf, UsdPhysics
 
-    if not (Sdf.Path.IsValidPathString(path) and Sdf.Path(path).IsAbsoluteRootOrPrimPath() and path != "/"):
+    if not (Sdf.Path.IsValidPathString(path) and Sdf.Path(path).IsAbsolutePath() and Sdf.Path(path).IsPrimPath()):
         raise ValueError(f"{path!r} is no prim path; give one such as {DEFAULT_PATH}")
     prim = app.stage.GetPrimAtPath(path)
     if prim:

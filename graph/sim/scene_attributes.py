@@ -39,10 +39,15 @@ def author(prim: Any, name: str, kind: str, value: Any) -> None:
     attribute.Set(value)
 
 
+def applied_schemas(prim: Any) -> list[str]:
+    """The API schemas applied to a prim, those that this USD does not know included."""
+    return list(prim.GetPrimTypeInfo().GetAppliedAPISchemas())
+
+
 def _apply_schema(prim: Any, name: str) -> None:
     """Applies the API schema that an attribute belongs to, by name; this USD may not know it."""
     schema = _SCHEMAS.get(name.partition(":")[0])
-    applied = prim.GetAppliedSchemas()
+    applied = applied_schemas(prim)
     if schema is None or schema in applied:
         return
     prim.AddAppliedSchema(schema)
@@ -67,7 +72,7 @@ def authored_rate(prim: Any) -> Fraction | None:
         if number <= 0:
             return Fraction(0)
         return 1 / number if name.endswith("timestep") else number
-    applied = prim.GetAppliedSchemas()
+    applied = applied_schemas(prim)
     if "PhysxSceneAPI" in applied:
         return None
     if "MjcSceneAPI" in applied:
@@ -77,5 +82,5 @@ def authored_rate(prim: Any) -> Fraction | None:
 
 def newton_only(prim: Any) -> bool:
     """Whether a scene prim is described in Newton's terms and not in PhysX's."""
-    applied = prim.GetAppliedSchemas()
+    applied = applied_schemas(prim)
     return "NewtonSceneAPI" in applied and "PhysxSceneAPI" not in applied

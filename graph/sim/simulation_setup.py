@@ -12,7 +12,7 @@ from graph.errors import RunError
 from . import settings as keys
 from .fidelity import Fidelity
 from .physics_scene import DEFAULT_PATH, PhysicsScene, scene_prims, steps_per_second
-from .scene_attributes import author
+from .scene_attributes import applied_schemas, author
 from .simulation import Simulation
 
 if TYPE_CHECKING:
@@ -91,7 +91,7 @@ class SimulationSetup(Simulation):
         from .physx_scene import PhysxScene
 
         return [
-            (NewtonMjcScene if "MjcSceneAPI" in prim.GetAppliedSchemas() else PhysxScene)(prim, self._app)
+            (NewtonMjcScene if "MjcSceneAPI" in applied_schemas(prim) else PhysxScene)(prim, self._app)
             for prim in scene_prims(self._app.stage)
         ]
 
