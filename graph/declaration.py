@@ -119,7 +119,8 @@ class NodeType:
     volatile: reads more than its inputs (time, the world, variables), so a dirty_push graph always computes it.
     phase: an event that comes with a phase of the App: on-demand graphs that hold it are evaluated in that phase.
     dynamic_inputs, dynamic_outputs: attributes that a file may add, by name template: `{n}` stands for digits,
-    `{x}` for any word, `{field}` for words joined by `:`, as in `input{n}`. origin: module:line of the declaration.
+    `{operand}` for `c`, `d` ... or a word with a number, `{x}` for any word, `{field}` for words joined by `:`, as in
+    `input{n}`. origin: module:line of the declaration.
     """
 
     id: str
@@ -200,8 +201,13 @@ class NodeType:
 
 
 def _template_pattern(template: str) -> re.Pattern[str]:
-    parts = re.split(r"(\{n\}|\{x\}|\{field\})", template)
-    meaning = {"{n}": r"(?:0|[1-9]\d*)", "{x}": r"\w+", "{field}": r"\w+(?::\w+)*"}
+    parts = re.split(r"(\{n\}|\{x\}|\{operand\}|\{field\})", template)
+    meaning = {
+        "{n}": r"(?:0|[1-9]\d*)",
+        "{x}": r"\w+",
+        "{operand}": r"(?:[a-z]{1,2}|[A-Za-z_]+\d+)",
+        "{field}": r"\w+(?::\w+)*",
+    }
     return re.compile("".join(meaning.get(part) or re.escape(part) for part in parts), re.ASCII)
 
 

@@ -102,7 +102,7 @@ class Controller:
         spec = graphs.current_spec(path) if (path := find.existing(graphs, graph_id)) else new_spec(graphs, graph_id)
         with collector_paused():
             work = Edit(graphs, spec)
-            work.collect(edit_commands or {})
+            work.collect({} if edit_commands is None else edit_commands)
             graph, prims = work.apply()
         latest = graphs.latest(graph.path) or graph
 

@@ -17,7 +17,7 @@ from graph.values import shown
 
 from .errors import OmniGraphError, OmniGraphValueError
 from .graph_set import GraphSet
-from .keys import ORDER, PrimExposureType, TypedValue
+from .keys import FORMS, ORDER, PrimExposureType, TypedValue
 from .model import PREFIXES, SUBGRAPH, Model, NodeModel, Side
 from .names import end_text, listed, node_text
 from .prims import PrimPlan
@@ -49,6 +49,8 @@ class Edit:
 
     def collect(self, operations: Mapping[str, Any], scope: str = "") -> None:
         """Works all entries into the models; `scope` is the beginning of the names inside a compound."""
+        if not isinstance(operations, Mapping):
+            raise OmniGraphError(f"{shown(operations)} is no edit; write a dict, of lists by key: {', '.join(ORDER)}")
         unknown = [key for key in operations if key not in ORDER]
         for key in unknown:
             self._problems.append(Problem(f'"{key}" is no key of an edit{did_you_mean(str(key), ORDER)}'))
@@ -66,8 +68,9 @@ class Edit:
                     continue
                 except UserError as error:
                     self._problems += [Problem(one.message, one.mark or mark) for one in error.problems]
-                except (TypeError, ValueError) as error:
-                    self._problems.append(Problem(f"{shown(entry)} is no entry of {key.upper()}: {error}", mark))
+                except (TypeError, ValueError):
+                    message = f"{shown(entry)} is no entry of {key.upper()}; write {FORMS[key]}"
+                    self._problems.append(Problem(message, mark))
 
     def apply(self) -> tuple[Graph, list[Any]]:
         """Compiles and applies; gives the graph and the prims. Raises OmniGraphError, with nothing changed."""

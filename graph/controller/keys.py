@@ -26,6 +26,20 @@ class Keys:
 ORDER = tuple(value for name, value in vars(Keys).items() if name.isupper())
 """The order in which the parts of an edit are done."""
 
+FORMS = {
+    Keys.DELETE_NODES: "a node",
+    Keys.CREATE_NODES: "(name, node type), or (name, dict of an edit) for a compound",
+    Keys.CREATE_PRIMS: "a path, (path, type) or (path, {name: (type, value)}, type)",
+    Keys.CREATE_ATTRIBUTES: "(node.inputs:name, type)",
+    Keys.CREATE_VARIABLES: "(name, type) or (name, type, value)",
+    Keys.EXPOSE_PRIMS: "(one of PrimExposureType, prim, node name)",
+    Keys.PROMOTE_ATTRIBUTES: "(node.inputs:name, port name)",
+    Keys.DISCONNECT: "(source, destination)",
+    Keys.CONNECT: "(source, destination)",
+    Keys.SET_VALUES: "(node.inputs:name, value) or (node.inputs:name, value, type)",
+}
+"""What an entry of each key is."""
+
 
 class PrimExposureType:
     """How EXPOSE_PRIMS shows a prim: the node type that reads or writes it."""

@@ -30,7 +30,7 @@ _multiply = folded(operator.mul, "product")
     version=2,
     inputs={"a": _operand("first"), "b": _operand("second")},
     outputs={"sum": Attribute(NUMERICS, "a + b, and any further operands")},
-    dynamic_inputs={"{x}": EXTRA},
+    dynamic_inputs={"{operand}": EXTRA},
     resolve=promoted("sum"),
     specialize=two_numbers(operator.add, "sum"),
 )
@@ -44,7 +44,7 @@ def add(db: Any) -> None:
     version=2,
     inputs={"a": _operand("first"), "b": _operand("second")},
     outputs={"difference": Attribute(NUMERICS, "a - b, less any further operands")},
-    dynamic_inputs={"{x}": EXTRA},
+    dynamic_inputs={"{operand}": EXTRA},
     resolve=promoted("difference"),
     specialize=two_numbers(operator.sub, "difference"),
 )
@@ -58,7 +58,7 @@ def subtract(db: Any) -> None:
     version=2,
     inputs={"a": _operand("first"), "b": _operand("second")},
     outputs={"product": Attribute(NUMERICS, "a x b, times any further operands")},
-    dynamic_inputs={"{x}": EXTRA},
+    dynamic_inputs={"{operand}": EXTRA},
     resolve=promoted("product"),
     specialize=two_numbers(operator.mul, "product"),
 )

@@ -85,7 +85,7 @@ _nand, _nor = _combined(operator.and_, opposite=True), _combined(operator.or_, o
     version=2,
     inputs={"a": FIRST, "b": SECOND},
     outputs={"result": Attribute(BOOLS, "whether all operands are true")},
-    dynamic_inputs={"{x}": EXTRA},
+    dynamic_inputs={"{operand}": EXTRA},
     resolve=condition_type("result"),
     specialize=_two_bools(operator.and_),
 )
@@ -99,7 +99,7 @@ def boolean_and(db: Any) -> None:
     version=2,
     inputs={"a": FIRST, "b": SECOND},
     outputs={"result": Attribute(BOOLS, "whether an operand is false")},
-    dynamic_inputs={"{x}": EXTRA},
+    dynamic_inputs={"{operand}": EXTRA},
     resolve=condition_type("result"),
     specialize=_two_bools(operator.and_, opposite=True),
 )
@@ -113,7 +113,7 @@ def boolean_nand(db: Any) -> None:
     version=2,
     inputs={"a": FIRST, "b": SECOND},
     outputs={"result": Attribute(BOOLS, "whether an operand is true")},
-    dynamic_inputs={"{x}": EXTRA},
+    dynamic_inputs={"{operand}": EXTRA},
     resolve=condition_type("result"),
     specialize=_two_bools(operator.or_),
 )
@@ -127,7 +127,7 @@ def boolean_or(db: Any) -> None:
     version=2,
     inputs={"a": FIRST, "b": SECOND},
     outputs={"result": Attribute(BOOLS, "whether all operands are false")},
-    dynamic_inputs={"{x}": EXTRA},
+    dynamic_inputs={"{operand}": EXTRA},
     resolve=condition_type("result"),
     specialize=_two_bools(operator.or_, opposite=True),
 )

@@ -17,7 +17,7 @@ TEXTS = ("string", "token", "token[]")
     version=2,
     inputs={"a": Attribute(TEXTS, "the start"), "b": Attribute(TEXTS, "what follows")},
     outputs={"value": Attribute(TEXTS, "all of it, of the type of a; an array where one of them is")},
-    dynamic_inputs={"{x}": Attribute(TEXTS, "what follows then")},
+    dynamic_inputs={"{operand}": Attribute(TEXTS, "what follows then")},
     resolve=joined_text,
 )
 def build_string(db: Any) -> None:

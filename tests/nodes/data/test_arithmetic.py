@@ -37,7 +37,7 @@ def test_add_promotes_its_operands(a, b, total, type_name):
     assert name == type_name
 
 
-def test_add_takes_further_operands_of_any_name():
+def test_add_takes_further_operands_by_letters():
     value, _ = result("Add", of("double", 1), of("double", 2), "sum", c=of("double", 3), d=of("double", 4))
     assert value == 10
 
