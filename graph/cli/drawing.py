@@ -88,7 +88,7 @@ def as_text(drawing: Drawing) -> Iterator[str]:
             yield f"        {edge.output} {arrows[edge.kind]} {edge.target}.{edge.input}"
 
 
-def as_mermaid(drawing: Drawing) -> Iterator[str]:
+def as_mermaid(drawing: Drawing, *, values: bool = False) -> Iterator[str]:
     """A Mermaid flowchart: thick arrows are execution, thin ones data, dotted ones unknown."""
     arrows = {"execution": "==>", "data": "-->", "unknown": "-.->"}
     ids = _ids(drawing)
@@ -96,7 +96,7 @@ def as_mermaid(drawing: Drawing) -> Iterator[str]:
     for index, (graph, nodes) in enumerate(drawing.graphs):
         yield f'  subgraph g{index}["{_mermaid(graph.path)} ({graph.evaluator}, {graph.pipeline_stage})"]'
         for node in nodes:
-            yield f'    {ids[node.path]}["{_mermaid(node.name)}<br/>{_mermaid(str(node.type))}"]'
+            yield f'    {ids[node.path]}["{"<br/>".join(map(_mermaid, _label(node, values)))}"]'
         yield "  end"
     for node in drawing.strangers:
         yield f'  {ids[node.path]}["{_mermaid(node.path)}<br/>?"]'
@@ -105,7 +105,7 @@ def as_mermaid(drawing: Drawing) -> Iterator[str]:
         yield f'  {ids[edge.source]} {arrows[edge.kind]}|"{label}"| {ids[edge.target]}'
 
 
-def as_dot(drawing: Drawing) -> Iterator[str]:
+def as_dot(drawing: Drawing, *, values: bool = False) -> Iterator[str]:
     """A Graphviz digraph: bold edges are execution, plain ones data, dotted ones unknown."""
     styles = {"execution": "bold", "data": "solid", "unknown": "dotted"}
     ids = _ids(drawing)
@@ -115,7 +115,7 @@ def as_dot(drawing: Drawing) -> Iterator[str]:
         yield f"  subgraph cluster_{index} {{"
         yield f"    label={_dot(f'{graph.path} ({graph.evaluator}, {graph.pipeline_stage})')};"
         for node in nodes:
-            yield f"    {ids[node.path]} [label={_dot(node.name, str(node.type))}];"
+            yield f"    {ids[node.path]} [label={_dot(*_label(node, values))}];"
         yield "  }"
     for node in drawing.strangers:
         yield f"  {ids[node.path]} [label={_dot(node.path, '?')}, style=dashed];"
@@ -179,6 +179,11 @@ def _relative(path: str, graph: str) -> str:
 def _ids(drawing: Drawing) -> dict[str, str]:
     nodes: Iterable[DrawnNode] = (*(node for _, nodes in drawing.graphs for node in nodes), *drawing.strangers)
     return {node.path: f"n{index}" for index, node in enumerate(nodes)}
+
+
+def _label(node: DrawnNode, values: bool) -> list[str]:
+    given = [f"{key} = {_value(value)}" for key, value in node.inputs.items()] if values else []
+    return [node.name, str(node.type), *given]
 
 
 def _value(value: Any) -> str:

@@ -21,6 +21,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default="text",
         help="text tree, Mermaid flowchart or Graphviz DOT (default: text)",
     )
+    parser.add_argument("--values", action="store_true", help="show the values of inputs in pictures too")
     parser.add_argument(
         "--allow", action="append", default=[], type=Path, metavar="DIR", help="also allow files below DIR"
     )
@@ -37,8 +38,13 @@ def run(args: argparse.Namespace) -> int:
     if examined.spec is None:
         raise UserError(examined.problems)
     spec = without_unknown_types(examined.spec) if args.skip_unknown else examined.spec
-    draw = {"text": drawing.as_text, "mermaid": drawing.as_mermaid, "dot": drawing.as_dot}[args.format]
-    for line in draw(drawing.read(spec)):
+    drawn = drawing.read(spec)
+    if args.format == "text":
+        lines = drawing.as_text(drawn)
+    else:
+        picture = drawing.as_mermaid if args.format == "mermaid" else drawing.as_dot
+        lines = picture(drawn, values=args.values)
+    for line in lines:
         print(line)
     for note in spec.notes:
         print(note_line(note), file=sys.stderr)

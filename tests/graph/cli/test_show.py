@@ -107,3 +107,16 @@ def test_a_file_that_cannot_be_read_is_not_drawn(folder, graph):
     result = graph("show", "none.yaml")
     assert (result.code, result.out) == (2, "")
     assert result.err == "graph: none.yaml: no such file.\n"
+
+
+def test_pictures_show_the_values_of_inputs_on_request(graph, tmp_path):
+    text = "graphs: {/G: {nodes: {c: {type: Countdown, inputs: {duration: 5, period: 2}}}}}"
+    (tmp_path / "v.yaml").write_text(f"tickgraph: 1\n{text}\n")
+
+    assert "duration" not in graph("show", tmp_path / "v.yaml", "--format", "dot").out
+    assert (
+        '"c\\nCountdown\\nduration = 5\\nperiod = 2"'
+        in graph("show", tmp_path / "v.yaml", "--format", "dot", "--values").out
+    )
+    mermaid = graph("show", tmp_path / "v.yaml", "--format", "mermaid", "--values").out
+    assert "c<br/>Countdown<br/>duration = 5<br/>period = 2" in mermaid
