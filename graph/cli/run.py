@@ -91,6 +91,7 @@ def run(args: argparse.Namespace) -> int:
         # Physics is built here: a scene that has none that can be built is refused before anything is written.
         app.play()
         if args.out:
+            app.output_folder = args.out
             _record(session, args.out, cleanup)
         if args.trace:
             _trace(session, args.trace, tracing)

@@ -111,6 +111,8 @@ class App(Drivers):
         self.exit_requested = False
         """Whether something (a node ExitApplication) asked the run to end; nothing is updated after that update."""
         self._subscribers = {name: Subscribers() for name in (*PHASES, *EVENTS)}
+        self.output_folder: Path | None = None
+        """Where the run writes; None where it writes nothing."""
         self._subscribers["physics_pre_step"] = self.simulation.pre_step
         self._subscribers["physics_post_step"] = self.simulation.post_step
         self.on("resume", self.simulation.resample, -1)

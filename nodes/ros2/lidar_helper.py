@@ -11,7 +11,7 @@ from graph.sim import settings as keys
 
 from .laser_scans import LASER_SCAN, scan_style
 from .lidar_frames import SCAN_CHANNELS, cloud_channels, frame_cloud, frame_scan
-from .lidar_writers import STRING, FrameWriter, object_id_map, stamps
+from .lidar_writers import STRING, FrameWriter, class_labels, object_id_map, stamps
 from .point_clouds import CLOUD_FIELDS, POINT_CLOUD
 from .publishing import publisher_inputs, topic_name
 
@@ -27,6 +27,8 @@ class _Attached:
     writers: list[FrameWriter] = field(default_factory=list)
     demand: dict[object, tuple[frozenset[str], bool]] = field(default_factory=dict)
     demanding: bool = False
+    view: Any = None
+    """The writer that draws the debug view."""
 
 
 def _detach(db: Any) -> None:
@@ -35,7 +37,9 @@ def _detach(db: Any) -> None:
         return
     _demand(memory, False)
     memory.product.writers[:] = [one for one in memory.product.writers if one not in memory.writers]
-    memory.product, memory.writers = None, []
+    if memory.view is not None:
+        memory.view.detach()
+    memory.product, memory.writers, memory.view = None, [], None
 
 
 @node_type(
@@ -59,7 +63,9 @@ def _detach(db: Any) -> None:
             deprecated="whole scans come from tickRate = scanRateBaseHz",
             warns_itself=True,
         ),
-        "showDebugView": Attribute("bool", "for a viewer; a run without one does not draw", default=False),
+        "showDebugView": Attribute(
+            "bool", "draw each cloud into a PNG file, in the folder debug_view of the run's --out", default=False
+        ),
         "useSystemTime": Attribute("bool", "stamp with the wall time of the last physics step", default=False),
         "frameSkipCount": Attribute(
             "uint",
@@ -124,7 +130,24 @@ def _attach(db: Any, path: str) -> bool:
     for writer in memory.writers:
         app.bus.advertise(writer.topic, writer.type_name, db.path)
         product.writers.append(writer)
+    memory.view = _debug_view(db, product)
     return True
+
+
+def _debug_view(db: Any, product: Any) -> Any:
+    """The writer that draws the frames, attached; None where it is not wanted, or the run writes nothing."""
+    from sensors.replicator import get_writer
+
+    if not db.inputs.showDebugView:
+        return None
+    folder = db.app.output_folder
+    if folder is None:
+        db.warn("debug-view-unavailable", "showDebugView draws into the run's folder; give the run one with --out")
+        return None
+    prim = db.app.stage.GetPrimAtPath(product.camera_path)
+    frame = prim.GetAttribute("omni:sensor:Core:outputFrameOfReference").Get()
+    options = {"doTransform": frame != "WORLD", "output_dir": folder / "debug_view"}
+    return get_writer("RtxSensorDebugDrawPointCloud", options, app=db.app).attach(product)
 
 
 def _is_lidar(prim: Any) -> bool:
@@ -155,8 +178,6 @@ def _warn_about_settings(db: Any) -> None:
             "system-time-never-resets",
             "useSystemTime stamps with wall time, which resetSimulationTimeOnStop cannot reset",
         )
-    if inputs.showDebugView:
-        db.warn("debug-view-unavailable", "showDebugView needs a viewer; the clouds can be looked at in the recording")
 
 
 def _writers(db: Any, product: Any, kind: str, metadata: tuple[str, ...]) -> list[FrameWriter]:
@@ -178,6 +199,9 @@ def _writers(db: Any, product: Any, kind: str, metadata: tuple[str, ...]) -> lis
             app.bus, topic, POINT_CLOUD, stamp, lambda frame, at: frame_cloud(frame, metadata, at, frame_id), every
         )
     ]
+    if "ClassId" in metadata:
+        make_labels = partial(_labels_message, product.sensor)
+        writers.append(FrameWriter(app.bus, f"{topic}_labels", STRING, stamp, make_labels, every))
     if inputs.enableObjectIdMap:
         if "ObjectId" in metadata and app.settings.get(STABLE_IDS, False):
             topic = topic_name(db, camera, inputs.objectIdMapTopicName)
@@ -193,6 +217,10 @@ def _writers(db: Any, product: Any, kind: str, metadata: tuple[str, ...]) -> lis
 
 def _ids_message(sensor: Any, frame: Any, at: int) -> Any:
     return object_id_map(sensor.object_ids(), at)
+
+
+def _labels_message(sensor: Any, frame: Any, at: int) -> Any:
+    return class_labels(sensor.class_labels(), at)
 
 
 def _needs(db: Any, kind: str, metadata: tuple[str, ...]) -> dict[object, tuple[frozenset[str], bool]]:

@@ -49,6 +49,16 @@ def stamps(simulation: Any, *, system_time: bool, reset_on_stop: bool) -> Callab
     return lambda frame: frame.timestamp_ns + nanoseconds(simulation.monotonic_time - simulation.time)
 
 
+def class_labels(labels: dict[int, dict[str, str]], at: int) -> Any:
+    """`std_msgs/String` with JSON: number of a semantic class -> its labels, and the stamp."""
+    from graph.sim.ros_types import message_type
+
+    time = stamp(at)
+    content: dict[str, Any] = {str(number): found for number, found in sorted(labels.items())}
+    content["time_stamp"] = {"sec": time.sec, "nanosec": time.nanosec}
+    return message_type(STRING)(json.dumps(content))
+
+
 def object_id_map(paths: dict[int, str], at: int) -> Any:
     """`std_msgs/String` with JSON: decimal 128-bit object id -> prim path, and the stamp."""
     from graph.sim.ros_types import message_type

@@ -27,7 +27,7 @@ class CloudField:
     format: str
 
 
-# In the order in which the fields stand in a point. Ring and Time are additions of ours, for SLAM front ends.
+# In the order in which the fields stand in a point. Ring, Time and ClassId are additions of ours.
 CLOUD_FIELDS: Mapping[str, CloudField] = {
     "Intensity": CloudField("scalar", ("intensity",), "<f4"),
     "Timestamp": CloudField("timeOffsetNs", ("timestamp_0", "timestamp_1"), "<u4"),
@@ -43,6 +43,7 @@ CLOUD_FIELDS: Mapping[str, CloudField] = {
     "RadialVelocityMS": CloudField("rv_ms", ("radial_velocity_ms",), "<f4"),
     "Ring": CloudField("channelId", ("ring",), "<u2"),
     "Time": CloudField("timeOffsetNs", ("time",), "<f4"),
+    "ClassId": CloudField("classId", ("class_id",), "<u4"),
 }
 
 

@@ -211,3 +211,46 @@ def test_an_object_id_map_is_json_with_decimal_ids_and_the_stamp():
         "id_to_labels": {"7": "/World/Ball", str(2**100): "/World/Box"},
         "time_stamp": {"sec": 1, "nanosec": 500_000_000},
     }
+
+
+def test_the_semantic_class_is_a_field_and_its_labels_a_topic_beside_the_cloud(stage, lidar, world):
+    import json
+
+    from pxr import Sdf
+
+    lidar()
+    wall = stage.GetPrimAtPath("/World/Ahead")
+    wall.CreateAttribute("semantics:labels:class", Sdf.ValueTypeNames.TokenArray).Set(["wall"])
+    app = world(physics_hz=240)
+    helper(app, updates=13, selectedMetadata=["ClassId"])
+    cloud = app.sink["/points"][0].message
+    assert names(cloud) == ["x", "y", "z", "class_id"]
+    points = np.frombuffer(cloud.data.tobytes(), np.dtype([("xyz", "<f4", 3), ("class_id", "<u4")]))
+    first, second = (json.loads(one.message.data) for one in app.sink["/points_labels"])
+    assert first == {
+        "0": {"class": "BACKGROUND"},
+        "1": {"class": "UNLABELLED"},
+        "2": {"class": "wall"},
+        "time_stamp": {"sec": 0, "nanosec": 0},
+    }
+    assert second["time_stamp"] == {"sec": 0, "nanosec": 100_000_000}
+    ahead = points["xyz"][:, 0] > 3.9  # the wall four metres ahead
+    assert set(points["class_id"][ahead]) == {2}
+    assert set(points["class_id"][~ahead]) == {1}
+
+
+def test_the_debug_view_is_drawn_into_the_runs_folder(tmp_path, lidar, world):
+    lidar()
+    app = world(physics_hz=240)
+    app.output_folder = tmp_path
+    assert helper(app, updates=13, showDebugView=True).warnings == []
+    assert sorted(file.name for file in (tmp_path / "debug_view").iterdir()) == [
+        "World_Lidar_000000.png",
+        "World_Lidar_000001.png",
+    ]
+
+
+def test_without_a_folder_the_debug_view_says_what_it_needs(lidar, world):
+    lidar()
+    [warning] = helper(world(physics_hz=240), updates=7, showDebugView=True).warnings
+    assert (warning.code, "--out" in warning.message) == ("debug-view-unavailable", True)
