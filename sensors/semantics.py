@@ -50,7 +50,7 @@ def inherited_labels(stage: Any, path: str) -> Labels:
 def surface_label(stage: Any, surface: Any) -> Labels:
     """The labels of a surface: of the prim that its shape comes from, then, for a copy, of the point instancer."""
     path = str(surface.path)
-    found = inherited_labels(stage, getattr(surface, "source", None) or path.partition("[")[0])
+    found = inherited_labels(stage, str(surface.source or path))
     if "[" in path:
         found = {**inherited_labels(stage, path.partition("[")[0]), **found}
     return found
