@@ -6,7 +6,17 @@ from typing import Any
 
 from graph import Attribute, node_type
 
-from .frames import CUDA_DEVICE, DATA_PTR, EXEC, RENDER_PRODUCT, Reader, attach, read_frame, release, say_deprecated
+from .frames import (
+    CUDA_DEVICE,
+    DATA_PTR,
+    EXEC,
+    RENDER_PRODUCT,
+    Reader,
+    attach,
+    read_lidar_frame,
+    release,
+    say_deprecated,
+)
 
 OLDER = "of an older array interface; the frame is used instead"
 
@@ -66,7 +76,7 @@ def compute_flat_scan(db: Any) -> bool:
     from sensors.annotators import flat_scan
 
     say_deprecated(db, "ROS2RtxLidarHelper with type laser_scan")
-    frame = read_frame(db, _wanted)
+    frame = read_lidar_frame(db, _wanted)
     if frame is None or frame.count == 0:
         return False
     try:

@@ -82,6 +82,18 @@ def frame_of_handle(db: Any, handle: int) -> Any:
     return frame
 
 
+def read_lidar_frame(db: Any, channels: Callable[[Any], Iterable[str]]) -> Any:
+    """As `read_frame`, for a node that reads lidars alone: fails it, naming the prim, for any other sensor."""
+    frame = read_frame(db, channels)
+    product = db.memory.product
+    path = frame.sensor_path if frame is not None else product.camera_path
+    prim = db.app.stage.GetPrimAtPath(path) if path else None
+    kind = str(prim.GetTypeName()) if prim else ""
+    if (frame is not None and frame.modality != "LIDAR") or (kind and kind != "OmniLidar"):
+        db.fail(f"{path} is {kind or 'no lidar'}; it reads OmniLidar only, IsaacExtractRTXSensorPointCloud reads both")
+    return frame
+
+
 def say_deprecated(db: Any, instead: str) -> None:
     """Warns, once a play, that the node type is deprecated."""
     if not db.memory.told:

@@ -7,7 +7,17 @@ from typing import Any
 from graph import Attribute, node_type
 
 from .buffers import cloud_attributes, write_buffers
-from .frames import CUDA_DEVICE, DATA_PTR, EXEC, RENDER_PRODUCT, Reader, attach, read_frame, release, say_deprecated
+from .frames import (
+    CUDA_DEVICE,
+    DATA_PTR,
+    EXEC,
+    RENDER_PRODUCT,
+    Reader,
+    attach,
+    read_lidar_frame,
+    release,
+    say_deprecated,
+)
 
 # Input flag -> buffer.
 FLAGS = {
@@ -74,7 +84,7 @@ def create_scan_buffer(db: Any) -> bool:
     from sensors import annotators
 
     say_deprecated(db, "IsaacExtractRTXSensorPointCloud")
-    frame = read_frame(db, _wanted)
+    frame = read_lidar_frame(db, _wanted)
     if frame is None or frame.count == 0:
         return False
     scan = annotators.scan_buffer(frame, db.app.meters_per_unit, _names(db))

@@ -217,6 +217,19 @@ def test_in_a_simulation_graph_they_see_the_last_delivered_frame(lidar, world):
     assert trace.fired("exec") == list(range(6, 13))
 
 
+@pytest.mark.parametrize("kind", [BUFFER, FLAT])
+def test_what_reads_lidars_alone_names_a_radar_and_the_node(stage, lidar, world, kind):
+    lidar()
+    app = world(physics_hz=240)
+    stage.DefinePrim("/World/Radar", "OmniRadar")
+    product = render_product(app, "/World/Lidar")
+    product.camera_path = "/World/Radar"  # radars have no render product of their own yet
+    inputs = {"renderProductPath": product.path}
+    with pytest.raises(ComputeError, match="/World/Radar is OmniRadar; it reads OmniLidar only") as caught:
+        run_node(kind, inputs=inputs, pulses={"exec": [0]}, updates=1, app=app)
+    assert "/test/node" in str(caught.value)
+
+
 def test_an_annotator_without_product_or_frame_is_an_error(lidar, world):
     lidar()
     for inputs, message in (
