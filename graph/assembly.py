@@ -27,13 +27,15 @@ if TYPE_CHECKING:
 @dataclass(frozen=True, slots=True)
 class Parts:
     """What a graph file gave: what it says, its compiled graphs, its stage (None where it could not be made),
-    everything that is wrong with it, and what is odd but no hindrance (code, where, message)."""
+    everything that is wrong with it, what is odd but no hindrance (code, where, message); the MJCF model that its stage
+    mirrors, if it does."""
 
     spec: FileSpec | None
     graphs: list[Graph]
     stage: Usd.Stage | None
     problems: list[Problem]
     warnings: list[tuple[str, str, str]]
+    mjcf: Any = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +76,7 @@ def build_parts(
         examined = examine(path, allow=allow)
         spec, problems = examined.spec, list(examined.problems)
     graphs: list[Graph] = []
-    stage = None
+    stage = mjcf = None
     warnings: list[tuple[str, str, str]] = []
 
     def warn(code: str, where: str, message: str) -> None:
@@ -90,7 +92,7 @@ def build_parts(
             )
             graphs, spec = compile_file(spec, registry or DEFAULT, skip_unknown=skip_unknown)
         with _collecting(problems):
-            stage = build_stage(spec, allow, warn)
+            stage, mjcf = build_stage(spec, allow, warn)
         problems += option_problems(spec)
     if spec is not None and stage is not None:
         problems += stage_problems(stage, spec)
@@ -100,7 +102,7 @@ def build_parts(
         else:
             problems += missing
     warnings[:0] = spec.notes if spec else ()
-    return Parts(spec, graphs, stage, sorted(dict.fromkeys(problems), key=_place), [*dict.fromkeys(warnings)])
+    return Parts(spec, graphs, stage, sorted(dict.fromkeys(problems), key=_place), [*dict.fromkeys(warnings)], mjcf)
 
 
 def open_session(
@@ -145,6 +147,7 @@ def open_session(
     spec = parts.spec
     app = App(
         parts.stage,
+        mjcf=parts.mjcf,
         physics_hz=spec.clock.physics_hz,
         loop_hz=spec.clock.loop_hz,
         experience=spec.clock.experience,

@@ -79,7 +79,10 @@ class GraphSpec:
 
 @dataclass(frozen=True, slots=True)
 class SceneSpec:
-    """Where the world comes from: a USD or MJCF file (absolute path) and prims authored inline, in order."""
+    """Where the world comes from: a USD or MJCF file (absolute path) and prims authored inline, in order.
+
+    keyframe: of the MJCF model, by name or number, the one to start in.
+    """
 
     usd: Path | None = None
     mjcf: Path | None = None
@@ -87,6 +90,7 @@ class SceneSpec:
     mark: Mark | None = None
     prim_marks: Mapping[tuple[str, ...], Mark] = field(default_factory=dict)
     """Marks by (prim path,) and (prim path, key)."""
+    keyframe: str | int | None = None
 
 
 @dataclass(frozen=True, slots=True)

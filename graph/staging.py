@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from .context import Warn
-from .errors import Mark, Problem, UserError
+from .errors import Mark, Problem
 from .spec import FileSpec, NodeSpec
 
 if TYPE_CHECKING:
@@ -19,18 +19,26 @@ GRAPH_PRIMS = ("", "Scope", "Xform", "OmniGraph", "ComputeGraph")
 """Types of prims that a graph's path may name."""
 
 
-def build_stage(spec: FileSpec, allow: Sequence[Path], warn: Warn) -> Usd.Stage:
-    """The file's scene with its inline prims authored on top. Raises UserError with every problem found."""
+def build_stage(spec: FileSpec, allow: Sequence[Path], warn: Warn) -> tuple[Usd.Stage, Any]:
+    """The file's scene with its inline prims authored on top, and the MJCF model (`MjcfScene`) that it mirrors, if any.
+
+    Raises UserError with every problem found.
+    """
     from sensors.configs import author_config
 
     from .sim.prims import author_prims
     from .sim.stage import meters_per_unit, open_stage, up_axis
 
     scene = spec.scene
-    if scene.mjcf is not None:
-        raise UserError(Problem("scene.mjcf: MJCF scenes cannot be loaded yet; convert the model to USD", scene.mark))
     roots = [root for root in (spec.folder, *allow) if root is not None]
-    stage = open_stage(scene.usd, roots, warn=warn)
+    mjcf: Any = None
+    if scene.mjcf is not None:
+        from .sim.mjcf.scene import open_mjcf
+
+        mjcf = open_mjcf(scene.mjcf, roots, scene.keyframe, warn)
+        stage = mjcf.stage
+    else:
+        stage = open_stage(scene.usd, roots, warn=warn)
     meters_per_unit(stage), up_axis(stage)
 
     def where(path: str, key: str | None = None) -> Mark | None:
@@ -39,7 +47,10 @@ def build_stage(spec: FileSpec, allow: Sequence[Path], warn: Warn) -> Usd.Stage:
     author_prims(
         stage, scene.prims, where, sensor_config=author_config, allow_roots=roots, folder=spec.folder, warn=warn
     )
-    return stage
+    if mjcf is not None:
+        mjcf.overridden(scene.prims, warn)
+        mjcf.settle(warn)
+    return stage, mjcf
 
 
 def stage_problems(stage: Usd.Stage, spec: FileSpec) -> Iterator[Problem]:

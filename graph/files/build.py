@@ -49,6 +49,8 @@ class Builder:
     def _scene(self, scene: model.Scene) -> SceneSpec:
         if scene.usd is not None and scene.mjcf is not None:
             self._wrong(("scene", "mjcf"), "scene: give usd or mjcf, not both.", key=True)
+        if scene.keyframe is not None and scene.mjcf is None:
+            self._wrong(("scene", "keyframe"), "scene.keyframe: only an MJCF model (scene.mjcf) has any.", key=True)
         prims = self.root.get("scene")
         prims = prims.get("prims") if isinstance(prims, Map) else None
         return SceneSpec(
@@ -57,6 +59,7 @@ class Builder:
             prims={path: self._prim(path, keys) for path, keys in scene.prims.items()},
             mark=self._key_mark("scene") if "scene" in self.root else None,
             prim_marks=dict(self._prim_marks(prims)) if isinstance(prims, Map) else {},
+            keyframe=scene.keyframe,
         )
 
     def _scene_file(self, key: str, text: str | None) -> Path | None:

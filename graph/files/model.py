@@ -269,7 +269,12 @@ class Scene(_Part):
         default=None,
         description="USD file (.usd, .usda, .usdc, .usdz), relative to the graph file and below its folder.",
     )
-    mjcf: str | None = Field(default=None, description="MJCF model (.xml), relative to the graph file.")
+    mjcf: str | None = Field(
+        default=None, description="MJCF model (.xml), relative to the graph file and below its folder."
+    )
+    keyframe: str | int | None = Field(
+        default=None, description="Keyframe of the MJCF model to start in, by name or number. Left out: none."
+    )
     prims: dict[PrimPath, PrimEntry] = Field(
         default_factory=dict,
         description="Prims to author, by path, in order: a type, a transform (translate, orient or rotate, scale), "

@@ -9,6 +9,7 @@ from graph.sim.stage import Warn, ignore_warning
 
 if TYPE_CHECKING:
     from graph.sim.fidelity import Fidelity
+    from graph.sim.mjcf.scene import MjcfScene
     from graph.sim.scan import Scan
 
     from .compile import Compiled
@@ -23,9 +24,11 @@ def build_physics(
     *,
     warn: Warn = ignore_warning,
     scan: Scan | None = None,
+    mjcf: MjcfScene | None = None,
 ) -> Physics | None:
     """The stage's dynamics with time step `dt` [s], at the state the stage describes; None if nothing can move.
 
+    mjcf: the model that the stage mirrors; it is simulated as it is, and the stage's other bodies and colliders in it.
     fidelity: its knobs `physics.*` choose how the engine solves (see `solver`); they beat the scene's own attributes.
     Where neither says it, the integrator is `discrete` with driven joints (it alone keeps stiff drives and contacts
     stable together) and the cheaper `implicitfast` without, or with contacts that bounce. Raises UserError if the
@@ -33,8 +36,10 @@ def build_physics(
     """
     from graph.sim.scan import scan_stage
 
+    if mjcf is not None:
+        mjcf.settle(warn)
     scan = scan or scan_stage(stage)
-    if not scan.dynamic:
+    if not scan.dynamic and not (mjcf and mjcf.model.nv):
         return None
     from .compile import compile_world
     from .engine import Physics
@@ -42,7 +47,12 @@ def build_physics(
     from .solver import chosen
 
     def compiled(world: World, dt: Fraction, warn: Warn) -> Compiled:
-        return compile_world(world, dt, chosen(fidelity).over(world.options), warn)
+        options = chosen(fidelity).over(world.options)
+        if mjcf is None:
+            return compile_world(world, dt, options, warn)
+        from graph.sim.mjcf.playing import compile_scene
+
+        return compile_scene(mjcf, world, dt, options, warn)
 
     world = read_world(scan, warn)
     physics = Physics(compiled(world, dt, warn), dt, scan.meters_per_unit)

@@ -1,0 +1,248 @@
+"""An MJCF model with all that it names, read before MuJoCo sees any of it.
+
+Includes are put in their places, every other file that the model names is read, and the names are replaced by names of
+our own: MuJoCo then opens no file by itself. Each element is written on a line of its own, and no two models that
+belong together share a line number, so that the line in one of MuJoCo's messages leads back to a file and a line.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from xml.sax.saxutils import quoteattr
+
+from graph.errors import Mark, Problem, UserError
+
+from . import bounds
+from .source import Element, parse
+
+MAX_FILE = 2**28
+"""Bytes of one asset."""
+MAX_TOTAL = 2**30
+"""Bytes of all assets."""
+MAX_INCLUDES = 1000
+
+_FILES = {
+    "mesh": ("file",),
+    "hfield": ("file",),
+    "skin": ("file",),
+    "flexcomp": ("file",),
+    "texture": ("file", "fileright", "fileleft", "fileup", "filedown", "filefront", "fileback"),
+}
+_SETTLED = ("meshdir", "texturedir", "assetdir", "strippath", "discardvisual", "fusestatic")
+"""Compiler attributes that are left out: the first are applied here; the last two take away what rays should see."""
+
+
+@dataclass
+class Document:
+    """A model ready for MuJoCo: its text, the contents of the files named in it, and where each line is from."""
+
+    file: Path
+    text: str = ""
+    assets: dict[str, bytes] = field(default_factory=dict)
+    marks: list[Mark] = field(default_factory=list)
+
+    def mark(self, line: int) -> Mark | None:
+        """The place in a file that line `line` (from 1) of one of the texts comes from."""
+        return self.marks[line - 1] if 0 < line <= len(self.marks) else None
+
+
+def read_model(file: Path, roots: Sequence[Path]) -> Document:
+    """The model in `file`, all of whose files lie below `roots` (links resolved).
+
+    Raises UserError with every problem: files that are missing, outside, too large or no XML; a model too large.
+    """
+    reader = _Reader(file, [root.expanduser().resolve() for root in roots])
+    document = Document(file)
+    document.text = reader.model(file, ())[0]
+    document.assets, document.marks = reader.assets, reader.marks
+    if reader.problems:
+        raise UserError(reader.problems)
+    return document
+
+
+@dataclass
+class _Folders:
+    """Where the assets of one model are."""
+
+    model: Path
+    mesh: str = ""
+    texture: str = ""
+    strip: bool = False
+
+    def path(self, tag: str, text: str) -> Path:
+        text = text.replace("\\", "/")
+        if self.strip:
+            text = text.rpartition("/")[2]
+        below = {"texture": self.texture, "model": ""}.get(tag, self.mesh)
+        return self.model / below.replace("\\", "/") / text
+
+
+class _Reader:
+    def __init__(self, file: Path, roots: Sequence[Path]) -> None:
+        self.roots = roots
+        self.problems: list[Problem] = []
+        self.assets: dict[str, bytes] = {}
+        self.marks: list[Mark] = []
+        self._names: dict[Path, str] = {}
+        self._models: dict[Path, tuple[str, float, str]] = {}
+        self._total = 0
+
+    def model(self, file: Path, above: tuple[Path, ...]) -> tuple[str, float, str]:
+        """Text, number of elements and name of a model, which is parsed for one in `above`, the outermost first."""
+        root = parse(file, shown(file))
+        if root.tag != "mujoco":
+            hint = "this is a URDF; convert it to MJCF" if root.tag == "robot" else "an MJCF model starts with <mujoco>"
+            raise UserError(Problem(f"the root element is <{root.tag}>; {hint}", root.mark))
+        self._include(root, file.parent, file.parent, {file.resolve()})
+        folders = _folders(root, file.parent)
+        models: dict[str, int] = {}
+        for element in _walk(root):
+            self.problems += bounds.too_large(element)
+            if element.tag == "model" and element.get("file"):
+                models.update(self._submodel(element, folders, (*above, file.resolve())))
+            for attribute in _FILES.get(element.tag, ()):
+                if element.get(attribute):
+                    self._asset(element, attribute, folders)
+        size = bounds.elements(root, models)
+        if size > bounds.MAX_ELEMENTS:
+            message = f"replication and attachment make {size:.0f} elements of it, above {bounds.MAX_ELEMENTS}"
+            raise UserError([*self.problems, Problem(message, root.mark)])
+        first = len(self.marks)
+        lines = list(self._lines(root))
+        return "\n" * first + "\n".join(lines), size, root.get("model") or ""
+
+    def _include(self, parent: Element, main: Path, folder: Path, seen: set[Path]) -> None:
+        children: list[Element] = []
+        for child in parent.children:
+            if child.tag != "include":
+                self._include(child, main, folder, seen)
+                children.append(child)
+                continue
+            text = (child.get("file") or "").replace("\\", "/")
+            if not text:
+                self.problems.append(Problem("include: it names no file", child.mark))
+                continue
+            # As MuJoCo does: below the main file's folder, else below that of the file which includes.
+            path = main / text if (main / text).exists() else folder / text
+            if self._refused(path, child, "include", text):
+                continue
+            if path.resolve() in seen or len(seen) > MAX_INCLUDES:
+                self.problems.append(Problem(f"include: {text} is included already; a file may be so once", child.mark))
+                continue
+            seen.add(path.resolve())
+            included = parse(path, shown(path))
+            self._include(included, main, path.parent, seen)
+            children += included.children
+        parent.children = children
+
+    def _submodel(self, element: Element, folders: _Folders, above: tuple[Path, ...]) -> dict[str, int]:
+        """The number of elements of a model that can be attached, by its names."""
+        text = element.attributes["file"]
+        path = folders.path("model", text)
+        if self._refused(path, element, _said(element), text):
+            return {}
+        path = path.resolve()
+        if path in above:
+            self.problems.append(Problem(f"{_said(element)}: {text} attaches itself", element.mark))
+            return {}
+        if path not in self._models:
+            self._models[path] = self.model(path, above)
+            self.assets[self._name(path)] = self._models[path][0].encode()
+        element.attributes["file"] = self._name(path)
+        _, size, name = self._models[path]
+        return {element.get("name") or name: int(size)}
+
+    def _asset(self, element: Element, attribute: str, folders: _Folders) -> None:
+        text = element.attributes[attribute]
+        path = folders.path(element.tag, text)
+        if self._refused(path, element, _said(element), text):
+            return
+        if attribute == "file" and element.tag not in ("flexcomp", "skin"):
+            element.attributes.setdefault("name", Path(text.replace("\\", "/")).stem)
+        path = path.resolve()
+        name = self._name(path)
+        if name not in self.assets:
+            data = path.read_bytes()
+            self._total += len(data)
+            if self._total > MAX_TOTAL:
+                raise UserError(Problem(f"its assets are larger than {MAX_TOTAL >> 30} GiB", element.mark))
+            width, height = bounds.image_size(data) or (0, 0)
+            if width * height > bounds.MAX_PIXELS:
+                message = f"{_said(element)}: {text} has {width} by {height} pixels, above {bounds.MAX_PIXELS}"
+                self.problems.append(Problem(message, element.mark))
+                return
+            self.assets[name] = data
+        element.attributes[attribute] = name
+
+    def _refused(self, path: Path, element: Element, what: str, text: str) -> bool:
+        """Notes why a file cannot be read, if it cannot."""
+        try:
+            real = path.resolve()
+            outside = not any(real.is_relative_to(root) for root in self.roots)
+            missing, large = not real.is_file(), real.is_file() and real.stat().st_size > MAX_FILE
+        except (OSError, ValueError, RuntimeError):
+            outside, missing, large = False, True, False
+        if outside:
+            reason = "lies outside the model's folders; move it there, or allow its folder with --allow"
+        elif missing:
+            reason = f"there is no such file (looked for {shown(path)})"
+        elif large:
+            reason = f"is larger than {MAX_FILE >> 20} MiB"
+        else:
+            return False
+        joint = ": " if missing and not outside else " "
+        self.problems.append(Problem(f"{what}: {text}{joint}{reason}", element.mark))
+        return True
+
+    def _name(self, path: Path) -> str:
+        """The name that a file has for MuJoCo."""
+        if path not in self._names:
+            self._names[path] = f"{len(self._names)}-{path.name}"
+        return self._names[path]
+
+    def _lines(self, element: Element) -> Iterator[str]:
+        self.marks.append(element.mark)
+        ignored = _SETTLED if element.tag == "compiler" else ()
+        attributes = "".join(
+            f" {name}={quoteattr(value)}" for name, value in element.attributes.items() if name not in ignored
+        )
+        if not element.children:
+            yield f"<{element.tag}{attributes}/>"
+            return
+        yield f"<{element.tag}{attributes}>"
+        for child in element.children:
+            yield from self._lines(child)
+        self.marks.append(element.mark)
+        yield f"</{element.tag}>"
+
+
+def shown(path: Path) -> str:
+    """A path as messages name it: relative to the working directory where it lies below."""
+    try:
+        return str(path.relative_to(Path.cwd()))
+    except ValueError:
+        return str(path)
+
+
+def _folders(root: Element, folder: Path) -> _Folders:
+    out = _Folders(folder)
+    for compiler in (child for child in root.children if child.tag == "compiler"):
+        both = compiler.get("assetdir")
+        out.mesh = compiler.get("meshdir") or both or out.mesh
+        out.texture = compiler.get("texturedir") or both or out.texture
+        if compiler.get("strippath"):
+            out.strip = compiler.get("strippath") == "true"
+    return out
+
+
+def _walk(element: Element) -> Iterator[Element]:
+    yield element
+    for child in element.children:
+        yield from _walk(child)
+
+
+def _said(element: Element) -> str:
+    name = element.get("name")
+    return f"{element.tag} {name}" if name else element.tag

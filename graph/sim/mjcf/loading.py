@@ -1,0 +1,83 @@
+"""MuJoCo's view of a model that has been read: specification and compiled model; its errors with their place."""
+
+from __future__ import annotations
+
+import re
+import warnings
+from pathlib import Path
+from typing import Any
+
+from graph.errors import Mark, Problem, UserError
+from graph.sim.physics.library import mujoco
+from graph.sim.stage import Warn
+
+from .files import Document, shown
+
+_LINE = re.compile(r"(?:Element '(?P<tag>\w*)'|Element name '(?P<name>[^\n]*)', id -?\d+)(?:, line (?P<line>\d+))?")
+_KINDS = ("bodies", "joints", "geoms", "sites", "cameras", "actuators", "sensors")
+
+
+def load(document: Document, warn: Warn) -> tuple[Any, Any]:
+    """The `MjSpec` and `MjModel` of a document; every element that prims stand for has a name.
+
+    Raises UserError, one line with file and line, for what MuJoCo refuses. Its warnings become `mjcf-model`.
+    """
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        try:
+            spec = mujoco.MjSpec.from_string(document.text, assets=document.assets)
+            _name_all(spec)
+            model = spec.compile()
+        except (ValueError, mujoco.FatalError) as error:
+            raise UserError(_problem(document, str(error))) from error
+    for each in said:
+        problem = _problem(document, str(each.message))
+        warn("mjcf-model", str(problem.mark or shown(document.file)), problem.message)
+    return spec, model
+
+
+def _name_all(spec: Any) -> None:
+    """Give a name to each body, joint and so on that has none: MuJoCo's numbers change when a model grows."""
+    for kind in _KINDS:
+        found = list(getattr(spec, kind))
+        taken = {element.name for element in found}
+        for number, element in enumerate(found):
+            if element.name:
+                continue
+            name = f"{'body' if kind == 'bodies' else kind.removesuffix('s')}{number}"
+            while name in taken:
+                name += "_"
+            element.name = name
+            taken.add(name)
+
+
+def _problem(document: Document, text: str) -> Problem:
+    """One of MuJoCo's messages as one line, at the place in the files that it is about."""
+    place: Mark | None = None
+    found = _LINE.search(text)
+    about = ""
+    if found:
+        place = document.mark(int(found["line"] or 0))
+        about = found["tag"] or found["name"] or ""
+        text = text[: found.start()]
+    words = " ".join(text.split())
+    while words.startswith(("XML Error:", "Error:")):
+        words = words.partition(":")[2].strip()
+    words = words.removeprefix("Schema violation: ").rstrip(".")
+    for name in document.assets:
+        words = words.replace(name, name.partition("-")[2])
+    if about and about not in words:
+        words = f"{about}: {words}"
+    return Problem(words, place or Mark(shown(document.file), 0, 0))
+
+
+def keyframe_number(model: Any, keyframe: str | int, file: Path) -> int:
+    """Which keyframe a name or number means. Raises UserError where there is none."""
+    names = [model.key(number).name for number in range(model.nkey)]
+    if isinstance(keyframe, int) and not isinstance(keyframe, bool) and 0 <= keyframe < model.nkey:
+        return keyframe
+    if keyframe in names:
+        return names.index(str(keyframe))
+    there = ", ".join(name or str(number) for number, name in enumerate(names))
+    has = f"it has {there}" if names else "it has none"
+    raise UserError(f"scene.keyframe: {shown(file)} has no keyframe {keyframe!r}; {has}")

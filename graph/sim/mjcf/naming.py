@@ -1,0 +1,90 @@
+"""Where each element of a model stands on the stage."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import Any
+
+ROOT = "/World"
+ACTUATORS, SENSORS, LOOKS = "Actuators", "Sensors", "Looks"
+
+
+def identifier(name: str) -> str:
+    """A name that a prim may have: letters, digits and _."""
+    out = re.sub(r"[^A-Za-z0-9_]", "_", name)
+    return f"_{out}" if not out or out[0].isdigit() else out
+
+
+@dataclass(frozen=True)
+class Paths:
+    """Prim paths by number in the model; "" for what has no prim of its own (the world body, free joints)."""
+
+    bodies: tuple[str, ...]
+    joints: tuple[str, ...]
+    geoms: tuple[str, ...]
+    sites: tuple[str, ...]
+    cameras: tuple[str, ...]
+    actuators: tuple[str, ...]
+    sensors: tuple[str, ...]
+    materials: tuple[str, ...]
+    flexes: tuple[str, ...]
+    scene: str
+    points: frozenset[int]
+    """Bodies that are only the points of something soft; they have no prims."""
+
+
+def prim_paths(model: Any) -> Paths:
+    """Bodies lie side by side below /World, whatever hangs on them below them, what hangs on the world below /World.
+
+    Names are those of the model as far as prims may have them. Where two elements want one name, bodies come before
+    joints, geoms, sites and cameras in this order; a later one gets _1, _2 ... behind its name.
+    """
+    taken: set[str] = {ROOT}
+
+    def place(parent: str, name: str) -> str:
+        path = base = f"{parent}/{identifier(name)}"
+        number = 0
+        while path in taken:
+            number += 1
+            path = f"{base}_{number}"
+        taken.add(path)
+        return path
+
+    bodies = [""]
+    bodies += [place(ROOT, model.body(number).name) for number in range(1, model.nbody)]
+    groups = [place(ROOT, name) if count else "" for name, count in _groups(model)]
+    below = [ROOT, *bodies[1:]]
+    free = 0  # mjJNT_FREE
+    joints = [
+        "" if model.jnt_type[number] == free else place(below[model.jnt_bodyid[number]], model.joint(number).name)
+        for number in range(model.njnt)
+    ]
+    geoms = [place(below[model.geom_bodyid[number]], model.geom(number).name) for number in range(model.ngeom)]
+    sites = [place(below[model.site_bodyid[number]], model.site(number).name) for number in range(model.nsite)]
+    cameras = [place(below[model.cam_bodyid[number]], model.camera(number).name) for number in range(model.ncam)]
+    return Paths(
+        tuple(bodies),
+        tuple(joints),
+        tuple(geoms),
+        tuple(sites),
+        tuple(cameras),
+        tuple(place(groups[0], model.actuator(number).name) for number in range(model.nu)),
+        tuple(place(groups[1], model.sensor(number).name) for number in range(model.nsensor)),
+        tuple(place(groups[2], model.material(number).name) for number in range(model.nmat)),
+        tuple(place(ROOT, model.flex(number).name or f"flex{number}") for number in range(model.nflex)),
+        place(ROOT, "PhysicsScene"),
+        _points(model),
+    )
+
+
+def _groups(model: Any) -> tuple[tuple[str, int], ...]:
+    return (ACTUATORS, model.nu), (SENSORS, model.nsensor), (LOOKS, model.nmat)
+
+
+def _points(model: Any) -> frozenset[int]:
+    if not model.nflex:
+        return frozenset()
+    soft = {int(body) for bodies in (model.flex_vertbodyid, model.flex_nodebodyid) for body in bodies}
+    carrying = {int(body) for bodies in (model.geom_bodyid, model.site_bodyid, model.cam_bodyid) for body in bodies}
+    return frozenset(soft - carrying - {0, -1})

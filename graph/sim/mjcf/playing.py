@@ -1,0 +1,98 @@
+"""The physics of a scene that is an MJCF model: the model as it is, or with inline prims added to it."""
+
+from __future__ import annotations
+
+import copy
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from graph.sim import transforms
+from graph.sim.physics.compile import Base, Compiled, compile_world, write_options
+from graph.sim.physics.library import mujoco
+from graph.sim.physics.model import World
+from graph.sim.physics.solver import SolverOptions
+from graph.sim.stage import Warn
+
+from .scene import MjcfScene
+
+_FRESH = ("geom", "joint", "equality", "mesh", "actuator", "flex")
+_NUMBERS = (bool, int, float, np.ndarray)
+
+
+def compile_scene(scene: MjcfScene, world: World, dt: Fraction, options: SolverOptions, warn: Warn) -> Compiled:
+    """The model of a scene with time step `dt` [s] and what `world` adds to it.
+
+    options: None of one keeps the model's own.
+    """
+    given = {body.path: body for body in world.given}
+    bodies = tuple(given.get(body.path, body) for body in scene.bodies())
+    if world.bodies or world.colliders or world.joints or world.grippers:
+        base = Base(_grown(scene), bodies, scene.joints(), scene.start)
+        compiled = compile_world(world, dt, options, warn, base)
+    else:
+        model = copy.copy(scene.model)
+        model.opt.timestep = float(dt)
+        write_options(model.opt, options)
+        model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
+        kinematic = tuple(body.path for body in bodies if body.kinematic)
+        compiled = Compiled(model, bodies, scene.joints(), kinematic, (), scene.start)
+    _place_roots(scene, compiled.model)
+    return compiled
+
+
+def _place_roots(scene: MjcfScene, model: Any) -> None:
+    """Put bodies that users have placed there for good; all that MuJoCo derived from their places is derived anew."""
+    if not scene.moved:
+        return
+    for number, pose in scene.moved.items():
+        body = model.body(scene.model.body(number).name).id
+        model.body_pos[body], model.body_quat[body] = pose[:3, 3], transforms.quaternion(pose[:3, :3])
+        joint = int(model.body_jntadr[body])
+        if joint >= 0 and model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE:
+            first = int(model.jnt_qposadr[joint])
+            model.qpos0[first : first + 3] = pose[:3, 3]
+            model.qpos0[first + 3 : first + 7] = transforms.quaternion(pose[:3, :3])
+    mujoco.mj_setConst(model, mujoco.MjData(model))
+
+
+def _grown(scene: MjcfScene) -> Any:
+    """A copy of the specification to add to: masses as compiled, so that what is added does not change them, and the
+    defaults of the model gone, so that they do not change what is added."""
+    spec, model = scene.spec.copy(), scene.model
+    while spec.keys:
+        spec.delete(spec.keys[0])
+    fresh = mujoco.MjSpec()
+    for kind in _FRESH:
+        mine, plain = getattr(spec.default, kind), getattr(fresh.default, kind)
+        for name in _numbers(plain):
+            setattr(mine, name, getattr(plain, name))
+    compiler = spec.compiler
+    if compiler.inertiafromgeom == mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE or compiler.settotalmass > 0:
+        for body in spec.bodies[1:]:
+            _fix_mass(body, model)
+        compiler.inertiafromgeom, compiler.settotalmass = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE, -1
+    compiler.boundmass = compiler.boundinertia = 0
+    compiler.balanceinertia = True
+    return spec
+
+
+def _fix_mass(body: Any, model: Any) -> None:
+    number = model.body(body.name).id
+    body.explicitinertial = True
+    body.mass, body.ipos, body.iquat = model.body_mass[number], model.body_ipos[number], model.body_iquat[number]
+    body.inertia = model.body_inertia[number]
+    body.fullinertia = np.full(6, np.nan)
+
+
+def _numbers(element: Any) -> list[str]:
+    """Names of an element's attributes that are numbers, arrays of numbers or choices."""
+    out = []
+    for name in dir(type(element)):
+        if name.startswith("_") or name in ("id", "classname", "parent", "frame", "compiler", "info", "name", "plugin"):
+            continue
+        value = getattr(element, name)
+        if isinstance(value, _NUMBERS) or type(value).__module__ == "mujoco._enums":
+            out.append(name)
+    return out

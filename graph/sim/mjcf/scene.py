@@ -1,0 +1,241 @@
+"""An MJCF model as the scene of an App: its stage, and the physics that is played of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from graph import exact
+from graph.errors import UserError
+from graph.sim import transforms
+from graph.sim.physics.library import mujoco
+from graph.sim.physics.model import Body, Joint, JointKind
+from graph.sim.stage import Warn, ignore_warning, register_schemas
+from graph.sim.transforms import Floats
+from graph.sim.usd import EARLIEST, UsdGeom
+
+from .files import Document, read_model
+from .loading import keyframe_number, load
+from .naming import ROOT, Paths, prim_paths
+
+MOVED = 1e-9
+"""How far a prim must be from where the model has it [m or rad] to count as placed by the user."""
+IGNORED = ("rigid_body", "mass", "density", "angular_velocity", "collision", "velocity")
+"""Keys of inline prims that change nothing where the model already says what is simulated."""
+
+
+class MjcfScene:
+    """A loaded model: `stage` mirrors it, `model` and `spec` are MuJoCo's own; paths name its parts on the stage."""
+
+    def __init__(self, document: Document, keyframe: str | int | None = None, warn: Warn = ignore_warning) -> None:
+        from .mirror import mirror
+
+        register_schemas()
+        self.file = document.file
+        self.spec, self.model = load(document, warn)
+        self.key = None if keyframe is None else keyframe_number(self.model, keyframe, document.file)
+        self.paths: Paths = prim_paths(self.model)
+        self.moved: dict[int, Floats] = {}
+        """Where users have put bodies that hang on the world: rigid poses (4, 4) by number; see `settle`."""
+        self._last: dict[int, Floats] = {}
+        data = mujoco.MjData(self.model)
+        if self.key is not None:
+            mujoco.mj_resetDataKeyframe(self.model, data, self.key)
+        mujoco.mj_forward(self.model, data)
+        self.stage = mirror(self.model, data, self.paths, warn)
+        self._home = transforms.pose_matrices(data.xpos, data.xquat)
+        self.parts = frozenset(path for group in self._groups() for path in group if path)
+
+    def _groups(self) -> Iterable[Sequence[str]]:
+        paths = self.paths
+        yield from (paths.bodies, paths.joints, paths.geoms, paths.sites, paths.cameras, paths.actuators)
+        yield from (paths.sensors, paths.materials, paths.flexes)
+
+    @property
+    def physics_rate(self) -> Fraction:
+        """Steps per second that the model's time step stands for [Hz], exact."""
+        return 1 / exact.duration(float(self.model.opt.timestep))
+
+    def start(self, model: Any, data: Any) -> None:
+        """Put data of this model, or of one that has grown from it, into the state that the scene starts in.
+
+        That is the chosen keyframe, else the reference pose, with the bodies that users have placed where they are, and
+        with the controls that the stage says.
+        """
+        source = mujoco.MjData(self.model)
+        if self.key is not None:
+            mujoco.mj_resetDataKeyframe(self.model, source, self.key)
+        carry_state(self.model, source, model, data)
+        for number, pose in self.moved.items():
+            body = model.body(self.model.body(number).name).id
+            mocap = int(model.body_mocapid[body])
+            joint = int(model.body_jntadr[body])
+            if mocap >= 0:
+                data.mocap_pos[mocap], data.mocap_quat[mocap] = _parts(pose)
+            elif joint >= 0 and model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE:
+                first = int(model.jnt_qposadr[joint])
+                data.qpos[first : first + 3], data.qpos[first + 3 : first + 7] = _parts(pose)
+        for number, path in enumerate(self.paths.actuators):
+            control = self.stage.GetPrimAtPath(path).GetAttribute("mjc:ctrl").Get()
+            there = model.actuator(self.model.actuator(number).name).id
+            first, count = int(model.actuator_ctrladr[there]), int(model.actuator_ctrlnum[there])
+            data.ctrl[first : first + count] = np.asarray(control, dtype=np.float64)
+
+    def roots(self) -> list[int]:
+        """The model's numbers of the bodies that hang on the world."""
+        return [number for number in range(1, self.model.nbody) if self.model.body_parentid[number] == 0]
+
+    def settle(self, warn: Warn) -> None:
+        """Follow what users have placed: with a body that hangs on the world go all bodies that hang on it.
+
+        What hangs on joints cannot be placed: it is put back, with the warning `mjcf-body-held`.
+        """
+        model, moved = self.model, self.moved
+        moved.clear()
+        roots = self.roots()
+        for number in roots:
+            pose = self._pose(number)
+            if np.abs(pose - self._home[number]).max() > MOVED:
+                moved[number] = pose
+        for number in range(1, model.nbody):
+            root = int(model.body_rootid[number])
+            if number in roots or number in self.paths.points:
+                continue
+            wanted = self._home[number]
+            if root in moved:
+                wanted = moved[root] @ transforms.inverse_rigid(self._home[root]) @ wanted
+            here = self._pose(number)
+            if np.abs(here - wanted).max() <= MOVED:
+                continue
+            if np.abs(here - self._home[number]).max() > MOVED and not self._settled(number, here):
+                warn(
+                    "mjcf-body-held",
+                    self.paths.bodies[number],
+                    f"a joint holds this body, so it stays where the model has it; place {self.paths.bodies[root]}.",
+                )
+            self._put(number, wanted)
+        self._last = {number: self._pose(number) for number in range(1, model.nbody) if number not in self.paths.points}
+
+    def _settled(self, number: int, pose: Floats) -> bool:
+        """Whether a pose is the one that an earlier call gave the body."""
+        last = self._last.get(number)
+        return last is not None and bool(np.abs(pose - last).max() <= MOVED)
+
+    def _pose(self, number: int) -> Floats:
+        prim = self.stage.GetPrimAtPath(self.paths.bodies[number])
+        if not prim:
+            return np.array(self._home[number])
+        world = transforms.from_usd(UsdGeom.Xformable(prim).ComputeLocalToWorldTransform(EARLIEST))
+        return transforms.rigid_part(world)
+
+    def _put(self, number: int, pose: Floats) -> None:
+        from graph.sim.prim_transforms import set_transform
+
+        prim = self.stage.GetPrimAtPath(self.paths.bodies[number])
+        if prim:
+            set_transform(prim, translate=pose[:3, 3].tolist(), orient=transforms.quaternion(pose[:3, :3]).tolist())
+
+    def bodies(self) -> tuple[Body, ...]:
+        """The model's bodies in its order, as they start."""
+        model, poses = self.model, self.moved
+        out = []
+        for number in range(1, model.nbody):
+            root = int(model.body_rootid[number])
+            pose = self._home[number]
+            if root in poses:
+                pose = poses[root] @ transforms.inverse_rigid(self._home[root]) @ pose
+            kinematic = bool(model.body_mocapid[number] >= 0)
+            out.append(Body(self.paths.bodies[number], pose, kinematic, name=model.body(number).name))
+        return tuple(out)
+
+    def joints(self) -> tuple[Joint, ...]:
+        """The model's joints but free ones, and a fixed one for each body without, so that a mechanism is connected."""
+        from .mirror import joint_frames
+
+        model, paths = self.model, self.paths
+        kinds: dict[int, JointKind] = {
+            int(mujoco.mjtJoint.mjJNT_HINGE): "revolute",
+            int(mujoco.mjtJoint.mjJNT_SLIDE): "prismatic",
+            int(mujoco.mjtJoint.mjJNT_BALL): "spherical",
+        }
+        out = []
+        for body in range(1, model.nbody):
+            if body in paths.points:
+                continue
+            ends = paths.bodies[model.body_parentid[body]] or None, paths.bodies[body]
+            first, count = int(model.body_jntadr[body]), int(model.body_jntnum[body])
+            if not count and ends[0]:
+                out.append(Joint(f"{ends[1]}#weld", "fixed", ends, (np.eye(4), np.eye(4))))
+            for number in range(first, first + count):
+                if not paths.joints[number]:
+                    continue
+                low, high = -np.inf, np.inf
+                if model.jnt_limited[number]:
+                    low, high = map(float, model.jnt_range[number])
+                kind = kinds[int(model.jnt_type[number])]
+                frames = joint_frames(model, number)
+                name = model.joint(number).name
+                out.append(Joint(paths.joints[number], kind, ends, frames, 0, low, high, name=name))
+        return tuple(out)
+
+    def overridden(self, prims: Mapping[str, Mapping[str, Any]], warn: Warn) -> None:
+        """Tell which keys of inline prims change nothing since the model says them (`mjcf-key-ignored`)."""
+        for path, keys in prims.items():
+            wrong = [key for key in IGNORED if key in keys] if path in self.parts else []
+            if wrong:
+                warn("mjcf-key-ignored", path, f"{', '.join(wrong)}: the model itself says that; change it there.")
+
+
+def open_mjcf(
+    path: str | Path,
+    allow_roots: Iterable[str | Path] | None = None,
+    keyframe: str | int | None = None,
+    warn: Warn = ignore_warning,
+) -> MjcfScene:
+    """The scene of an MJCF file; only files below `allow_roots` (default: its own folder) are read.
+
+    keyframe: name or number of the one to start in. Raises UserError, one line a problem with file and line.
+    """
+    file = Path(path).expanduser().absolute()
+    if not file.is_file():
+        raise UserError(f"{path}: no such MJCF file.")
+    roots = [file.parent] if allow_roots is None else [Path(root) for root in allow_roots]
+    return MjcfScene(read_model(file, roots), keyframe, warn)
+
+
+def carry_state(model: Any, data: Any, to: Any, target: Any) -> None:
+    """Give the state of a model to one that has grown from it, part by part by name."""
+    for number in range(model.njnt):
+        there = to.joint(model.joint(number).name).id
+        for field, address in (("qpos", "jnt_qposadr"), ("qvel", "jnt_dofadr")):
+            width = _WIDTHS[field].get(int(model.jnt_type[number]), 1)
+            first, second = int(getattr(model, address)[number]), int(getattr(to, address)[there])
+            getattr(target, field)[second : second + width] = getattr(data, field)[first : first + width]
+    for number in range(model.nbody):
+        if model.body_mocapid[number] >= 0:
+            mine, other = model.body_mocapid[number], to.body_mocapid[to.body(model.body(number).name).id]
+            target.mocap_pos[other], target.mocap_quat[other] = data.mocap_pos[mine], data.mocap_quat[mine]
+    for number in range(model.nactuator):
+        there = to.actuator(model.actuator(number).name).id
+        first, second = int(model.actuator_actadr[number]), int(to.actuator_actadr[there])
+        count = int(model.actuator_actnum[number])
+        if count:
+            target.act[second : second + count] = data.act[first : first + count]
+    target.time = data.time
+
+
+_WIDTHS = {
+    "qpos": {int(mujoco.mjtJoint.mjJNT_FREE): 7, int(mujoco.mjtJoint.mjJNT_BALL): 4},
+    "qvel": {int(mujoco.mjtJoint.mjJNT_FREE): 6, int(mujoco.mjtJoint.mjJNT_BALL): 3},
+}
+
+
+def _parts(pose: Floats) -> tuple[Floats, Floats]:
+    return pose[:3, 3], transforms.quaternion(pose[:3, :3])
+
+
+__all__ = ["ROOT", "MjcfScene", "open_mjcf"]
