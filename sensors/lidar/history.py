@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 LAST = 1000
 """Order among the subscribers of a step: what they move is in the state that is kept."""
 
+LONGEST_UPDATE = Fraction(1, 5)
+"""What is kept [s] before any lidar asks for more: an update of a loop of 5 Hz."""
+
 _histories: weakref.WeakKeyDictionary[App, History] = weakref.WeakKeyDictionary()
 
 
@@ -30,6 +33,14 @@ def history_of(app: App) -> History:
     if known is None:
         known = _histories[app] = History(app)
     return known
+
+
+def begin_history(app: App) -> None:
+    """Keeps the states of at least the running update from now on, for lidars that look back.
+
+    A sensor that a graph makes exists from the start of that update, whose states it could not know otherwise.
+    """
+    history_of(app).keep(LONGEST_UPDATE)
 
 
 class BlendedPoses:
