@@ -9,6 +9,7 @@ from typing import Any
 
 from . import exact
 from .events import EventBus
+from .room import Room
 from .scripts import Scripts
 
 
@@ -54,7 +55,7 @@ class Context:
     delta: what the timeline moved in this update; loop_delta: how long the update was meant to last;
     exact_time: timeline time; since_start: loop time since the app started, playing or not; absolute: simulation time
     that a stop does not reset; frames_per_second: time codes per second; update: index of the app update; events: what
-    nodes and scripts send each other.
+    nodes and scripts send each other; room: what their large values may take.
     warn: takes code, where and message of a warning. scripts: what a node does that would run code of the graph file:
     fail, nothing, or run it (see `graph.scripts`).
     """
@@ -70,6 +71,7 @@ class Context:
     frames_per_second: Fraction = Fraction(60)
     update: int = 0
     events: EventBus = field(default_factory=EventBus)
+    room: Room = field(default_factory=Room)
     scripts: Scripts = "refuse"
 
     @classmethod

@@ -177,6 +177,12 @@ class Database:
         """Report something the user should know: a stable code and one line. Repeats are counted, not shown."""
         self._node.graph.context.warn(code, self.path, message)
 
+    def claim(self, size: int) -> None:
+        """Ask for the memory of a result, `size` bytes, before it is made. Raises NodeError where it is too much."""
+        problem = self._node.graph.context.room.claim(self.path, size)
+        if problem:
+            raise NodeError(problem)
+
     def fail(self, message: str) -> NoReturn:
         """Give up: the run stops with this message, the node's path and its place in the file."""
         raise NodeError(message)

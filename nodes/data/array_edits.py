@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -120,6 +121,7 @@ def array_resize(db: Any) -> None:
 def append_array(db: Any) -> None:
     """Put arrays of one type one behind the other."""
     arrays = db.dynamic_inputs("input")
+    db.claim(sum(len(array) * 8 if isinstance(array, list) else array.nbytes for array in arrays))
     if isinstance(arrays[0], list):
         db.outputs.array = [text for array in arrays for text in array]
         return
@@ -130,6 +132,8 @@ def append_array(db: Any) -> None:
 
 def _resized(db: Any, array: Any, size: int) -> Any:
     """A copy of the array, cut off or filled up with zeros (empty texts); identities for matrices are not zeros."""
+    each = 8 if isinstance(array, list) else array.dtype.itemsize * math.prod(array.shape[1:])
+    db.claim(size * each)
     if isinstance(array, list):
         return array[:size] + [""] * (size - len(array))
     import numpy as np

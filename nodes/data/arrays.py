@@ -49,8 +49,9 @@ def construct_array(db: Any) -> None:
     if size < 0:
         db.fail(f"input arraySize is {size}; give it 0 or more")
     elements = db.dynamic_inputs("input")[:size]
-    elements += elements[-1:] * (size - len(elements))
     array_type = concrete_type(db.output_type("array"))
+    db.claim(size * 8 * max(1, array_type.count) * (array_type.count if array_type.square else 1))
+    elements += elements[-1:] * (size - len(elements))
     if array_type.storage == "token":
         db.outputs.array = elements
         return

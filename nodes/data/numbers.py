@@ -24,7 +24,9 @@ def folded(operation: Operation, output: str) -> Callable[[Any], None]:
 
     def compute(db: Any) -> None:
         names = ["a", "b", *db.dynamic_input_names()]
-        setattr(db.outputs, output, reduce(operation, aligned(db, names, settled(db, output))))
+        values = aligned(db, names, settled(db, output))
+        db.claim(max(getattr(value, "nbytes", 0) for value in values))
+        setattr(db.outputs, output, reduce(operation, values))
 
     return compute
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import Any
 
 from graph import Attribute, node_type
@@ -25,12 +26,14 @@ def build_string(db: Any) -> None:
     parts = [db.inputs.a, db.inputs.b, *db.dynamic_inputs()]
     lengths = {len(part) for part in parts if isinstance(part, list)}
     if not lengths:
+        db.claim(sum(map(len, parts)) * 4)
         db.outputs.value = "".join(parts)
         return
     if len(lengths) > 1:
         db.fail(f"the arrays have {' and '.join(map(str, sorted(lengths)))} elements; they need one length")
     [length] = lengths
     rows = [part if isinstance(part, list) else [part] * length for part in parts]
+    db.claim(sum(map(len, itertools.chain.from_iterable(rows))) * 4)
     db.outputs.value = ["".join(row) for row in zip(*rows, strict=True)]
 
 

@@ -1,0 +1,40 @@
+"""How much memory a graph file may ask for."""
+
+import pytest
+
+from graph.errors import RunError
+from graph.room import Room
+from graph.testing import run_node
+
+MIB = 2**20
+
+
+def test_what_a_node_holds_is_counted_once_however_often_it_computes():
+    room = Room(10 * MIB)
+    for _ in range(5):
+        assert room.claim("/G/a", 6 * MIB) is None
+    assert room.claim("/G/b", 4 * MIB) is None
+    assert "would take 5 MiB" in room.claim("/G/b", 5 * MIB)
+    assert room.claim("/G/a", 100) is None
+    assert room.claim("/G/b", 10 * MIB) is None
+
+
+def test_small_values_are_not_counted():
+    room = Room(2 * MIB)
+    assert all(room.claim(f"/G/{number}", MIB) is None for number in range(1000))
+
+
+@pytest.mark.parametrize(
+    ("type_id", "inputs"),
+    [
+        ("ConstructArray", {"arraySize": 2_000_000_000, "arrayType": "double[]", "input0": 1.0}),
+        ("ConstructArray", {"arraySize": 2_000_000_000, "arrayType": "token[]", "input0": "x"}),
+        ("ArrayResize", {"array": {"type": "double[]", "value": [1.0]}, "newSize": 2_000_000_000}),
+        ("ArraySetIndex", {
+            "array": {"type": "double[]", "value": [1.0]}, "index": 2_000_000_000, "value": 1.0, "resizeToFit": True,
+        }),
+    ],
+)  # fmt: skip
+def test_a_value_that_would_fill_the_machine_is_refused_before_it_is_made(type_id, inputs):
+    with pytest.raises(RunError, match="all values of the graphs may take 1,024 MiB; make less"):
+        run_node(type_id, inputs=inputs)
