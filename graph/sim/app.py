@@ -39,9 +39,9 @@ if TYPE_CHECKING:
 class App(Drivers):
     """One world and its clocks. Several may live in one process; the most recently entered one is the default.
 
-    `stage` is a path, a `Usd.Stage` or None for an empty stage. `physics_hz` beats the stage's physics scene, which
-    beats 60; `loop_hz` defaults to 60. `fidelity` maps knobs (`lidar.motion`) to values. Raises UserError for options
-    that cannot be run.
+    `stage` is a path, a `Usd.Stage` or None for an empty stage; `mjcf`, instead of it, an MJCF file or a loaded
+    `MjcfScene`. `physics_hz` beats the stage's physics scene or the MJCF time step, which beat 60; `loop_hz` defaults
+    to 60. `fidelity` maps knobs (`lidar.motion`) to values. Raises UserError for options that cannot be run.
     """
 
     _entered: ClassVar[list[App]] = []
@@ -50,6 +50,7 @@ class App(Drivers):
         self,
         stage: Any = None,
         *,
+        mjcf: Any = None,
         physics_hz: float | str | Fraction | None = None,
         loop_hz: float | str | Fraction | None = None,
         experience: str = "base",
@@ -70,13 +71,17 @@ class App(Drivers):
         self.warnings = WarningList()
         for path in self.settings.misspelt():
             self.warn("setting-unknown", path, f'no part of this run reads it; did you mean "{suggestion(path)}"?')
+        self.mjcf = self._open_mjcf(mjcf, stage)
+        """The MJCF model (`graph.sim.mjcf.MjcfScene`) that the stage mirrors, if it does."""
+        if self.mjcf is not None:
+            stage = self.mjcf.stage
         if stage is None or isinstance(stage, (str, Path)):
             stage = open_stage(stage, warn=self.warn)
         else:
             register_schemas()
         self.stage = stage
         self.meters_per_unit: float = meters_per_unit(stage)
-        authored = physics_scene_rate(stage)
+        authored = physics_scene_rate(stage) if self.mjcf is None else self.mjcf.physics_rate
         physics_rate, loop_rate = clock_rates(
             physics_hz,
             loop_hz,
@@ -132,6 +137,15 @@ class App(Drivers):
 
     @classmethod
     def from_file(cls, path: str | Path, **options: Any) -> App:
+    def _open_mjcf(self, mjcf: Any, stage: Any) -> Any:
+        if isinstance(mjcf, (str, Path)):
+            if stage is not None:
+                raise UserError("App: give a stage or an MJCF file, not both")
+            from .mjcf.scene import open_mjcf
+
+            return open_mjcf(mjcf, warn=self.warn)
+        return mjcf
+
         """The App of a graph file, its graphs bound to it. Options as in `graph.assembly.open_session`."""
         app: App = import_module("graph.assembly").open_app(cls, path, **options)
         return app
@@ -387,7 +401,8 @@ class App(Drivers):
         self._stage_state = StageState(self.stage)
         physics = None
         try:
-            physics = build_physics(self.stage, 1 / self.simulation.steps_per_second, self.fidelity, warn=self.warn)
+            dt = 1 / self.simulation.steps_per_second
+            physics = build_physics(self.stage, dt, self.fidelity, warn=self.warn, mjcf=self.mjcf)
             self.fabric.bind(physics)
         except BaseException:
             if physics is not None:
