@@ -146,7 +146,10 @@ def _connected(joints: Sequence[Joint], root: str) -> list[Joint]:
     """The joints at, below or on bodies below a path, and all that bodies connect with them."""
 
     def inside(path: str | None) -> bool:
-        return path is not None and (path == root or path.startswith(root.rstrip("/") + "/"))
+        if path is None:
+            return False
+        prim = path.partition(":")[0]  # an axis of a joint with several is "/Joint:rotX"
+        return prim == root or prim.startswith(root.rstrip("/") + "/")
 
     found = {joint.path for joint in joints if inside(joint.path) or any(map(inside, joint.bodies))}
     bodies: set[str | None] = {body for joint in joints if joint.path in found for body in joint.bodies if body}
