@@ -23,6 +23,11 @@ def value_of(prim: Any, name: str) -> Any:
     return attribute.Get(EARLIEST) if attribute and attribute.HasAuthoredValue() else None
 
 
+def applied_schemas(prim: Any) -> list[str]:
+    """The API schemas that a prim says it has, also those that this USD does not know."""
+    return list(prim.GetPrimTypeInfo().GetAppliedAPISchemas())
+
+
 def authored(attribute: Any, nothing: float = 0.0) -> float | None:
     """A number that an attribute authors; None where it is unset, not finite, or the value that means "nothing"."""
     value = attribute.Get(EARLIEST) if attribute and attribute.HasAuthoredValue() else None

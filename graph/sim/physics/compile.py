@@ -125,7 +125,8 @@ def write_options(option: Any, options: SolverOptions) -> None:
 def _suited(options: SolverOptions, world: World, plan: Plan, based: bool, warn: Warn) -> SolverOptions:
     """The options, and where they leave the choice what the world needs.
 
-    Stiff drives and contacts stay stable together with `discrete` alone; bounces are integrated by the Euler steps.
+    Stiff drives and contacts stay stable together with `discrete` alone; bounces are integrated by the Euler steps, and
+    elliptic cones keep them out of friction.
     """
     driven = any(single.drive for joint in world.joints for single in joint.singles)
     if plan.bounces and options.integrator in ("discrete", "rk4"):
@@ -137,7 +138,7 @@ def _suited(options: SolverOptions, world: World, plan: Plan, based: bool, warn:
         )
     if options.integrator is None and not (based and not plan.bounces and not driven):
         options = replace(options, integrator="discrete" if driven and not plan.bounces else "implicitfast")
-    if options.cone is None and plan.cones:
+    if options.cone is None and plan.bounces:
         options = replace(options, cone="elliptic")
     return options
 

@@ -10,7 +10,8 @@ velocity -e v, by the damping (1 + e) / dt of MuJoCo's direct form of `solref`; 
 rest stays. Explicit and implicit Euler steps integrate that exactly; so a ball dropped from h comes up again to e2 h,
 within the (1 - e2) v dt that it may have sunk in at the end of the step, v being its speed there.
 
-Friction at rest and in motion: a pair with a larger friction at rest has it until its surfaces slide past each other.
+Friction at rest and in motion: a pair with a larger friction at rest has it until its surfaces slide past each other
+for some steps, or meet while they do (faster than gravity alone can make them in two steps).
 """
 
 from __future__ import annotations
@@ -29,8 +30,8 @@ from .library import mujoco
 from .materials import Material, Touch, touch
 from .model import Collider
 
-SLIDING, RESTING = 0.02, 0.01
-"""Friction at rest ends above the first of these speeds [m/s] and is back below the second."""
+SLIDING, RESTING, PATIENCE = 0.02, 0.01, 4
+"""Friction at rest ends above the first of these speeds [m/s], held for so many steps, and is back below the second."""
 
 MOST_PAIRS = 100_000
 """More explicit pairs than this are not written: each costs time in every step."""
@@ -40,6 +41,9 @@ RECOVERY = 0.005
 
 FIRM = (0.95, 0.99, 0.001, 0.5, 2.0)
 """MuJoCo's impedance where a material is authored: bodies at rest creep a tenth as fast as with its own default."""
+
+SLOWING = (0.02, 1.0)
+"""Time scale [s] and damping ratio of friction in contacts that bounce: MuJoCo's own of all contacts."""
 
 HARD = (0.9999, 0.9999, 0.001, 0.5, 2.0)
 """Impedance of contacts that bounce."""
@@ -66,11 +70,6 @@ class Plan:
     def bounces(self) -> bool:
         """Whether any contact has restitution."""
         return any(pair.touch.restitution > 0 for pair in self.pairs)
-
-    @property
-    def cones(self) -> bool:
-        """Whether friction acts on its own time scale somewhere, which takes elliptic cones."""
-        return any(_special(pair.touch) for pair in self.pairs)
 
 
 def plan_contacts(
@@ -195,30 +194,39 @@ class Contacts:
         order = np.argsort(keys)
         self._known, self._order = keys[order], order
         self._slides = np.zeros(len(two), dtype=np.bool_)
+        self._fast = np.zeros(len(two), dtype=np.intp)
+        self._touching = np.zeros(len(two), dtype=np.bool_)
+        self._dt = 0.0
         if two:
             model.pair_friction[self._pairs, :2] = self._friction[:, :1]
 
     def set_dt(self, dt: float) -> None:
         """Take a new time step [s]."""
+        self._dt = dt
         if len(self._bouncing):
             self._model.pair_solref[self._bouncing, 0] = -RECOVERY / dt**2
             self._model.pair_solref[self._bouncing, 1] = -(1 + self._restitution) / dt
-            self._model.pair_solreffriction[self._bouncing] = (2 * dt, 1.0)
-        if len(self._pairs):
-            self._model.pair_solreffriction[self._pairs] = (2 * dt, 1.0)
+            self._model.pair_solreffriction[self._bouncing] = SLOWING
 
     def step(self, data: Any) -> None:
-        """After a step: which pairs slide now."""
-        speed = np.zeros(len(self._pairs))
-        if data.ncon:
-            contact = data.contact
-            keys = self._keys(contact.geom)
-            place = np.minimum(np.searchsorted(self._known, keys), len(self._known) - 1)
-            mine = (self._known[place] == keys) & (contact.efc_address >= 0)
-            if mine.any():
-                rows = contact.efc_address[mine]
-                np.maximum.at(speed, self._order[place[mine]], self._speeds(data, rows, contact.friction[mine]))
-        slides = speed > np.where(self._slides, RESTING, SLIDING)
+        """After a step: which pairs slide now. Those that do not touch stay as they are."""
+        if not data.ncon:
+            return
+        contact = data.contact
+        keys = self._keys(contact.geom)
+        place = np.minimum(np.searchsorted(self._known, keys), len(self._known) - 1)
+        mine = (self._known[place] == keys) & (contact.efc_address >= 0)
+        if not mine.any():
+            return
+        speed = np.full(len(self._pairs), np.nan)
+        sliding = self._speeds(data, contact.efc_address[mine], contact.friction[mine])
+        np.fmax.at(speed, self._order[place[mine]], sliding)
+        touching = ~np.isnan(speed)
+        self._fast = np.where(touching, np.where(speed > SLIDING, self._fast + 1, 0), self._fast)
+        clearly = SLIDING + 2 * self._dt * float(np.linalg.norm(self._model.opt.gravity))
+        slides = np.where(self._slides, ~(speed < RESTING), self._fast >= PATIENCE)
+        slides |= touching & ~self._touching & (speed > clearly)
+        self._touching = touching
         changed = slides != self._slides
         if changed.any():
             self._slides = slides

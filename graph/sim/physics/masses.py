@@ -41,7 +41,15 @@ def body_inertia(body: Body, parts: Sequence[tuple[Collider, Volume]], warn: War
         inertia = _body_inertia(body, parts, warn)
     if not (np.isfinite(inertia.mass) and np.isfinite(inertia.center).all() and np.isfinite(inertia.tensor).all()):
         raise UserError(f"{body.path}: its size and density give no finite mass and inertia; make it smaller")
-    least = float(np.linalg.eigvalsh(inertia.tensor)[0])
+    moments = np.linalg.eigvalsh(inertia.tensor)
+    least = float(moments[0])
+    if moments[2] > (moments[0] + moments[1]) * (1 + 1e-6):
+        warn(
+            "impossible-inertia",
+            body.path,
+            f"no body has moments of inertia {', '.join(f'{moment:.6g}' for moment in moments)} kg m2, for the greatest "
+            "is more than the others together; their mean is taken for all.",
+        )
     if inertia.mass < LEAST or least < LEAST:
         raise UserError(
             f"{body.path}: a mass of {inertia.mass:g} kg with an inertia of {least:g} kg m2 is too little for the "

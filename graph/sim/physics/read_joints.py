@@ -14,7 +14,7 @@ from graph.sim.stage import Warn
 from graph.sim.transforms import Floats
 from graph.sim.usd import EARLIEST, UsdGeom, UsdPhysics
 
-from .attributes import quaternion_of, value_of
+from .attributes import applied_schemas, quaternion_of, value_of
 from .model import FREE, Joint, JointKind, Mimic
 from .read_drives import drive_of, efforts_of
 from .six_axes import AXES, Axis, single_joints
@@ -215,7 +215,7 @@ def _dof_path(singles: dict[str, Joint], path: str, axis: str) -> str | None:
 
 def _mimic_of(prim: JointPrim) -> tuple[str, str, str, float, float] | None:
     """Axis, leader, its axis, offset and ratio, in the units of the joints (degrees, stage units)."""
-    schemas = prim.prim.GetAppliedSchemas()
+    schemas = applied_schemas(prim.prim)
 
     def number(name: str, default: float) -> float:
         value = value_of(prim.prim, name)
