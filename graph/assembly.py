@@ -12,7 +12,7 @@ from .collector import collector_paused
 from .errors import Mark, Problem, UserError
 from .overrides import override_inputs
 from .spec import FileSpec
-from .staging import build_stage, missing_targets, stage_problems
+from .staging import bad_topics, build_stage, missing_targets, stage_problems, unrenderable_cameras
 
 if TYPE_CHECKING:
     from pxr import Usd
@@ -100,7 +100,7 @@ def build_parts(
         if spec.lenient:
             warnings += [("prim-missing", str(one.mark), one.message) for one in missing]
         else:
-            problems += missing
+            problems += [*missing, *unrenderable_cameras(stage, spec, graphs), *bad_topics(spec, graphs)]
     warnings[:0] = spec.notes if spec else ()
     return Parts(spec, graphs, stage, sorted(dict.fromkeys(problems), key=_place), [*dict.fromkeys(warnings)], mjcf)
 
@@ -157,6 +157,10 @@ def open_session(
         seed=seed,
         wall_clock=RealClock() if realtime else None,
     )
+    if app.fidelity.lidar_motion != "frozen":
+        from sensors.lidar.history import begin_history
+
+        begin_history(app)
     for warning in parts.warnings:
         app.warn(*warning)
     for problem in refused:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from lidar_worlds import add_box, add_lidar, frames_of, rotary, stare, weightless
 
+from graph.sim import App
 from sensors.lidar.slerp import Trajectory, quaternions, slerp
 
 TIMES = np.linspace(0.0, 0.099, 40)
@@ -139,6 +140,43 @@ def test_the_poses_of_a_partial_frame_are_those_of_the_last_output_and_of_now(mo
 
     assert [frame.start.position_m[0] for frame in frames] == pytest.approx([0.0, 0.1, 0.2, 0.3, 0.4], abs=1e-6)
     assert [frame.end.position_m[0] for frame in frames] == pytest.approx([0.1, 0.2, 0.3, 0.4, 0.5], abs=1e-6)
+
+
+GRAPH_MADE = """
+tickgraph: 1
+scene:
+  prims:
+    /World/Room: {type: Cube, size: 40, collision: false}
+    /World/Cart: {type: Cube, size: 0.1, rigid_body: true, mass: 1, velocity: [6, 0, 0]}
+    /World/Cart/Lidar: {type: OmniLidar, config: RPLIDAR_S2E, exclude: [/World/Cart]}
+clock: {physics_hz: 240, loop_hz: 60}
+fidelity: {lidar.motion: MOTION}
+graphs:
+  /World/Graph:
+    nodes:
+      tick: OnPlaybackTick
+      product: {type: IsaacCreateRenderProduct, inputs: {cameraPrim: /World/Cart/Lidar}}
+    connections:
+      - tick.tick -> product.execIn
+"""
+
+
+@pytest.mark.parametrize("motion", ["continuous", "update"])
+def test_a_lidar_made_by_a_graph_knows_the_update_in_which_it_was_made(motion, tmp_path):
+    """Its first scan begins at 0, before the steps of the update whose graph makes it."""
+    path = tmp_path / "made.yaml"
+    path.write_text(GRAPH_MADE.replace("MOTION", motion))
+    with App.from_file(path) as app:
+        app.play()
+        app.update()
+        [product] = app.rendering.products.values()
+        product.sensor.require("test", {"distance"})
+        app.update(steps=5)
+        frame = product.frame
+
+    assert (frame.start.position_m[0], frame.end.position_m[0]) == pytest.approx((0.0, 0.6), abs=1e-6)
+    if motion == "continuous":  # ahead, at time 0: the wall 20 m away
+        assert frame.channel("distance")[0] == pytest.approx(20.0, abs=1e-5)
 
 
 def test_both_poses_of_a_frozen_frame_are_the_one_it_was_cast_from():
