@@ -135,8 +135,6 @@ class App(Drivers):
         """Keeps the playing world and its stage together (`graph.sim.live_stage.LiveStage`); None while stopped."""
         self._geometry: Any = None
 
-    @classmethod
-    def from_file(cls, path: str | Path, **options: Any) -> App:
     def _open_mjcf(self, mjcf: Any, stage: Any) -> Any:
         if isinstance(mjcf, (str, Path)):
             if stage is not None:
@@ -146,6 +144,8 @@ class App(Drivers):
             return open_mjcf(mjcf, warn=self.warn)
         return mjcf
 
+    @classmethod
+    def from_file(cls, path: str | Path, **options: Any) -> App:
         """The App of a graph file, its graphs bound to it. Options as in `graph.assembly.open_session`."""
         app: App = import_module("graph.assembly").open_app(cls, path, **options)
         return app
