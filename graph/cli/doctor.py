@@ -22,6 +22,7 @@ LITTLE_MEMORY = 2 * GIB
 LITTLE_DISK = GIB
 
 IMPORTS = {
+    "PIL.Image": ("pillow",),
     "libusb_package": ("libusb-package",),
     "lz4.frame": ("lz4",),
     "mcap.writer": ("mcap",),
@@ -36,6 +37,16 @@ IMPORTS = {
     "ruamel.yaml": ("ruamel.yaml",),
 }
 """Module to import, and the distributions that may bring it."""
+
+HEAVY = ("mujoco", "open3d", "pxr.Usd")
+"""What is imported only when it is needed: by one file each, on first use."""
+
+LAZY_PROBE = """
+import sys, time
+start = time.perf_counter()
+import graph, graph.sim, nodes, sensors
+print(time.perf_counter() - start, *(name for name in ("mujoco", "open3d", "pxr", "matplotlib") if name in sys.modules))
+"""
 
 PROBE = """
 import sys, time
@@ -52,12 +63,16 @@ print(time.perf_counter() - start)
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One thing looked at: `state` is "ok", "warn" (little of it) or "fail" (not ready; `advice` says what to do)."""
+    """One thing looked at: `state` is "ok", "warn" (little of it) or "fail" (not ready; `advice` says what to do).
+
+    import_s: how long a fresh interpreter takes to import it [s], where it is a module.
+    """
 
     name: str
     state: str
     detail: str
     advice: str = ""
+    import_s: float | None = None
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -82,7 +97,8 @@ def run(args: argparse.Namespace) -> int:
 
 def examine() -> list[Finding]:
     """All findings, in the order they are printed."""
-    return [_python(), _glibc(), _system_libraries(), *map(_dependency, IMPORTS), _cores(), _memory(), _disk()]
+    modules = map(_dependency, IMPORTS)
+    return [_python(), _glibc(), _system_libraries(), *modules, _lazy_loading(), _cores(), _memory(), _disk()]
 
 
 def _python() -> Finding:
@@ -120,15 +136,35 @@ def _dependency(module: str) -> Finding:
     name = distributions[0]
     if version is None:
         return Finding(name, "fail", "not installed", f"Run: pip install {name}")
-    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])}
-    command = [sys.executable, "-P", "-c", PROBE, module]
-    probe = subprocess.run(command, capture_output=True, text=True, check=False, env=environment)
+    probe = _fresh(PROBE, module)
     if probe.returncode != 0:
         said = (probe.stderr.strip().splitlines() or [f"ended with status {probe.returncode}"])[-1]
         _, is_ours, ours = said.partition("UserError: ")  # says itself what to do
         advice = "" if is_ours else f"Run: pip install --force-reinstall {name}"
         return Finding(name, "fail", f"{version} does not import: {ours or said}", advice)
-    return Finding(name, "ok", f"{version}, imports in {float(probe.stdout.split()[-1]):.2f} s")
+    seconds = float(probe.stdout.split()[-1])
+    when = ", on first use" if module in HEAVY else ""
+    return Finding(name, "ok", f"{version}, imports in {seconds:.2f} s{when}", import_s=round(seconds, 4))
+
+
+def _lazy_loading() -> Finding:
+    """Whether our own packages come without the heavy libraries."""
+    probe = _fresh(LAZY_PROBE)
+    if probe.returncode != 0:
+        said = (probe.stderr.strip().splitlines() or [f"ended with status {probe.returncode}"])[-1]
+        return Finding("tickgraph", "fail", f"does not import: {said}", "Run: pip install --force-reinstall tickgraph")
+    seconds, *loaded = probe.stdout.split()
+    detail = f"imports in {float(seconds):.2f} s"
+    if loaded:
+        return Finding("tickgraph", "warn", f"{detail} and loads {', '.join(loaded)} with it", import_s=float(seconds))
+    return Finding("tickgraph", "ok", f"{detail}, without the heavy libraries", import_s=round(float(seconds), 4))
+
+
+def _fresh(code: str, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """Runs code in an interpreter of its own."""
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])}
+    command = [sys.executable, "-P", "-c", code, *arguments]
+    return subprocess.run(command, capture_output=True, text=True, check=False, env=environment)
 
 
 def _version(distribution: str) -> str | None:

@@ -1,11 +1,17 @@
 """`graph doctor`: what it finds, what it advises, how it ends."""
 
 import argparse
+import itertools
 import json
+import re
+import tomllib
+from pathlib import Path
 
 import pytest
 
 from graph.cli import doctor
+
+ROOT = Path(__file__).parents[3]
 
 
 def run_doctor(*options):
@@ -33,8 +39,32 @@ def test_json_lists_every_finding_with_its_state(quick_imports, capsys):
     report = json.loads(capsys.readouterr().out)
     assert report["ready"] is True
     names = [finding["name"] for finding in report["findings"]]
-    assert names == ["python", "C library", "system libraries", "networkx", "cores", "memory", "disk"]
+    assert names == ["python", "C library", "system libraries", "networkx", "tickgraph", "cores", "memory", "disk"]
     assert {finding["state"] for finding in report["findings"]} <= {"ok", "warn"}
+
+
+def test_import_times_are_numbers_in_json_and_the_heavy_ones_are_said_to_come_on_first_use(monkeypatch, capsys):
+    monkeypatch.setattr(doctor, "IMPORTS", {"pxr.Usd": ("usd-core",), "networkx": ("networkx",)})
+    assert run_doctor("--json") == 0
+    found = {finding["name"]: finding for finding in json.loads(capsys.readouterr().out)["findings"]}
+    assert all(0 < found[name]["import_s"] < 60 for name in ("usd-core", "networkx", "tickgraph"))
+    assert found["memory"]["import_s"] is None
+    assert found["usd-core"]["detail"].endswith("on first use")
+    assert not found["networkx"]["detail"].endswith("on first use")
+
+
+def test_it_says_whether_our_packages_come_without_the_heavy_libraries(quick_imports, monkeypatch, capsys):
+    assert run_doctor() == 0
+    assert "without the heavy libraries" in capsys.readouterr().out
+    monkeypatch.setattr(doctor, "LAZY_PROBE", "print(0.5, 'mujoco')")
+    assert run_doctor() == 0
+    assert "warn  tickgraph         imports in 0.50 s and loads mujoco with it" in capsys.readouterr().out
+
+
+def test_every_dependency_is_looked_at():
+    declared = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf8"))["project"]["dependencies"]
+    names = {re.split(r"[^A-Za-z0-9._-]", each)[0] for each in declared}
+    assert names == set(itertools.chain.from_iterable(doctor.IMPORTS.values())) - {"mujoco"}
 
 
 def test_a_missing_package_ends_with_1_and_names_the_command(monkeypatch, capsys):
