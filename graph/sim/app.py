@@ -133,6 +133,8 @@ class App(Drivers):
         self._stage_state: Any = None
         self.live: Any = None
         """Keeps the playing world and its stage together (`graph.sim.live_stage.LiveStage`); None while stopped."""
+        self.animation: Any = None
+        """Plays transforms with time samples (`graph.sim.animation.Animation`); None while stopped or without any."""
         self._geometry: Any = None
 
     def _open_mjcf(self, mjcf: Any, stage: Any) -> Any:
@@ -391,6 +393,7 @@ class App(Drivers):
 
     def build_world(self) -> None:
         """Builds physics from the stage and binds Fabric and sensors to it; playing does so by itself."""
+        from .animation import animate
         from .live_stage import LiveStage
         from .physics import build_physics
         from .stage import StageState
@@ -414,6 +417,7 @@ class App(Drivers):
         self.rendering.begin_play()
         self.simulation.physics = physics
         self.live = LiveStage(self)
+        self.animation = animate(self)
         self.simulation.begin(physics)
 
     def _read_rendering_settings(self) -> None:
@@ -428,6 +432,9 @@ class App(Drivers):
         if self.live is not None:
             self.live.close()
             self.live = None
+        if self.animation is not None:
+            self.animation.close()
+            self.animation = None
         self.fabric.unbind()
         self.simulation.end()
         self.rendering.capture_state = None

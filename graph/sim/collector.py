@@ -48,7 +48,7 @@ class Collector:
         """Gprims with their paths."""
         if not prims:
             return
-        bodies = [self.scan.moving_body_of(path) for _, path in prims]
+        bodies = [self.scan.carrier_of(path) for _, path in prims]
         world = np.stack([self.scan.world_matrix(prim) for prim, _ in prims])
         good = transforms.all_usable(world)
         frames = world.copy()
@@ -72,7 +72,7 @@ class Collector:
         """All copies that a point instancer makes."""
         if not for_rendering(prim):
             return
-        body, base = self.scan.moving_body_of(path), self.scan.world_matrix(prim)
+        body, base = self.scan.carrier_of(path), self.scan.world_matrix(prim)
         for copies in copies_of(prim, lambda where, message: self.complaints.add("bad-geometry", where, message)):
             self._add_copies(copies, path, body, base)
 

@@ -26,7 +26,6 @@ from .transforms import Floats
 if TYPE_CHECKING:
     from .physics.engine import Physics
 
-_STILL = np.zeros(6)
 _NOTHING: Mapping[str, Floats] = MappingProxyType({})
 
 
@@ -135,8 +134,7 @@ class Fabric:
         """The poses of this moment; free if nothing moved since the last capture."""
         if self._latest is None:
             frames = np.stack(list(self._frames.values())) if self._frames else None
-            speeds = np.stack([self._speeds.get(path, _STILL) for path in self._frames]) if self._speeds else None
-            self._latest = Poses(self.stamp, self._physics, self._layout, self._written, frames, speeds)
+            self._latest = Poses(self.stamp, self._physics, self._layout, self._written, frames, dict(self._speeds))
         return self._latest
 
     def world_matrices(self, paths: Sequence[str], poses: Poses | None = None) -> Floats:
@@ -230,7 +228,8 @@ class Fabric:
     def set_frames(self, poses: Mapping[str, Floats], velocities: Mapping[str, Floats] | None = None) -> None:
         """Place prims that nothing in physics moves, as bodies of their own: rigid poses (4, 4) [m] by path.
 
-        velocities: (6,) linear [m/s] and angular [rad/s] of their origins, world axes; 0 where not given.
+        velocities: (6,) linear [m/s] and angular [rad/s] of their origins, world axes; 0 where not given. Those of
+        kinematic bodies of physics may be among them: it does not know how fast they are moved.
         """
         new = [path for path in poses if path not in self._layout]
         self._frames.update(poses)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 class Poses:
     """The poses of all bodies at one moment, and what users had written: immutable.
 
-    speeds: (F, 6) linear [m/s] and angular [rad/s] velocities of the frames; None: they do not move.
+    speeds: (6,) linear [m/s] and angular [rad/s] of frames and bodies that something else than physics moves, by path.
     layout: the row of each body by path. Bodies of physics come first, in its order, then `frames`: the rigid poses
     (F, 4, 4) [m] of still prims that users have moved. Two states with the same layout object have the same rows.
     """
@@ -29,7 +29,7 @@ class Poses:
         layout: Mapping[str, int],
         written: Mapping[str, Floats],
         frames: Floats | None = None,
-        speeds: Floats | None = None,
+        speeds: Mapping[str, Floats] | None = None,
     ) -> None:
         self.stamp = stamp
         self.written = written
@@ -45,7 +45,7 @@ class Poses:
         if frames is not None:
             self.positions = np.concatenate([self.positions, frames[:, :3, 3]])
             self._rotations = np.concatenate([self._rotations, frames[:, :3, :3]])
-        self._speeds = speeds
+        self._speeds = speeds or {}
         self.positions.flags.writeable = False
 
     @cached_property
@@ -70,6 +70,7 @@ class Poses:
         out = np.zeros((len(self.positions) + 1, 6))
         if self._motion_of is not None and self._state is not None and not self._motion_of.closed:
             out[: self.bodies] = self._motion_of.velocities(self._state)
-        if self._speeds is not None:
-            out[self.bodies : -1] = self._speeds
+        for path, speed in self._speeds.items():
+            if path in self.layout:
+                out[self.layout[path]] = speed
         return out

@@ -68,6 +68,14 @@ class Scan:
     """Static prims that users move while playing, taken as kinematic bodies; whether what is below goes with them."""
     placed: Mapping[str, Floats] = field(default_factory=dict)
     """Rigid poses [m] of bodies that count instead of the stage's, for them and all that they carry."""
+    driven: list[str] = field(default_factory=list)
+    """Kinematic bodies whose transform has time samples, here or above: all prims that are animated count as such."""
+    riders: dict[str, BodyPrim] = field(default_factory=dict)
+    """Animated prims below a body that forces move: its own for physics, by themselves for rays."""
+    animated: set[str] = field(default_factory=set)
+    """Prims whose own transform has time samples."""
+    resets: set[str] = field(default_factory=set)
+    """Prims whose transform does not count from their parent (`resetXformStack`): no body above carries them."""
 
     def __post_init__(self) -> None:
         self._xforms = UsdGeom.XformCache(EARLIEST)
@@ -95,7 +103,8 @@ class Scan:
         """(4, 4) rigid pose of a body in the world, metres."""
         if path in self.placed:
             return np.array(self.placed[path])
-        pose = transforms.rigid_part(self.world_matrix(self.bodies[path].prim))
+        body = self.riders[path] if path in self.riders else self.bodies[path]
+        pose = transforms.rigid_part(self.world_matrix(body.prim))
         pose[:3, 3] *= self.meters_per_unit
         return pose
 
@@ -105,8 +114,22 @@ class Scan:
         while here and here != "/":
             if here in self.bodies and (here == path or self.promoted.get(here, True)):
                 return here
+            if here in self.resets:
+                return None
             here = here.rpartition("/")[0]
         return None
+
+    def carrier_of(self, path: str) -> str | None:
+        """What a prim moves with, as rays see it: the nearest moving body or animated prim at or above it."""
+        body = self.moving_body_of(path)
+        if not self.riders:
+            return body
+        here = path
+        while here and here != body and here not in self.resets:
+            if here in self.riders:
+                return here
+            here = here.rpartition("/")[0]
+        return here if here in self.riders else body
 
     def moving_body_of(self, path: str) -> str | None:
         """The nearest body at or above a prim path, if it can move."""
@@ -139,9 +162,12 @@ def scan_stage(
         if prim.GetTypeName() == GRIPPER:
             scan.grippers.append(prim)
             continue
+        varies = _transform_varies(scan, prim)
         if promoted and (path := str(prim.GetPath())) in promoted:
             scan.bodies[path] = BodyPrim(path, prim, kinematic=True)
         if not prim.GetAppliedSchemas():
+            if varies:
+                _add_animated(scan, prim)
             continue
         if prim.HasAPI(UsdPhysics.RigidBodyAPI):
             body = UsdPhysics.RigidBodyAPI(prim)
@@ -154,6 +180,9 @@ def scan_stage(
             colliders.append(prim)
         if prim.HasAPI(UsdPhysics.ArticulationRootAPI):
             scan.articulation_roots.append(str(prim.GetPath()))
+        if varies:
+            _add_animated(scan, prim)
+    scan.driven = _driven(scan)
     for prim in colliders:
         path = str(prim.GetPath())
         scan.colliders.append(ColliderPrim(path, prim, scan.body_of(path)))
@@ -161,6 +190,44 @@ def scan_stage(
     scan.joints = [joint for prim in joints if str(prim.GetPath()) not in held and (joint := _joint(scan, prim))]
     scan.moving = _moving(scan)
     return scan
+
+
+def _transform_varies(scan: Scan, prim: Any) -> bool:
+    """Whether a prim's own transform has several time samples; notes too where it does not count from the parent."""
+    if not prim.IsA(UsdGeom.Xformable) or not prim.HasAttribute("xformOpOrder"):
+        return False
+    xform = UsdGeom.Xformable(prim)
+    if xform.GetResetXformStack():
+        scan.resets.add(str(prim.GetPath()))
+    return bool(xform.TransformMightBeTimeVarying())
+
+
+def _add_animated(scan: Scan, prim: Any) -> None:
+    """An animated prim: a kinematic body, unless it is a body that forces move, or below one."""
+    path = str(prim.GetPath())
+    scan.animated.add(path)
+    if path in scan.bodies:
+        return
+    above = scan.body_of(path)
+    if above is not None and not scan.bodies[above].kinematic:
+        scan.riders[path] = BodyPrim(path, prim, kinematic=True)
+    else:
+        scan.bodies[path] = BodyPrim(path, prim, kinematic=True)
+
+
+def _driven(scan: Scan) -> list[str]:
+    """Kinematic bodies with time samples of their own or above them."""
+    if not scan.animated:
+        return []
+    found = []
+    for path, body in scan.bodies.items():
+        here = path
+        while body.kinematic and here:
+            if here in scan.animated:
+                found.append(path)
+                break
+            here = "" if here in scan.resets else here.rpartition("/")[0]
+    return found
 
 
 def _attachments(scan: Scan) -> frozenset[str]:

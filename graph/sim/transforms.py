@@ -83,6 +83,37 @@ def rigid_part(matrix: Floats) -> Floats:
     return out
 
 
+def rigid_parts(matrices: Floats) -> Floats:
+    """`rigid_part` of (n, 4, 4) matrices."""
+    linear = matrices[:, :3, :3]
+    lengths = np.sqrt((linear * linear).sum(axis=1))
+    with np.errstate(all="ignore"):
+        axes = linear / lengths[:, None, :]
+        skewed = np.abs(np.swapaxes(axes, 1, 2) @ axes - np.eye(3)).max(axis=(1, 2))
+        plain = (skewed < 1e-9) & (np.linalg.det(axes) > 0)
+    out = np.zeros_like(matrices)
+    out[:, :3, :3], out[:, :3, 3], out[:, 3, 3] = axes, matrices[:, :3, 3], 1
+    for number in np.flatnonzero(~plain):
+        out[number] = rigid_part(matrices[number])
+    return out
+
+
+def rotation_vectors(rotations: Floats) -> Floats:
+    """(n, 3, 3) rotations to (n, 3): axis times angle [rad], for angles well below half a turn."""
+    skew = np.stack(
+        [
+            rotations[:, 2, 1] - rotations[:, 1, 2],
+            rotations[:, 0, 2] - rotations[:, 2, 0],
+            rotations[:, 1, 0] - rotations[:, 0, 1],
+        ],
+        axis=1,
+    )
+    sine = np.linalg.norm(skew, axis=1) / 2
+    angle = np.arctan2(sine, (np.trace(rotations, axis1=1, axis2=2) - 1) / 2)
+    factor = np.divide(angle, 2 * sine, out=np.full_like(sine, 0.5), where=sine > 1e-12)
+    return np.asarray(skew * factor[:, None])
+
+
 def inverse_rigid(matrix: Floats) -> Floats:
     """The inverse of (..., 4, 4) rigid matrices."""
     out = np.zeros_like(matrix)
