@@ -40,6 +40,10 @@ class Articulation:
         actuators = [physics.actuator(joint) for joint in joints]
         self._actuator = np.array([-1 if number is None else number for number in actuators], dtype=np.intp)
 
+    def belongs_to(self, physics: Physics) -> bool:
+        """Whether these are joints of that physics."""
+        return self._physics is physics
+
     @property
     def driven(self) -> NDArray[np.bool_]:
         """(J,) which joints have a drive; position and velocity targets of the others have no effect."""
@@ -130,6 +134,29 @@ class Articulation:
             if left is not None and not np.isnan(left[place]) and motors.push(data, path, float(left[place])):
                 left[place] = np.nan
         return left
+
+    def set_positions(self, positions: Sequence[float] | Floats, joints: Sequence[int] | None = None) -> None:
+        """Put joints at positions [rad or stage units] at once; NaN leaves one alone. What aims at them stays."""
+        self._put(self._physics.data.qpos, self._position, "positions", positions, joints)
+        self._physics.moved()
+
+    def set_velocities(self, velocities: Sequence[float] | Floats, joints: Sequence[int] | None = None) -> None:
+        """Give joints velocities [rad/s or stage units/s] at once; NaN leaves one alone."""
+        self._put(self._physics.data.qvel, self._velocity, "velocities", velocities, joints)
+
+    def _put(
+        self,
+        into: Floats,
+        addresses: NDArray[np.intp],
+        name: str,
+        given: Sequence[float] | Floats,
+        joints: Sequence[int] | None,
+    ) -> None:
+        chosen = np.arange(len(self.joint_paths)) if joints is None else np.asarray(joints, dtype=np.intp)
+        values = self._command(name, given, len(chosen))
+        if values is not None:
+            rows = chosen[~np.isnan(values)]
+            into[addresses[rows]] = values[~np.isnan(values)] / self._scale[rows]
 
     def _command(self, name: str, values: Sequence[float] | Floats | None, width: int) -> Floats | None:
         if values is None or not len(values):

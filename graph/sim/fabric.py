@@ -124,6 +124,11 @@ class Fabric:
         self.steps += 1
         self._latest = None
 
+    def touched(self) -> None:
+        """Somebody has written to physics between its steps: poses read from now on are new ones."""
+        self.stamp += 1
+        self._latest = None
+
     def close(self) -> None:
         """Stop listening to the stage."""
         self._listener.Revoke()

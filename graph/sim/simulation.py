@@ -11,6 +11,7 @@ from graph.errors import RunError
 from . import settings as keys
 from .clocks import Accumulator, PhysicsClock, checked_rate
 from .phases import Subscribers
+from .tensors import Tensors
 from .time_queries import TimeQueries
 
 if TYPE_CHECKING:
@@ -30,6 +31,8 @@ class Simulation(TimeQueries):
     def __init__(self, app: App, steps_per_second: Fraction) -> None:
         super().__init__(app, PhysicsClock(steps_per_second))
         self.physics: Any = None
+        self.tensors = Tensors(app)
+        """All bodies, joints and contacts as arrays."""
         self.built = False
         """Whether there is a world: from play, or `initialize_physics`, to stop."""
         self.pre_step = Subscribers()

@@ -87,7 +87,7 @@ class ManagedSimulation(SimulationSetup):
 
     def get_physics_simulation_view(self) -> Any:
         """Positions, velocities and contacts of all bodies as arrays; None unless warm (before play, after stop)."""
-        return getattr(self, "tensors", None) if self.built and self.events.warm else None
+        return self.tensors if self.built and self.events.warm else None
 
     def register_callback(self, callback: Registered, event: str, *, order: int = 0, **options: Any) -> int:
         """Calls `callback` at each `SimulationEvent`; returns its id.

@@ -52,6 +52,11 @@ class StageTransforms(Fabric):
         super().stepped()
         self._write()
 
+    def touched(self) -> None:
+        """Somebody has written to physics between its steps: write what moved."""
+        super().touched()
+        self._write()
+
     def stage_moved(self, path: str) -> None:
         """The stage has a new transform for a prim, so that what is below it is written anew relative to it."""
         super().stage_moved(path)

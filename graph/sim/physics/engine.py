@@ -37,6 +37,7 @@ class Physics:
         self.closed = False
         self.dt = dt
         self._articulations: dict[str, Articulation] = {}
+        self._kept: list[Articulation] = []
         self.world: World | None = None
         """What the model was compiled from, and by what (`compile`); for compiling it anew (see `rebuild`)."""
         self.compile: Callable[[World, Fraction, Warn], Compiled] | None = None
@@ -80,7 +81,7 @@ class Physics:
         self._start(compiled)
         if leaving is not None and kept is not None:
             leaving.arrive(self, kept)
-        for articulation in self._articulations.values():
+        for articulation in (*self._articulations.values(), *self._kept):
             articulation.bind()
 
     def step(self) -> None:
@@ -161,6 +162,25 @@ class Physics:
             self.data.qpos[address : address + 7] = [*pose[:3, 3], *quaternion]
         else:
             raise RunError(f"{path}: a joint holds this body; set the joint's position instead of its pose.")
+        self._stale = True
+
+    def set_velocity(self, path: str, velocity: Floats) -> None:
+        """Set the velocity of a free body's origin: (6,) [m/s], [rad/s], world axes. Raises RunError for another."""
+        body = self._index[path] + 1
+        if not self.is_free(body):
+            held = "it is kinematic" if path in self.kinematic else "a joint holds it; set the joint's velocity instead"
+            raise RunError(f"{path}: its velocity cannot be set: {held}.")
+        address = self.model.jnt_dofadr[self.model.body_jntadr[body]]
+        turn = self.rotations[body - 1]
+        self.data.qvel[address : address + 3] = velocity[:3]
+        self.data.qvel[address + 3 : address + 6] = turn.T @ velocity[3:]
+
+    def keep(self, articulation: Articulation) -> None:
+        """Have an articulation of somebody's own find its joints anew when the model is compiled anew."""
+        self._kept.append(articulation)
+
+    def moved(self) -> None:
+        """Coordinates were written: where the bodies are follows from them anew."""
         self._stale = True
 
     def articulation(self, root: str) -> Articulation:

@@ -79,3 +79,42 @@ def contact_force(physics: Physics, body: str, near: Floats | None = None, radiu
         force = wrench[:3] @ contact.frame.reshape(3, 3)
         total += force if second == number else -force
     return total
+
+
+def contact_arrays(
+    physics: Physics,
+) -> tuple[tuple[tuple[str, str], ...], tuple[tuple[str, str], ...], Floats, Floats, Floats, Floats]:
+    """Of the contacts that carried load in the last step: colliders, bodies, places, normals, distances, impulses.
+
+    See `graph.sim.tensors.Contacts`.
+    """
+    model, data = physics.model, physics.data
+    contacts = data.contact
+    active = np.flatnonzero(np.asarray(contacts.efc_address)[: data.ncon] >= 0)
+    wrenches = np.zeros((len(active), 6))
+    for row, index in enumerate(active.tolist()):
+        mujoco.mj_contactForce(model, data, index, wrenches[row])
+    frames = np.asarray(contacts.frame)[active].reshape(-1, 3, 3)
+    impulses = np.einsum("ni,nij->nj", wrenches[:, :3], frames) * model.opt.timestep
+    geoms, flexes = np.asarray(contacts.geom)[active].tolist(), np.asarray(contacts.flex)[active].tolist()
+    sides = [
+        [_collider(physics, *side) for side in zip(geom, flex, strict=True)]
+        for geom, flex in zip(geoms, flexes, strict=True)
+    ]
+    return (
+        tuple((first[0], second[0]) for first, second in sides),
+        tuple((first[1], second[1]) for first, second in sides),
+        np.asarray(contacts.pos)[active].copy(),
+        frames[:, 0].copy(),
+        np.asarray(contacts.dist)[active].copy(),
+        impulses,
+    )
+
+
+def _collider(physics: Physics, geom: int, flex: int) -> tuple[str, str]:
+    """The path of a side of a contact, and of its body (empty: it does not move, or is soft)."""
+    if geom < 0:
+        return physics.model.flex(flex).name, ""
+    body = int(physics.model.geom_bodyid[geom])
+    path = physics.model.geom(geom).name.rpartition("#")[0]
+    return path, physics.body_paths[body - 1] if 0 < body <= len(physics.body_paths) else ""

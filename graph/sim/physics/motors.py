@@ -106,6 +106,11 @@ class Motors:
         )
         return True
 
+    def take_over(self, old: Motors, number_there: int, number: int) -> None:
+        """Go on with the velocity that a servo of another model was aiming at."""
+        if number_there in old._speeds:
+            self._speeds[number] = old._speeds[number_there]
+
     def read(self, data: Any, name: str, what: str) -> Any:
         """What an actuator does: `ctrl`, `force`, `length` or `velocity`; a number, or several of one with several."""
         number = self._model.actuator(name).id

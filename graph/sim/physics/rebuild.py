@@ -81,7 +81,7 @@ def _untouched(old: World, scan: Scan, touched: tuple[str, ...]) -> frozenset[st
         return path
 
     ties = {joint.path: joint.bodies for joint in scan.joints}
-    before = {joint.path: joint.bodies for joint in old.joints}
+    before = {joint.path.partition(":")[0]: joint.bodies for joint in old.joints}  # several axes share a prim
     for bodies in (*ties.values(), *before.values()):
         first, second = bodies
         if first and second:

@@ -30,7 +30,8 @@ class Leaving:
         drives = physics.drives
         self._targets = {joint.path: target.copy() for joint, target in zip(drives.joints, drives.targets, strict=True)}
         self._grippers = {path: (gripper, gripper.weld_data) for path, gripper in physics._grippers.items()}
-        self._surfaces = physics._surfaces
+        self._surfaces, self._motors = physics._surfaces, physics.motors
+        self._others = _others(physics)
 
     def arrive(self, physics: Physics, kept: frozenset[str]) -> None:
         """Give the state to what is there again; `kept`: bodies with the rest poses that they had."""
@@ -40,6 +41,9 @@ class Leaving:
             if path in self._numbers:
                 numbers[self._numbers[path]] = number + 1
                 self._body(model, data, self._numbers[path], number + 1, path in kept)
+        for name, hidden in _others(physics).items():
+            if name in self._others:
+                self._body(model, data, self._others[name], hidden, True)
         data.time = self._data.time
         self._controls(physics)
         if self._surfaces is not None:
@@ -84,23 +88,33 @@ class Leaving:
             if joint.path in self._targets:
                 drives.targets[number] = self._targets[joint.path]
         drives.apply(data)
-        there = {self._model.actuator(number).name: number for number in range(self._model.nu)}
-        for number in range(model.nu):
+        there = {self._model.actuator(number).name: number for number in range(self._model.nactuator)}
+        for number in range(model.nactuator):
             name = model.actuator(number).name
             if name and name not in own and name in there:
-                data.ctrl[number] = self._data.ctrl[there[name]]
-                self._activation(model, data, there[name], number)
+                self._range(data, "ctrl", "actuator_ctrl", model, there[name], number)
+                self._range(data, "act", "actuator_act", model, there[name], number)
+                if physics.motors is not None and self._motors is not None:
+                    physics.motors.take_over(self._motors, there[name], number)
         ties = {self._model.equality(number).name: number for number in range(self._model.neq)}
         for number in range(model.neq):
             name = model.equality(number).name
             if name and name in ties and not name.endswith("#grip"):
                 data.eq_active[number] = self._data.eq_active[ties[name]]
 
-    def _activation(self, model: Any, data: Any, old: int, new: int) -> None:
-        first, count = int(self._model.actuator_actadr[old]), int(self._model.actuator_actnum[old])
-        to, room = int(model.actuator_actadr[new]), int(model.actuator_actnum[new])
+    def _range(self, data: Any, name: str, prefix: str, model: Any, old: int, new: int) -> None:
+        """The numbers that an actuator has in one of the engine's arrays."""
+        first, count = (int(getattr(self._model, prefix + end)[old]) for end in ("adr", "num"))
+        to, room = (int(getattr(model, prefix + end)[new]) for end in ("adr", "num"))
         if count and count == room:
-            data.act[to : to + count] = self._data.act[first : first + count]
+            getattr(data, name)[to : to + count] = getattr(self._data, name)[first : first + count]
+
+
+def _others(physics: Physics) -> dict[str, int]:
+    """The model's bodies that are no rigid bodies of the scene, such as the vertices of cloth, by their names."""
+    model = physics.model
+    found = ((model.body(number).name, number) for number in range(1 + len(physics.body_paths), model.nbody))
+    return {name: number for name, number in found if name}
 
 
 def _joints(model: Any, body: int) -> list[tuple[int, int, int]]:
