@@ -13,6 +13,7 @@ _KINDS: dict[str, dict[str, Any]] = {
     "rate": {"anyOf": [{"type": "number", "exclusiveMinimum": 0}, {"type": "string"}]},
     "count": {"type": "integer", "minimum": 1},
     "length": {"type": "number", "exclusiveMinimum": 0},
+    "number": {"type": "number", "exclusiveMinimum": 0},
     "switch": {"enum": [True, False, "on", "off"]},
 }
 

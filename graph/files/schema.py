@@ -6,6 +6,8 @@ import math
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
+from graph.types import Type
+
 from . import model
 
 if TYPE_CHECKING:
@@ -98,7 +100,7 @@ def _attribute(attribute: Attribute) -> JsonSchema:
 
 
 def _value(attribute: Attribute) -> JsonSchema:
-    """What a value may be where that is simple; tuples, arrays and open types are left to the compiler."""
+    """What a value may be where that is simple; matrices and open types are left to the compiler."""
     match attribute.type:
         case "bool":
             return {"type": "boolean"}
@@ -110,6 +112,19 @@ def _value(attribute: Attribute) -> JsonSchema:
             return {"type": "string", **({"enum": _choices(attribute)} if attribute.allowed_tokens else {})}
         case "target":
             return {"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}]}
+    type_ = attribute.parsed
+    if not isinstance(type_, Type) or type_.square or not (type_.array or type_.count > 1):
+        return {}
+    value = _scalar(type_.storage)
+    if value and type_.count > 1:
+        value = {"type": "array", "items": value, "minItems": type_.count, "maxItems": type_.count}
+    return {"type": "array", "items": value} if type_.array else value
+
+
+def _scalar(storage: str) -> JsonSchema:
+    for names, kind in ((_INTEGERS, "integer"), (_NUMBERS, "number"), (_TEXTS, "string"), (("bool",), "boolean")):
+        if storage in names:
+            return {"type": kind}
     return {}
 
 
