@@ -283,7 +283,7 @@ class _Mirror:
                 self.author.set(spec, "mjc:ctrlRange:max", "Double", high)
             for name in ("force", "length", "velocity"):
                 self.author.set(spec, f"mjc:{name}", "Double", 0.0)
-            kind = model.actuator_trntype[number]
+            kind = mujoco.mjtTrn(int(model.actuator_trntype[number]))
             if kind in (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT):
                 target = self.paths.joints[model.actuator_trnid[number, 0]]
                 if target:

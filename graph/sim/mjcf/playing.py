@@ -18,6 +18,10 @@ from graph.sim.stage import Warn
 from .scene import MjcfScene
 
 _FRESH = ("geom", "joint", "equality", "mesh", "actuator", "flex")
+_NOT_OF_DEFAULTS = frozenset(
+    ("alt", "classname", "compiler", "frame", "id", "info", "name", "parent", "plugin", "signature", "userdata")
+)
+"""Attributes that belong to an element in a tree; to read some of them from a default ends the process."""
 _NUMBERS = (bool, int, float, np.ndarray)
 
 
@@ -90,7 +94,7 @@ def _numbers(element: Any) -> list[str]:
     """Names of an element's attributes that are numbers, arrays of numbers or choices."""
     out = []
     for name in dir(type(element)):
-        if name.startswith("_") or name in ("id", "classname", "parent", "frame", "compiler", "info", "name", "plugin"):
+        if name.startswith("_") or name in _NOT_OF_DEFAULTS:
             continue
         value = getattr(element, name)
         if isinstance(value, _NUMBERS) or type(value).__module__ == "mujoco._enums":

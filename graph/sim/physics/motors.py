@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from .model import Joint
 
 _ON_JOINTS = (int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT))
+_FIXED = int(mujoco.mjtGain.mjGAIN_FIXED)
+_PLAIN_BIASES = int(mujoco.mjtBias.mjBIAS_NONE), int(mujoco.mjtBias.mjBIAS_AFFINE)
 _INTEGRATOR = int(mujoco.mjtDyn.mjDYN_INTEGRATOR)
 _SIMPLE = (
     int(mujoco.mjtDyn.mjDYN_NONE),
@@ -64,8 +66,8 @@ class Motors:
         model = self._model
         if (
             model.actuator_trntype[number] not in _ON_JOINTS
-            or model.actuator_gaintype[number] != mujoco.mjtGain.mjGAIN_FIXED
-            or model.actuator_biastype[number] not in (mujoco.mjtBias.mjBIAS_NONE, mujoco.mjtBias.mjBIAS_AFFINE)
+            or model.actuator_gaintype[number] != _FIXED
+            or model.actuator_biastype[number] not in _PLAIN_BIASES
             or model.actuator_dyntype[number] not in _SIMPLE
             or not model.actuator_gainprm[number, 0]
             or not model.actuator_gear[number, 0]
