@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from graph.types import Type
+from graph.types import TYPES, Type
 
 from . import model
 
@@ -35,6 +35,7 @@ def json_schema(
         "title": "TickGraph graph file",
         **model.GraphFile.model_json_schema(mode="validation"),
     }
+    schema["$defs"]["Variable"]["properties"]["type"] |= {"enum": [*TYPES]}
     types = [*node_types]
     if types:
         _add_node_types(schema["$defs"], types)
