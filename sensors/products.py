@@ -139,9 +139,7 @@ def _free_name(app: App, wanted: str) -> str:
 
 def _author(app: App, path: str, camera: str, size: tuple[int, int]) -> None:
     """The product as a RenderProduct prim, in the session layer: it is no part of the scene."""
-    from pxr import UsdRender
-
-    from graph.sim.usd import Gf, Usd
+    from graph.sim.usd import Gf, Usd, UsdRender
 
     with Usd.EditContext(app.stage, app.stage.GetSessionLayer()):
         prim = UsdRender.Product.Define(app.stage, path)

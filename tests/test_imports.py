@@ -139,6 +139,31 @@ def test_import_graph_loads_no_heavy_library_and_no_numpy():
     assert loaded_after(code) == []
 
 
+@pytest.mark.parametrize("package", ["graph.sim", "sensors", "nodes", "graph.cli", "graph.testing"])
+def test_importing_a_package_loads_no_heavy_library(package):
+    assert loaded_after(f"import {package}") == []
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        "graph.sim: App, PhysicsScene, NewtonMjcScene, RenderingManager, SimulationManager, SimulationEvent",
+        "sensors: SUPPORTED_LIDAR_CONFIGS, parse_generic_model_output_data",
+    ],
+)
+def test_naming_what_a_script_needs_loads_no_heavy_library(names):
+    package, _, wanted = names.partition(": ")
+    assert loaded_after(f"from {package} import {wanted}") == []
+
+
+def test_an_app_loads_only_what_its_world_needs():
+    """An empty world needs USD; physics comes with the first body, the ray caster with the first sensor."""
+    code = "from graph.sim import App\nwith App() as app:\n    app.play(); app.update(3)\n"
+    assert loaded_after(code) == ["pxr"]
+    body = "    app.stop(); app.add_prims({'/Ball': {'type': 'Sphere', 'rigid_body': True}}); app.play()\n"
+    assert loaded_after(code + body) == ["mujoco", "pxr"]
+
+
 def test_help_of_the_command_loads_no_heavy_library():
     code = (
         "import sys; from graph.cli.main import main\n"
@@ -187,11 +212,26 @@ def built_on(owners):
     return set(itertools.chain.from_iterable(networkx.descendants(users, owner) for owner in owners if owner in users))
 
 
+OWNERS = {"mujoco": "graph.sim.physics.library", "open3d": "graph.sim.libraries", "pxr": "graph.sim.usd"}
+"""The one file that imports each heavy library, on first use; nothing imports matplotlib."""
+
+
 @pytest.mark.parametrize("library", HEAVY)
-def test_each_heavy_library_is_imported_at_module_level_by_one_file_at_most(library):
-    owners = [
+def test_each_heavy_library_is_imported_by_one_file_alone(library):
+    """At any depth: inside functions and by `import_module` too."""
+    importers = [
         name
         for name, path in MODULES.items()
-        if any(target.partition(".")[0] == library for target, _ in imports_of(name, path, top_level_only=True))
+        if any(target.partition(".")[0] == library for target, _ in (*imports_of(name, path), *named_imports(path)))
     ]
-    assert len(owners) <= 1, owners
+    assert importers == ([OWNERS[library]] if library in OWNERS else [])
+
+
+def named_imports(path):
+    """(module, line) of each call such as `import_module("open3d")`."""
+    calls = (node for node in ast.walk(ast.parse(path.read_text(encoding="utf8"))) if isinstance(node, ast.Call))
+    for call in calls:
+        name = call.func.attr if isinstance(call.func, ast.Attribute) else getattr(call.func, "id", "")
+        first = call.args[0] if call.args else None
+        if name in ("import_module", "__import__") and isinstance(first, ast.Constant) and isinstance(first.value, str):
+            yield first.value, call.lineno

@@ -75,7 +75,7 @@ class _Numbers:
 
 def camera_and_size(db: Any, path: str) -> tuple[Any, tuple[int, int]]:
     """The Camera prim and the size of a render product. Fails the node where there is no such product or camera."""
-    from pxr import UsdGeom, UsdRender
+    from graph.sim.usd import UsdGeom, UsdRender
 
     app = db.app
     product = app.rendering.products.get(path)

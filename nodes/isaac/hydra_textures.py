@@ -47,8 +47,7 @@ def attach_hydra_texture(db: Any) -> bool:
 
 
 def _attached(db: Any, path: str) -> Any:
-    from pxr import UsdRender
-
+    from graph.sim.usd import UsdRender
     from sensors.products import place_product
 
     prim = UsdRender.Product(db.app.stage.GetPrimAtPath(path))
@@ -62,7 +61,7 @@ def _attached(db: Any, path: str) -> Any:
 
 
 def _add_variables(stage: Any, path: str, names: Any) -> None:
-    from pxr import Usd, UsdRender
+    from graph.sim.usd import Usd, UsdRender
 
     if not len(names):
         return

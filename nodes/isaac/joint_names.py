@@ -47,7 +47,7 @@ def joint_name_resolver(db: Any) -> None:
 
 def _overrides(db: Any, robot: str) -> dict[str, str]:
     """Override -> prim name, the first prim winning. Fails the node where there is no articulation."""
-    from pxr import Usd, UsdPhysics
+    from graph.sim.usd import Usd, UsdPhysics
 
     prim = db.app.stage.GetPrimAtPath(robot) if robot else None
     if not prim:

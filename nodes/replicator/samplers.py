@@ -43,7 +43,7 @@ def _place(db: Any, inner: float, outer: float) -> bool:
 
 
 def _xformable(db: Any, path: str) -> Any:
-    from pxr import UsdGeom
+    from graph.sim.usd import UsdGeom
 
     prim = db.app.stage.GetPrimAtPath(path) if path.startswith("/") else None
     if not prim:

@@ -60,7 +60,8 @@ def conveyor(db: Any) -> bool:
 
 def _set(db: Any, path: str, motion: tuple[float, ...], curved: bool) -> None:
     import numpy as np
-    from pxr import UsdPhysics
+
+    from graph.sim.usd import UsdPhysics
 
     app = db.app
     prim = app.stage.GetPrimAtPath(path)

@@ -40,7 +40,7 @@ AXES = {"X": [1.0, 0.0, 0.0], "Y": [0.0, 1.0, 0.0], "Z": [0.0, 0.0, 1.0]}
 )
 def holonomic_robot_usd_setup(db: Any) -> None:
     """Find the joints below a robot that have isaacmecanumwheel:radius and :angle, and where they are on the stage."""
-    from pxr import Usd, UsdGeom, UsdPhysics
+    from graph.sim.usd import Usd, UsdGeom, UsdPhysics
 
     inputs, outputs, stage = db.inputs, db.outputs, db.app.stage
     if inputs.usePath:

@@ -80,7 +80,7 @@ def _response(type_name: str, fields: Answer) -> Any:
 
 
 def _prims(stage: Any, request: Any) -> Answer:
-    from pxr import Usd
+    from graph.sim.usd import Usd
 
     prim = _prim(stage, request.path)
     if prim is None:
@@ -142,7 +142,7 @@ SERVICES: tuple[tuple[str, str, Callable[[Any, Any], Answer]], ...] = (
 
 def _prim(stage: Any, path: str) -> Any:
     """The prim at a path; None if there is none or it is no path."""
-    from pxr import Sdf
+    from graph.sim.usd import Sdf
 
     found = stage.GetPrimAtPath(path) if Sdf.Path.IsValidPathString(path) and path.startswith("/") else None
     return found if found else None
@@ -158,7 +158,7 @@ def _attribute(stage: Any, request: Any) -> tuple[Any, str]:
 
 def to_json(value: Any) -> Any:
     """A USD value as JSON data. Raises TypeError for one that has no such form."""
-    from pxr import Gf, Sdf
+    from graph.sim.usd import Gf, Sdf
 
     if value is None or isinstance(value, bool | int | float | str):
         return value

@@ -41,7 +41,7 @@ def edges_of(stage: Any, parent: str, targets: Iterable[str]) -> list[Edge]:
 
 def links_of(stage: Any, target: str) -> list[tuple[str, str]]:
     """(parent link or "", link) of an articulation from its root link outwards; just ("", target) for other prims."""
-    from pxr import Usd, UsdPhysics
+    from graph.sim.usd import Usd, UsdPhysics
 
     root = stage.GetPrimAtPath(target)
     if not root.HasAPI(UsdPhysics.ArticulationRootAPI):
@@ -66,7 +66,7 @@ def links_of(stage: Any, target: str) -> list[tuple[str, str]]:
 
 
 def _bodies(root: Any) -> list[str]:
-    from pxr import Usd, UsdPhysics
+    from graph.sim.usd import Usd, UsdPhysics
 
     prims = Usd.PrimRange(root, Usd.TraverseInstanceProxies())
     return [str(prim.GetPath()) for prim in prims if prim.HasAPI(UsdPhysics.RigidBodyAPI)]
