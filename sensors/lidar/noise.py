@@ -67,12 +67,15 @@ class Noise:
         if angles is None:
             return None
         pattern = self._pattern
-        azimuth = np.deg2rad(pattern.azimuth_deg[rows].astype(np.float64) + angles[0, rows])
-        elevation = np.deg2rad(pattern.elevation_deg[rows].astype(np.float64) + angles[1, rows])
+        azimuth = np.deg2rad(pattern.azimuth_deg[rows] + angles[0, rows])
+        elevation = np.deg2rad(pattern.elevation_deg[rows] + angles[1, rows])
         level = np.cos(elevation)
-        out = np.stack([level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation)])
+        out = np.empty((3, len(azimuth)), np.float32)
+        np.multiply(level, np.cos(azimuth), out=out[0])
+        np.multiply(level, np.sin(azimuth), out=out[1])
+        np.sin(elevation, out=out[2])
         swing = np.deg2rad(np.abs(angles[:, rows]).sum(axis=0).max(initial=0.0))
-        return out.astype(np.float32), float(swing)
+        return out, float(swing)
 
     def origins(self, rows: slice, turn: int) -> np.ndarray | None:
         """(n, 3) float32 [m], sensor frame, from where beams start; None if all start at the sensor's origin."""
@@ -107,8 +110,11 @@ class Noise:
         if not np.any(mean) and not np.any(deviation):
             return None
         entropy = [self._seed & (2**64 - 1), self._path, turn, _STREAMS.index(stream)]
-        draws = np.random.Generator(np.random.Philox(np.random.SeedSequence(entropy))).standard_normal(size)
-        return np.asarray(mean + draws * deviation, np.float32)
+        generator = np.random.Generator(np.random.SFC64(np.random.SeedSequence(entropy)))
+        draws = generator.standard_normal(size, np.float32)
+        draws *= np.float32(deviation)
+        draws += np.float32(mean)
+        return draws
 
 
 def _bias(config: LidarConfig, pattern: Pattern) -> np.ndarray | None:
