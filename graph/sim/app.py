@@ -120,6 +120,10 @@ class App(Drivers):
         """Where the run writes; None where it writes nothing."""
         self._subscribers["physics_pre_step"] = self.simulation.pre_step
         self._subscribers["physics_post_step"] = self.simulation.post_step
+        if self.mjcf is not None:
+            from .mjcf.controls import serve
+
+            serve(self.mjcf, self)
         self.on("resume", self.simulation.resample, -1)
         follow_timeline(self, self._speed)
         phases = self._subscribers

@@ -10,7 +10,7 @@ import weakref
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +27,16 @@ if TYPE_CHECKING:
     from .physics.engine import Physics
 
 _NOTHING: Mapping[str, Floats] = MappingProxyType({})
+
+
+class Live(Protocol):
+    """An attribute that the physics has: what it is now at a path (None: it has none there), and what to do with it."""
+
+    def read(self, path: str) -> Any:
+        """The value of now."""
+
+    def write(self, path: str, value: Any) -> None:
+        """Take a value that somebody sets."""
 
 
 @dataclass(frozen=True)
@@ -75,6 +85,8 @@ class Fabric:
         self._stamps: dict[str, int] = {}
         self._offsets: dict[str, Floats] = {}
         self._values: dict[tuple[str, str], tuple[Any, int]] = {}
+        self.live: dict[str, Live] = {}
+        """Attributes, by name, whose values the physics has and takes; None of one leaves them to Fabric."""
         self._on_change = _forgetter(self)
         self._listener = _listen(self._on_change, stage)
 
@@ -336,6 +348,8 @@ class Fabric:
 
     def get_raw(self, path: str, attribute: str) -> Any:
         """As `get`, without a word where the value is out of date; None where there is none."""
+        if attribute in self.live and (value := self.live[attribute].read(path)) is not None:
+            return value
         entry = self._values.get((path, attribute))
         if entry is not None:
             return entry[0]
@@ -369,6 +383,8 @@ class Fabric:
 
     def set(self, path: str, attribute: str, value: Any) -> None:
         """Set an attribute in Fabric; the stage is not touched, and the prim need not be on it."""
+        if attribute in self.live:
+            self.live[attribute].write(path, value)
         previous = self._values.get((path, attribute))
         self._values[path, attribute] = (value, 0 if previous is None else previous[1] + 1)
 

@@ -42,6 +42,8 @@ class MjcfScene:
         self.moved: dict[int, Floats] = {}
         """Where users have put bodies that hang on the world: rigid poses (4, 4) by number; see `settle`."""
         self._last: dict[int, Floats] = {}
+        self.listeners: list[Any] = []
+        """Callbacks that USD itself holds only weakly."""
         data = mujoco.MjData(self.model)
         if self.key is not None:
             mujoco.mj_resetDataKeyframe(self.model, data, self.key)

@@ -1,0 +1,93 @@
+"""Actuators and sensors of a playing model as attributes of their prims, for whoever reads and writes attributes.
+
+`mjc:ctrl` of an actuator is its control: written on the stage or in Fabric, it counts from the next physics step on.
+`mjc:force`, `mjc:length`, `mjc:velocity` of an actuator and `mjc:value` of a sensor are those of the last step. All are
+in SI units, whatever the model's angles are written in.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from graph.errors import RunError
+from graph.sim.usd import Tf, Usd
+
+if TYPE_CHECKING:
+    from graph.sim.app import App
+
+    from .scene import MjcfScene
+
+CONTROL, VALUE = "mjc:ctrl", "mjc:value"
+OUTPUTS = ("mjc:force", "mjc:length", "mjc:velocity")
+
+
+class Actuation:
+    """An attribute of actuators in Fabric (`graph.sim.fabric.Live`): `ctrl`, `force`, `length` or `velocity`."""
+
+    def __init__(self, app: App, names: Mapping[str, str], what: str) -> None:
+        self._app, self._names, self._what = app, names, what
+
+    def read(self, path: str) -> Any:
+        """The value of now; None while nothing plays and of what is no actuator."""
+        physics = self._app.physics
+        if physics is None or physics.motors is None or path not in self._names:
+            return None
+        return physics.motors.read(physics.data, self._names[path], self._what)
+
+    def write(self, path: str, value: Any) -> None:
+        """Take a control. Raises RunError for one that the actuator cannot have; other attributes take nothing."""
+        physics = self._app.physics
+        if self._what != "ctrl" or physics is None or physics.motors is None or path not in self._names:
+            return
+        try:
+            physics.motors.write(physics.data, self._names[path], value)
+        except (ValueError, TypeError) as error:
+            raise RunError(f"{path}.{CONTROL}: {error}") from None
+
+
+class Sensing:
+    """`mjc:value` of sensors in Fabric: what they measured in the last step, in the units of the model's sensors."""
+
+    def __init__(self, app: App, names: Mapping[str, str]) -> None:
+        self._app, self._names = app, names
+
+    def read(self, path: str) -> Any:
+        """(n,) numbers; None while nothing plays and of what is no sensor."""
+        physics = self._app.physics
+        if physics is None or path not in self._names:
+            return None
+        sensor = physics.model.sensor(self._names[path])
+        first = int(sensor.adr[0])
+        return np.array(physics.data.sensordata[first : first + int(sensor.dim[0])])
+
+    def write(self, path: str, value: Any) -> None:
+        """A sensor takes nothing."""
+
+
+def serve(scene: MjcfScene, app: App) -> None:
+    """Let an App's Fabric and stage be where a scene's actuators and sensors are read and written, until it closes."""
+    model, paths = scene.model, scene.paths
+    actuators = {path: model.actuator(number).name for number, path in enumerate(paths.actuators)}
+    sensors = {path: model.sensor(number).name for number, path in enumerate(paths.sensors)}
+    if actuators:
+        control = Actuation(app, actuators, "ctrl")
+        app.fabric.live[CONTROL] = control
+        app.fabric.live.update({name: Actuation(app, actuators, name.partition(":")[2]) for name in OUTPUTS})
+
+        def changed(notice: Any, sender: Any) -> None:
+            for path in (*notice.GetChangedInfoOnlyPaths(), *notice.GetResyncedPaths()):
+                if path.name == CONTROL and path.IsPropertyPath():
+                    prim = str(path.GetPrimPath())
+                    try:
+                        control.write(prim, sender.GetAttributeAtPath(path).Get())
+                    except RunError as error:  # USD swallows what is raised here
+                        app.warn("mjcf-bad-control", prim, str(error))
+
+        listener = Tf.Notice.Register(Usd.Notice.ObjectsChanged, changed, app.stage)
+        scene.listeners.append(changed)
+        app.on("close", listener.Revoke)
+    if sensors:
+        app.fabric.live[VALUE] = Sensing(app, sensors)
