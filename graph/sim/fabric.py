@@ -277,6 +277,9 @@ class Fabric:
         """The stage says where a body is: `place_body`, the stage left alone."""
         Fabric.place_body(self, path, self.checked(path, matrix))
 
+    def settle(self) -> None:
+        """All that the stage has moved was taken from it."""
+
     def _number_rows(self) -> None:
         bodies = self._physics.body_paths if self._physics else ()
         self._layout = {path: number for number, path in enumerate((*bodies, *self._frames))}

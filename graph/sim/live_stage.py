@@ -225,6 +225,7 @@ class LiveStage:
         else:
             self._promote(path, carries=True)
         self._carry(path)
+        fabric.settle()
 
     def _carry(self, path: str) -> None:
         """Takes along the bodies below a prim that the stage has moved: all, or with Fabric on those users move."""

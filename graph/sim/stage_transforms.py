@@ -58,9 +58,9 @@ class StageTransforms(Fabric):
         self._write()
 
     def stage_moved(self, path: str) -> None:
-        """The stage has a new transform for a prim, so that what is below it is written anew relative to it."""
+        """The stage has a new transform for a prim; while playing, `settle` follows."""
         super().stage_moved(path)
-        if self._writer is not None:
+        if self._writer is not None and self.promote is None:
             self._attach()
 
     def set_world_matrix(self, path: str, matrix: Floats) -> None:
@@ -77,10 +77,10 @@ class StageTransforms(Fabric):
         else:
             self._author(prim, matrix)
 
-    def take_from_stage(self, path: str, matrix: Floats) -> None:
-        """The stage says where a body is."""
-        super().take_from_stage(path, matrix)
-        self._attach()
+    def settle(self) -> None:
+        """What the stage has moved is where it says; the bodies below are written anew relative to that."""
+        if self._writer is not None:
+            self._attach()
 
     def restore(self, poses: Mapping[str, Floats]) -> None:
         """Still prims that became bodies, and kinematic bodies, go to `poses` [m] on the stage too."""
