@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from graph.errors import Mark, Problem
 
+from .arguments import add_allow
 from .printing import note_line, problem_line, safe_line
 
 if TYPE_CHECKING:
@@ -65,9 +66,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("files", metavar="FILE", nargs="+", help="graph file (.yaml, .json or .usda), or *.test.yaml")
     parser.add_argument("--skip-unknown", action="store_true", help="leave nodes of unknown types out, with a warning")
     parser.add_argument("--json", action="store_true", help="print the result as JSON and nothing else on stdout")
-    parser.add_argument(
-        "--allow", action="append", default=[], type=Path, metavar="DIR", help="also allow files below DIR"
-    )
+    add_allow(parser)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -14,6 +14,7 @@ from typing import Any
 from graph.errors import UserError
 from graph.spec import FileSpec, GraphSpec
 
+from .arguments import add_allow
 from .printing import note_line
 
 _FORMATS = {".yaml": "yaml", ".yml": "yaml", ".json": "json", ".usda": "usd", ".usd": "usd", ".usdc": "usd"}
@@ -23,9 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the command's options."""
     parser.add_argument("source", metavar="IN", help="graph file (.yaml, .json, .usda, .usd, .usdc)")
     parser.add_argument("target", metavar="OUT", help="file to write (or overwrite); its name's ending says the format")
-    parser.add_argument(
-        "--allow", action="append", default=[], type=Path, metavar="DIR", help="also allow files below DIR"
-    )
+    add_allow(parser)
 
 
 def run(args: argparse.Namespace) -> int:

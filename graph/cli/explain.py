@@ -11,6 +11,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
+from .arguments import add_allow
 from .printing import safe_line
 
 
@@ -19,9 +20,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", metavar="FILE", type=Path, help="graph file (.yaml, .json or .usda)")
     parser.add_argument("--json", action="store_true", help="print it as JSON; exact fractions are text")
     parser.add_argument("--skip-unknown", action="store_true", help="leave nodes of unknown types out, with a warning")
-    parser.add_argument(
-        "--allow", action="append", default=[], type=Path, metavar="DIR", help="also allow files below DIR"
-    )
+    add_allow(parser)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from graph.errors import RunError, UserError
 
+from .arguments import add_allow
 from .printing import aligned, note_line, safe_line
 
 if TYPE_CHECKING:
@@ -35,9 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--fidelity", action="append", default=[], metavar="K=V", help="override a fidelity knob")
     parser.add_argument("--skip-unknown", action="store_true", help="leave nodes of unknown types out, with a warning")
-    parser.add_argument(
-        "--allow", action="append", default=[], type=Path, metavar="DIR", help="also allow files below DIR"
-    )
+    add_allow(parser)
     parser.add_argument("--json", action="store_true", help="print it as JSON")
 
 

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 from graph.errors import RunError, UserError
 from graph.exact import duration as exact_duration
 
+from .arguments import add_allow
 from .playing import add_play_argument, open_sources, play_into, warn_unheard
 
 if TYPE_CHECKING:
@@ -53,9 +54,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="when a node raises (default: stop; continue in parity isaacsim-6.0.1, and for a saved USD scene with "
         "missing assets)",
     )
-    parser.add_argument(
-        "--allow", action="append", default=[], type=Path, metavar="DIR", help="also allow files below DIR"
-    )
+    add_allow(parser)
 
 
 def run(args: argparse.Namespace) -> int:

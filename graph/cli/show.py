@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import argparse
 import sys
-from pathlib import Path
 
 from graph.errors import UserError
 
+from .arguments import add_allow
 from .printing import note_line, problem_line
 
 
@@ -22,9 +22,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="text tree, Mermaid flowchart or Graphviz DOT (default: text)",
     )
     parser.add_argument("--values", action="store_true", help="show the values of inputs in pictures too")
-    parser.add_argument(
-        "--allow", action="append", default=[], type=Path, metavar="DIR", help="also allow files below DIR"
-    )
+    add_allow(parser)
 
 
 def run(args: argparse.Namespace) -> int:

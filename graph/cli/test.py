@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from graph.errors import Mark, Problem, UserError
 
+from .arguments import add_allow
 from .printing import safe_line
 
 if TYPE_CHECKING:
@@ -28,9 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "-k", metavar="TEXT", dest="text", help="only cases whose file or name holds TEXT (upper or lower case)"
     )
     parser.add_argument("--junit", metavar="PATH", type=Path, help="write the results as JUnit XML to PATH")
-    parser.add_argument(
-        "--allow", action="append", default=[], type=Path, metavar="DIR", help="also allow files below DIR"
-    )
+    add_allow(parser)
     parser.add_argument(
         "--allow-scripts", action="store_true", help="run Python code that graph files bring (ScriptNode)"
     )

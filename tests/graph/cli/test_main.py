@@ -178,3 +178,12 @@ def test_a_character_that_the_terminal_lacks_is_escaped():
     code = "from graph.cli.main import main; import sys; sys.exit(main(['k\\u00e4se']))"
     result = python(code, env={"PYTHONIOENCODING": "ascii", "PATH": ""})
     assert result.stderr.startswith('graph: there is no command "k\\xe4se"')
+
+
+def test_a_folder_to_allow_must_be_there(graph, folder):
+    (folder / "a.yaml").write_text("tickgraph: 1\n")
+    done = graph("check", "a.yaml", "--allow", "nosuch")
+    assert (done.code, done.err.strip()) == (
+        2,
+        "graph check: argument --allow: nosuch is no folder; see graph check --help",
+    )
