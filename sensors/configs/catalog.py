@@ -96,8 +96,14 @@ class Asset:
 
 
 def _offer(wrong: str, names: Sequence[str]) -> str:
-    close = difflib.get_close_matches(wrong, names, n=3, cutoff=0.6)
+    close = _close(wrong, names)
     return f"did you mean {' or '.join(close)}?" if close else f"there are {', '.join(names)}"
+
+
+def _close(wrong: str, names: Sequence[str]) -> list[str]:
+    """Up to three names that are near to a wrong one, in whatever case it is written."""
+    folded = {name.casefold(): name for name in reversed(names)}
+    return [folded[near] for near in difflib.get_close_matches(wrong.casefold(), folded, n=3, cutoff=0.6)]
 
 
 def _fits(variant: Any, wanted: str | dict[str, str]) -> bool:
@@ -145,7 +151,7 @@ def find(config: str, variant: Variant = None) -> LidarConfig:
         if config in asset.products:
             return asset.config({"Product": config, **variant} if isinstance(variant, Mapping) else variant or config)
     names = [name for asset in assets() for name in (*asset.spellings, *asset.products)]
-    close = difflib.get_close_matches(config, names, n=3, cutoff=0.6)
+    close = _close(config, names)
     hint = f"; did you mean {' or '.join(close)}?" if close else "."
     short = ", ".join(asset.short_name for asset in assets())
     raise UserError(f"no lidar config {config!r}{hint} There are: {short} (see SUPPORTED_LIDAR_CONFIGS)")

@@ -175,6 +175,7 @@ def test_a_product_alone_is_a_name_and_a_set_left_out_takes_what_fits():
             "multiScan165 goes with Profile01_20Hz_0p5deg",
         ),
         ("multiscan165", None, "did you mean multiScan165"),
+        ("os1", None, r"did you mean OS1"),
     ],
 )
 def test_a_wrong_variant_is_told_what_is_near_it(name, variant, message):
