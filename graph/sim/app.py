@@ -260,12 +260,16 @@ class App(Drivers):
         """Notes a warning: said once per code and place, counted."""
         self.warnings.add(code, where, message)
 
-    def update(self, steps: int = 1) -> None:
-        """Runs `steps` app updates, each through all phases; fewer once the run is asked to end."""
+    def check_drivable(self) -> None:
+        """Raises RunError where no update can run: inside one, or after `close`."""
         if self._updating:
             raise RunError("update() was called from inside an update; a subscriber must not drive the App")
         if self._closed:
             raise RunError("the App is closed; make a new one")
+
+    def update(self, steps: int = 1) -> None:
+        """Runs `steps` app updates, each through all phases; fewer once the run is asked to end."""
+        self.check_drivable()
         self._updating = True
         try:
             for _ in range(steps):

@@ -60,8 +60,8 @@ class Drivers:
         """Stops: clocks at 0, physics freed, the stage as it was before play. `commit` as for `play`."""
         self.timeline.stop()
         self._settle(commit)
-        if self.simulation.built and self.timeline.is_stopped():  # built by initialize_physics, never played
-            self.free_world()
+        if commit is not False and self.simulation.built and self.timeline.is_stopped():
+            self.free_world()  # built by initialize_physics, never played
 
     def update_app(self, *, steps: int = 1, callback: StepCallback | None = None) -> None:
         """Runs `steps` app updates; `callback(i, steps)` after each, False ends them."""

@@ -64,6 +64,7 @@ class Orchestrator:
         if rt_subframes > 1:
             message = "ideal sensors have nothing to converge; one rendering of each update is all there is"
             app.warn("rt-subframes-ignored", "orchestrator.step", message)
+        app.check_drivable()
         if not app.timeline.is_playing():
             app.play()
         with self._lasting(step):

@@ -293,6 +293,7 @@ def test_step_inside_an_update_is_refused():
         app.on("end", app.orchestrator.step)
         with pytest.raises(RunError, match="inside an update"):
             app.update()
+        assert app.timeline.is_stopped()
 
 
 # -- next_render_simulation_async ----------------------------------------------------------------------------------
