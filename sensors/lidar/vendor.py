@@ -110,4 +110,7 @@ def parse_profile(document: Any, name: str, text: str = "") -> LidarConfig:
     states = reader.objects("emitterStates", profile.get("emitterStates"))
     fields["emitter_states"] = tuple(reader.state(number, entry) for number, entry in enumerate(states))
     reader.check(profile, fields)
-    return LidarConfig(**fields)
+    try:
+        return LidarConfig(**fields)
+    except UserError as error:
+        raise reader.failure(("profile",), str(error)) from error

@@ -175,6 +175,16 @@ def test_every_problem_of_a_profile_is_told_at_its_line_and_column(tmp_path):
     assert all(p.mark.file == str(path) for p in caught.value.problems)
 
 
+def test_a_profile_of_too_many_rays_is_told_at_the_profile(tmp_path):
+    path = tmp_path / "bad.json"
+    state = '{"azimuthDeg": [0], "elevationDeg": [0]}'
+    rates = '"scanRateBaseHz": 1, "reportRateBaseHz": 99999999'
+    path.write_text('{"name": "big",\n "profile": {' + rates + ', "emitterStates": [' + state + "]}}")
+
+    with pytest.raises(UserError, match=r"bad\.json:2:13: .*99,999,999 rays a scan are more than 10,000,000"):
+        load(str(path))
+
+
 def test_a_profile_of_several_states_ranges_and_offsets_is_honoured(tmp_path):
     """Two states in turn, each for two ticks; what the file says of banks, channels and windows is in the pattern."""
     states = [

@@ -209,9 +209,9 @@ ALL = EVERYTHING | {"matId", "objId"}
 IDS = {"/rtx-transient/stableIds/enabled": True}
 
 
-def contents(tick_rate, motion="frozen", moving=False, updates=30, **fields):
+def contents(tick_rate, motion="frozen", moving=False, updates=30, knobs=None, **fields):
     """Every channel of half a second, as bytes; element times on the simulation clock."""
-    with weightless(lidar_motion=motion, settings=IDS) as app:
+    with weightless(lidar_motion=motion, settings=IDS, **(knobs or {})) as app:
         bind(app, add_box(app, "/World/Room", 20.0, (1, 2, 0)), "brick")
         mount = "/World"
         if moving:
@@ -232,6 +232,19 @@ def test_partial_scans_are_the_bytes_of_whole_ones_in_every_channel(tick_rate, f
 
     assert len(whole["xyz"]) == 5 * 180 * 12
     assert contents(tick_rate, **fields) == whole
+
+
+@pytest.mark.parametrize("motion", ["frozen", "update", "continuous"])
+@pytest.mark.parametrize(
+    "knobs", [{"lidar_noise": "on"}, {"lidar_subrays": 4}, {"lidar_noise": "on", "lidar_subrays": 2}]
+)
+def test_noise_and_sub_rays_do_not_see_how_a_turn_is_cut(motion, knobs):
+    errors = {"azimuth_error_std": 0.1, "elevation_error_std": 0.1, "origin_error_std": (0.01,) * 3}
+
+    whole = contents(10, motion, knobs=knobs, **errors)
+
+    assert contents(0, motion, knobs=knobs, **errors) == whole
+    assert contents(10, "frozen", knobs=knobs, **errors) == whole
 
 
 @pytest.mark.parametrize("tick_rate", [0, 20])
