@@ -268,3 +268,12 @@ def test_an_interrupt_ends_with_130_and_a_readable_recording(number, tmp_path, s
     assert "Traceback" not in error
     report = json.loads((out / "report.json").read_text())
     assert len(messages(recording, "/clock")) == report["updates"] > 0
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is always full")
+def test_output_that_cannot_be_written_is_one_line():
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "graph", "nodes"], stdout=full, stderr=subprocess.PIPE, text=True, check=False
+        )
+    assert (done.returncode, done.stderr) == (1, "graph: No space left on device\n")

@@ -8,6 +8,7 @@ the `--/path=value` options, `args.debug` whether tracebacks are wanted.
 from __future__ import annotations
 
 import argparse
+import errno
 import os
 import sys
 import traceback
@@ -85,19 +86,34 @@ def main(argv: Sequence[str] | None = None) -> int:
         _trace(debug)
         _complain(["graph: interrupted"])
         return INTERRUPTED
-    except BrokenPipeError:
-        # The reader (`| head`) has gone. Python would complain once more when it flushes at exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except BrokenPipeError:  # the reader (`| head`) has gone
+        _drop_output()
         return FAILED
     except ImportError as error:
         _trace(debug)
         _complain([f"graph: a library cannot be loaded: {error}; graph doctor says what to install"])
+        return FAILED
+    except OSError as error:
+        _trace(debug)
+        if error.errno == errno.ENOSPC:
+            _drop_output()
+        where = f"{error.filename}: " if error.filename else ""
+        _complain([f"graph: {where}{error.strerror or error}"])
+        return FAILED
+    except MemoryError:
+        _trace(debug)
+        _complain(["graph: out of memory"])
         return FAILED
     except Exception as error:
         _trace(debug)
         advice = "" if debug else "; run it again with --debug for the traceback, and report it"
         _complain([f"graph: internal error: {type(error).__name__}: {error}{advice}"])
         return FAILED
+
+
+def _drop_output() -> None:
+    """Python would complain once more when it flushes what is left at exit."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def split_settings(arguments: Sequence[str]) -> tuple[list[str], dict[str, Any]]:
