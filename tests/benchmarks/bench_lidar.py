@@ -18,18 +18,43 @@ from measure import Row, ratio, seconds
 from pxr import Gf, Sdf, UsdGeom, UsdPhysics, Vt
 
 from graph.sim import App
+from graph.sim.geometry import Mesh
 from graph.sim.libraries import import_open3d
 from sensors import LidarConfig, render_product
 from sensors.channels import CHANNELS, AuxLevel
 from sensors.gmo import channels_for
 from sensors.lidar.config import EmitterState
+from sensors.lidar.pattern import firing_pattern
 from sensors.lidar.prim import read_exclude, write_aux_level, write_config, write_exclude
-from sensors.raycast.world import excluded
+from sensors.raycast.rays import RayBundle
+from sensors.raycast.windows import RayGrid
+from sensors.raycast.world import CastWorld, excluded
 
+Triangles = tuple[np.ndarray, np.ndarray]
 TITLE = "Lidar: 32 x 1800 rays; graphs/scenes/yard.usda, and 50,000 static triangles with 20 moving boxes"
 ROBOT = "/World/Robot/Chassis"
 YARD = Path(__file__).parents[2] / "graphs" / "scenes" / "yard.usda"
 EVERYTHING_ON = {"/app/sensors/nv/lidar/publishNormals": True, "/rtx-transient/stableIds/enabled": True}
+
+
+def grid_faces(side: int) -> np.ndarray:
+    """The triangles (2 (side - 1)^2, 3) of a square grid of side x side points."""
+    corner = np.arange(side * side).reshape(side, side)
+    a, b, c, d = corner[:-1, :-1], corner[1:, :-1], corner[1:, 1:], corner[:-1, 1:]
+    both = [np.stack([a, b, c], -1).reshape(-1, 3), np.stack([a, c, d], -1).reshape(-1, 3)]
+    return np.concatenate(both).astype(np.uint32)
+
+
+def rough_ground(side: int) -> Mesh:
+    """200 m x 200 m of hills."""
+    axis = np.linspace(-100, 100, side)
+    x, y = np.meshgrid(axis, axis, indexing="ij")
+    height = 1.5 * np.sin(x / 4) * np.cos(y / 5) - 2.0
+    return Mesh("/World/Ground", None, np.stack([x, y, height], axis=-1).reshape(-1, 3), grid_faces(side))
+
+
+GROUND = rough_ground(159)
+"""50,000 triangles."""
 
 
 def measure(quick: bool) -> Iterator[Row]:
@@ -51,6 +76,13 @@ def measure(quick: bool) -> Iterator[Row]:
     for mount in ("/World", "/World/Box0"):
         found = continuous_ratio(mount, rounds)
         yield Row(f"boxes: lidar.motion continuous against frozen, 20 bodies turn, lidar on {mount}", found, 3.0)
+    for what, count, mesh, bound in (
+        ("1,000 moving boxes", 1000, box(), 5.0),
+        ("100 moving meshes of 5,000 triangles", 100, ball(50), 3.0),
+    ):
+        yield Row(
+            f"{what} and 50,000 static triangles, against the static cast", crowd_ratio(count, mesh, rounds), bound
+        )
     yield Row("boxes: a frozen lidar that is not due, each update", idle_cost(rounds) * 1e6, 5.0, "us")
 
 
@@ -91,6 +123,40 @@ def continuous_ratio(mount: str, rounds: int) -> float:
     return found
 
 
+def crowd_ratio(count: int, shape: Triangles, rounds: int) -> float:
+    """Time of a cast at static ground and `count` bodies that have all moved since the last, over that of the ground."""
+    generator = np.random.default_rng(1)
+    poses = np.tile(np.eye(4), (count, 1, 1))
+    poses[:, :2, 3] = generator.uniform(-60, 60, (count, 2))
+    poses[:, 2, 3] = generator.uniform(0, 3, count)
+    bodies = [Mesh(f"/World/B{i}", f"/World/B{i}", *shape) for i in range(count)]
+    still, crowd = CastWorld([GROUND]), CastWorld([GROUND, *bodies], lambda _: poses)
+    pattern = firing_pattern(full_config(Fraction(10)))
+    table = np.zeros((len(pattern), 6), np.float32)
+    table[:, 3:6] = pattern.directions
+    grid = RayGrid(pattern.directions)
+
+    def cast(world: CastWorld) -> None:
+        poses[:, 0, 3] += 1e-3
+        world.cast(RayBundle(np.array([0.0, 0.0, 1.5]), table, grid=grid))
+
+    return ratio(lambda: cast(crowd), lambda: cast(still), 2 * rounds)
+
+
+def box() -> Triangles:
+    """A cube of 1 m: vertices (8, 3), triangles (12, 3)."""
+    corners = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
+    faces = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+    return corners, np.array([t for a, b, c, d in faces for t in ([a, b, c], [a, c, d])], np.uint32)
+
+
+def ball(rings: int) -> Triangles:
+    """A sphere of 1 m: 2 rings^2 triangles."""
+    theta, phi = np.meshgrid(np.linspace(0, np.pi, rings + 1), np.linspace(0, 2 * np.pi, rings + 1), indexing="ij")
+    points = 0.5 * np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1)
+    return points.reshape(-1, 3), grid_faces(rings + 1)
+
+
 def idle_cost(rounds: int) -> float:
     """Seconds that a lidar of 0.5 Hz adds to an update in which it is not due."""
     with_lidar, without = boxes(60), boxes(60)
@@ -121,18 +187,10 @@ def boxes(loop_hz: int, fidelity: dict[str, Any] | None = None) -> App:
     """Rough ground of 50,000 triangles, 20 boxes that slide without friction on a smooth floor, physics at 240 Hz."""
     app = App(None, physics_hz=240, loop_hz=loop_hz, settings=EVERYTHING_ON, fidelity=fidelity)
     stage = app.stage
-    side = 159
-    axis = np.linspace(-100, 100, side)
-    x, y = np.meshgrid(axis, axis, indexing="ij")
-    height = 1.5 * np.sin(x / 4) * np.cos(y / 5) - 2.0
-    points = np.stack([x, y, height], axis=-1).reshape(-1, 3).astype(np.float32)
-    corner = np.arange(side * side).reshape(side, side)
-    a, b, c, d = corner[:-1, :-1], corner[1:, :-1], corner[1:, 1:], corner[:-1, 1:]
-    faces = np.concatenate([np.stack([a, b, c], -1).reshape(-1, 3), np.stack([a, c, d], -1).reshape(-1, 3)])
-    mesh = UsdGeom.Mesh.Define(stage, "/World/Ground")
-    mesh.CreatePointsAttr(Vt.Vec3fArray.FromNumpy(points))
-    mesh.CreateFaceVertexIndicesAttr(Vt.IntArray.FromNumpy(faces.reshape(-1).astype(np.int32)))
-    mesh.CreateFaceVertexCountsAttr(Vt.IntArray(len(faces), 3))
+    mesh = UsdGeom.Mesh.Define(stage, GROUND.path)
+    mesh.CreatePointsAttr(Vt.Vec3fArray.FromNumpy(GROUND.vertices.astype(np.float32)))
+    mesh.CreateFaceVertexIndicesAttr(Vt.IntArray.FromNumpy(GROUND.triangles.reshape(-1).astype(np.int32)))
+    mesh.CreateFaceVertexCountsAttr(Vt.IntArray(len(GROUND.triangles), 3))
     for number in range(20):
         box = UsdGeom.Cube.Define(stage, f"/World/Box{number}")
         box.CreateSizeAttr(1.0)
@@ -149,10 +207,8 @@ def add_lidar(
     app: App, number: int, channels: frozenset[str], mount: str = "/World", rate: Fraction = Fraction(10)
 ) -> Any:
     """A lidar of 32 emitters and 1800 ticks a turn, and its render product; on the robot it does not see the robot."""
-    state = EmitterState(azimuth_deg=np.zeros(32), elevation_deg=np.linspace(15, -16, 32))
-    config = LidarConfig(scan_rate_base_hz=rate, pattern_firing_rate_hz=1800 * rate, emitter_states=(state,))
     prim = app.stage.DefinePrim(Sdf.Path(f"{mount}/BenchmarkLidar{number}"), "OmniLidar")
-    write_config(prim, config)
+    write_config(prim, full_config(rate))
     write_aux_level(prim, "FULL")
     on_robot = mount == ROBOT
     place = Gf.Vec3d(-0.1, 0, 0.75) if on_robot else Gf.Vec3d(0.1 * number, 0, 1.0)
@@ -162,6 +218,12 @@ def add_lidar(
     product = render_product(app, str(prim.GetPath()))
     product.sensor.require("benchmark", channels)
     return product
+
+
+def full_config(rate: Fraction) -> LidarConfig:
+    """32 emitters, 1800 ticks a turn."""
+    state = EmitterState(azimuth_deg=np.zeros(32), elevation_deg=np.linspace(15, -16, 32))
+    return LidarConfig(scan_rate_base_hz=rate, pattern_firing_rate_hz=1800 * rate, emitter_states=(state,))
 
 
 def bare_casts(app: App, products: list[Any]) -> list[Callable[[], object]]:
