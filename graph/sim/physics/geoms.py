@@ -102,6 +102,9 @@ def measured(colliders: Iterable[Collider], warn: Warn) -> list[tuple[Collider, 
         if collider.kind == "plane":
             out.append((collider, Volume(0.0, np.zeros(3), np.zeros((3, 3)))))
             continue
+        if collider.volume is not None:
+            out.append((collider, collider.volume))
+            continue
         points = b"" if collider.vertices is None else collider.vertices.tobytes()
         key = (collider.kind, collider.size, collider.pose.tobytes(), points)
         if key not in known:
@@ -116,7 +119,7 @@ def measured(colliders: Iterable[Collider], warn: Warn) -> list[tuple[Collider, 
             with np.errstate(over="ignore", invalid="ignore"):  # body_inertia tells what came of it
                 tensor = axes @ np.diag(model.body_inertia[1]) @ axes.T
             known[key] = Volume(float(model.body_mass[1]), model.body_ipos[1].copy(), tensor)
-        out.append((collider, collider.volume or known[key]))
+        out.append((collider, known[key]))
     return out
 
 

@@ -10,27 +10,34 @@ from numpy.typing import NDArray
 from graph.sim.tessellation import Triangles
 from graph.sim.transforms import Floats
 
+from .pieces import MOST_PIECES, outward, surface_pieces
+
 FLAT = 1e-6
 """Points this close to one plane (as a fraction of their extent) are flat."""
 
 
-def convex_parts(vertices: Floats, triangles: Triangles) -> tuple[list[Floats], int]:
-    """The points of every connected part, and how many of the parts are not convex.
+def convex_pieces(vertices: Floats, triangles: Triangles) -> tuple[list[Floats], int]:
+    """The points of convex pieces that make up a mesh, and how many of its parts are concave but taken as their hulls.
 
-    Vertices at equal places are one, so that flat-shaded meshes hold together. A flat part gets a little depth behind
-    its faces, since a hull needs a volume.
+    A connected part that is convex is one piece, others are cut into their faces (see `pieces`). Vertices at equal
+    places are one, so that flat-shaded meshes hold together. A flat part gets a little depth behind its faces, since a
+    hull needs a volume.
     """
     points, number = np.unique(vertices, axis=0, return_inverse=True)
     corners = number.reshape(-1)[triangles.astype(np.int64)]
     labels = _components(corners, len(points))
-    parts, concave = [], 0
+    pieces: list[Floats] = []
+    hulls = 0
     for label in np.unique(labels[corners[:, 0]]):
-        faces = corners[labels[corners[:, 0]] == label]
-        part = points[np.unique(faces)]
+        faces = outward(points, corners[labels[corners[:, 0]] == label])
         if not _convex(points, faces):
-            concave += 1
-        parts.append(with_depth(part, points, faces))
-    return parts, concave
+            cut = surface_pieces(points, faces)
+            if cut is not None and len(pieces) + len(cut) <= MOST_PIECES:
+                pieces.extend(cut)
+                continue
+            hulls += 1
+        pieces.append(with_depth(points[np.unique(faces)], points, faces))
+    return pieces, hulls
 
 
 def with_depth(part: Floats, points: Floats, faces: NDArray[np.integer[Any]]) -> Floats:

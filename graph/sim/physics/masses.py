@@ -47,8 +47,8 @@ def body_inertia(body: Body, parts: Sequence[tuple[Collider, Volume]], warn: War
         warn(
             "impossible-inertia",
             body.path,
-            f"no body has moments of inertia {', '.join(f'{moment:.6g}' for moment in moments)} kg m2, for the greatest "
-            "is more than the others together; their mean is taken for all.",
+            f"no body has moments of inertia {', '.join(f'{moment:.6g}' for moment in moments)} kg m2: the greatest is "
+            "more than the others together; their mean is taken for all.",
         )
     if inertia.mass < LEAST or least < LEAST:
         raise UserError(

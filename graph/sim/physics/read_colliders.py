@@ -18,9 +18,10 @@ from graph.sim.transforms import Floats
 from graph.sim.usd import EARLIEST, UsdGeom, UsdPhysics
 
 from .attributes import authored, kilograms_per_unit, quaternion_of, vector
-from .hulls import convex_parts, with_depth
+from .hulls import convex_pieces, with_depth
 from .materials import bound_material, read_material
-from .model import Collider
+from .model import Collider, Volume
+from .pieces import MOST_PIECES, enclosed
 
 HULL_TOLERANCE = 1e-3
 """How far a stretched curved solid's hull may lie inside it, as a fraction of its size."""
@@ -163,7 +164,8 @@ class _Reader:
             pose = np.eye(4)
             pose[:3, 3] = center
             return [self._make("sphere", pose, (float(np.linalg.norm(points - center, axis=1).max()),))]
-        if approximation == "convexHull" or (approximation == "none" and self.body is not None):
+        moving = self.body is not None
+        if approximation == "convexHull" or (moving and approximation in ("none", "meshSimplification")):
             return [self._hull(vertices, triangles)]
         return self._parts(vertices, triangles)
 
@@ -178,19 +180,36 @@ class _Reader:
         return self._make("mesh", np.eye(4), vertices=used)
 
     def _parts(self, vertices: Floats, triangles: Triangles) -> list[Collider]:
-        """Each connected part on its own; those that are not convex by themselves collide as their hulls."""
-        parts, concave = convex_parts(transforms.transformed(self.frame, vertices), triangles)
-        if concave:
+        """Each connected part that is convex as it is; the faces of the others, or their hulls where they are too many.
+
+        The mesh weighs what it encloses, whatever its pieces do.
+        """
+        points = transforms.transformed(self.frame, vertices)
+        if np.linalg.det(self.frame[:3, :3]) < 0:  # a mirror turns faces inside out
+            triangles = triangles[:, ::-1]
+        shapes, hulls = convex_pieces(points, triangles)
+        if hulls:
             self.warn(
                 "concave-collider",
                 self.path,
-                f"{concave} of its {len(parts)} connected parts are not convex; bodies hit their convex hulls, while "
-                "rays see the true surface. Cut the mesh into convex parts for exact contacts.",
+                f"{hulls} of its connected parts are not convex and take more than {MOST_PIECES} convex pieces; bodies "
+                "hit their convex hulls, while rays see the true surface. Use a coarser mesh for collisions.",
             )
-        common = dict(self.common)
-        if common.get("mass") is not None:
-            common["mass"] /= len(parts)
-        return [Collider(self.path, self.body, "mesh", np.eye(4), vertices=part, **common) for part in parts]
+        if len(shapes) == 1:
+            return [self._make("mesh", np.eye(4), vertices=shapes[0])]
+        weightless = Volume(0.0, np.zeros(3), np.zeros((3, 3)))
+        whole = weightless if self.body is None else enclosed(points, triangles)
+        if whole is None:
+            common = dict(self.common)
+            if common.get("mass") is not None:
+                common["mass"] /= len(shapes)
+            return [Collider(self.path, self.body, "mesh", np.eye(4), vertices=shape, **common) for shape in shapes]
+        rest = {**self.common, "mass": None, "volume": weightless}
+        heavy = {**self.common, "volume": whole}
+        return [
+            Collider(self.path, self.body, "mesh", np.eye(4), vertices=shape, **(rest if number else heavy))
+            for number, shape in enumerate(shapes)
+        ]
 
     def _complain(self, message: str) -> None:
         self.warn("bad-collider", self.path, message)

@@ -136,13 +136,6 @@ def test_a_mesh_of_separate_boxes_collides_as_those_boxes(world):
     assert warnings == []
 
 
-def test_a_hollow_static_mesh_is_said_to_be_a_hull(world):
-    step = {"type": "Mesh", "points": [[0, 0, 0], [2, 0, 0], [2, 1, 0], [0, 1, 0], [0, 0, 1], [0, 1, 1]]}
-    step["faces"] = [[0, 1, 2, 3], [0, 3, 5, 4]]
-    _, _, warnings = world({"/Step": step, "/A": ball(translate=[0, 0, 9])})
-    assert [(code, where) for code, where, _ in warnings] == [("concave-collider", "/Step")]
-
-
 def test_colliders_below_nested_transforms_make_one_compound_body(world):
     physics, _, _ = world(
         {
