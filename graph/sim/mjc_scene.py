@@ -13,7 +13,7 @@ from .physics_scene import PhysicsScene
 from .scene_attributes import authored
 
 _CHOICES = {
-    "integrator": ("euler", "rk4", "implicit", "implicitfast"),
+    "integrator": ("euler", "rk4", "implicit", "implicitfast", "discrete"),
     "solver": ("pgs", "cg", "newton"),
     "cone": ("pyramidal", "elliptic"),
     "jacobian": ("auto", "dense", "sparse"),
@@ -39,7 +39,7 @@ class NewtonMjcScene(PhysicsScene):
         self._set_rate(1 / step, as_step=True)
 
     def get_integrator(self) -> str:
-        """ "euler" (default), "rk4", "implicit" or "implicitfast"."""
+        """How states are integrated: "euler" (default), "rk4", "implicit", "implicitfast" or "discrete"."""
         return self._token("integrator", "euler")
 
     def set_integrator(self, integrator: str) -> None:
@@ -47,7 +47,7 @@ class NewtonMjcScene(PhysicsScene):
         self._choose("integrator", integrator)
 
     def get_solver(self) -> str:
-        """ "pgs", "cg" or "newton" (default)."""
+        """The constraint solver: "pgs", "cg" or "newton" (default)."""
         return self._token("solver", "newton")
 
     def set_solver(self, solver: str) -> None:
@@ -73,7 +73,7 @@ class NewtonMjcScene(PhysicsScene):
         self._author_number("tolerance", tolerance)
 
     def get_cone(self) -> str:
-        """ "pyramidal" (default) or "elliptic"."""
+        """The shape of friction cones: "pyramidal" (default) or "elliptic"."""
         return self._token("cone", "pyramidal")
 
     def set_cone(self, cone: str) -> None:
@@ -81,7 +81,7 @@ class NewtonMjcScene(PhysicsScene):
         self._choose("cone", cone)
 
     def get_jacobian(self) -> str:
-        """ "auto" (default), "dense" or "sparse"."""
+        """How the constraints' Jacobian is stored: "auto" (default), "dense" or "sparse"."""
         return self._token("jacobian", "auto")
 
     def set_jacobian(self, jacobian: str) -> None:

@@ -52,7 +52,7 @@ class PhysxScene(PhysicsScene):
         self._set_rate(Fraction(int(rate)) if truncated else rate)
 
     def get_solver_type(self) -> str:
-        """ "TGS" (default) or "PGS"."""
+        """The solver that the prim asks PhysX for: "TGS" (default) or "PGS"."""
         return str(self._authored("physxScene:solverType", "TGS"))
 
     def set_solver_type(self, solver_type: str) -> None:
@@ -60,7 +60,7 @@ class PhysxScene(PhysicsScene):
         self._choose("solverType", solver_type, ("TGS", "PGS"), f"{_ENGINE}; `NewtonMjcScene.set_solver` chooses how")
 
     def get_broadphase_type(self) -> str:
-        """ "MBP", "GPU" (default) or "SAP"."""
+        """The broad phase that the prim asks PhysX for: "MBP", "GPU" (default) or "SAP"."""
         return str(self._authored("physxScene:broadphaseType", "GPU"))
 
     def set_broadphase_type(self, broadphase_type: str) -> None:

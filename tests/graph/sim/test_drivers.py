@@ -6,6 +6,8 @@ import asyncio
 from fractions import Fraction
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from graph.errors import RunError, UserError
 from graph.sim import App, SimulationEvent, VirtualClock, app_utils
@@ -223,6 +225,59 @@ def test_app_utils_act_on_the_current_app():
         assert (app.update_index, app.timeline.current_time) == (6, Fraction(1, 10))
         app_utils.stop()
         assert app.timeline.is_stopped()
+
+
+def test_two_apps_in_one_event_loop_do_not_touch_each_other():
+    with App(loop_hz=50) as first, App() as second:
+        first.play()
+        second.play()
+
+        async def main():
+            await asyncio.gather(first.update_app_async(steps=5), second.update_app_async(steps=3))
+
+        asyncio.run(main())
+        assert (first.update_index, second.update_index) == (5, 3)
+        assert (first.timeline.current_time, second.timeline.current_time) == (Fraction(1, 10), Fraction(1, 20))
+
+
+async def _steps_async(app, count):
+    for _ in range(count):
+        await app.orchestrator.step_async(pause_timeline=False)
+
+
+def _steps(app, count):
+    for _ in range(count):
+        app.orchestrator.step()
+    app.play()
+
+
+ONE_OF_MANY = (
+    lambda app, count: app.update(count),
+    lambda app, count: app.update_app(steps=count),
+    lambda app, count: asyncio.run(app.update_app_async(steps=count)),
+    lambda app, count: asyncio.run(_steps_async(app, count)),
+    _steps,
+)
+
+
+@given(st.lists(st.tuples(st.integers(0, len(ONE_OF_MANY) - 1), st.integers(1, 4)), max_size=6), st.integers(1, 400))
+@settings(max_examples=40, deadline=None)
+def test_any_mixture_of_drivers_gives_the_stamps_of_plain_updates(mixture, physics_hz):
+    def stamps(run):
+        with App(physics_hz=physics_hz) as app:
+            product = add(app)
+            out = []
+            product.writers.append(lambda frame: out.append(frame["end"]))
+            app.play()
+            run(app)
+            return out, app.simulation.time, app.timeline.current_time, app.update_index, app.loop_time
+
+    def mixed(app):
+        for driver, count in mixture:
+            ONE_OF_MANY[driver](app, count)
+
+    total = sum(count for _, count in mixture)
+    assert stamps(mixed) == stamps(lambda app: app.update(total))
 
 
 # -- the orchestrator ----------------------------------------------------------------------------------------------
