@@ -124,7 +124,7 @@ def continuous_ratio(mount: str, rounds: int) -> float:
 
 
 def crowd_ratio(count: int, shape: Triangles, rounds: int) -> float:
-    """Time of a cast at the ground and `count` bodies, which have moved since the last, over that of the ground alone."""
+    """Time of a cast at the ground and at `count` bodies that have moved, over that of the ground alone."""
     generator = np.random.default_rng(1)
     poses = np.tile(np.eye(4), (count, 1, 1))
     poses[:, :2, 3] = generator.uniform(-60, 60, (count, 2))
