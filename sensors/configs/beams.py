@@ -75,6 +75,7 @@ def _multiples(start: Fraction, step: Fraction, number: np.ndarray, modulo: Frac
 def _fan(fan: Mapping[str, Any], period: Fraction) -> tuple[tuple[EmitterState, ...], dict[str, Any]]:
     """Beams from azimuth `start` clockwise in steps of `step`, for each of the `elevations` (one: 0).
 
+    `modulo`: 360 where the public profile counts azimuths from 0 to 360 deg; else they fall below 0.
     `timing`: "scan" spreads the beams evenly over the scan; "rotor" gives each the time at which a mirror that turns
     once a scan gets there; a number is a firing rate [Hz]. Planes follow each other by equal shares of the scan.
     """
@@ -84,7 +85,7 @@ def _fan(fan: Mapping[str, Any], period: Fraction) -> tuple[tuple[EmitterState, 
     timing = fan["timing"]
     between = {"scan": period / count, "rotor": period * step / 360}.get(timing) or 1 / Fraction(str(timing))
     beam, planes = np.arange(count), len(elevations)
-    azimuth = _multiples(start, -step, beam, modulo=360)
+    azimuth = _multiples(start, -step, beam, modulo=fan.get("modulo", 0))
     fire = [
         _multiples(number * period / planes * NANOSECONDS, between * NANOSECONDS, beam, modulo=period * NANOSECONDS)
         for number in range(planes)

@@ -155,6 +155,14 @@ def test_planes_of_modules_a_quarter_turn_apart_follow_each_other():
     assert state.fire_time_ns[[0, 1, 1101, 2202, 3303]].tolist() == [0, 55_555, 20_000_000, 40_000_000, 60_000_000]
 
 
+def test_a_fan_runs_clockwise_about_straight_ahead():
+    lms, pico = (find(name).emitter_states[0] for name in ("LMS5xx", "picoScan100"))
+
+    assert (lms.azimuth_deg[0], lms.azimuth_deg[570], lms.azimuth_deg[-1]) == (95.0, 0.0, -95.0)
+    assert lms.fire_time_ns[:3].tolist() == [0, 18_518, 37_037]  # 40 ms / 360 deg / 6
+    assert (pico.azimuth_deg[0], pico.azimuth_deg[-1]) == (138.0, 222.0)  # as its public profile counts
+
+
 def test_a_product_alone_is_a_name_and_a_set_left_out_takes_what_fits():
     assert find("LMS4124R").far_range_m == 5.5
     assert find("multiScan165S") == find("multiScan100", {"Product": "multiScan165S"})
