@@ -1,10 +1,14 @@
 """Frozen, update and continuous scans of a moving world against what was where when each ray was fired."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from lidar_worlds import add_box, add_lidar, frames_of, rotary, stare, weightless
+from pxr import UsdPhysics
 
 from graph.sim import App
+from sensors.lidar.config import EmitterState
 from sensors.lidar.slerp import Trajectory, quaternions, slerp
 
 TIMES = np.linspace(0.0, 0.099, 40)
@@ -140,6 +144,31 @@ def test_the_poses_of_a_partial_frame_are_those_of_the_last_output_and_of_now(mo
 
     assert [frame.start.position_m[0] for frame in frames] == pytest.approx([0.0, 0.1, 0.2, 0.3, 0.4], abs=1e-6)
     assert [frame.end.position_m[0] for frame in frames] == pytest.approx([0.1, 0.2, 0.3, 0.4, 0.5], abs=1e-6)
+
+
+@pytest.mark.parametrize("physics_hz", [60, 240])
+def test_between_states_of_a_falling_sensor_the_error_is_the_chords(physics_hz):
+    """Semi-implicit steps: z_n = 5 - g dt^2 n (n + 1) / 2. Between them the sensor is on the chord, which is g dt^2 / 8
+    off the parabola in its middle, and no more.
+    """
+    g, dt = 9.81, 1 / physics_hz
+    config = dataclasses.replace(
+        stare(TIMES), emitter_states=(EmitterState(0 * TIMES, 0 * TIMES - 90.0, np.round(TIMES * 1e9)),)
+    )
+    with weightless(lidar_motion="continuous", physics_hz=physics_hz) as app:
+        UsdPhysics.Scene.Get(app.stage, "/World/Physics").GetGravityMagnitudeAttr().Set(g)
+        add_box(app, "/World/Floor", 40.0, (0, 0, -20))
+        add_box(app, "/World/Cart", 0.1, (3, 0, 5), velocity=(0, 0, 0))
+        found = frames_of(app, add_lidar(app, "/World/Cart/Lidar", (-3, 0, 0), config), 6)[0].channel("distance")
+
+    def parabola(steps):
+        return 5.0 - g * dt**2 * steps * (steps + 1) / 2
+
+    steps = TIMES / dt
+    chord = parabola(np.floor(steps)) + (steps % 1) * (parabola(np.floor(steps) + 1) - parabola(np.floor(steps)))
+    np.testing.assert_allclose(found, chord, atol=3e-6)
+    off = np.abs(found - parabola(steps))
+    assert 0.9 * g * dt**2 / 8 < off.max() <= g * dt**2 / 8 + 3e-6
 
 
 GRAPH_MADE = """
