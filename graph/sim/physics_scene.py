@@ -24,23 +24,19 @@ DEFAULT_PATH = "/PhysicsScene"
 DEFAULT_RATE = 60
 
 
-def checked_dt(dt: float | Fraction) -> Fraction:
-    """`dt` [s] as a fraction. Raises ValueError unless 0 <= dt <= 1."""
-    step = exact.duration(dt)
-    if not 0 <= step <= 1:
-        raise ValueError(f"dt {dt}: a physics step lasts from 0 to 1 s")
-    return step
-
-
 def steps_per_second(dt: float | Fraction, *, truncate: bool = False) -> Fraction:
     """The rate [Hz] that a step of `dt` [s] means: exactly 1 / dt, or the whole number int(1 / dt); 0 for dt 0.
 
-    Whole rates are what Isaac Sim stores, computed in floating point: 1/99 gives 98. Raises ValueError unless
-    0 <= dt <= 1.
+    Whole rates are what Isaac Sim stores, computed in floating point: 1/99 gives 98. Raises ValueError unless dt is 0,
+    or from 1e-9 to 1 s.
     """
-    step = checked_dt(dt)
+    step = exact.duration(dt)
+    if not 0 <= step <= 1:
+        raise ValueError(f"dt {dt}: a physics step lasts from 0 to 1 s")
     if not step:
         return Fraction(0)
+    if step * 10**9 < 1:
+        raise ValueError(f"dt {dt}: a physics step of less than 1e-9 s cannot be run")
     return Fraction(int(1.0 / float(dt))) if truncate else 1 / step
 
 
@@ -93,7 +89,11 @@ class PhysicsScene:
     @property
     def is_active(self) -> bool:
         """Whether an App simulates by this scene: the first one of its stage."""
-        return self._app is not None and next(scene_prims(self._app.stage), None) == self._prim
+        if self._app is None:
+            return False
+        if self._app.simulation.built:
+            return self._app.simulation.scene_path == self.path
+        return next(scene_prims(self._app.stage), None) == self._prim
 
     def get_dt(self) -> float:
         """The length of a physics step [s]: the App's for its active scene, else what is authored; 0.0 at rate 0."""
@@ -178,18 +178,19 @@ class PhysicsScene:
                 self._author(other, "", None)
 
     def _set_rate(self, rate: Fraction, *, as_step: bool = False) -> None:
-        """Authors a rate [Hz]; the App follows if the scene is its active one."""
+        """Authors a rate [Hz]; the App follows if the scene is its active one. Raises UserError above 1e9 Hz."""
+        app, active = self._app, self.is_active
+        if app is not None and active and rate:
+            app.simulation.set_rate(rate)
         self.store_rate(rate, as_step=as_step)
-        if self._app is None:
+        if app is None:
             return
-        if not self.is_active:
-            first = next(scene_prims(self._app.stage)).GetPath()
+        if not active:
+            first = next(scene_prims(app.stage)).GetPath()
             message = f"only the first physics scene is simulated, {first}; what is set here is kept on the prim"
-            self._app.warn("physics-scene-inactive", self.path, message)
-        elif rate:
-            self._app.simulation.set_rate(rate)
-        else:
-            self._app.simulation.refuse_rate_zero(self.path)
+            app.warn("physics-scene-inactive", self.path, message)
+        elif not rate:
+            app.simulation.refuse_rate_zero(self.path)
 
     def _authored(self, name: str, default: Any) -> Any:
         value = authored(self._prim, name)

@@ -56,9 +56,9 @@ class SimulationSetup(Simulation):
             self.set_device(device)
         scenes = self._scenes()
         if rate is not None:
+            self.set_rate(rate)
             for scene in scenes:
                 scene.store_rate(rate)
-            self.set_rate(rate)
 
     def set_physics_dt(self, dt: float | Fraction = 1 / 60, physics_scene: str | None = None) -> None:
         """Sets the dt [s] of one physics scene, of all for a path that is none (deprecated: `PhysicsScene.set_dt`).
@@ -79,6 +79,9 @@ class SimulationSetup(Simulation):
 
     def get_physics_dt(self, physics_scene: str | None = None) -> float:
         """The dt [s] of a physics scene, of the first for a path that is none; makes one, while stopped, if none is."""
+        if self.built and physics_scene in (None, self.scene_path):
+            prim = self._app.stage.GetPrimAtPath(self.scene_path)
+            return PhysicsScene(prim, self._app).get_dt() if prim else float(1 / self.clock.rate)
         scenes = self._scenes()
         for scene in scenes:
             if scene.path == physics_scene:

@@ -88,7 +88,7 @@ def test_setup_simulation_makes_no_prim_while_playing():
         assert app.simulation.get_physics_dt() == 1 / 120
 
 
-@pytest.mark.parametrize("dt", [0, -1e-9, 1.001, float("inf")])
+@pytest.mark.parametrize("dt", [0, -1e-9, 1.001, float("inf"), Fraction(1, 10**10)])
 def test_setup_simulation_refuses_a_dt_and_changes_nothing(dt):
     with App() as app:
         with pytest.raises(ValueError, match=r"dt|finite"):
@@ -383,6 +383,10 @@ def test_get_physics_simulation_view_none_before_play_and_after_stop():
         author_prims(app.stage, BALL)
         assert app.simulation.get_physics_simulation_view() is None
         app.play()
+        app.update()
+        view = app.simulation.get_physics_simulation_view()
+        assert view is app.simulation.tensors
+        assert view.positions.shape == (1, 3)
         app.stop()
         assert app.simulation.get_physics_simulation_view() is None
 
