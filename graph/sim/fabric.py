@@ -297,27 +297,27 @@ class Fabric:
         return None
 
     def update_world_xforms(self) -> None:
-        """Take what is below prims that users have placed along with them: nothing is stale afterwards."""
+        """Take what is below prims that users have placed along, at its local transforms: nothing is stale then."""
         from .usd import EARLIEST, Usd, UsdGeom
 
         xforms = UsdGeom.XformCache(EARLIEST)
+        stale: dict[str, str] = {}
         for path in sorted(self._stamps):
             prim = self.stage.GetPrimAtPath(path)
-            if not prim or self._carries(path):
-                continue
-            world = self.world_matrix(path)
-            walk = iter(Usd.PrimRange(prim, Usd.TraverseInstanceProxies()))
-            next(walk)
+            walk: Any = iter(Usd.PrimRange(prim, Usd.TraverseInstanceProxies()) if prim else ())
             for each in walk:
                 below = each.GetPath().pathString
-                if self._carries(below):
+                if self._carries(below) or (below != path and self.resets(below)):
                     walk.PruneChildren()
-                elif self.stale_because_of(below) == path:
-                    relative, resets = xforms.ComputeRelativeTransform(each, prim)
-                    if resets:
-                        walk.PruneChildren()
-                    else:
-                        self.set_world_matrix(below, world @ transforms.from_usd(relative))
+                elif (cause := self.stale_because_of(below)) is not None:
+                    stale[below] = cause
+        for path in sorted(stale):  # parents first
+            above = path.rpartition("/")[0]
+            while above != stale[path] and above not in stale:
+                above = above.rpartition("/")[0]
+            prim, reference = (self.stage.GetPrimAtPath(each) for each in (path, above))
+            relative, _ = xforms.ComputeRelativeTransform(prim, reference)
+            self.set_world_matrix(path, self.world_matrix(above) @ transforms.from_usd(relative))
 
     def stage_moved(self, path: str) -> None:
         """The stage has a new transform for a prim: it counts from now on, for what is below too."""

@@ -6,6 +6,8 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from graph.errors import RunError
 
 from . import transforms
@@ -38,6 +40,7 @@ class LiveStage:
         self._fabric = app.fabric
         self.roles = StageRoles(app.stage)
         self._known = self.roles.paths
+        self._staged: dict[str, Floats] = {}
         self.origin = self._poses()
         """Rigid pose [m] that each body had at play, or when it came."""
         self.watch = StageWatch(app.stage, app.fabric, self.roles, self._transformed)
@@ -123,16 +126,18 @@ class LiveStage:
             yield self._app.stage
         except BaseException:
             watch.collecting = False
-            for path in list(watch.transforms):
-                self._transformed(path)
+            for path, surely in list(watch.transforms.items()):
+                self._transformed(path, surely)
             watch.transforms.clear()
             raise
         watch.collecting = False
-        moved = list(watch.transforms)
+        moved = dict(watch.transforms)
+        before = {path: self._stage_pose(path) for path in moved if path in self.roles.paths}
         _, paths = self._changes()
         self.recompile(paths | {path.rpartition(".")[0] for path in watch.physics} | self._rescaled(moved))
-        for path in moved:
-            self._transformed(path)
+        self._staged.update(before)
+        for path, surely in moved.items():
+            self._transformed(path, surely)
 
     def _rescaled(self, moved: Iterable[str]) -> set[str]:
         return {path for path in moved if self.roles.under(path) and self.roles.rescaled(path)}
@@ -208,8 +213,8 @@ class LiveStage:
 
     # -- transforms --------------------------------------------------------------------------------------------------
 
-    def _transformed(self, path: str) -> None:
-        """A prim's transform was written to the stage."""
+    def _transformed(self, path: str, surely: bool) -> None:
+        """A prim's transform was written to the stage, its place `surely`, or perhaps only its size."""
         if not self.roles.under(path):
             return
         if self.roles.rescaled(path):
@@ -219,13 +224,26 @@ class LiveStage:
         if fabric.is_body(path):
             if fabric.promoted.get(path) is False:
                 self._promote(path, carries=True)
-            fabric.take_from_stage(path, self._on_stage(path))
+            if self._moved_on_stage(path) or surely or not fabric.enabled:
+                fabric.take_from_stage(path, self._on_stage(path))
         elif fabric.body_of(path) is not None:
             self._moved_part(path)
         else:
             self._promote(path, carries=True)
         self._carry(path)
         fabric.settle()
+
+    def _stage_pose(self, path: str) -> Floats:
+        """The rigid pose [m] that the stage last gave a prim."""
+        staged = self._staged.get(path)
+        return self.roles.pose(path, self._app.meters_per_unit) if staged is None else staged
+
+    def _moved_on_stage(self, path: str) -> bool:
+        """Whether the stage has another pose for a prim than it last had."""
+        pose = transforms.rigid_part(self._on_stage(path))
+        pose[:3, 3] *= self._app.meters_per_unit
+        before, self._staged[path] = self._stage_pose(path), pose
+        return bool(np.abs(pose - before).max() > 1e-12)
 
     def _carry(self, path: str) -> None:
         """Takes along the bodies below a prim that the stage has moved: all, or with Fabric on those users move."""

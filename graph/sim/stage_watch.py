@@ -53,13 +53,14 @@ _VALUES = frozenset(("default", "timeSamples", "targetPaths", "spline"))
 class StageWatch:
     """Collects the edits of a stage from its creation until `close`.
 
-    placed: called at once with the path of each prim whose transform was written. `structure` holds prims below which
+    placed: called at once with the path of each prim whose transform was written, and whether its place was (not only
+    its scale, or the order of its ops). `structure` holds prims below which
     something came, went or changed its kind, `shapes` the attributes of surfaces, and `physics` those of dynamics, that
     were written; `looks` is whether rays may see something else. What physics writes itself (`fabric.muted`) is not
     told.
     """
 
-    def __init__(self, stage: Any, fabric: Fabric, roles: StageRoles, placed: Callable[[str], None]) -> None:
+    def __init__(self, stage: Any, fabric: Fabric, roles: StageRoles, placed: Callable[[str, bool], None]) -> None:
         self.stage, self.fabric, self.roles, self._placed = stage, fabric, roles, placed
         self.structure: dict[str, None] = {}
         self.shapes: dict[str, None] = {}
@@ -67,7 +68,7 @@ class StageWatch:
         self.looks = False
         self.collecting = False
         """Whether transforms wait in `transforms` until somebody asks for them."""
-        self.transforms: dict[str, None] = {}
+        self.transforms: dict[str, bool] = {}
         self.failure: BaseException | None = None
         """What went wrong where nobody could be told."""
         self._callback = _weak(self)
@@ -80,8 +81,9 @@ class StageWatch:
 
     def clear(self) -> None:
         """Everything has been dealt with."""
-        for found in (self.structure, self.shapes, self.physics, self.transforms):
+        for found in (self.structure, self.shapes, self.physics):
             found.clear()
+        self.transforms.clear()
         self.looks, self.failure = False, None
 
     def close(self) -> None:
@@ -92,7 +94,7 @@ class StageWatch:
         """One notice of USD."""
         if self.fabric.muted:
             return
-        moved: dict[str, None] = {}
+        moved: dict[str, bool] = {}
         for path in notice.GetResyncedPaths():
             if not path.IsPropertyPath():
                 self.structure[path.pathString] = None
@@ -102,18 +104,19 @@ class StageWatch:
             if path.IsPropertyPath() and _VALUES.intersection(notice.GetChangedFields(path)):
                 self._property(path, moved)
         if self.collecting:
-            self.transforms.update(moved)
+            for path, surely in moved.items():
+                self.transforms[path] = surely or self.transforms.get(path, False)
             return
-        for path in moved:
+        for path, surely in moved.items():
             try:
-                self._placed(path)
+                self._placed(path, surely)
             except Exception as error:  # an exception would end in USD, unseen
                 self.failure = self.failure or error
 
-    def _property(self, path: Any, moved: dict[str, None]) -> None:
+    def _property(self, path: Any, moved: dict[str, bool]) -> None:
         name, prim = path.name, path.GetPrimPath().pathString
         if name.startswith("xformOp"):
-            moved[prim] = None
+            moved[prim] = moved.get(prim, False) or not name.startswith(("xformOp:scale", "xformOpOrder"))
         elif name in SHAPE:
             if prim in self.roles.roles:
                 self.shapes[path.pathString] = None

@@ -392,6 +392,24 @@ def test_a_free_body_goes_where_the_stage_says(fabric):
     assert 19 < place(app, "/World/Ball")[2] < 20
 
 
+def test_a_body_is_put_back_to_where_it_began(fabric):
+    app = playing(fabric=fabric)
+    for _ in range(2):
+        translate(app, "/World/Ball", 0, 0, 8)
+        app.update(30)
+        assert place(app, "/World/Ball")[2] < 8
+        translate(app, "/World/Ball", 0, 0, 9)
+        assert place(app, "/World/Ball").tolist() == [0, 0, 9]
+
+
+def test_an_op_that_changes_nothing_moves_nothing():
+    app = playing(updates=30)
+    there = place(app, "/World/Ball")
+    with app.edit("recompile") as stage:
+        UsdGeom.Xformable(stage.GetPrimAtPath("/World/Ball")).AddScaleOp(opSuffix="more").Set((2, 2, 2))
+    assert np.array_equal(place(app, "/World/Ball"), there)
+
+
 def test_a_kinematic_body_goes_where_the_stage_says(fabric):
     app = playing(fabric=fabric)
     translate(app, "/World/Group/Lift", 1, 1, 4)
