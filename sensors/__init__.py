@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from .lidar.config import LidarConfig
     from .lidar.sensor import LidarSensor
     from .products import render_product
+    from .replicator import create_render_product, get_annotator
     from .specs import register_annotator_spec, unregister_annotator_spec
     from .writers import register_writer_spec, unregister_writer_spec
 
@@ -26,7 +27,9 @@ _HOME = {
     "LidarConfig": ".lidar.config",
     "LidarSensor": ".lidar.sensor",
     "SUPPORTED_LIDAR_CONFIGS": ".configs",
+    "create_render_product": ".replicator",
     "getMagicNumberGMO": ".gmo",
+    "get_annotator": ".replicator",
     "parse_generic_model_output_data": ".gmo",
     "parse_object_ids": ".ids",
     "parse_stable_id_map_data": ".ids",
@@ -43,7 +46,9 @@ __all__ = [
     "Lidar",
     "LidarConfig",
     "LidarSensor",
+    "create_render_product",
     "getMagicNumberGMO",
+    "get_annotator",
     "parse_generic_model_output_data",
     "parse_object_ids",
     "parse_stable_id_map_data",
@@ -56,6 +61,8 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
+    if name in ("replicator", "writers"):
+        return import_module(f".{name}", __name__)
     if name not in _HOME:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     value = getattr(import_module(_HOME[name], __name__), name)

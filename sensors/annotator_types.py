@@ -25,7 +25,6 @@ from .annotators import (
 from .channels import AuxLevel
 from .errors import SensorValueError
 from .gmo import channels_for, pack
-from .ids import pack_stable_id_map
 
 if TYPE_CHECKING:
     from graph.sim import App
@@ -174,9 +173,7 @@ def _is_flat(reading: Reading) -> None:
 
 
 def _stable_id_map(reading: Reading) -> np.ndarray | None:
-    if reading.frame is None or not reading.sensor.has_stable_ids():
-        return None
-    return pack_stable_id_map(reading.sensor.object_ids(resolve_all=True))
+    return None if reading.frame is None else reading.sensor.packed_object_ids()
 
 
 def _say_stable_ids(reading: Reading) -> None:

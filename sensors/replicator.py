@@ -24,7 +24,8 @@ from .annotator import Annotator
 from .annotator_types import TYPES, AnnotatorType, find_annotator, register_annotator
 from .errors import SensorValueError
 from .products import render_product
-from .writers import REGISTRY, WRITERS, AttachedWriter, WriterSpec, find_writer
+from .writers import REGISTRY, WriterSpec
+from .writers import get as get_writer
 
 if TYPE_CHECKING:
     from graph.sim import App
@@ -63,11 +64,6 @@ def get_annotator(
     if device not in HOST:
         raise SensorValueError(f"device {device!r}: annotators are in host memory; leave it out")
     return Annotator(find_annotator(name), app=app).initialize(**(init_params or {}))
-
-
-def get_writer(name: str, init_params: Mapping[str, Any] | None = None, *, app: App | None = None) -> AttachedWriter:
-    """A fresh writer by its name in the registry, or its short one. Raises SensorValueError for unknown names."""
-    return AttachedWriter(name, find_writer({**WRITERS, **REGISTRY}, name), app=app).initialize(**(init_params or {}))
 
 
 class AnnotatorRegistry:

@@ -132,3 +132,8 @@ class AttachedWriter:
         sensor.release(self._owner)
         if self.writer in product.writers:
             product.writers.remove(self.writer)
+
+
+def get(name: str, init_params: Mapping[str, Any] | None = None, *, app: App | None = None) -> AttachedWriter:
+    """A fresh writer by its name in the registry, or its short one. Raises SensorValueError for unknown names."""
+    return AttachedWriter(name, find_writer({**WRITERS, **REGISTRY}, name), app=app).initialize(**(init_params or {}))

@@ -16,10 +16,12 @@ from graph.sim.schedule import EveryUpdate, Tick, TickSchedule
 from graph.sim.transforms import rigid_part
 from sensors.channels import CHANNELS, AuxLevel, Demand
 from sensors.frame import Frame, FramePose
-from sensors.ids import has_prim, stable_id_map
+from sensors.ids import has_prim
 from sensors.raycast.shared import (
     cast_world,
+    packed_id_map,
     surface_classes,
+    surface_id_map,
     surface_ids,
     surface_labels,
     surface_materials,
@@ -195,8 +197,12 @@ class LidarRuntime:
         if not self.has_stable_ids():
             return {}
         resolve_all = resolve_all and self._app.settings.get(keys.ID_MAP_EXTENSION)
-        paths = (surface.path for surface in cast_world(self._app).surfaces)
-        return stable_id_map(path for path in paths if resolve_all or has_prim(path))
+        found = surface_id_map(self._app)
+        return {number: path for number, path in found.items() if resolve_all or has_prim(path)}
+
+    def packed_object_ids(self) -> np.ndarray | None:
+        """All of it as a StableIdMap buffer, uint8, read-only; None while stable ids are off."""
+        return packed_id_map(self._app) if self.has_stable_ids() else None
 
     def class_labels(self) -> dict[int, dict[str, str]]:
         """Number in the channel classId -> its labels, {taxonomy: label}."""

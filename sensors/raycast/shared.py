@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from graph.sim.settings import RAY_THREADS
-from sensors.ids import stable_id
+from sensors.ids import pack_stable_id_map, stable_id, stable_id_map
 from sensors.materials import PREFIX, PREFIX_SETTING, material_of
 from sensors.optics import Optics, optics_of
 from sensors.semantics import Labels, numbered, surface_label
@@ -65,6 +65,25 @@ def surface_ids(app: App) -> np.ndarray:
     if found is None:
         data = b"".join(stable_id(surface.path) for surface in world.surfaces)
         found = world.cache["ids"] = np.frombuffer(data, np.uint8).reshape(-1, 16)
+    return found
+
+
+def surface_id_map(app: App) -> dict[int, str]:
+    """128-bit id -> path of every surface of the App's cast world; of prims first (`sensors.ids`)."""
+    world = cast_world(app)
+    found: dict[int, str] | None = world.cache.get("id map")
+    if found is None:
+        found = world.cache["id map"] = stable_id_map(surface.path for surface in world.surfaces)
+    return found
+
+
+def packed_id_map(app: App) -> np.ndarray:
+    """The same as a StableIdMap buffer, (size,) uint8, read-only: it is one for all frames."""
+    world = cast_world(app)
+    found: np.ndarray | None = world.cache.get("packed id map")
+    if found is None:
+        found = world.cache["packed id map"] = pack_stable_id_map(surface_id_map(app))
+        found.setflags(write=False)
     return found
 
 

@@ -234,6 +234,29 @@ def test_the_gmo_annotator_gives_the_buffer_and_the_map_its_entries(app):
     assert ids.get_data().dtype == np.uint8
 
 
+def test_where_nothing_is_hit_the_output_has_a_time_and_no_elements(app):
+    app.stage.RemovePrim("/World/Room")
+    sensor = LidarSensor(Lidar("/World/Lidar", aux_output_level="FULL", app=app), annotators="generic-model-output")
+    app.play()
+    app.update(steps=5)
+    assert sensor.get_data("generic-model-output") == (None, {})  # the first turn is not over
+    app.update(steps=7)
+    gmo = parse_generic_model_output_data(sensor.get_data("generic-model-output")[0])
+
+    assert (gmo.numElements, gmo.frameId, gmo.timestampNs, gmo.scanComplete) == (0, 1, 100_000_000, True)
+    assert gmo.frameEnd.timestampNs == 200_000_000
+    assert len(gmo.x) == len(gmo.objId) == len(gmo.hitNormals) == 0
+    assert gmo.objId.shape == (0, 16)
+
+
+def test_the_functions_are_in_the_package_too(app):
+    import sensors
+
+    product = sensors.create_render_product("/World/Lidar", (64, 64))
+    assert sensors.get_annotator(EXTRACT).attach([product]).product is product
+    assert sensors.writers.get("draw-point-cloud").name == "draw-point-cloud"
+
+
 def test_mistakes_are_one_line_each(app):
     product = rep.create_render_product("/World/Lidar")
     for act, message in (
