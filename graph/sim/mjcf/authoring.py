@@ -24,7 +24,8 @@ class Author:
         """The spec of a prim; parents must be there."""
         spec = Sdf.CreatePrimInLayer(self.layer, path)
         spec.specifier = Sdf.SpecifierClass if class_ else Sdf.SpecifierDef
-        spec.typeName = type_name
+        if type_name:
+            spec.typeName = type_name
         if schemas:
             spec.SetInfo("apiSchemas", Sdf.TokenListOp.Create(prependedItems=list(schemas)))
         return spec

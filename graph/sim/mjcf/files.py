@@ -41,6 +41,8 @@ class Document:
     file: Path
     text: str = ""
     assets: dict[str, bytes] = field(default_factory=dict)
+    models: dict[str, bytes] = field(default_factory=dict)
+    """Texts of models that this one can attach, by the names that it has for them."""
     marks: list[Mark] = field(default_factory=list)
 
     def mark(self, line: int) -> Mark | None:
@@ -56,7 +58,7 @@ def read_model(file: Path, roots: Sequence[Path]) -> Document:
     reader = _Reader(file, [root.expanduser().resolve() for root in roots])
     document = Document(file)
     document.text = reader.model(file, ())[0]
-    document.assets, document.marks = reader.assets, reader.marks
+    document.assets, document.models, document.marks = reader.assets, reader.models, reader.marks
     if reader.problems:
         raise UserError(reader.problems)
     return document
@@ -84,6 +86,7 @@ class _Reader:
         self.roots = roots
         self.problems: list[Problem] = []
         self.assets: dict[str, bytes] = {}
+        self.models: dict[str, bytes] = {}
         self.marks: list[Mark] = []
         self._names: dict[Path, str] = {}
         self._models: dict[Path, tuple[str, float, str]] = {}
@@ -149,7 +152,7 @@ class _Reader:
             return {}
         if path not in self._models:
             self._models[path] = self.model(path, above)
-            self.assets[self._name(path)] = self._models[path][0].encode()
+            self.models[self._name(path)] = self._models[path][0].encode()
         element.attributes["file"] = self._name(path)
         _, size, name = self._models[path]
         return {element.get("name") or name: int(size)}

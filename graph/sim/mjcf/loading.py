@@ -25,7 +25,7 @@ def load(document: Document, warn: Warn) -> tuple[Any, Any]:
     with warnings.catch_warnings(record=True) as said:
         warnings.simplefilter("always")
         try:
-            spec = mujoco.MjSpec.from_string(document.text, assets=document.assets)
+            spec = mujoco.MjSpec.from_string(document.text, include=document.models, assets=document.assets)
             _name_all(spec)
             model = spec.compile()
         except (ValueError, mujoco.FatalError) as error:
@@ -64,7 +64,7 @@ def _problem(document: Document, text: str) -> Problem:
     while words.startswith(("XML Error:", "Error:")):
         words = words.partition(":")[2].strip()
     words = words.removeprefix("Schema violation: ").rstrip(".")
-    for name in document.assets:
+    for name in (*document.assets, *document.models):
         words = words.replace(name, name.partition("-")[2])
     if about and about not in words:
         words = f"{about}: {words}"

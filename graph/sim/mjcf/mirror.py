@@ -15,7 +15,7 @@ from graph.sim.usd import Gf, Sdf, Usd, UsdGeom, Vt
 
 from . import surfaces
 from .authoring import Author, integers, points, turn, vector
-from .naming import ACTUATORS, LOOKS, ROOT, SENSORS, Paths
+from .naming import ACTUATORS, LOOKS, ROOT, SENSORS, Paths, flex_name
 
 SHOWN_GROUPS = 3
 """Rays see geoms of groups below this, as MuJoCo's viewer shows them; the others are for collisions (`guide`)."""
@@ -260,7 +260,7 @@ class _Mirror:
             self.warn("mjcf-geom-unseen", path, "it is a thread without faces; rays do not see it.")
             return
         first, count = model.flex_vertadr[number], model.flex_vertnum[number]
-        spec = self._named(path, "Mesh", model.flex(number).name)
+        spec = self._named(path, "Mesh", flex_name(model, number))
         self._triangles(spec, self.data.flexvert_xpos[first : first + count], triangles)
         material = int(model.flex_matid[number].flat[0])
         self._colour(spec, model.mat_rgba[material] if material >= 0 else model.flex_rgba[number])

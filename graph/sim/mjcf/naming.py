@@ -6,6 +6,8 @@ import re
 from dataclasses import dataclass
 from typing import Any
 
+from graph.sim.physics.library import mujoco
+
 ROOT = "/World"
 ACTUATORS, SENSORS, LOOKS = "Actuators", "Sensors", "Looks"
 
@@ -55,7 +57,7 @@ def prim_paths(model: Any) -> Paths:
     bodies += [place(ROOT, model.body(number).name) for number in range(1, model.nbody)]
     groups = [place(ROOT, name) if count else "" for name, count in _groups(model)]
     below = [ROOT, *bodies[1:]]
-    free = 0  # mjJNT_FREE
+    free = int(mujoco.mjtJoint.mjJNT_FREE)
     joints = [
         "" if model.jnt_type[number] == free else place(below[model.jnt_bodyid[number]], model.joint(number).name)
         for number in range(model.njnt)
@@ -72,10 +74,15 @@ def prim_paths(model: Any) -> Paths:
         tuple(place(groups[0], model.actuator(number).name) for number in range(model.nu)),
         tuple(place(groups[1], model.sensor(number).name) for number in range(model.nsensor)),
         tuple(place(groups[2], model.material(number).name) for number in range(model.nmat)),
-        tuple(place(ROOT, model.flex(number).name or f"flex{number}") for number in range(model.nflex)),
+        tuple(place(ROOT, flex_name(model, number)) for number in range(model.nflex)),
         place(ROOT, "PhysicsScene"),
         _points(model),
     )
+
+
+def flex_name(model: Any, number: int) -> str:
+    """What a flex is called."""
+    return mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_FLEX, number) or f"flex{number}"
 
 
 def _groups(model: Any) -> tuple[tuple[str, int], ...]:

@@ -1,0 +1,43 @@
+from __future__ import annotations
+
+import importlib.util
+import sys
+from pathlib import Path
+
+import pytest
+
+from graph.sim.mjcf.scene import open_mjcf
+
+_spec = importlib.util.spec_from_file_location("mjcf_robots", Path(__file__).with_name("robots.py"))
+robots = importlib.util.module_from_spec(_spec)
+sys.modules["mjcf_robots"] = robots
+_spec.loader.exec_module(robots)
+
+
+@pytest.fixture
+def quadruped(tmp_path):
+    """The main file of the quadruped."""
+    return robots.write_quadruped(tmp_path)
+
+
+@pytest.fixture
+def model(tmp_path):
+    """Writes a model's text to a file: model("<worldbody>...</worldbody>") -> path."""
+
+    def write(body, name="model.xml"):
+        file = tmp_path / name
+        file.write_text(body if body.lstrip().startswith("<mujoco") else f"<mujoco>\n{body}\n</mujoco>\n")
+        return file
+
+    return write
+
+
+@pytest.fixture
+def opened(model):
+    """The scene of a model's text, and the warnings it gave."""
+
+    def load(body, **options):
+        warnings = []
+        return open_mjcf(model(body), warn=lambda *warning: warnings.append(warning), **options), warnings
+
+    return load

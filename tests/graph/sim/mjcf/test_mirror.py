@@ -1,0 +1,149 @@
+"""What stands on the stage for a model: names, types, poses, looks."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from graph.sim import App
+from graph.sim.usd import UsdGeom, UsdPhysics
+
+
+def test_bodies_lie_side_by_side_and_carry_their_parts(opened, quadruped):
+    from graph.sim.mjcf.scene import open_mjcf
+
+    scene = open_mjcf(quadruped)
+    kinds = {str(prim.GetPath()): str(prim.GetTypeName()) for prim in scene.stage.Traverse()}
+    expected = {
+        "/World/torso": "Xform",
+        "/World/torso/imu": "Xform",
+        "/World/knee_1/foot_1": "Mesh",
+        "/World/knee_1/knee_1": "PhysicsRevoluteJoint",
+        "/World/right_hip_0": "Xform",
+        "/World/hills": "Mesh",
+        "/World/lift": "Xform",
+        "/World/arm/swing": "PhysicsRevoluteJoint",
+        "/World/Actuators/spin": "MjcActuator",
+        "/World/Sensors/felt": "Scope",
+        "/World/Looks/shell": "Material",
+        "/World/PhysicsScene": "PhysicsScene",
+    }
+    assert {path: kinds.get(path) for path in expected} == expected
+    assert scene.stage.GetPrimAtPath("/World/right_hip_0").GetAttribute("isaac:nameOverride").Get() == "right hip_0"
+
+
+@pytest.mark.parametrize(
+    ("name", "prim"), [("a b/c", "a_b_c"), ("1st", "_1st"), ("ä", "_"), ("", "body0"), ("World", "World")]
+)
+def test_names_become_those_that_prims_may_have(opened, name, prim):
+    scene, _ = opened(f"<worldbody><body name='{name}'><geom size='1'/></body></worldbody>")
+    assert scene.stage.GetPrimAtPath(f"/World/{prim}") or scene.paths.bodies[1].startswith("/World/body")
+
+
+def test_equal_names_are_told_apart_bodies_first(opened):
+    text = (
+        "<worldbody><geom name='x' size='1'/><site name='x'/><body name='x'><joint name='x'/><geom name='xx' size='1'/>"
+    )
+    scene, _ = opened(text + "<site name='xx'/></body><body name='x.'/><body name='x,'/></worldbody>")
+    assert scene.paths.bodies[1:] == ("/World/x", "/World/x_", "/World/x__1")
+    assert scene.paths.geoms == ("/World/x_1", "/World/x/xx")
+    assert scene.paths.joints == ("/World/x/x",)
+    assert scene.paths.sites == ("/World/x_2", "/World/x/xx_1")
+
+
+def test_what_moves_is_a_rigid_body_and_what_is_driven_by_hand_a_kinematic_one(quadruped):
+    from graph.sim.mjcf.scene import open_mjcf
+
+    stage = open_mjcf(quadruped).stage
+    moving = {p.GetName() for p in stage.Traverse() if p.HasAPI(UsdPhysics.RigidBodyAPI)}
+    assert moving == {
+        *("torso", "hip_0", "knee_0", "right_hip_0", "hip_1", "knee_1", "right_hip_1", "lift", "arm", "ball"),
+    }
+    assert stage.GetPrimAtPath("/World/lift").GetAttribute("physics:kinematicEnabled").Get() is True
+    roots = {p.GetName() for p in stage.Traverse() if p.HasAPI(UsdPhysics.ArticulationRootAPI)}
+    assert roots == {"torso", "post", "ball"}
+
+
+def test_a_mocap_body_is_moved_by_hand(quadruped):
+    with App(mjcf=quadruped) as app:
+        app.play()
+        matrix = np.eye(4)
+        matrix[:3, 3] = 3, 2, 1
+        app.fabric.set_world_matrix("/World/lift", matrix)
+        app.simulation.run_steps(10)
+        assert app.fabric.world_matrix("/World/lift")[:3, 3] == pytest.approx([3, 2, 1])
+
+
+def test_geoms_have_the_sizes_of_usd(opened):
+    scene, _ = opened(
+        "<worldbody><geom name='box' type='box' size='1 2 3'/><geom name='egg' type='ellipsoid' size='1 2 3'/>"
+        "<geom name='pill' type='capsule' size='.1 .5' rgba='1 0 0 .5'/><geom name='tin' type='cylinder' size='.1 .5'/>"
+        "<geom name='sheet' type='plane' size='2 3 .1'/><geom name='ground' type='plane' size='0 0 .1'/></worldbody>"
+    )
+
+    def extent(name):
+        prim = scene.stage.GetPrimAtPath(f"/World/{name}")
+        cache = UsdGeom.BBoxCache(0, ["default"])
+        return list(cache.ComputeWorldBound(prim).ComputeAlignedRange().GetSize())
+
+    assert extent("box") == pytest.approx([2, 4, 6])
+    assert extent("egg") == pytest.approx([2, 4, 6])
+    assert extent("pill") == pytest.approx([0.2, 0.2, 1.2])
+    assert extent("tin") == pytest.approx([0.2, 0.2, 1.0])
+    assert extent("sheet") == pytest.approx([4, 6, 0])
+    assert not scene.stage.GetPrimAtPath("/World/ground").GetAttribute("width").HasAuthoredValue()
+    pill = scene.stage.GetPrimAtPath("/World/pill")
+    assert list(pill.GetAttribute("primvars:displayColor").Get()[0]) == [1, 0, 0]
+    assert list(pill.GetAttribute("primvars:displayOpacity").Get()) == [0.5]
+
+
+def test_a_camera_has_the_models_angle_of_view(opened):
+    """fovy 60 degrees: 2 atan(aperture / (2 focal length)) of the vertical aperture."""
+    scene, _ = opened("<worldbody><camera name='eye' fovy='60' pos='1 2 3' resolution='640 480'/></worldbody>")
+    camera = UsdGeom.Camera(scene.stage.GetPrimAtPath("/World/eye"))
+    tall, wide = camera.GetVerticalApertureAttr().Get(), camera.GetHorizontalApertureAttr().Get()
+    assert 2 * np.degrees(np.arctan(tall / 2 / camera.GetFocalLengthAttr().Get())) == pytest.approx(60, rel=1e-6)
+    assert wide / tall == pytest.approx(640 / 480, rel=1e-6)
+
+
+def test_joints_say_their_axis_ends_and_limits(opened):
+    scene, _ = opened(
+        "<worldbody><body name='a' pos='0 0 1'><geom size='.1'/><body name='b' pos='1 0 0' euler='0 0 90'>"
+        "<joint name='j' type='hinge' axis='0 1 1' pos='.1 .2 .3' range='-30 60' limited='true'/><geom size='.1'/>"
+        "</body></body></worldbody>"
+    )
+    joint = UsdPhysics.RevoluteJoint(scene.stage.GetPrimAtPath("/World/b/j"))
+    assert (joint.GetLowerLimitAttr().Get(), joint.GetUpperLimitAttr().Get()) == pytest.approx((-30, 60))
+    assert [str(path) for path in joint.GetBody0Rel().GetTargets()] == ["/World/a"]
+    assert list(joint.GetLocalPos1Attr().Get()) == pytest.approx([0.1, 0.2, 0.3])
+    assert list(joint.GetLocalPos0Attr().Get()) == pytest.approx([1 - 0.2, 0.1, 0.3])  # turned by 90 degrees
+    from pxr import Gf
+
+    turn = Gf.Rotation(Gf.Quatd(joint.GetLocalRot1Attr().Get()))
+    assert list(turn.TransformDir(Gf.Vec3d(1, 0, 0))) == pytest.approx([0, np.sqrt(0.5), np.sqrt(0.5)], abs=1e-6)
+
+
+def test_keys_that_the_model_decides_are_told(quadruped, tmp_path):
+    (tmp_path / "g.yaml").write_text(
+        "tickgraph: 1\nscene:\n  mjcf: scene.xml\n  prims:\n    /World/torso: {mass: 3.0, rigid_body: true}\n"
+        "    /World/torso/Lidar: {type: OmniLidar, config: Example_Rotary, translate: [0, 0, 0.2]}\n"
+    )
+    with App.from_file(tmp_path / "g.yaml") as app:
+        told = {(w.code, w.where): w.message for w in app.warnings}
+        assert "rigid_body, mass" in told["mjcf-key-ignored", "/World/torso"]
+        app.play()
+        lidar, torso = app.fabric.world_matrices(("/World/torso/Lidar", "/World/torso"))
+        assert lidar[:3, 3] == pytest.approx((torso @ [0, 0, 0.2, 1])[:3])
+
+
+def test_cloth_and_threads_play(opened, model):
+    text = (
+        "<worldbody><flexcomp name='cloth' type='grid' dim='2' count='4 4 1' spacing='.1 .1 .1' radius='.01' mass='1' "
+        "pos='0 0 1'><edge equality='true'/></flexcomp></worldbody>"
+    )
+    scene, _ = opened(text)
+    assert scene.stage.GetPrimAtPath("/World/cloth").GetTypeName() == "Mesh"
+    with App(mjcf=model(text, "cloth.xml")) as app:
+        app.play()
+        app.update(steps=10)
+        assert app.physics.data.qpos.any()
