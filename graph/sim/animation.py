@@ -51,6 +51,7 @@ class Animation:
             above = scan.body_of(path)
             if above is not None and above in scan.moving:
                 self._bases[path] = above, scan.stage.GetPrimAtPath(above)
+        self._last: dict[str, Floats] = {}
         self._ahead = 0.0
         self._steps = 0
         self._time: float | None = None
@@ -73,6 +74,7 @@ class Animation:
         if not prims:
             return
         now, before = self._poses(prims, time * rate), self._poses(prims, (time - SPAN) * rate)
+        self._hold_broken(list(prims), now, before)
         speeds = np.zeros((len(now), 6))
         speeds[:, :3] = (now[:, :3, 3] - before[:, :3, 3]) / SPAN
         turn = now[:, :3, :3] @ np.swapaxes(before[:, :3, :3], 1, 2)
@@ -85,7 +87,9 @@ class Animation:
         """(n, 4, 4) rigid poses [m] at a time code: in the world, or relative to the body that a prim rides on."""
         cache = UsdGeom.XformCache(Usd.TimeCode(code))
         world = np.array([np.array(cache.GetLocalToWorldTransform(prim)).T for prim in prims.values()])
-        out = transforms.rigid_parts(world)
+        out = np.full_like(world, np.nan)
+        good = transforms.all_usable(world)
+        out[good] = transforms.rigid_parts(world[good])
         out[:, :3, 3] *= self._unit
         for number, path in enumerate(prims):
             if path in self._bases:
@@ -93,6 +97,19 @@ class Animation:
                 base[:3, 3] *= self._unit
                 out[number] = transforms.inverse_rigid(base) @ out[number]
         return out
+
+    def _hold_broken(self, paths: list[str], now: Floats, before: Floats) -> None:
+        """What has no place at this time stays where it was last, or where it was authored first."""
+        broken = np.flatnonzero(~np.isfinite(now).all(axis=(1, 2)))
+        for number in broken.tolist():
+            path = paths[number]
+            text = "its time samples make its transform flat or not finite; it stays where it was."
+            self._app.warn("bad-transform", path, text)
+            now[number] = self._last.get(path, np.eye(4))
+        lost = np.asarray(~np.isfinite(before).all(axis=(1, 2)))
+        lost[broken] = True
+        before[lost] = now[lost]
+        self._last = dict(zip(paths, now.copy(), strict=True))
 
     def _carry(self, paths: list[str], poses: Floats, speeds: Floats) -> None:
         """Take what rides on bodies to where those are now."""

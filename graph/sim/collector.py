@@ -27,6 +27,9 @@ GRID = 1e-9
 MOST_TRIANGLES = 200_000_000
 """A scene with more is refused: the acceleration structure alone takes some 80 bytes for each."""
 
+FARTHEST = 1e15
+"""Beyond that [m] float32 leaves nothing of a shape."""
+
 SANE_SIZES = 1e-5, 1e7
 """Sizes of meshes [m] outside of which a scale or unit is likely to be wrong, and float32 too coarse."""
 
@@ -59,7 +62,9 @@ class Collector:
         mirrored, scales = _mirrored(frames), _scales(frames, good).tolist()
         for number, (prim, path) in enumerate(prims):
             if not good[number]:
-                self.complaints.add("bad-transform", path, "its transform is flat or not finite; rays do not see it.")
+                self.complaints.add(
+                    "bad-transform", path, "its transform is flat, not finite or not affine; rays do not see it."
+                )
             elif prim.IsA(UsdGeom.Plane) and endless(prim):
                 self.found.append((_endless_plane(prim, path, bodies[number], frames[number]), prim))
             else:
@@ -80,7 +85,7 @@ class Collector:
         world = base @ copies.matrices
         good = transforms.all_usable(world)
         if not good.all():
-            few = f"{int((~good).sum())} of its copies are flat or not finite; rays do not see them."
+            few = f"{int((~good).sum())} of its copies are flat, not finite or not affine; rays do not see them."
             self.complaints.add("bad-transform", path, few)
         frames, numbers = self._to_frame(world[good], body), copies.numbers[good]
         if not len(frames):
@@ -120,6 +125,9 @@ class Collector:
                 "instancers, or raise mesh.tolerance."
             )
         vertices, triangles = transforms.transformed(where[0], part.vertices), part.triangles
+        if not np.abs(where[0][:3, 3]).max() < FARTHEST:
+            self.complaints.add("bad-geometry", path, f"it is farther than {FARTHEST:g} m away; rays do not see it.")
+            return
         if where[1]:
             triangles = np.ascontiguousarray(triangles[:, ::-1])
         if body is not None:

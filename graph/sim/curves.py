@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .arrays import array_of
 from .nurbs import nurbs_curve
 from .polygons import Complain
 from .tessellation import Triangles, circle_parts
@@ -37,9 +38,9 @@ def curves(prim: Any, tolerance: float, time: Any, complain: Complain) -> tuple[
     left out and told to `complain`.
     """
     schema = UsdGeom.Curves(prim)
-    points = _array(schema.GetPointsAttr(), time).reshape(-1, 3)
-    counts = _array(schema.GetCurveVertexCountsAttr(), time).astype(np.int64)
-    widths = _array(schema.GetWidthsAttr(), time)
+    points = array_of(schema.GetPointsAttr(), np.float64, 3, time)
+    counts = array_of(schema.GetCurveVertexCountsAttr(), np.int64, time=time)
+    widths = array_of(schema.GetWidthsAttr(), np.float64, time=time)
     if not len(points) or not len(counts):
         complain("the curves have no points or no counts; nothing can hit them.")
         return None
@@ -84,8 +85,8 @@ class _Lines:
 
     def sampled(self) -> list[tuple[Floats, Floats, bool] | None]:
         if self.kind == "NurbsCurves":
-            order = _array(UsdGeom.NurbsCurves(self.prim).GetOrderAttr(), self.time).astype(np.int64)
-            knots = _array(UsdGeom.NurbsCurves(self.prim).GetKnotsAttr(), self.time)
+            order = array_of(UsdGeom.NurbsCurves(self.prim).GetOrderAttr(), np.int64, time=self.time)
+            knots = array_of(UsdGeom.NurbsCurves(self.prim).GetKnotsAttr(), np.float64, time=self.time)
             first = np.cumsum(self.counts + np.resize(order, len(self.counts))) if len(order) else self.starts
         out: list[tuple[Floats, Floats, bool] | None] = []
         passed = 0
@@ -135,7 +136,7 @@ class _Lines:
         return self._cubics(np.einsum("ij,sjk->sik", _TO_BEZIER[self.basis], points[index]))
 
     def _hermite(self, points: Floats, start: int) -> tuple[Floats | None, Floats | None]:
-        tangents = _array(UsdGeom.HermiteCurves(self.prim).GetTangentsAttr(), self.time).reshape(-1, 3)
+        tangents = array_of(UsdGeom.HermiteCurves(self.prim).GetTangentsAttr(), np.float64, 3, self.time)
         mine = tangents[start : start + len(points)]
         if len(mine) != len(points) or not np.isfinite(mine).all():
             return None, None
@@ -235,8 +236,3 @@ def _tube_triangles(rings: int, parts: int, closed: bool) -> Integers:
         walls.append(np.stack([np.zeros_like(fan), fan + 1, fan], axis=1))
         walls.append(np.stack([np.full_like(fan, last), last + fan, last + fan + 1], axis=1))
     return np.concatenate(walls)
-
-
-def _array(attribute: Any, time: Any) -> Floats:
-    value = attribute.Get(time)
-    return np.zeros(0) if value is None else np.asarray(value).astype(np.float64)

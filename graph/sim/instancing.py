@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import transforms
+from .arrays import array_of
 from .transforms import Floats
 from .usd import EARLIEST, Usd, UsdGeom
 
@@ -49,7 +50,7 @@ def copies_of(prim: Any, complain: Complain, above: tuple[str, ...] = ()) -> lis
         return []
     instancer = UsdGeom.PointInstancer(prim)
     prototypes = instancer.GetPrototypesRel().GetForwardedTargets()
-    which = _array(instancer.GetProtoIndicesAttr(), np.int64)
+    which = array_of(instancer.GetProtoIndicesAttr(), np.int64)
     matrices = _matrices(instancer, which, lambda message: complain(path, message))
     if matrices is None:
         return []
@@ -138,8 +139,8 @@ def _local(prim: Any) -> Floats:
 def _matrices(instancer: Any, which: Integers, complain: Callable[[str], None]) -> Floats | None:
     """(n, 4, 4) translate . rotate . scale of every point; None if the arrays are not equally long."""
     count = len(which)
-    positions = _array(instancer.GetPositionsAttr(), np.float64).reshape(-1, 3)
-    scales = _array(instancer.GetScalesAttr(), np.float64).reshape(-1, 3)
+    positions = array_of(instancer.GetPositionsAttr(), np.float64, 3)
+    scales = array_of(instancer.GetScalesAttr(), np.float64, 3)
     turns = _quaternions(instancer.GetOrientationsfAttr())
     if not len(turns):
         turns = _quaternions(instancer.GetOrientationsAttr())
@@ -164,13 +165,13 @@ def _matrices(instancer: Any, which: Integers, complain: Callable[[str], None]) 
 
 
 def _visible(instancer: Any, count: int, complain: Callable[[str], None]) -> NDArray[np.bool_]:
-    ids = _array(instancer.GetIdsAttr(), np.int64)
+    ids = array_of(instancer.GetIdsAttr(), np.int64)
     if len(ids) not in (0, count):
         complain(f"it has {len(ids)} ids for {count} points; its points are numbered instead.")
         ids = ids[:0]
     if not len(ids):
         ids = np.arange(count)
-    off = _array(instancer.GetInvisibleIdsAttr(), np.int64).tolist()
+    off = array_of(instancer.GetInvisibleIdsAttr(), np.int64).tolist()
     inactive = instancer.GetPrim().GetMetadata("inactiveIds")
     if inactive is not None:
         off += list(inactive.GetAppliedItems())
@@ -179,9 +180,4 @@ def _visible(instancer: Any, count: int, complain: Callable[[str], None]) -> NDA
 
 def _quaternions(attribute: Any) -> Floats:
     """(n, 4) w, x, y, z; USD's arrays hold x, y, z, w."""
-    return np.roll(_array(attribute, np.float64).reshape(-1, 4), 1, axis=1)
-
-
-def _array(attribute: Any, kind: type) -> NDArray[Any]:
-    value = attribute.Get(EARLIEST) if attribute else None
-    return np.zeros(0, kind) if value is None else np.asarray(value).astype(kind)
+    return np.roll(array_of(attribute, np.float64, 4), 1, axis=1)

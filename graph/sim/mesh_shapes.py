@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from .arrays import array_of, number_of
 from .polygons import Complain, Integers, Polygons, usable_faces
 from .subdivision import SCHEMES, Cage, Sharp, refine
 from .tessellation import Triangles
@@ -26,18 +27,18 @@ MOST_LEVELS_HERE = 6
 def mesh_surface(prim: Any, tolerance: float, refined: bool, time: Any, complain: Complain) -> FromMesh | None:
     """A mesh's triangles; as a subdivision surface where that is asked for, by the caller or by the mesh itself."""
     schema = UsdGeom.Mesh(prim)
-    points = _array(schema.GetPointsAttr(), np.float64, time).reshape(-1, 3)
-    counts = _array(schema.GetFaceVertexCountsAttr(), np.int64, time)
+    points = array_of(schema.GetPointsAttr(), np.float64, 3, time)
+    counts = array_of(schema.GetFaceVertexCountsAttr(), np.int64, time=time)
     if not len(points) or not len(counts):
         complain("the mesh has no points or no faces; nothing can hit it.")
         return None
-    indices = _array(schema.GetFaceVertexIndicesAttr(), np.int64, time)
+    indices = array_of(schema.GetFaceVertexIndicesAttr(), np.int64, time=time)
     faces = usable_faces(points, counts, indices, complain)
     scheme = str(schema.GetSubdivisionSchemeAttr().Get(EARLIEST))
     levels = _levels_here(prim)
     if scheme in SCHEMES and (refined if levels is None else levels > 0) and len(faces.counts):
         points, faces = _subdivided(schema, points, faces, scheme, tolerance, levels, time, complain)
-    holes = _array(schema.GetHoleIndicesAttr(), np.int64, time)
+    holes = array_of(schema.GetHoleIndicesAttr(), np.int64, time=time)
     if len(holes):
         faces = faces.only(~np.isin(faces.source, holes))
     flip = schema.GetOrientationAttr().Get(EARLIEST) == UsdGeom.Tokens.leftHanded
@@ -48,10 +49,10 @@ def mesh_surface(prim: Any, tolerance: float, refined: bool, time: Any, complain
 def tet_mesh_surface(prim: Any, time: Any, complain: Complain) -> FromMesh | None:
     """The outside of a TetMesh: the faces it names, else those that only one tetrahedron has."""
     schema = UsdGeom.TetMesh(prim)
-    points = _array(schema.GetPointsAttr(), np.float64, time).reshape(-1, 3)
-    named = _array(schema.GetSurfaceFaceVertexIndicesAttr(), np.int64, time).reshape(-1, 3)
+    points = array_of(schema.GetPointsAttr(), np.float64, 3, time)
+    named = array_of(schema.GetSurfaceFaceVertexIndicesAttr(), np.int64, 3, time)
     if not len(named):
-        named = _outside(_array(schema.GetTetVertexIndicesAttr(), np.int64, time).reshape(-1, 4))
+        named = _outside(array_of(schema.GetTetVertexIndicesAttr(), np.int64, 4, time))
     if not len(points) or not len(named):
         complain("the tetrahedral mesh has no points or no tetrahedra; nothing can hit it.")
         return None
@@ -76,8 +77,8 @@ def _levels_here(prim: Any) -> int | None:
     if not wanted or not wanted.Get(EARLIEST):
         return None
     level = prim.GetAttribute(LEVELS)
-    value = level.Get(EARLIEST) if level else None
-    return max(0, min(int(value or 0), MOST_LEVELS_HERE))
+    value = number_of(level)
+    return max(0, min(int(value), MOST_LEVELS_HERE)) if math.isfinite(value) else 0
 
 
 def _subdivided(
@@ -106,9 +107,9 @@ def _subdivided(
 
 def _sharp(schema: Any, points: int, time: Any, complain: Complain) -> Sharp:
     """Creases and corners; those that do not fit the mesh are left out and told."""
-    lengths = _array(schema.GetCreaseLengthsAttr(), np.int64, time)
-    indices = _array(schema.GetCreaseIndicesAttr(), np.int64, time)
-    sharpness = _array(schema.GetCreaseSharpnessesAttr(), np.float64, time)
+    lengths = array_of(schema.GetCreaseLengthsAttr(), np.int64, time=time)
+    indices = array_of(schema.GetCreaseIndicesAttr(), np.int64, time=time)
+    sharpness = array_of(schema.GetCreaseSharpnessesAttr(), np.float64, time=time)
     edges, edge_sharpness = np.zeros((0, 2), np.int64), np.zeros(0)
     fits = (lengths >= 2).all() and lengths.sum() == len(indices)
     segments = int((lengths - 1).sum())
@@ -120,8 +121,8 @@ def _sharp(schema: Any, points: int, time: Any, complain: Complain) -> Sharp:
         start = np.flatnonzero(inner)
         edges = np.stack([indices[start], indices[start + 1]], axis=1)
         edge_sharpness = sharpness if len(sharpness) == segments else np.repeat(sharpness, lengths - 1)
-    corners = _array(schema.GetCornerIndicesAttr(), np.int64, time)
-    corner_sharpness = _array(schema.GetCornerSharpnessesAttr(), np.float64, time)
+    corners = array_of(schema.GetCornerIndicesAttr(), np.int64, time=time)
+    corner_sharpness = array_of(schema.GetCornerSharpnessesAttr(), np.float64, time=time)
     if len(corners) != len(corner_sharpness) or not _within(corners, points):
         complain("its corners do not fit together or to its points; they are left out.")
         corners, corner_sharpness = corners[:0], corner_sharpness[:0]
@@ -131,8 +132,3 @@ def _sharp(schema: Any, points: int, time: Any, complain: Complain) -> Sharp:
 
 def _within(indices: Integers, size: int) -> bool:
     return not len(indices) or bool(indices.min() >= 0 and indices.max() < size)
-
-
-def _array(attribute: Any, kind: type, time: Any) -> NDArray[Any]:
-    value = attribute.Get(time)
-    return np.zeros(0, kind) if value is None else np.asarray(value).astype(kind)

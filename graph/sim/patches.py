@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from .arrays import array_of, number_of
 from .nurbs import nurbs_patch
 from .polygons import Complain
 from .tessellation import Triangles
@@ -16,19 +17,17 @@ from .usd import EARLIEST, UsdGeom
 def patch(prim: Any, tolerance: float, time: Any, complain: Complain) -> tuple[Floats, Triangles] | None:
     """A NurbsPatch as a grid of triangles; its trim curves are not applied (told to `complain`)."""
     schema = UsdGeom.NurbsPatch(prim)
-    columns, rows = (
-        int(_value(each, time, 0)) for each in (schema.GetUVertexCountAttr(), schema.GetVVertexCountAttr())
-    )
-    points = _array(schema.GetPointsAttr(), time).reshape(-1, 3)
-    weights = _array(schema.GetPointWeightsAttr(), time)
+    columns, rows = (_count(each, time) for each in (schema.GetUVertexCountAttr(), schema.GetVVertexCountAttr()))
+    points = array_of(schema.GetPointsAttr(), np.float64, 3, time)
+    weights = array_of(schema.GetPointWeightsAttr(), np.float64, time=time)
     fits = columns > 0 and rows > 0 and columns * rows == len(points) and len(weights) in (0, len(points))
     grid = None
     if fits and np.isfinite(points).all() and (weights > 0).all():
-        orders = tuple(int(_value(each, time, 0)) for each in (schema.GetUOrderAttr(), schema.GetVOrderAttr()))
-        knots = _array(schema.GetUKnotsAttr(), time), _array(schema.GetVKnotsAttr(), time)
+        orders = tuple(_count(each, time) for each in (schema.GetUOrderAttr(), schema.GetVOrderAttr()))
+        across, up = schema.GetUKnotsAttr(), schema.GetVKnotsAttr()
         grid = nurbs_patch(
             points.reshape(rows, columns, 3),
-            knots,
+            (array_of(across, np.float64, time=time), array_of(up, np.float64, time=time)),
             (orders[0], orders[1]),
             tolerance,
             weights.reshape(rows, columns) if len(weights) else None,
@@ -36,7 +35,7 @@ def patch(prim: Any, tolerance: float, time: Any, complain: Complain) -> tuple[F
     if grid is None:
         complain("its points, weights, orders and knots do not fit together; nothing can hit it.")
         return None
-    if len(_array(schema.GetTrimCurveCountsAttr(), time)):
+    if len(array_of(schema.GetTrimCurveCountsAttr(), np.int64, time=time)):
         complain("its trim curves are not applied; rays meet the whole patch.")
     height, width = grid.shape[:2]
     corner = (np.arange(height - 1)[:, None] * width + np.arange(width - 1)).ravel()
@@ -47,11 +46,6 @@ def patch(prim: Any, tolerance: float, time: Any, complain: Complain) -> tuple[F
     return grid.reshape(-1, 3), triangles
 
 
-def _value(attribute: Any, time: Any, default: Any) -> Any:
-    value = attribute.Get(time)
-    return default if value is None else value
-
-
-def _array(attribute: Any, time: Any) -> Floats:
-    value = attribute.Get(time)
-    return np.zeros(0) if value is None else np.asarray(value).astype(np.float64)
+def _count(attribute: Any, time: Any) -> int:
+    value = number_of(attribute, time)
+    return int(value) if value > 0 else 0

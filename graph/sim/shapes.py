@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from . import tessellation
+from .arrays import array_of, number_of
 from .mesh_shapes import FromMesh, mesh_surface, tet_mesh_surface
 from .polygons import Complain, Integers
 from .tessellation import Triangles
@@ -88,8 +88,7 @@ def _from_mesh(found: FromMesh | None) -> Surface | None:
 def _solid(prim: Any, kind: str, tolerance: float, time: Any, complain: Complain) -> Shape | None:
     sizes = {}
     for name in _SIZES[kind]:
-        value = prim.GetAttribute(name).Get(time)
-        sizes[name] = float("nan") if value is None else float(value)
+        sizes[name] = number_of(prim.GetAttribute(name), time)
     if not all(0 <= value < math.inf for value in sizes.values()):
         complain(f"its sizes {sizes} are not all finite and positive; it is left out.")
         return None
@@ -133,8 +132,8 @@ def solid(kind: str, sizes: dict[str, float], axis: str, tolerance: float, compl
 def points_surface(prim: Any, tolerance: float, time: Any, complain: Complain) -> Shape | None:
     """A sphere around each point of a Points prim, as wide as its width."""
     schema = UsdGeom.Points(prim)
-    points = _array(schema.GetPointsAttr(), time).reshape(-1, 3)
-    widths = _array(schema.GetWidthsAttr(), time)
+    points = array_of(schema.GetPointsAttr(), np.float64, 3, time)
+    widths = array_of(schema.GetWidthsAttr(), np.float64, time=time)
     if not len(points) or not len(widths):
         complain("the points have no places or no widths, so they have no surface; nothing can hit them.")
         return None
@@ -155,8 +154,3 @@ def points_surface(prim: Any, tolerance: float, time: Any, complain: Complain) -
     every = points[:, None] + radii[:, None, None] * vertices
     first = (np.arange(len(points)) * len(vertices)).astype(np.uint32)
     return every.reshape(-1, 3), (triangles[None] + first[:, None, None]).reshape(-1, 3)
-
-
-def _array(attribute: Any, time: Any) -> NDArray[np.float64]:
-    value = attribute.Get(time)
-    return np.zeros(0) if value is None else np.asarray(value).astype(np.float64)

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from .arrays import array_of
 from .polygons import Complain
 from .shapes import Surface
 from .tessellation import Triangles
@@ -42,7 +43,7 @@ def parts_of(prim: Any, surface: Surface, complain: Complain) -> tuple[Part, ...
     total = _face_count(prim)
     owner = np.full(max(size, total), -1, np.int64)
     for number, subset in enumerate(subsets):
-        indices = np.asarray(UsdGeom.Subset(subset).GetIndicesAttr().Get(EARLIEST) or (), dtype=np.int64)
+        indices = array_of(UsdGeom.Subset(subset).GetIndicesAttr(), np.int64)
         good = indices[(indices >= 0) & (indices < total)]
         if len(good) < len(indices):
             complain(f"its subset {subset.GetName()} names {len(indices) - len(good)} faces that do not exist.")
@@ -79,5 +80,4 @@ def _family(subset: Any) -> str:
 
 
 def _face_count(prim: Any) -> int:
-    counts = UsdGeom.Mesh(prim).GetFaceVertexCountsAttr().Get(EARLIEST) if prim.IsA(UsdGeom.Mesh) else None
-    return 0 if counts is None else len(counts)
+    return len(array_of(UsdGeom.Mesh(prim).GetFaceVertexCountsAttr(), np.int64)) if prim.IsA(UsdGeom.Mesh) else 0

@@ -134,7 +134,7 @@ FLAT = 1e-300
 
 
 def usable(matrix: Floats) -> bool:
-    """Whether a matrix has neither NaN nor infinity and is not flat."""
+    """Whether a matrix is affine, has neither NaN nor infinity and is not flat."""
     return bool(all_usable(matrix[None])[0])
 
 
@@ -142,4 +142,5 @@ def all_usable(matrices: Floats) -> NDArray[np.bool_]:
     """(n,): `usable` of (n, 4, 4) matrices."""
     with np.errstate(all="ignore"):
         flat = np.abs(np.linalg.det(matrices[:, :3, :3])) <= FLAT
-    return np.asarray(np.isfinite(matrices).all(axis=(1, 2)) & ~flat)
+        affine = (np.abs(matrices[:, 3] - [0, 0, 0, 1]) <= 1e-9).all(axis=1)
+    return np.asarray(np.isfinite(matrices).all(axis=(1, 2)) & affine & ~flat)
