@@ -6,19 +6,10 @@ import re
 from collections.abc import Sequence
 from typing import Any
 
+from graph.sim.nonvisual import ATTRIBUTES, BASES, COATINGS
+
 PREFIX = "omni:simready:nonvisual:"
 PREFIX_SETTING = "/rtx/materialDb/nonVisualMaterialSemantics/prefix"
-
-BASES = (
-    *("none", "aluminum", "steel", "oxidized_steel", "iron", "oxidized_iron", "silver", "brass", "bronze"),
-    *("oxidized_bronze_patina", "tin", "plastic", "fiberglass", "carbon_fiber", "vinyl", "plexiglass", "pvc"),
-    *("nylon", "polyester", "clear_glass", "frosted_glass", "one_way_mirror", "mirror", "ceramic_glass", "asphalt"),
-    *("concrete", "leaf_grass", "dead_leaf_grass", "rubber", "wood", "bark", "cardboard", "paper", "fabric", "skin"),
-    *("fur_hair", "leather", "marble", "brick", "stone", "gravel", "dirt", "mud", "water", "salt_water", "snow"),
-    *("ice", "calibration_lambertion"),
-)
-COATINGS = ("none", "paint", "clearcoat", "paint_clearcoat")
-ATTRIBUTES = {"none": 0, "emissive": 1, "retroreflective": 2, "single_sided": 4, "visually_transparent": 8}
 
 
 def encode(base: str = "none", coating: str = "none", attributes: str | Sequence[str] = "none") -> int:

@@ -89,7 +89,7 @@ def find_sensor(app: App, path: str | None) -> str:
         raise UserError(f"which sensor of the scene? {there}")
     if path in sensors:
         return path
-    if path.startswith("/") and app.stage.GetPrimAtPath(path):
+    if path in prims:
         raise UserError(f"--sensor {sensor_problem(app.stage, path)}")
     near = did_you_mean(path, sensors) or f"; there are {', '.join(sensors) or 'none that can be rendered'}"
     raise UserError(f"--sensor {path}: there is no such sensor{near}")

@@ -102,6 +102,7 @@ def test_the_text_has_a_line_for_each_channel(room, graph):
     ("arguments", "code", "message"),
     [
         (["--sensor", "/World/Lidr"], 2, 'there is no such sensor; did you mean "/World/Lidar"?'),
+        (["--sensor", "/World/Lidar/"], 2, 'there is no such sensor; did you mean "/World/Lidar"?'),
         (["--sensor", "radar"], 2, "there is no such sensor; there are /World/Lidar"),
         (["--sensor", "/World/East"], 2, "/World/East: a Cube is no sensor"),
         (["--aux", "MOST"], 2, "invalid choice: 'MOST'"),
