@@ -64,6 +64,7 @@ class BodyWriter:
         with Sdf.ChangeBlock():
             for body, matrix in zip(self.bodies, local, strict=True):
                 _prepare(self.stage, body, matrix)
+        self._as_matrix = np.array([body.matrix is not None for body in self.bodies], dtype=bool)
         self.write(world)
 
     def write(self, world: Floats) -> None:
@@ -71,16 +72,20 @@ class BodyWriter:
         if not self.bodies:
             return
         local = self._local(world)
-        changed = (local != self._written).any(axis=(1, 2)).nonzero()[0]
+        changed = local != self._written
         self._written = local
-        if not len(changed):
-            return
-        moved = local[changed]
-        quaternions = _quaternions(moved[:, :3, :3]).tolist()
-        places = moved[:, :3, 3].tolist()
+        placed, turned = changed[:, :3, 3].any(axis=1), changed[:, :3, :3].any(axis=(1, 2))
+        places = (placed & ~self._as_matrix).nonzero()[0]
+        turns = (turned & ~self._as_matrix).nonzero()[0]
+        matrices = ((placed | turned) & self._as_matrix).nonzero()[0]
+        bodies = self.bodies
         with Sdf.ChangeBlock():
-            for number, index in enumerate(changed.tolist()):
-                _put(self.bodies[index], places[number], quaternions[number], moved[number].T)
+            for index, place in zip(places.tolist(), local[places, :3, 3].tolist(), strict=True):
+                bodies[index].place.default = bodies[index].vector(*place)
+            for index, turn in zip(turns.tolist(), _quaternions(local[turns, :3, :3]).tolist(), strict=True):
+                bodies[index].turn.default = bodies[index].quaternion(*turn)
+            for index in matrices.tolist():
+                bodies[index].matrix.default = Gf.Matrix4d(*local[index].T.ravel().tolist())
 
     def _local(self, world: Floats) -> Floats:
         inverse = self._inverse
@@ -119,14 +124,11 @@ def author_local(stage: Any, prim: Any, parent: Floats, local: Floats) -> None:
     body = _Body(prim, -1, parent)
     with Sdf.ChangeBlock():
         _prepare(stage, body, local, with_scale=True)
-        _put(body, local[:3, 3].tolist(), _quaternions(local[None, :3, :3])[0].tolist(), local.T)
-
-
-def _put(body: _Body, place: list[float], turn: list[float], rows: Floats) -> None:
-    if body.matrix is not None:
-        body.matrix.default = Gf.Matrix4d(*rows.ravel().tolist())
-    else:
-        body.place.default, body.turn.default = body.vector(*place), body.quaternion(*turn)
+        if body.matrix is not None:
+            body.matrix.default = Gf.Matrix4d(*local.T.ravel().tolist())
+        else:
+            body.place.default = body.vector(*local[:3, 3].tolist())
+            body.turn.default = body.quaternion(*_quaternions(local[None, :3, :3])[0].tolist())
 
 
 def _prepare(stage: Any, body: _Body, local: Floats, with_scale: bool = False) -> None:
