@@ -13,30 +13,27 @@ from graph.errors import RunError, UserError
 
 from . import settings as keys
 from .bus import MessageBus
-from .clocks import checked_rate
 from .drivers import Drivers
-from .editing import EditStage, WhenPlaying, checked_choice, remove_prims
+from .editing import checked_choice
 from .fidelity import Fidelity
-from .options import clock_rates, experience_settings, frames_come_later, refuse_unavailable
+from .options import clock_rates, experience_settings, refuse_unavailable
 from .parity import apply_profile
 from .phases import EVENTS, PHASES, Callback, Subscribers, Unsubscribe
 from .rendering import Rendering
-from .reset import Reset, reset
 from .run_loop import RunLoop
 from .settings import Settings, suggestion
-from .simulation import EXTERNAL_TIME
 from .simulation_manager import ManagedSimulation
 from .speed import Speed, follow_timeline
 from .timeline import Change, Timeline
 from .wall_clock import VirtualClock, WallClock
 from .warnings import WarningList
+from .world import World
 
 if TYPE_CHECKING:
-    from contextlib import AbstractContextManager
     from types import TracebackType
 
 
-class App(Drivers):
+class App(Drivers, World):
     """One world and its clocks. Several may live in one process; the most recently entered one is the default.
 
     `stage` is a path, a `Usd.Stage` or None for an empty stage; `mjcf`, instead of it, an MJCF file or a loaded
@@ -59,7 +56,7 @@ class App(Drivers):
         fidelity: Mapping[str, Any] | Fidelity | None = None,
         seed: int = 0,
         wall_clock: WallClock | None = None,
-        when_playing: str = "refuse",
+        when_playing: str | None = None,
     ) -> None:
         from .stage import meters_per_unit, open_stage, physics_scene_rate, register_schemas
 
@@ -96,9 +93,7 @@ class App(Drivers):
         self.wall_clock: WallClock = wall_clock if wall_clock is not None else VirtualClock()
         self.run_loop = RunLoop(self.settings, self.wall_clock, 1 / loop_rate)
         self.bus = MessageBus()
-        self.when_playing: WhenPlaying = checked_choice(when_playing)
-        self.fabric: Any = None
-        self._renew_fabric()
+        self._make_world(checked_choice(when_playing or str(self.settings.get(keys.WHEN_PLAYING))))
         self.timeline = Timeline(self.settings, self._on_change)
         self.simulation = ManagedSimulation(self, physics_rate)
         if authored == 0 and physics_hz is None and self.fidelity.physics_hz is None:
@@ -134,21 +129,6 @@ class App(Drivers):
         self._physics_s = self._render_s = self._graph_s = 0.0
         self._updating = False
         self._closed = False
-        self._stage_state: Any = None
-        self.live: Any = None
-        """Keeps the playing world and its stage together (`graph.sim.live_stage.LiveStage`); None while stopped."""
-        self.animation: Any = None
-        """Plays transforms with time samples (`graph.sim.animation.Animation`); None while stopped or without any."""
-        self._geometry: Any = None
-
-    def _open_mjcf(self, mjcf: Any, stage: Any) -> Any:
-        if isinstance(mjcf, (str, Path)):
-            if stage is not None:
-                raise UserError("App: give a stage or an MJCF file, not both")
-            from .mjcf.scene import open_mjcf
-
-            return open_mjcf(mjcf, warn=self.warn)
-        return mjcf
 
     @classmethod
     def from_file(cls, path: str | Path, **options: Any) -> App:
@@ -206,45 +186,10 @@ class App(Drivers):
             "io": self.bus.io_seconds,
         }
 
-    def geometry(self) -> Any:
-        """What rays can hit (`graph.sim.geometry.collect_geometry`), collected once per play."""
-        if self._geometry is None:
-            from .geometry import collect_geometry
-            from .scan import scan_stage
-
-            scan = scan_stage(self.stage, self.fabric.promoted)
-            fine = self.fidelity.mesh_subdivision == "refined"
-            self._geometry = collect_geometry(self.stage, self.fidelity.mesh_tolerance, self.warn, scan, refine=fine)
-        return self._geometry
-
-    def forget_geometry(self) -> None:
-        """Has what rays can hit collected anew when it is needed next."""
-        self._geometry = None
-
     @property
     def updating(self) -> bool:
         """Whether an update runs."""
         return self._updating
-
-    def edit(self, when_playing: str | None = None) -> AbstractContextManager[Any]:
-        """`with app.edit(when_playing="recompile") as stage:` changes the world while it plays too; see `EditStage`."""
-        return EditStage(self, self.when_playing if when_playing is None else checked_choice(when_playing))
-
-    def add_prims(self, prims: Mapping[str, Mapping[str, Any]], when_playing: str | None = None) -> None:
-        """Authors prims, path to keys as under `scene.prims` in a graph file, inside an `edit`."""
-        from .prims import author_prims
-
-        with self.edit(when_playing) as stage:
-            author_prims(stage, prims, warn=self.warn)
-
-    def remove_prims(self, *paths: str, when_playing: str | None = None) -> None:
-        """Removes prims, inside an `edit`. Raises UserError for one that is not there."""
-        with self.edit(when_playing) as stage:
-            remove_prims(stage, paths)
-
-    def reset(self, scope: str | Reset = "all") -> None:
-        """Begins anew while playing: the clocks, the bodies, without what was added, or all of it; see `Reset`."""
-        reset(self, scope)
 
     def on(self, phase: str, callback: Callback, order: int = 0) -> Unsubscribe:
         """Calls `callback()` in a phase of every update or at an event; returns what ends that.
@@ -353,26 +298,6 @@ class App(Drivers):
             callback()
         self._graph_s += perf_counter() - began - (bus.io_seconds - io)
 
-    def set_loop_step(self, step: Fraction) -> None:
-        """Makes an update last `step` [s] on every clock that follows the loop.
-
-        The rate limit and the target frame rate follow always, or only while rate limiting is on (see
-        `graph.sim.parity`).
-        """
-        frequency = checked_rate(1 / step, "loop")
-        plain = frequency.numerator if frequency.denominator == 1 else frequency
-        self.run_loop.manual_step = step
-        self.run_loop.manual_mode = True
-        self.settings.set(keys.MANUAL_MODE, True)
-        if self.settings.get(keys.SET_DT_RATE_LIMIT) or self.settings.get(keys.RATE_LIMIT_ENABLED):
-            self.settings.set(keys.RATE_LIMIT_FREQUENCY, plain)
-            self.timeline.set_target_framerate(frequency)
-        self.stage.SetTimeCodesPerSecond(float(frequency))
-        self.timeline.set_time_codes_per_second(frequency)
-        period = step.limit_denominator(10**9)
-        self.settings.set("/app/settings/fabricDefaultSimPeriodNumerator", period.numerator)
-        self.settings.set("/app/settings/fabricDefaultSimPeriodDenominator", period.denominator)
-
     def _on_change(self, change: Change) -> None:
         if change == "stop":
             self.free_world()
@@ -385,72 +310,6 @@ class App(Drivers):
             if change == "play":
                 self.free_world()
             raise
-
-    def _renew_fabric(self) -> None:
-        from .fabric import Fabric
-        from .stage_transforms import StageTransforms
-
-        old = self.fabric
-        kind: Any = Fabric if self.fidelity.fabric else StageTransforms
-        self.fabric = kind(self.stage, self.warn)
-        if old is None:
-            self.fabric.set(*EXTERNAL_TIME, 0.0)
-        else:
-            self.fabric.take_values(old)
-            old.close()
-
-    def build_world(self) -> None:
-        """Builds physics from the stage and binds Fabric and sensors to it; playing does so by itself."""
-        from .animation import animate
-        from .live_stage import LiveStage
-        from .physics import build_physics
-        from .stage import StageState
-
-        self._geometry = None
-        if self.fabric.enabled != self.fidelity.fabric:
-            self._renew_fabric()
-        self._stage_state = StageState(self.stage)
-        physics = None
-        try:
-            dt = 1 / self.simulation.steps_per_second
-            physics = build_physics(self.stage, dt, self.fidelity, warn=self.warn, mjcf=self.mjcf)
-            self.fabric.bind(physics)
-        except BaseException:
-            if physics is not None:
-                physics.close()
-            self._stage_state.restore()
-            raise
-        self._read_rendering_settings()
-        self.rendering.capture_state = self.fabric.capture
-        self.rendering.begin_play()
-        self.simulation.physics = physics
-        self.live = LiveStage(self)
-        self.animation = animate(self)
-        self.simulation.begin(physics)
-
-    def _read_rendering_settings(self) -> None:
-        settings, rendering = self.settings, self.rendering
-        rendering.multi_tick = settings.get(keys.MULTI_TICK)
-        rendering.capture_at_ticks = self.fidelity.tlas == "sensor" and settings.get(keys.SENSOR_TICK_TLAS)
-        rendering.autotrigger_idle = settings.get(keys.AUTOTRIGGER_IDLE)
-        rendering.frames_later = frames_come_later(settings)
-
-    def free_world(self) -> None:
-        """Frees what `build_world` has built and puts the stage back; stopping does so by itself."""
-        if self.live is not None:
-            self.live.close()
-            self.live = None
-        if self.animation is not None:
-            self.animation.close()
-            self.animation = None
-        self.fabric.unbind()
-        self.simulation.end()
-        self.rendering.capture_state = None
-        self.rendering.end_play()
-        self.bus.restart()
-        self._geometry = None
-        self._stage_state.restore()
-        self.simulation.keep_scene_changes()
 
     def close(self) -> None:
         """Stops, tells the "close" subscribers and closes the bus's sinks; each also when one before it fails."""

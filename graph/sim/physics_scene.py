@@ -93,7 +93,7 @@ class PhysicsScene:
             return False
         if self._app.simulation.built:
             return self._app.simulation.scene_path == self.path
-        return next(scene_prims(self._app.stage), None) == self._prim
+        return bool(next(scene_prims(self._app.stage), None) == self._prim)
 
     def get_dt(self) -> float:
         """The length of a physics step [s]: the App's for its active scene, else what is authored; 0.0 at rate 0."""

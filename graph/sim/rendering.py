@@ -11,6 +11,7 @@ from graph import exact
 
 from . import settings as keys
 from .callbacks import CallbackList, Event, Held, Registered, dropped_early
+from .clocks import checked_rate
 from .products import RenderProduct, SensorRuntime
 from .scheduler import SensorScheduler
 
@@ -49,14 +50,26 @@ class Rendering(SensorScheduler):
         self._ids = count()
 
     def set_dt(self, dt: float | Fraction) -> None:
-        """Makes every update last `dt` [s]: manual loop step, rate limit, target frame rate and time codes per second.
+        """Makes every update last `dt` [s] on all that follows the loop: manual step and mode, time codes per second.
 
-        The physics rate and the catch-up cap stay. Raises ValueError unless dt > 0.
+        The rate limit and the target frame rate follow always, or only while rate limiting is on (see
+        `graph.sim.parity`). The physics rate and the catch-up cap stay. Raises ValueError unless dt > 0.
         """
         step = exact.duration(dt)
         if step <= 0:
             raise ValueError(f"dt {dt}: give a time step above 0 s")
-        self._app.set_loop_step(step)
+        app, settings = self._app, self._app.settings
+        frequency = checked_rate(1 / step, "loop")
+        app.loop.set_manual_step_size(step)
+        app.loop.set_manual_mode(True)
+        if settings.get(keys.SET_DT_RATE_LIMIT) or settings.get(keys.RATE_LIMIT_ENABLED):
+            settings.set(keys.RATE_LIMIT_FREQUENCY, frequency.numerator if frequency.denominator == 1 else frequency)
+            app.timeline.set_target_framerate(frequency)
+        app.stage.SetTimeCodesPerSecond(float(frequency))
+        app.timeline.set_time_codes_per_second(frequency)
+        period = step.limit_denominator(10**9)
+        settings.set("/app/settings/fabricDefaultSimPeriodNumerator", period.numerator)
+        settings.set("/app/settings/fabricDefaultSimPeriodDenominator", period.denominator)
 
     def get_dt(self) -> float:
         """The dt of an update [s]: the rate limit's if that is on, else the manual step if manual, else the limit's."""
