@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .near import NEAR_RAD, NearMeshes
 from .nearest import Nearest, turn_each
 from .rays import RayBundle
 from .triangles import TriangleScene
@@ -29,6 +30,9 @@ BEFORE = 1.01
 
 BEYOND = 2.05
 """Farther from there, in radii, nothing is the mesh's own."""
+
+ALL_ROUND_RAD = np.deg2rad(60.0)
+"""Half the angle of a near mesh from which on all rays are cast at those that are near."""
 
 MARGIN_RAD = 1e-4
 """Cones are this much wider than they need be, so that rounding loses no ray."""
@@ -73,6 +77,7 @@ class MovingMeshes:
             for entry, at in zip(moving, centre, strict=True)
         ]
         self.radii = np.array(radii) * (1 + 1e-6) + 1e-6
+        self._near = NearMeshes(moving)
         self._build(moving, centre)
 
     def _build(self, moving: Sequence[Moving], centre: np.ndarray) -> None:
@@ -99,6 +104,13 @@ class MovingMeshes:
         seen = places.distance - places.radius <= rays.reach
         if skip is not None:
             seen &= ~skip
+        near = seen & self._near.small & (places.half > NEAR_RAD)
+        if near.any():
+            seen &= ~near
+            which = np.flatnonzero(near)
+            around = places.half[which].max() > ALL_ROUND_RAD
+            windows = None if around else _windows(rays, places, which)
+            self._near.cast(rays, windows, which, poses, threads, nearest)
         index, owner = _windows(rays, places, np.flatnonzero(seen))
         index, owner, directions, along = _narrowed(rays, index, owner, places, nearest.distance)
         if not len(index):

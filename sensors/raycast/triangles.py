@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import gc
 import weakref
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -55,9 +56,11 @@ class TriangleScene:
 
     def __init__(self, vertices: np.ndarray, triangles: np.ndarray, *, warm: bool = True) -> None:
         if _alive[0] >= MAX_SCENES:
+            gc.collect()  # Apps that were dropped without being closed may hold some
+        if _alive[0] >= MAX_SCENES:
             raise RunError(
                 f"ray casting: {MAX_SCENES} scenes are alive, the most this process can hold; use fewer different "
-                "moving meshes above 150 triangles, fewer `exclude` sets, or lidars less than a kilometre apart"
+                "`exclude` sets, lidars less than a kilometre apart, or close Apps that are done"
             )
         make, self._tensor = _open3d()
         self._scene = make()

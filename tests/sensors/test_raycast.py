@@ -196,6 +196,35 @@ def test_windows_miss_nothing_that_casting_all_rays_hits(rings):
     assert np.mean(moving.surfaces() == fixed.surfaces()) > 0.999  # overlapping spheres may tie
 
 
+@pytest.mark.parametrize("reach", [(0.3, 0.8), (0.6, 2.5)])
+def test_small_bodies_around_a_sensor_are_seen_as_they_are_when_they_stand_still(reach):
+    generator = np.random.default_rng(7)
+    towards = generator.normal(size=(12, 3))
+    towards *= generator.uniform(*reach, 12)[:, None] / np.linalg.norm(towards, axis=1, keepdims=True)
+    poses = np.stack([pose_at(*place, turn=i) for i, place in enumerate(towards)])
+    far = poses.copy()
+    far[:, :3, 3] += 500.0
+    shapes = [box(generator.uniform(0.05, 0.2, 3)) for _ in range(12)]
+    moving = [mesh(shape, f"/World/B{i}", f"/World/B{i}") for i, shape in enumerate(shapes)]
+    still = [
+        mesh((points @ pose[:3, :3].T + pose[:3, 3], faces), f"/World/B{i}")
+        for i, ((points, faces), pose) in enumerate(zip(shapes, poses, strict=True))
+    ]
+    directions = fan(20000)
+
+    seen = CastWorld(moving, lambda _: far).cast(bundle((500.0,) * 3, directions, ordered=True), normals=True)
+    fixed = CastWorld(still).cast(bundle((0.0,) * 3, directions), normals=True)
+
+    same = np.isfinite(seen.distance) == np.isfinite(fixed.distance)
+    assert np.mean(same) > 0.999  # rays that graze an edge may see it or not
+    both = same & np.isfinite(fixed.distance)
+    assert both.sum() > 1000
+    assert np.mean(np.abs(seen.distance[both] - fixed.distance[both]) < 1e-5) > 0.999
+    agree = both & (seen.surfaces() == fixed.surfaces())
+    assert agree.sum() > 0.999 * both.sum()
+    assert np.mean(np.abs(seen.normals[agree] - fixed.normals[agree]).max(axis=1) < 1e-4) > 0.999
+
+
 def test_no_scene_is_built_when_something_moves(monkeypatch):
     places = {"now": pose_at(5.0, 0.0, 0.0)}
     world = CastWorld([mesh(box((0.5, 0.5, 0.5)), "/World/B", "/World/B")], lambda _: places["now"][None])
