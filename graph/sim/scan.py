@@ -13,6 +13,19 @@ from .stage import meters_per_unit
 from .transforms import Floats
 from .usd import EARLIEST, Usd, UsdGeom, UsdPhysics
 
+SOFT_TYPES = ("Mesh", "TetMesh", "Points")
+SOFT = frozenset(
+    {
+        "PhysxDeformableSurfaceAPI",
+        "PhysxParticleClothAPI",
+        "OmniPhysicsSurfaceDeformableSimAPI",
+        "PhysxDeformableBodyAPI",
+        "OmniPhysicsVolumeDeformableSimAPI",
+        "PhysxParticleSetAPI",
+    }
+)
+"""Types of prims that deform where one of these schemas is applied."""
+
 GRIPPER, ATTACHMENTS = "IsaacSurfaceGripper", "isaac:attachmentPoints"
 """Type of a surface gripper's prim, and its relationship to the joints that are its points of attachment."""
 
@@ -62,6 +75,8 @@ class Scan:
     scenes: list[Any] = field(default_factory=list)
     articulation_roots: list[str] = field(default_factory=list)
     grippers: list[Any] = field(default_factory=list)
+    soft: list[Any] = field(default_factory=list)
+    """Prims that deform: cloth, soft bodies, particles."""
     moving: frozenset[str] = frozenset()
     """Bodies whose pose can change: not those that fixed joints hold to the world."""
     promoted: Mapping[str, bool] = field(default_factory=dict)
@@ -161,6 +176,9 @@ def scan_stage(
             continue
         if prim.GetTypeName() == GRIPPER:
             scan.grippers.append(prim)
+            continue
+        if prim.GetTypeName() in SOFT_TYPES and not SOFT.isdisjoint(prim.GetPrimTypeInfo().GetAppliedAPISchemas()):
+            scan.soft.append(prim)
             continue
         varies = _transform_varies(scan, prim)
         if promoted and (path := str(prim.GetPath())) in promoted:

@@ -39,7 +39,7 @@ def build_physics(
     if mjcf is not None:
         mjcf.settle(warn)
     scan = scan or scan_stage(stage)
-    if not scan.dynamic and not (mjcf and mjcf.model.nv):
+    if not scan.dynamic and not scan.soft and not (mjcf and mjcf.model.nv):
         return None
     from .compile import compile_world
     from .engine import Physics
@@ -55,6 +55,8 @@ def build_physics(
         return compile_scene(mjcf, world, dt, options, warn)
 
     world = read_world(scan, warn)
+    if not scan.dynamic and not world.softs and not (mjcf and mjcf.model.nv):
+        return None
     physics = Physics(compiled(world, dt, warn), dt, scan.meters_per_unit)
     physics.world, physics.compile = world, compiled
     return physics

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from graph.errors import UserError
 from graph.sim import transforms
 from graph.sim.stage import Warn
 from graph.sim.transforms import Floats
@@ -20,6 +21,7 @@ from .library import mujoco
 from .masses import Inertia, body_inertia
 from .materials import Touch
 from .model import Body, Collider, Gripper, Joint, Volume, World
+from .soft import Soft, add_soft
 from .solver import CHOICES, SWITCHES, SolverOptions
 from .ties import add_drive, add_grips, add_joints, add_ties, kept_apart
 from .tree import Forest, grow_forest
@@ -40,6 +42,7 @@ class Compiled:
     start: Start | None = None
     touches: Mapping[str, Touch] = field(default_factory=dict)
     """The explicit pairs of the model by name."""
+    softs: tuple[Soft, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -90,6 +93,8 @@ def compile_world(world: World, dt: Fraction, options: SolverOptions, warn: Warn
     add_ties(spec, world, forest, handles, warn)
     touches = add_pairs(spec, names, plan, _meeting(colliders, roots, world))
     grippers = add_grips(spec, world)
+    for soft in world.softs:
+        add_soft(spec, soft, handles)
     joints = _hung(world, forest)
     for joint in joints:
         if joint.drive is not None:
@@ -102,7 +107,7 @@ def compile_world(world: World, dt: Fraction, options: SolverOptions, warn: Warn
         order = (model.body(number).name for number in range(1, model.nbody))
         bodies, joints = tuple(known[name] for name in order if name in known), (*base.joints, *joints)
     kinematic = tuple(body.path for body in bodies if body.kinematic)
-    return Compiled(model, bodies, joints, kinematic, grippers, base.start if base else None, touches)
+    return Compiled(model, bodies, joints, kinematic, grippers, base.start if base else None, touches, world.softs)
 
 
 def write_options(option: Any, options: SolverOptions) -> None:
@@ -125,10 +130,18 @@ def write_options(option: Any, options: SolverOptions) -> None:
 def _suited(options: SolverOptions, world: World, plan: Plan, based: bool, warn: Warn) -> SolverOptions:
     """The options, and where they leave the choice what the world needs.
 
-    Stiff drives and contacts stay stable together with `discrete` alone; bounces are integrated by the Euler steps, and
-    elliptic cones keep them out of friction.
+    Stiff drives and contacts stay stable together with `discrete` alone, and so does what is elastic; bounces are
+    integrated by the Euler steps, and elliptic cones keep them out of friction.
     """
     driven = any(single.drive for joint in world.joints for single in joint.singles)
+    elastic = any(soft.elements is not None for soft in world.softs)
+    if elastic and options.integrator not in (None, "discrete", "euler"):
+        raise UserError(
+            f"physics.integrator {options.integrator} cannot integrate what is elastic ({world.softs[0].path}); use "
+            "discrete, or euler with a small time step"
+        )
+    if elastic and options.integrator is None:
+        options = replace(options, integrator="discrete")
     if plan.bounces and options.integrator in ("discrete", "rk4"):
         warn(
             "no-restitution",

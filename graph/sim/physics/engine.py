@@ -21,6 +21,7 @@ from .library import mujoco
 from .model import Joint, World
 from .motion import Motion, State, body_velocities
 from .motors import Motors
+from .soft import Deformables
 from .surfaces import Surfaces
 
 _BAD = tuple(
@@ -64,6 +65,7 @@ class Physics:
         self._grippers = {spec.path: SurfaceGripper(self, spec) for spec in compiled.grippers}
         self._actuators = {joint.path: number for number, joint in enumerate(self.drives.joints)}
         self.contacts = Contacts(self.model, compiled.touches)
+        self.deformables = Deformables(self.model, compiled.softs)
         self.motors = Motors(self) if self.model.nactuator > len(self.drives.joints) else None
         self.set_dt(self.dt)
 
@@ -235,6 +237,7 @@ class Physics:
                 self.data.qvel[address + 3 : address + 6] = turn.T @ body.angular_velocity
         for joint in self.joints:
             self._start_joint(joint, velocities)
+        self.deformables.start(self.data)
         self.drives.apply(self.data)
         mujoco.mj_forward(self.model, self.data)
 
@@ -270,7 +273,10 @@ class Physics:
             body = int(self.model.jnt_bodyid[joint])
         else:
             body = int(self.model.dof_bodyid[place])
+        name = (
+            self.body_paths[body - 1] if body <= len(self.body_paths) else self.model.body(body).name.partition("#")[0]
+        )
         return (
-            f"{self.body_paths[body - 1]}: the simulation diverged here, at {float(self.data.time):.6g} s of physics. "
+            f"{name}: the simulation diverged here, at {float(self.data.time):.6g} s of physics. "
             "Raise physics_hz, lower the stiffness, speeds or mass ratios around it, or move apart what overlaps."
         )

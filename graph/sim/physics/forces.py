@@ -70,7 +70,7 @@ def contact_force(physics: Physics, body: str, near: Floats | None = None, radiu
     number = physics.body_paths.index(body) + 1
     total, wrench = np.zeros(3), np.zeros(6)
     for index, contact in enumerate(data.contact[: data.ncon]):
-        first, second = (int(model.geom_bodyid[geom]) for geom in contact.geom)
+        first, second = (int(model.geom_bodyid[geom]) if geom >= 0 else -1 for geom in contact.geom)
         if contact.efc_address < 0 or first == second or number not in (first, second):
             continue
         if near is not None and radius > 0 and np.linalg.norm(contact.pos - near) >= radius:

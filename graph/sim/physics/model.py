@@ -16,6 +16,7 @@ from graph.sim.tessellation import Triangles
 from graph.sim.transforms import Floats
 
 from .materials import PLAIN, Material
+from .soft import Soft
 from .solver import UNCHOSEN, SolverOptions
 
 ColliderKind = Literal["box", "sphere", "ellipsoid", "capsule", "cylinder", "plane", "mesh"]
@@ -210,4 +211,5 @@ class World:
     mimics: tuple[Mimic, ...] = ()
     meets: NDArray[np.bool_] | None = None
     options: SolverOptions = UNCHOSEN
+    softs: tuple[Soft, ...] = ()
     given: tuple[Body, ...] = ()

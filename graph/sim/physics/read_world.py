@@ -19,6 +19,7 @@ from .model import Body, World
 from .read_colliders import read_colliders
 from .read_grippers import read_grippers
 from .read_joints import read_joints, read_mimics
+from .read_soft import read_softs
 from .solver import authored_options
 
 EARTH_GRAVITY = 9.81
@@ -41,6 +42,7 @@ def read_world(scan: Scan, warn: Warn) -> World:
         mimics=read_mimics(scan, joints, warn),
         meets=None if filters.meets.all() else filters.meets,
         options=authored_options(scan, warn),
+        softs=read_softs(scan, warn),
         given=tuple(_body(scan, body, warn) for body in scan.bodies.values() if body.given),
     )
 

@@ -86,7 +86,8 @@ class Surfaces:
         option = self._model.opt
         if option.integrator != mujoco.mjtIntegrator.mjINT_DISCRETE:
             return False
-        option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+        kinds = mujoco.mjtIntegrator
+        option.integrator = kinds.mjINT_EULER if self._model.nflex else kinds.mjINT_IMPLICITFAST
         self._physics.set_dt(self._physics.dt)  # the drives' gains depend on the integrator
         return True
 
@@ -115,7 +116,7 @@ class Surfaces:
         if not data.ncon or model._address != self._model._address:  # the callback is the whole process's
             return
         contacts = data.contact
-        belts = self._of_geom[contacts.geom]
+        belts = np.where(contacts.geom >= 0, self._of_geom[contacts.geom], -1)  # a deformable is no geom
         active = ((belts >= 0).any(axis=1) & (contacts.dim > 1) & (contacts.efc_address >= 0)).nonzero()[0]
         if not len(active):
             return
