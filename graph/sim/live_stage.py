@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 ADVICE = (
     'Undo it, or stop; to change the world while it plays, edit inside `with app.edit(when_playing="recompile"):` (or '
-    '"restart"), or make App(when_playing="recompile").'
+    '"restart"), make App(when_playing="recompile"), or run with --/tickgraph/whenPlaying=recompile.'
 )
 
 
@@ -66,8 +66,8 @@ class LiveStage:
             app.forget_geometry()
         if not watch.pending:
             return
-        if watch.failure is not None:
-            failure, watch.failure = watch.failure, None
+        failure = self.take_failure()
+        if failure is not None:
             raise failure
         self._say_what_waits()
         words, paths = self._changes()
@@ -79,6 +79,11 @@ class LiveStage:
         raise RunError(
             f"edited while playing: {_listed(words)}; physics and sensors go on with what was there. {ADVICE}"
         )
+
+    def take_failure(self) -> BaseException | None:
+        """Why what was written to the stage could not be done to the world; told once."""
+        failure, self.watch.failure = self.watch.failure, None
+        return failure
 
     def _changes(self) -> tuple[list[str], set[str]]:
         watch = self.watch
@@ -155,7 +160,7 @@ class LiveStage:
         if physics is None:
             scan = scan_stage(app.stage, fabric.promoted)
             dt = 1 / app.simulation.steps_per_second
-            physics = build_physics(app.stage, dt, app.fidelity, warn=app.warn, scan=scan)
+            physics = build_physics(app.stage, dt, app.fidelity, warn=app.warn, scan=scan, mjcf=app.mjcf)
         elif not rebuild(physics, app.stage, paths, app.warn, fabric.promoted):
             physics, gone = None, physics
         app.simulation.physics = physics

@@ -26,6 +26,7 @@ RENDER_COMPLETE_ORDER = "/app/updateOrder/checkForHydraRenderComplete"
 PLAY_DELAY = "/app/player/CompensatePlayDelayInSecs"
 INTERRUPTS_OFF = "/ext/omni.graph.action/disableInterrupts"
 RAY_THREADS = "/tickgraph/rayThreads"
+WHEN_PLAYING = "/tickgraph/whenPlaying"
 WARM_UP_STEPS = "/tickgraph/warmUpSteps"
 TRUNCATE_STEPS = "/tickgraph/truncateStepsPerSecond"
 SAMPLE_SUBSTEPS = "/tickgraph/timeSamplePerSubstep"
@@ -62,6 +63,7 @@ DEFAULTS: dict[str, Any] = {
     "/persistent/physics/resetOnStop": True,
     "/exts/isaacsim.core.simulation_manager/default_engine": "mujoco",
     INTERRUPTS_OFF: True,
+    WHEN_PLAYING: "refuse",
     RAY_THREADS: 0,
     WARM_UP_STEPS: 0,
     TRUNCATE_STEPS: False,

@@ -23,17 +23,18 @@ EXEC_IN = Attribute("execution", "activates the node")
     outputs={"execOut": Attribute("execution", "follows once it is done")},
 )
 def set_prim_active(db: Any) -> bool:
-    """Switch a prim and all below it on or off; what physics or sensors read at play cannot change while playing."""
+    """Switch a prim and all below it on or off; while playing not what physics or sensors read at play."""
     inputs = db.inputs
     path = only_target(db, "primTarget", inputs.primTarget) if inputs.primTarget or not inputs.prim else inputs.prim
     prim = find_prim(db, str(path))
     if prim is None:
         return False
     if prim.IsActive() != inputs.active:
-        if not db.app.timeline.is_stopped() and ((not inputs.active and _in_the_world(prim)) or inputs.active):
+        refused = db.app.live is not None and db.app.when_playing != "recompile"
+        if refused and ((not inputs.active and _in_the_world(prim)) or inputs.active):
             db.fail(
-                f"{path} cannot be switched while the timeline plays: physics and geometry are read at play; "
-                "hide it by its attribute visibility, or switch it before"
+                f"{path} cannot be switched while the timeline plays: physics and geometry are read at play; hide it "
+                "by its attribute visibility, switch it before, or run with --/tickgraph/whenPlaying=recompile"
             )
         prim.SetActive(inputs.active)
     db.fire("execOut")

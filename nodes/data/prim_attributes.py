@@ -111,8 +111,9 @@ def write_prim_attribute(db: Any) -> bool:
         fabric.set(path, name, value)
     if db.inputs.usdWriteBack and attribute.Get() != value:
         _write(db, attribute, value)
-        if name.startswith("xformOp"):
-            _move_body(db, prim)
+        failure = db.app.live.take_failure() if db.app.live is not None else None
+        if failure is not None:
+            db.fail(str(failure))
     db.state.correctlySetup = True
     db.fire("execOut")
     return True
@@ -170,16 +171,3 @@ def _write(db: Any, attribute: Any, value: Any) -> None:
         db.fail(f'input layerIdentifier is "{wanted}", which is no layer of the stage; clear it or correct it')
     with Usd.EditContext(stage, Usd.EditTarget(layers[0])):
         attribute.Set(value)
-
-
-def _move_body(db: Any, prim: Any) -> None:
-    """Takes a body of the running physics to where the stage has it now."""
-    physics, path = db.app.physics, str(prim.GetPath())
-    if physics is None or path not in physics.body_paths:
-        return
-    import numpy as np
-
-    from graph.sim.usd import Usd, UsdGeom
-
-    matrix = UsdGeom.XformCache(Usd.TimeCode.Default()).GetLocalToWorldTransform(prim)
-    db.app.fabric.set_world_matrix(path, np.array(matrix).T)

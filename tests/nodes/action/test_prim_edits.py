@@ -26,6 +26,13 @@ def test_what_sensors_look_at_cannot_be_switched_while_playing(world, scene):
     assert scene.GetPrimAtPath("/World/Group/Box").IsActive()
 
 
+def test_it_can_where_the_app_compiles_edits_in_place(world, scene):
+    app = world()
+    app.when_playing = "recompile"
+    run_node("SetPrimActive", inputs={"primTarget": "/World/Group"}, pulses={"execIn": [0]}, app=app, updates=2)
+    assert "/World/Group/Box" not in {one.path for one in app.geometry()}
+
+
 def test_a_prim_that_is_as_wanted_is_left_alone(world, scene):
     inputs = {"primTarget": "/World/Group/Box", "active": True}
     assert run_node("SetPrimActive", inputs=inputs, pulses={"execIn": [0]}, app=world()).fired("execOut") == [0]
