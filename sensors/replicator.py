@@ -8,7 +8,7 @@
     writer.initialize(size=0.05, output_dir="out/clouds")
     writer.attach([product])
     app.play()
-    app.update(steps=12)
+    app.update(steps=12)  # or rep.orchestrator.step(), one update that pauses afterwards
     points = buffer.get_data()["data"]
 
 Every function takes `app`; None is the App entered last. `sensors.annotator_types` has the annotators, what each reads
@@ -20,6 +20,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from graph.sim.managers import orchestrator
+
+from .annotated_writer import AnnotatedWriter as Writer
 from .annotator import Annotator
 from .annotator_types import TYPES, AnnotatorType, find_annotator, register_annotator
 from .errors import SensorValueError
@@ -99,8 +102,16 @@ class WriterRegistry:
         return sorted(REGISTRY)
 
     @staticmethod
-    def register(name: str, spec: WriterSpec) -> None:
-        """Adds one of your own. Raises SensorValueError if its name is taken."""
+    def register(writer: str | type[Writer], spec: WriterSpec | None = None) -> None:
+        """Adds one of your own: a subclass of `Writer`, by its own name, or a name and how it is made.
+
+        Raises SensorValueError if the name is taken.
+        """
+        name = writer if isinstance(writer, str) else writer.__name__
+        if spec is None:
+            if isinstance(writer, str) or not issubclass(writer, Writer):
+                raise SensorValueError(f"writer {name!r}: give a subclass of Writer, or a name and a WriterSpec")
+            spec = WriterSpec(writer, channels=frozenset())
         if name in REGISTRY:
             raise SensorValueError(f"there is a writer {name!r} already; give yours another name")
         REGISTRY[name] = spec
@@ -122,11 +133,13 @@ writers = WriterRegistry
 
 __all__ = [
     "AnnotatorRegistry",
+    "Writer",
     "WriterRegistry",
     "annotators",
     "create",
     "create_render_product",
     "get_annotator",
     "get_writer",
+    "orchestrator",
     "writers",
 ]

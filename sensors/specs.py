@@ -11,6 +11,7 @@ from .errors import SensorValueError
 ANNOTATORS: dict[str, dict[str, Any]] = {
     "generic-model-output": {"name": "GenericModelOutput"},
     "stable-id-map": {"name": "StableIdMap"},
+    "semantic-classes": {"name": "SemanticClasses"},
 }
 """Short name -> its name in the registry, and default options. Sensors copy it when they are made."""
 

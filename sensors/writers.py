@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
+from .annotated_writer import AnnotatedWriter
 from .annotator import Product, only_product
 from .channels import Consumer
 from .errors import SensorValueError
@@ -110,7 +111,7 @@ class AttachedWriter:
 
         Raises SensorValueError for wrong arguments, a product that is not there, and where one is attached.
         """
-        _, product = only_product(products, self._app, f"writer {self.name}")
+        app, product = only_product(products, self._app, f"writer {self.name}")
         if self._product is not None:
             raise SensorValueError(f"writer {self.name} is attached to {self._product.path} already; detach it first")
         try:
@@ -118,6 +119,8 @@ class AttachedWriter:
         except (TypeError, ValueError) as error:
             raise SensorValueError(f"writer {self.name}: {error}") from error
         sensor: Any = product.sensor
+        if isinstance(writer, AnnotatedWriter):
+            writer.attach_to(app, product)
         sensor.require(self._owner, self.spec.channels)
         product.writers.append(writer)
         self._product, self.writer = product, writer
@@ -130,8 +133,17 @@ class AttachedWriter:
             return
         sensor: Any = product.sensor
         sensor.release(self._owner)
+        if isinstance(self.writer, AnnotatedWriter):
+            self.writer.release()
         if self.writer in product.writers:
             product.writers.remove(self.writer)
+
+    def __getattr__(self, name: str) -> Any:
+        """What the writer itself has, once there is one."""
+        writer = self.__dict__.get("writer")
+        if writer is None or name.startswith("__"):
+            raise AttributeError(f"writer {self.__dict__.get('name')} has no {name}; attach it first")
+        return getattr(writer, name)
 
 
 def get(name: str, init_params: Mapping[str, Any] | None = None, *, app: App | None = None) -> AttachedWriter:

@@ -10,6 +10,7 @@ from sensors import (
     Lidar,
     LidarSensor,
     parse_generic_model_output_data,
+    parse_stable_id_map_data,
     register_annotator_spec,
     register_writer_spec,
     unregister_annotator_spec,
@@ -323,6 +324,58 @@ def test_a_registered_annotator_is_there_for_sensors_made_afterwards(app):
     with pytest.raises(ValueError, match="there is no annotator 'cloud'"):
         LidarSensor(lidar, annotators="cloud")
     unregister_annotator_spec("cloud")  # unknown ones are fine
+
+
+def test_a_writer_may_be_a_class_with_annotators_of_its_own(app):
+    class Collect(rep.Writer):
+        def __init__(self, least=0):
+            self.annotators = [rep.annotators.get("GenericModelOutput"), "StableIdMap"]
+            self.data_structure = "renderProduct"
+            self.least, self.seen = least, []
+
+        def write(self, data):
+            [(name, found)] = data["renderProducts"].items()
+            gmo = parse_generic_model_output_data(found["GenericModelOutput"])
+            if gmo.numElements >= self.least:
+                self.seen.append((name, gmo.timestampNs, set(parse_stable_id_map_data(found["StableIdMap"]).values())))
+
+    rep.WriterRegistry.register(Collect)
+    try:
+        with pytest.raises(ValueError, match="there is a writer 'Collect' already"):
+            rep.WriterRegistry.register(Collect)
+        product = rep.create_render_product("/World/Lidar")
+        writer = rep.writers.get("Collect")
+        with pytest.raises(AttributeError, match="attach it first"):
+            _ = writer.seen
+        writer.initialize(least=10).attach(product)
+        sensor = LidarSensor(Lidar("/World/Lidar", aux_output_level="FULL", app=app))
+        other = sensor.attach_writer("Collect")
+        app.play()
+        app.update(steps=12)
+        writer.detach()
+        sensor.detach_writer("Collect")
+        assert product.sensor.demand.consumers() == {}
+    finally:
+        rep.WriterRegistry.unregister_writer("Collect")
+    name = product.path.rpartition("/")[2]
+    assert writer.seen == [(name, 0, {"/World/Room"}), (name, 100_000_000, {"/World/Room"})]
+    assert [stamp for _, stamp, _ in other.seen] == [0, 100_000_000]
+
+
+def test_a_writer_without_write_and_one_that_is_no_class_are_told(app):
+    class Silent(rep.Writer):
+        annotators = ("GenericModelOutput",)
+
+    with pytest.raises(ValueError, match="give a subclass of Writer"):
+        rep.WriterRegistry.register(dict)
+    rep.WriterRegistry.register(Silent)
+    try:
+        rep.writers.get("Silent").attach(rep.create_render_product("/World/Lidar"))
+        app.play()
+        with pytest.raises(NotImplementedError, match=r"Silent has no method write\(data\)"):
+            app.update(steps=6)
+    finally:
+        rep.WriterRegistry.unregister_writer("Silent")
 
 
 def test_a_writer_gets_every_frame_between_attach_and_detach(app):

@@ -1,0 +1,68 @@
+"""Writers as classes that bring annotators of their own, as in Replicator."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from .annotator import Annotator
+from .annotator_types import find_annotator
+
+if TYPE_CHECKING:
+    from graph.sim import App
+    from graph.sim.rendering import RenderProduct
+
+    from .frame import Frame
+
+
+class AnnotatedWriter:
+    """Base of a writer: set `annotators` in `__init__`, and get what they hand out of each new frame in `write`.
+
+        class Count(rep.Writer):
+            def __init__(self):
+                self.annotators = [rep.annotators.get("GenericModelOutput")]
+
+            def write(self, data):
+                print(parse_generic_model_output_data(data["GenericModelOutput"]).numElements)
+
+        rep.WriterRegistry.register(Count)
+        rep.writers.get("Count").attach(product)
+
+    annotators: annotators, or their names. data_structure: "annotator" gives `write` {annotator: data}, "renderProduct"
+    {"renderProducts": {name of the product: {annotator: data}}}. Arguments of `initialize` are those of `__init__`.
+    """
+
+    annotators: Sequence[Annotator | str] = ()
+    data_structure = "annotator"
+    _attached: Sequence[Annotator] = ()
+    _product: RenderProduct | None = None
+
+    def write(self, data: Mapping[str, Any]) -> None:
+        """Takes what the annotators hand out of a new frame."""
+        raise NotImplementedError(f"{type(self).__name__} has no method write(data)")
+
+    def attach_to(self, app: App, product: RenderProduct) -> None:
+        """Attaches the annotators to a product. Raises SensorValueError where one cannot read it; then none is."""
+        self._product, self._attached = product, []
+        try:
+            for one in self.annotators:
+                annotator = Annotator(find_annotator(one), app=app) if isinstance(one, str) else one
+                self._attached = [*self._attached, annotator.attach(product)]
+        except BaseException:
+            self.release()
+            raise
+
+    def release(self) -> None:
+        """Detaches the annotators."""
+        for annotator in self._attached:
+            annotator.detach()
+        self._attached = ()
+
+    def __call__(self, frame: Frame) -> None:
+        """Takes a new frame."""
+        assert self._product is not None
+        data = {annotator.name: annotator.get_data() for annotator in self._attached}
+        if self.data_structure == "renderProduct":
+            self.write({"renderProducts": {self._product.path.rpartition("/")[2]: data}})
+        else:
+            self.write(data)
