@@ -36,10 +36,11 @@ class Poses:
         self.layout = layout
         if physics is None:
             self.positions, self._rotations = np.zeros((0, 3)), np.zeros((0, 3, 3))
-            self._motion_of, self._state = None, None
+            self._motion_of, self._state, self._deformables = None, None, None
         else:
             self.positions, self._rotations = physics.positions.copy(), physics.rotations.copy()
             self._motion_of, self._state = physics.motion, physics.state()
+            self._deformables = physics.deformables
         self.bodies = len(self.positions)
         """How many rows are bodies of physics."""
         if frames is not None:
@@ -58,6 +59,12 @@ class Poses:
         out[-1, :3, :3] = np.eye(3)
         out.flags.writeable = False
         return out
+
+    def points(self, path: str) -> Floats | None:
+        """(p, 3) the points of a prim that physics deforms, in the world [m]; None of one that it does not."""
+        if self._deformables is None or self._state is None or path not in self._deformables.paths:
+            return None
+        return self._deformables.points(path, self._state[0])
 
     def velocities(self, bodies: Iterable[str]) -> Floats:
         """(n, 6) of the origins of bodies: linear [m/s], angular [rad/s], world axes; 0 if it does not move."""

@@ -113,6 +113,12 @@ class Deformables:
         """The prims that deform."""
         return tuple(self._softs)
 
+    def start_points(self, path: str) -> Floats:
+        """(p, 3) where the points of a prim began, in the world [m]."""
+        soft = self._softs[path]
+        out: Floats = np.einsum("pk,pkj->pj", soft.weights, soft.places[soft.corners])
+        return out
+
     def start(self, data: Any) -> None:
         """Set the velocities that the prims begin with."""
         for path, soft in self._softs.items():
