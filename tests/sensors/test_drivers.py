@@ -6,6 +6,7 @@ import asyncio
 
 import pytest
 
+import sensors.replicator as rep
 from graph.sim import App
 from sensors import Lidar, LidarSensor, parse_generic_model_output_data
 
@@ -127,6 +128,13 @@ def test_step_returns_after_the_attached_writers_fired(parity):
             counts.append(len(seen))
         warm_up = {"documented": 0, "isaacsim-6.0.1": 2}[parity]
         assert counts == [(number + warm_up) // 6 for number in range(1, 13)]
+
+
+def test_replicators_orchestrator_is_that_of_the_current_app():
+    with App(), App() as app:
+        rep.orchestrator.step()
+        asyncio.run(rep.orchestrator.step_async(pause_timeline=False))
+        assert (app.update_index, app.timeline.is_playing()) == (2, True)
 
 
 def test_next_render_simulation_async_waits_for_n_frames_and_warns():
