@@ -27,15 +27,26 @@ def cast_world(app: App) -> CastWorld:
     known = _worlds.get(app)
     if known is not None and known[0] is geometry:
         return known[1]
-    fabric, settings = app.fabric, app.settings
     world: CastWorld
+    weak = weakref.ref(app)  # what the world holds must not keep alive the App that it is kept for
 
     def poses(snapshot: Any) -> np.ndarray:
-        return np.asarray(fabric.rigid_matrices(world.bodies, snapshot))
+        return np.asarray(_alive(weak).fabric.rigid_matrices(world.bodies, snapshot))
 
-    world = CastWorld(geometry, poses, lambda: int(settings.get(RAY_THREADS)))
+    def points(path: str, snapshot: Any) -> np.ndarray:
+        return np.asarray(_alive(weak).fabric.soft_points(path, snapshot))
+
+    world = CastWorld(geometry, poses, lambda: int(_alive(weak).settings.get(RAY_THREADS)), points)
+    if app not in _worlds:
+        app.on("close", lambda: _worlds.pop(app, None))
     _worlds[app] = (geometry, world)
     return world
+
+
+def _alive(weak: weakref.ref[App]) -> App:
+    app = weak()
+    assert app is not None, "a cast world outlives its App only unused"
+    return app
 
 
 def surface_materials(app: App) -> np.ndarray:

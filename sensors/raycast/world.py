@@ -14,6 +14,7 @@ from .bodies import Moving, MovingMeshes
 from .nearest import Nearest
 from .planes import cast_plane
 from .rays import NO_SURFACE, Hits, RayBundle
+from .soft import PointsOf, SoftMeshes
 from .triangles import TriangleScene
 
 GRID_M = 1000.0
@@ -29,7 +30,7 @@ class CastWorld:
 
     geometry: meshes and infinite planes; those with a body move with it. poses: gives the bodies' poses, (b, 4, 4)
     float64 world [m] in the order of `bodies`, for a snapshot (None: now). threads: rays are cast on so many (0: all).
-    `surfaces` lists the geometry in the order of the indices in `Hits.surface`.
+    points: where those of a mesh that deforms are. `surfaces` lists the geometry in the order of their numbers.
     """
 
     def __init__(
@@ -37,6 +38,7 @@ class CastWorld:
         geometry: Sequence[Mesh | Plane],
         poses: Callable[[Any], np.ndarray] | None = None,
         threads: Callable[[], int] = lambda: 0,
+        points: PointsOf | None = None,
     ) -> None:
         self.surfaces = tuple(geometry)
         self.bodies = tuple(dict.fromkeys(str(surface.body) for surface in geometry if surface.body is not None))
@@ -52,6 +54,12 @@ class CastWorld:
             for index, surface in enumerate(self.surfaces)
             if isinstance(surface, Mesh) and surface.body is not None and len(surface.triangles)
         ]
+        soft = [
+            (index, surface)
+            for index, surface in enumerate(self.surfaces)
+            if isinstance(surface, Mesh) and surface.deforms and len(surface.triangles)
+        ]
+        self._soft = SoftMeshes(soft, points) if soft and points else None
         self._moving = MovingMeshes(moving) if moving else None
         self.moving_surfaces = np.array([entry.surface for entry in moving], np.int32)
         self._planes = [(index, s) for index, s in enumerate(self.surfaces) if isinstance(s, Plane)]
@@ -71,6 +79,8 @@ class CastWorld:
                 self._add_plane(nearest, index, plane, rays, body_poses)
         if self._moving is not None and body_poses is not None:
             self._moving.cast(rays, body_poses, scenes.skipped_meshes, threads, nearest)
+        if self._soft is not None:
+            self._soft.cast(rays, poses, scenes.skip, threads, nearest)
         return nearest.hits()
 
     def _add_plane(
@@ -110,7 +120,7 @@ class _Scenes:
         static = [
             (i, s)
             for i, s in enumerate(surfaces)
-            if isinstance(s, Mesh) and s.body is None and i not in self.skip and len(s.triangles)
+            if isinstance(s, Mesh) and s.body is None and not s.deforms and i not in self.skip and len(s.triangles)
         ]
         self.static: TriangleScene | None = None
         counts = [len(s.triangles) for _, s in static]

@@ -270,6 +270,34 @@ def test_a_sensor_within_the_bounds_of_a_moving_mesh_sees_what_a_static_one_show
     np.testing.assert_allclose(moving.distance, static.distance, atol=2e-5)
 
 
+@pytest.mark.parametrize("offset", OFFSETS)
+def test_a_mesh_that_deforms_is_hit_where_its_points_are(offset):
+    """A square across the way, which bulges towards the sensor: its middle comes nearer by as much."""
+    edge = np.linspace(-1.0, 1.0, 3)
+    flat = np.array([[0.0, y, z] for y in edge for z in edge])
+    faces = np.array([[a, a + 1, a + 4, a, a + 4, a + 3] for a in (0, 1, 3, 4)], np.uint32).reshape(-1, 3)
+    cloth = Mesh("/World/Cloth", None, flat, faces, deforms=True)
+    wall = mesh(box((0.5, 9.0, 9.0), (offset + 8.5, 0.0, 0.0)), "/World/Wall")
+    state = {"bulge": 0.0}
+
+    def points(path, _):
+        assert path == "/World/Cloth"
+        moved = np.add(flat, [offset + 5.0, 0.0, 0.0])
+        moved[4, 0] -= state["bulge"]
+        return moved
+
+    world = CastWorld([cloth, wall], points=points)
+    rays = bundle((offset, 0.0, 0.0), [[1.0, 0.0, 0.0], [1.0, 0.9, 0.0], [-1.0, 0.0, 0.0]], ordered=True)
+
+    for bulge in (0.0, 0.5, 1.25):
+        state["bulge"] = bulge
+        hits = world.cast(rays)
+        # Beside the square a ray meets the wall 8 m ahead.
+        np.testing.assert_allclose(hits.distance, [5.0 - bulge, 8.0 * math.hypot(1.0, 0.9), np.inf], rtol=1e-6)
+        assert hits.surfaces().tolist() == [0, 1, -1]
+    assert world.cast(bundle((offset, 0.0, 0.0), [[1.0, 0.0, 0.0]], frozenset({"/World/Cloth"}))).surfaces() == [1]
+
+
 def test_what_is_excluded_is_never_hit_nor_what_lies_below_it():
     meshes = [
         mesh(box((0.5, 0.5, 0.5), (2.0, 0.01, 0.02)), "/World/Robot/Cover"),
