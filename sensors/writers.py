@@ -119,6 +119,8 @@ class AttachedWriter:
         except (TypeError, ValueError) as error:
             raise SensorValueError(f"writer {self.name}: {error}") from error
         sensor: Any = product.sensor
+        if not product.camera_path:
+            raise SensorValueError(f"writer {self.name}: {product.path} renders no sensor yet; give it one first")
         if isinstance(writer, AnnotatedWriter):
             writer.attach_to(app, product)
         sensor.require(self._owner, self.spec.channels)

@@ -18,6 +18,7 @@ from sensors import (
 )
 from sensors.annotator_types import AnnotatorType
 from sensors.lidar.prim import write_aux_level, write_config
+from sensors.products import place_product
 from sensors.writers import WriterSpec
 
 STABLE_IDS = "/rtx-transient/stableIds/enabled"
@@ -260,6 +261,7 @@ def test_the_functions_are_in_the_package_too(app):
 
 def test_mistakes_are_one_line_each(app):
     product = rep.create_render_product("/World/Lidar")
+    blank = place_product(app, "/Render/Blank", "", (4, 4))
     for act, message in (
         (lambda: rep.get_annotator("IsaacCreateRTXLidarScanBufer"), f'did you mean "{SCAN_BUFFER}"'),
         (lambda: rep.get_annotator(SCAN_BUFFER).initialize(outputTimestmp=True), 'did you mean "outputTimestamp"'),
@@ -270,6 +272,8 @@ def test_mistakes_are_one_line_each(app):
         (lambda: rep.get_annotator(EXTRACT).attach(product).attach(product), "already; detach it first"),
         (lambda: rep.get_annotator(EXTRACT).attach(product).initialize(), "initialize it before attach"),
         (lambda: rep.create_render_product("/World/Room"), "a Cube is no sensor"),
+        (lambda: rep.get_annotator(EXTRACT).attach(blank), "/Render/Blank is no sensor; it reads OmniLidar"),
+        (lambda: rep.writers.get("draw-point-cloud").attach(blank), "renders no sensor yet"),
         (lambda: rep.create_render_product("/World/Lidar", (1, 2, 3)), "is not (width, height)"),
         (lambda: rep.writers.get("RtxSensorDebugDrawPointClod"), 'did you mean "RtxSensorDebugDrawPointCloud"'),
         (lambda: rep.writers.get("draw-point-cloud").initialize(colour=1).attach(product), "writer draw-point-cloud:"),
