@@ -8,7 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Literal
 
 from .context import Context
-from .controller.graph_set import GraphSet, bind
+from .controller.graph_set import GraphSet, bind, unbind
 
 if TYPE_CHECKING:
     from graph.sim import App
@@ -102,6 +102,7 @@ class GraphRunner:
             self._in_phases.pop()()
         for graph in self.graphs.values():
             graph.close()
+        unbind(self._app, self.set)
 
     def _prepare(self, graph: Graph) -> None:
         graph.context, graph.on_error = self._context, self._on_error

@@ -188,6 +188,12 @@ def bind(app: Any, graphs: GraphSet) -> None:
     _OF_APP[app] = graphs
 
 
+def unbind(app: Any, graphs: GraphSet) -> None:
+    """Forgets an App that is closed, so that it can be freed; another set than the one it has is left alone."""
+    if _OF_APP.get(app) is graphs:
+        del _OF_APP[app]
+
+
 def graphs_of(app: Any) -> GraphSet:
     """The set of an App's graphs; an App that has none gets an empty one, evaluated in its phases."""
     if app not in _OF_APP:

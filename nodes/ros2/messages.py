@@ -7,8 +7,11 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
+from graph.errors import RunError
 from graph.exact import NANOSECONDS
 
+MOST_SECONDS = 2**31 - 1
+"""Seconds of a `builtin_interfaces/Time`, an int32."""
 CLOCK = "rosgraph_msgs/msg/Clock"
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
 
@@ -24,8 +27,16 @@ class FrameTransform:
 
 
 def stamp(nanoseconds: int) -> Any:
-    """`builtin_interfaces/Time` of a count of nanoseconds; also of a negative one (nanosec is 0 ... 999999999)."""
+    """`builtin_interfaces/Time` of a count of nanoseconds; also of a negative one (nanosec is 0 ... 999999999).
+
+    Raises RunError beyond 2**31 - 1 s: the message's seconds are int32.
+    """
     seconds, rest = divmod(nanoseconds, NANOSECONDS)
+    if not -MOST_SECONDS <= seconds <= MOST_SECONDS:
+        raise RunError(
+            f"{seconds} s is no time of a ROS 2 message, whose stamps end at 2**31 - 1 s (68 years); stop and play to "
+            "restart the clock, or publish nothing"
+        )
     return _type("builtin_interfaces/msg/Time")(seconds, rest)
 
 
