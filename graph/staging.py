@@ -27,7 +27,7 @@ def build_stage(spec: FileSpec, allow: Sequence[Path], warn: Warn) -> tuple[Usd.
     from sensors.configs import author_config
 
     from .sim.prims import author_prims
-    from .sim.stage import meters_per_unit, open_stage, up_axis
+    from .sim.stage import add_scene, meters_per_unit, open_stage, up_axis
 
     scene = spec.scene
     roots = [root for root in (spec.folder, *allow) if root is not None]
@@ -37,6 +37,8 @@ def build_stage(spec: FileSpec, allow: Sequence[Path], warn: Warn) -> tuple[Usd.
 
         mjcf = open_mjcf(scene.mjcf, roots, scene.keyframe, warn)
         stage = mjcf.stage
+        if scene.usd is not None:  # a USD file of graphs over the model
+            add_scene(stage, scene.usd, roots, warn)
     else:
         stage = open_stage(scene.usd, roots, warn=warn)
     meters_per_unit(stage), up_axis(stage)

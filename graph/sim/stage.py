@@ -70,6 +70,20 @@ def open_stage(
         return stage
 
 
+def add_scene(stage: Any, path: Path, roots: Iterable[str | Path], warn: Warn = ignore_warning) -> None:
+    """Put a USD file over what a stage has from files so far, checked as `open_stage` checks it; units stay."""
+    from .layers import check_scene, quiet
+    from .usd import Sdf
+
+    checked = check_scene(path, [Path(each) for each in roots], warn)
+    with quiet(warn, str(path)):
+        layer = Sdf.Layer.FindOrOpen(str(path))
+        if layer is None:
+            raise UserError(f"{path}: USD cannot read this file.")
+        stage.GetRootLayer().subLayerPaths.insert(0, layer.identifier)
+        checked.clear()
+
+
 def _copy_metadata(scene: Any, root: Any) -> None:
     """Units, up axis, time codes and default prim count only in the root layer: hand them on."""
     for key in scene.pseudoRoot.ListInfoKeys():

@@ -126,7 +126,9 @@ def _other_keys(path: Path, name: str, text: Text) -> tuple[FileSpec, tuple[Prob
     examined = examine_text(json.dumps({"tickgraph": 1, **document}), f"{name}.json", path.parent)
     problems = tuple(Problem(f"customLayerData.{KEY}: {one.message}", Mark(name, 1, 1)) for one in examined.problems)
     spec = examined.spec or FileSpec()
-    return replace(spec, scene=replace(scene, prims=spec.scene.prims), marks={}, graphs=()), problems
+    kept = spec.scene
+    scene = replace(scene, prims=kept.prims, mjcf=kept.mjcf, keyframe=kept.keyframe)
+    return replace(spec, scene=scene, marks={}, graphs=()), problems
 
 
 def other_keys(layer: Any) -> dict[str, Any]:
