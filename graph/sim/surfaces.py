@@ -17,8 +17,7 @@ class Mesh:
     path: of the prim or subset; "/World/Rocks[7]" for copy 7 of a point instancer, "/World/Rocks[7]/Lid" where it has
     several prims. vertices: (n, 3) float64 [m]; in the world if `body` is None, else in the rigid frame of that body
     (its pose without scale: `Fabric.rigid_matrices`). triangles: (m, 3) uint32, normals facing out. material: path of
-    the bound one. source: the prim or subset that the shape was read from: `path`, unless that is a copy's. deforms:
-    its points move by themselves (`Fabric.soft_points`), in the world; `vertices` are where they start.
+    the bound one. source: the prim or subset that the shape was read from: `path`, unless that is a copy's.
     """
 
     path: str
@@ -27,7 +26,6 @@ class Mesh:
     triangles: Triangles
     material: str | None = None
     source: str = ""
-    deforms: bool = False
 
     def __post_init__(self) -> None:
         if not self.source:

@@ -33,10 +33,7 @@ def cast_world(app: App) -> CastWorld:
     def poses(snapshot: Any) -> np.ndarray:
         return np.asarray(_alive(weak).fabric.rigid_matrices(world.bodies, snapshot))
 
-    def points(path: str, snapshot: Any) -> np.ndarray:
-        return np.asarray(_alive(weak).fabric.soft_points(path, snapshot))
-
-    world = CastWorld(geometry, poses, lambda: int(_alive(weak).settings.get(RAY_THREADS)), points)
+    world = CastWorld(geometry, poses, lambda: int(_alive(weak).settings.get(RAY_THREADS)))
     if app not in _worlds:
         app.on("close", lambda: _worlds.pop(app, None))
     _worlds[app] = (geometry, world)

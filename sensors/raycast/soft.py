@@ -15,8 +15,8 @@ from .windows import RayGrid
 if TYPE_CHECKING:
     from graph.sim.surfaces import Mesh
 
-PointsOf = Callable[[str, Any], np.ndarray]
-"""The path of a prim, a state of the world (None: now) -> its points (n, 3) float64 [m], world."""
+PointsOf = Callable[["Mesh", Any], np.ndarray]
+"""A mesh, a state of the world (None: now) -> where its vertices are, (n, 3) float64 [m], world."""
 
 WIDE_RAD = np.deg2rad(60.0)
 """Half the angle of the cone about all of them, from which on every ray is cast."""
@@ -37,7 +37,7 @@ class SoftMeshes:
         meshes = [(number, mesh) for number, mesh in self._meshes if number not in skip]
         if not meshes:
             return
-        points = [np.asarray(self._points_of(mesh.source, state), np.float64) for _, mesh in meshes]
+        points = [np.asarray(self._points_of(mesh, state), np.float64) for _, mesh in meshes]
         scene, surface = self._scene(meshes, points, rays.origin)
         index = _window(rays, np.concatenate(points) - rays.origin)
         if index is not None and not len(index):

@@ -30,7 +30,8 @@ class CastWorld:
 
     geometry: meshes and infinite planes; those with a body move with it. poses: gives the bodies' poses, (b, 4, 4)
     float64 world [m] in the order of `bodies`, for a snapshot (None: now). threads: rays are cast on so many (0: all).
-    points: where those of a mesh that deforms are. `surfaces` lists the geometry in the order of their numbers.
+    soft: sources of the meshes that deform; points: where the vertices of such a mesh are. `surfaces` lists the geometry
+    in the order of their numbers.
     """
 
     def __init__(
@@ -38,6 +39,7 @@ class CastWorld:
         geometry: Sequence[Mesh | Plane],
         poses: Callable[[Any], np.ndarray] | None = None,
         threads: Callable[[], int] = lambda: 0,
+        soft: frozenset[str] = frozenset(),
         points: PointsOf | None = None,
     ) -> None:
         self.surfaces = tuple(geometry)
@@ -54,12 +56,13 @@ class CastWorld:
             for index, surface in enumerate(self.surfaces)
             if isinstance(surface, Mesh) and surface.body is not None and len(surface.triangles)
         ]
-        soft = [
+        deforming = [
             (index, surface)
             for index, surface in enumerate(self.surfaces)
-            if isinstance(surface, Mesh) and surface.deforms and len(surface.triangles)
+            if isinstance(surface, Mesh) and surface.source in soft and len(surface.triangles)
         ]
-        self._soft = SoftMeshes(soft, points) if soft and points else None
+        self.soft = soft
+        self._soft = SoftMeshes(deforming, points) if deforming and points else None
         self._moving = MovingMeshes(moving) if moving else None
         self.moving_surfaces = np.array([entry.surface for entry in moving], np.int32)
         self._planes = [(index, s) for index, s in enumerate(self.surfaces) if isinstance(s, Plane)]
@@ -120,7 +123,11 @@ class _Scenes:
         static = [
             (i, s)
             for i, s in enumerate(surfaces)
-            if isinstance(s, Mesh) and s.body is None and not s.deforms and i not in self.skip and len(s.triangles)
+            if isinstance(s, Mesh)
+            and s.body is None
+            and s.source not in world.soft
+            and i not in self.skip
+            and len(s.triangles)
         ]
         self.static: TriangleScene | None = None
         counts = [len(s.triangles) for _, s in static]

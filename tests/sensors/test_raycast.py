@@ -276,17 +276,17 @@ def test_a_mesh_that_deforms_is_hit_where_its_points_are(offset):
     edge = np.linspace(-1.0, 1.0, 3)
     flat = np.array([[0.0, y, z] for y in edge for z in edge])
     faces = np.array([[a, a + 1, a + 4, a, a + 4, a + 3] for a in (0, 1, 3, 4)], np.uint32).reshape(-1, 3)
-    cloth = Mesh("/World/Cloth", None, flat, faces, deforms=True)
+    cloth = mesh((flat, faces), "/World/Cloth")
     wall = mesh(box((0.5, 9.0, 9.0), (offset + 8.5, 0.0, 0.0)), "/World/Wall")
     state = {"bulge": 0.0}
 
-    def points(path, _):
-        assert path == "/World/Cloth"
+    def points(mesh, _):
+        assert mesh is cloth
         moved = np.add(flat, [offset + 5.0, 0.0, 0.0])
         moved[4, 0] -= state["bulge"]
         return moved
 
-    world = CastWorld([cloth, wall], points=points)
+    world = CastWorld([cloth, wall], soft=frozenset({"/World/Cloth"}), points=points)
     rays = bundle((offset, 0.0, 0.0), [[1.0, 0.0, 0.0], [1.0, 0.9, 0.0], [-1.0, 0.0, 0.0]], ordered=True)
 
     for bulge in (0.0, 0.5, 1.25):
