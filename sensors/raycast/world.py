@@ -30,8 +30,8 @@ class CastWorld:
 
     geometry: meshes and infinite planes; those with a body move with it. poses: gives the bodies' poses, (b, 4, 4)
     float64 world [m] in the order of `bodies`, for a snapshot (None: now). threads: rays are cast on so many (0: all).
-    soft: sources of the meshes that deform; points: where the vertices of such a mesh are. `surfaces` lists the geometry
-    in the order of their numbers.
+    soft: sources of the meshes that deform; points: where the vertices of such a mesh are. `surfaces` lists the
+    geometry in the order of their numbers.
     """
 
     def __init__(
