@@ -46,7 +46,13 @@ REGISTRY: dict[str, WriterSpec] = {
         {"doTransform": True, "color": (0.75, 0.75, 1.0, 1.0), "size": 0.02, "testMode": False},
     )
 }
-"""The registry, by the names that Replicator has."""
+REGISTRY |= {
+    **dict.fromkeys(("RtxLidarDebugDrawPointCloud", "RtxLidarDebugDrawPointCloudBuffer"), REGISTRY[DEBUG_DRAW]),
+    "RtxRadarDebugDrawPointCloud": WriterSpec(
+        _debug_draw, {**REGISTRY[DEBUG_DRAW].defaults, "size": 0.2, "color": (1.0, 0.2, 0.3, 1.0)}
+    ),
+}
+"""The registry, by the names that Replicator has, the older ones too."""
 
 WRITERS: dict[str, WriterSpec] = {"draw-point-cloud": REGISTRY[DEBUG_DRAW]}
 """Short names; sensors copy this table when they are made, so later entries reach later sensors only."""

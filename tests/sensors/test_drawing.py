@@ -114,6 +114,16 @@ def test_equal_frames_give_equal_files_named_by_sensor_and_frame(tmp_path):
         assert (image.size, image.mode) == ((960, 720), "RGB")
 
 
+def test_the_older_names_of_the_writer_draw_alike(tmp_path):
+    frame = frame_of([[3.0, 1.0, 0.5]])
+    files = {
+        name: rep.WriterRegistry.get(name).spec.factory(output_dir=tmp_path / name)(frame)
+        for name in ("RtxSensorDebugDrawPointCloud", "RtxLidarDebugDrawPointCloud", "RtxLidarDebugDrawPointCloudBuffer")
+    }
+    assert len({file.read_bytes() for file in files.values()}) == 1
+    assert rep.writers.get("RtxRadarDebugDrawPointCloud").options["size"] == 0.2
+
+
 def test_in_test_mode_nothing_is_written(tmp_path):
     file = PointCloudDrawing(output_dir=tmp_path / "none", testMode=True)(frame_of([[1, 1, 1]]))
     assert not file.exists()
