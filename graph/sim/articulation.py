@@ -33,6 +33,8 @@ class Articulation:
         joints = [joint for joint in _connected(physics.joints, root) if joint.kind in ("revolute", "prismatic")]
         self.joint_paths = tuple(joint.path for joint in joints)
         self.joint_names = tuple(path.rpartition("/")[2] for path in self.joint_paths)
+        self.model_names = {joint.name: number for number, joint in enumerate(joints) if joint.name}
+        """Numbers of joints by what the model that they come from calls them."""
         self._joints = joints
         self._scale = np.array([1.0 if joint.kind == "revolute" else 1 / meters_per_unit for joint in joints])
         self._position = np.array([physics.qpos_address(joint) for joint in joints], dtype=np.intp)

@@ -51,7 +51,7 @@ def articulation_controller(db: Any) -> bool:
             db.fail(f"{path} is no robot: nothing on the stage can move")
         memory.articulation, memory.path = app.physics.articulation(path), path
     articulation = memory.articulation
-    joints = joint_selection(db, articulation.joint_names)
+    joints = joint_selection(db, articulation)
     commands = {
         "position": inputs.positionCommand,
         "velocity": inputs.velocityCommand,
@@ -73,14 +73,18 @@ def articulation_controller(db: Any) -> bool:
     return True
 
 
-def joint_selection(db: Any, names: Sequence[str]) -> Sequence[int]:
-    """The indices of the commanded joints, in command order. Fails the node for a name or index there is not."""
-    inputs = db.inputs
+def joint_selection(db: Any, articulation: Any) -> Sequence[int]:
+    """The indices of the commanded joints, in command order. Fails the node for a name or index there is not.
+
+    Joints go by the names of their prims, those of an MJCF model by their names there, too.
+    """
+    inputs, names = db.inputs, articulation.joint_names
     if len(inputs.jointNames):
-        unknown = [name for name in inputs.jointNames if name not in names]
+        known = {**articulation.model_names, **{name: number for number, name in reversed([*enumerate(names)])}}
+        unknown = [name for name in inputs.jointNames if name not in known]
         if unknown:
             db.fail(f"no joint {', '.join(unknown)}; the robot has {', '.join(names)}")
-        return [names.index(name) for name in inputs.jointNames]
+        return [known[name] for name in inputs.jointNames]
     if len(inputs.jointIndices):
         wrong = [int(index) for index in inputs.jointIndices if not 0 <= index < len(names)]
         if wrong:

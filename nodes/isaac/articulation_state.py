@@ -60,7 +60,7 @@ def articulation_state(db: Any) -> bool:
     if db.app.timeline.is_stopped():
         return False
     articulation = robot_of(db)
-    joints = list(joint_selection(db, articulation.joint_names))
+    joints = list(joint_selection(db, articulation))
     outputs = db.outputs
     outputs.jointNames = [articulation.joint_names[joint] for joint in joints]
     outputs.jointPositions = articulation.positions[joints]

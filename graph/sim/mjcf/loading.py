@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
 import re
 import warnings
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from graph.errors import Mark, Problem, UserError
 from graph.sim.physics.library import mujoco
@@ -30,10 +33,24 @@ def load(document: Document, warn: Warn) -> tuple[Any, Any]:
             model = spec.compile()
         except (ValueError, mujoco.FatalError) as error:
             raise UserError(_problem(document, str(error))) from error
+    _check_numbers(document, model)
     for each in said:
         problem = _problem(document, str(each.message))
         warn("mjcf-model", str(problem.mark or shown(document.file)), problem.message)
     return spec, model
+
+
+def _check_numbers(document: Document, model: Any) -> None:
+    """MuJoCo takes a time step of 0 and places that are no numbers."""
+    step = float(model.opt.timestep)
+    if not 0 < step < math.inf:
+        raise UserError(f"{shown(document.file)}: option timestep is {step:g}; it must be above 0.")
+    for kind, names in (("body", model.body), ("geom", model.geom)):
+        places = np.concatenate([getattr(model, f"{kind}_pos"), getattr(model, f"{kind}_quat")], axis=1)
+        bad = np.flatnonzero(~np.isfinite(places).all(axis=1))
+        if len(bad):
+            name = names(int(bad[0])).name
+            raise UserError(f"{shown(document.file)}: the place of {kind} {name} is not finite; correct it.")
 
 
 def _name_all(spec: Any) -> None:

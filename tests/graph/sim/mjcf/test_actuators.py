@@ -182,3 +182,25 @@ graphs:
         )
         assert app.physics.articulation("/World/b").positions[0] == pytest.approx(0.2, abs=1e-3)
         assert not list(app.warnings)
+
+
+def test_joints_go_by_the_names_of_the_model_too(model, tmp_path):
+    """The prim of a joint "left/hip" is left_hip; commands take either name."""
+    servo = "<position joint='left/hip' kp='50' kv='20'/><position joint='b' kp='50' kv='20'/>"
+    arm(model, servo, joints=("left/hip", "b"))
+    for name in ("left/hip", "left_hip"):
+        (tmp_path / "g.yaml").write_text(f"""tickgraph: 1
+scene: {{mjcf: model.xml}}
+graphs:
+  /World/Graph:
+    nodes:
+      tick: OnPlaybackTick
+      move:
+        type: IsaacArticulationController
+        inputs: {{robotPath: /World, jointNames: [b, "{name}"], positionCommand: [0.1, 0.2]}}
+    connections: [tick.tick -> move.execIn]
+""")
+        with App.from_file(tmp_path / "g.yaml") as app:
+            app.play()
+            app.update()
+            assert app.physics.data.ctrl == pytest.approx([0.2, 0.1])

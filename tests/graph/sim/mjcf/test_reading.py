@@ -229,3 +229,24 @@ def test_submodels_keep_their_own_mesh_folders(model, tmp_path):
     scene = open_mjcf(model(text + "<worldbody><attach model='arm' body='b' prefix='l/'/></worldbody>"))
     assert scene.paths.bodies == ("", "/World/l_b")
     assert scene.stage.GetPrimAtPath("/World/l_b").GetAttribute("isaac:nameOverride").Get() == "l/b"
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("<option timestep='0'/>", "option timestep is 0; it must be above 0."),
+        ("<option timestep='-0.1'/>", "option timestep is -0.1; it must be above 0."),
+        ("<option timestep='nan'/>", "option timestep is nan; it must be above 0."),
+        (
+            "<worldbody><body name='b' pos='nan 0 0'><freejoint/><geom size='1'/></body></worldbody>",
+            "the place of body b is not finite; correct it.",
+        ),
+        (
+            "<worldbody><geom name='g' size='1' pos='inf 0 0'/></worldbody>",
+            "the place of geom g is not finite; correct it.",
+        ),
+    ],
+)
+def test_numbers_that_mujoco_takes_but_nothing_can_be_done_with(model, text, told):
+    (line,) = problems(model(text))
+    assert line.endswith(told)
