@@ -1,5 +1,6 @@
 """Lidars in a running App: which scans come when, and what they hold."""
 
+import gc
 from fractions import Fraction
 
 import numpy as np
@@ -18,6 +19,7 @@ from sensors import (
 from sensors.lidar.config import EmitterState
 from sensors.lidar.prim import write_aux_level, write_config
 from sensors.products import render_product
+from sensors.raycast.triangles import alive
 
 NORMALS = "/app/sensors/nv/lidar/publishNormals"
 EVERYTHING = {"xyz", "azimuth", "elevation", "distance", "scalar", "timeOffsetNs", "flags"} | {
@@ -401,6 +403,21 @@ def test_a_sensors_bytes_depend_on_no_other_sensor_and_no_thread_count(motion):
         assert all(found[number] == ten[number] for number in range(min(len(numbers), 10)))
     assert found[49] == last
     assert len({frames[0]["distance"] for frames in found.values()}) == 50
+
+
+@pytest.mark.parametrize("motion", ["frozen", "update", "continuous"])
+def test_an_app_that_is_done_takes_its_scenes_along(motion):
+    gc.collect()
+    before = alive()
+    with world(motion) as app:
+        scene_with(app, range(2))
+        app.play()
+        app.update(steps=6)
+        assert alive() > before
+    del app
+    gc.collect()
+
+    assert alive() == before
 
 
 def test_play_after_stop_gives_the_bytes_of_the_first_play():
