@@ -38,9 +38,9 @@ def check_scene(file: Path, roots: Sequence[Path], warn: Callable[[str, str, str
     """Walk the scene's layers breadth first, opening none that is not below one of `roots` (links resolved).
 
     Returns the layers; as long as they are held, opening the scene does not read them again. Raises UserError with
-    every problem: no such file, a file outside the roots, a text layer nested deeper than `MAX_NESTING`, a layer that
-    cannot be read, references that multiply beyond all bounds. What a layer asks for but does not exist gives
-    `usd-missing-asset`.
+    every problem: no such file, a file outside the roots, a relative path that leads out of them (whether or not
+    anything is there), a text layer nested deeper than `MAX_NESTING`, a layer that cannot be read, references that
+    multiply beyond all bounds. What else a layer asks for but does not exist gives `usd-missing-asset`, a line a layer.
     """
     from .composed_size import too_many_prims
     from .usd import Ar, Sdf
@@ -51,6 +51,7 @@ def check_scene(file: Path, roots: Sequence[Path], warn: Callable[[str, str, str
         raise UserError(f"{file}: not a USD file; its name must end in {', '.join(_SCENE_SUFFIXES)}.")
     allowed = [root.expanduser().resolve() for root in roots]
     problems: list[Problem] = []
+    missing: dict[str, dict[str, str]] = {}
     seen = {str(file)}
     layers: list[Any] = []
     references = False
@@ -67,7 +68,7 @@ def check_scene(file: Path, roots: Sequence[Path], warn: Callable[[str, str, str
         if layer is None:
             if not wanted_by:
                 raise UserError(reason if reason.startswith(path) else f"{file}: USD cannot read this file; {reason}")
-            warn("usd-missing-asset", wanted_by, f"{path} cannot be read as a USD layer ({reason}); it is left out.")
+            missing.setdefault(wanted_by, {})[path] = f"{path} cannot be read as a USD layer ({reason})"
             continue
         layers.append(layer)
         assets, has_arcs = _dependencies(layer) if _may_compose(on_disk) else ((), False)
@@ -77,15 +78,41 @@ def check_scene(file: Path, roots: Sequence[Path], warn: Callable[[str, str, str
             found = glob.glob(re.sub("#+", "*", anchored)) if "#" in asset else [Ar.GetResolver().Resolve(anchored)]
             for resolved in map(str, found):
                 if not resolved:
-                    warn("usd-missing-asset", layer.identifier, f"{asset} does not exist; it is left out.")
+                    problem = _climbs_out(asset, on_disk, allowed, layer.identifier)
+                    if problem:
+                        problems.append(Problem(problem))
+                    else:
+                        missing.setdefault(layer.identifier, {})[asset] = f"{asset} does not exist"
                 elif resolved not in seen:
                     seen.add(resolved)
                     queue.append((resolved, layer.identifier))
     if problems:
         raise UserError(problems)
+    for wanted_by, assets in missing.items():
+        left_out = "it is" if len(assets) == 1 else "they are"
+        warn("usd-missing-asset", wanted_by, f"{_listed(list(assets.values()))}; {left_out} left out.")
     if references and (prims := too_many_prims(layers[0])):
         raise UserError(f"{file}: its references multiply into about {float(prims):.0e} prims; remove some.")
     return layers
+
+
+LISTED = 8
+"""Entries that a line names."""
+
+
+def _listed(parts: Sequence[str]) -> str:
+    more = f" and {len(parts) - LISTED} more" if len(parts) > LISTED else ""
+    return ", ".join(parts[:LISTED]) + more
+
+
+def _climbs_out(asset: str, layer: Path, allowed: Sequence[Path], wanted_by: str) -> str | None:
+    """A relative path that leads out of the folders; what is not there must not be told by what happens."""
+    if ".." not in asset.replace("\\", "/").split("/") or re.match(r"[A-Za-z][A-Za-z0-9+.-]*:|[/\\]", asset):
+        return None
+    if any((layer.parent / asset).resolve().is_relative_to(root) for root in allowed):
+        return None
+    folders = ", ".join(map(str, allowed)) or "no folder"
+    return f"{asset} leads out of {folders} ({wanted_by} asks for it). Allow its folder with --allow DIR."
 
 
 def _open_layer(path: str) -> tuple[Any, str]:
@@ -212,9 +239,19 @@ def quiet(warn: Callable[[str, str, str], None], where: str) -> Iterator[None]:
     try:
         yield
     finally:
-        for message in delegate.TakeUncoalescedDiagnostics():
-            # Anonymous layers are named by their address, which differs from run to run.
-            text = re.sub(r"anon:0x[0-9a-f]+:|<?0x[0-9a-f]{6,}>?", "", " ".join(message.commentary.split()))
-            if "Could not open asset" not in text:
-                warn("usd-composition", where, text)
+        said = {_readable(message.commentary): None for message in delegate.TakeUncoalescedDiagnostics()}
+        texts = [text for text in said if not any(known in text for known in _KNOWN)]
+        if texts:
+            warn("usd-composition", where, _listed(texts))
         del delegate
+
+
+_KNOWN = "Could not open asset", "Could not load sublayer"
+"""What a missing asset has been told about already."""
+
+
+def _readable(text: str) -> str:
+    """A message of USD without what concerns only its inside."""
+    text = re.sub(r"\(instantiating stage on stage [^)]*\)|,@[^@]*-session\.usda@", "", " ".join(text.split()))
+    # Anonymous layers are named by their address, which differs from run to run.
+    return re.sub(r"anon:0x[0-9a-f]+:|<?0x[0-9a-f]{6,}>?", "", text).strip()

@@ -55,6 +55,7 @@ def open_stage(
         UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
         return stage
     from .layers import check_scene, quiet
+    from .stage_faults import check_metadata, repair_transforms
 
     file = Path(path).expanduser().absolute()
     roots = [file.parent] if allow_roots is None else [Path(each) for each in allow_roots]
@@ -67,7 +68,9 @@ def open_stage(
         root.subLayerPaths.append(scene.identifier)
         stage = Usd.Stage.Open(root)
         checked.clear()
-        return stage
+    check_metadata(stage)
+    repair_transforms(stage, warn)
+    return stage
 
 
 def add_scene(stage: Any, path: Path, roots: Iterable[str | Path], warn: Warn = ignore_warning) -> None:
@@ -97,7 +100,7 @@ def meters_per_unit(stage: Any) -> float:
 
     value = float(UsdGeom.GetStageMetersPerUnit(stage))
     if not 0 < value < float("inf"):
-        raise UserError(f"{_scene_name(stage)}: metersPerUnit is {value:g}; it must be greater than 0.")
+        raise UserError(f"{scene_name(stage)}: metersPerUnit is {value:g}; it must be greater than 0.")
     return value
 
 
@@ -107,11 +110,11 @@ def up_axis(stage: Any) -> str:
 
     axis = str(UsdGeom.GetStageUpAxis(stage))
     if axis not in ("Y", "Z"):
-        raise UserError(f"{_scene_name(stage)}: upAxis is {axis}; it must be Y or Z.")
+        raise UserError(f"{scene_name(stage)}: upAxis is {axis}; it must be Y or Z.")
     return axis
 
 
-def _scene_name(stage: Any) -> str:
+def scene_name(stage: Any) -> str:
     """The scene file of a stage, for messages."""
     root = stage.GetRootLayer()
     return str(next(iter(root.subLayerPaths), root.GetDisplayName()) if root.anonymous else root.identifier)

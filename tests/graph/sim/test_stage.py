@@ -32,9 +32,8 @@ def test_units_up_axis_and_default_prim_are_those_of_the_scene(tmp_path):
 
 
 def test_a_unit_of_nothing_is_refused(tmp_path):
-    stage = open_stage(write(tmp_path / "a.usda", "(\n metersPerUnit = 0\n)\n"))
     with pytest.raises(UserError, match="metersPerUnit is 0; it must be greater than 0"):
-        meters_per_unit(stage)
+        open_stage(write(tmp_path / "a.usda", "(\n metersPerUnit = 0\n)\n"))
 
 
 def test_the_rate_of_the_physics_scene_is_read_exactly(tmp_path):

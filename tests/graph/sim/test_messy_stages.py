@@ -1,0 +1,155 @@
+import pytest
+
+from graph.errors import UserError
+from graph.sim import App
+from graph.sim.geometry import collect_geometry
+from graph.sim.stage import open_stage
+from graph.sim.usd import UsdGeom
+
+CUBE = 'def Cube "Box"\n{\n}\n'
+
+
+def scene(folder, body=CUBE, meta="", name="a.usda"):
+    file = folder / name
+    file.write_text(f'#usda 1.0\n(\n metersPerUnit = 1\n upAxis = "Z"\n{meta}\n)\n{body}', encoding="utf-8")
+    return file
+
+
+def opened(file, **options):
+    warnings = []
+    stage = open_stage(file, warn=lambda *warning: warnings.append(warning), **options)
+    parts = collect_geometry(stage, 1e-3, lambda *warning: warnings.append(warning))
+    return parts, warnings
+
+
+@pytest.mark.parametrize("rate", ["0", "-24", "nan", "inf"])
+def test_time_codes_that_make_no_sense_are_refused_with_the_file(tmp_path, rate):
+    with pytest.raises(UserError, match=r"a\.usda: timeCodesPerSecond is .*greater than 0"):
+        open_stage(scene(tmp_path, meta=f"timeCodesPerSecond = {rate}"))
+
+
+def test_all_that_is_wrong_with_the_metadata_is_said_at_once(tmp_path):
+    file = tmp_path / "a.usda"
+    file.write_text('#usda 1.0\n(\n metersPerUnit = -1\n upAxis = "X"\n timeCodesPerSecond = 0\n)\n')
+    with pytest.raises(UserError) as caught:
+        open_stage(file)
+    assert [problem.message.split(": ")[1].split(" is ")[0] for problem in caught.value.problems] == [
+        "metersPerUnit",
+        "upAxis",
+        "timeCodesPerSecond",
+    ]
+
+
+@pytest.mark.parametrize("there", [True, False])
+def test_a_relative_path_out_of_the_folder_is_refused_whether_or_not_anything_is_there(tmp_path, there):
+    (tmp_path / "inner").mkdir()
+    if there:
+        scene(tmp_path, name="other.usda")
+    file = scene(tmp_path / "inner", 'def "P" ( references = @../other.usda@</Box> )\n{\n}\n')
+    with pytest.raises(UserError, match=r"other\.usda .*--allow"):
+        open_stage(file)
+    _, warnings = opened(file, allow_roots=[tmp_path])
+    assert bool(warnings) is not there
+
+
+def test_a_relative_path_that_comes_back_into_the_folder_is_only_missing(tmp_path):
+    _, warnings = opened(scene(tmp_path, 'def "P" ( references = @sub/../gone.usda@ )\n{\n}\n'))
+    assert [code for code, *_ in warnings] == ["usd-missing-asset"]
+
+
+def test_missing_assets_are_one_line_a_layer_and_urls_are_among_them(tmp_path):
+    wanted = "[@gone.usd@, @/nowhere/abs.usd@, @omniverse://server/x.usd@, @https://example.com/y.usd@]"
+    (tmp_path / "broken.usda").write_text("#usda 1.0\n((((\n")
+    file = scene(tmp_path, f'def "P" ( references = {wanted} )\n{{\n}}\n' + CUBE, "subLayers = [@broken.usda@]")
+    parts, warnings = opened(file)
+    assert [part.path for part in parts] == ["/Box"]
+    ((code, where, message),) = warnings
+    assert (code, where) == ("usd-missing-asset", str(file))
+    assert all(name in message for name in ("gone.usd", "/nowhere/abs.usd", "://server/x.usd", "y.usd", "broken.usda"))
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        'def "A" ( references = </B> )\n{\n}\ndef "B" ( references = </A> )\n{\n}\n',
+        'def "A" ( references = @a.usda@</A> )\n{\n}\n',
+        'def "A" ( references = </A/B> )\n{\n def "B"\n {\n }\n}\n',
+        'def "A" ( references = </Nothing> )\n{\n}\n',
+    ],
+)
+def test_cycles_and_references_to_nothing_are_one_line(tmp_path, body):
+    parts, warnings = opened(scene(tmp_path, body + CUBE))
+    assert [part.path for part in parts] == ["/Box"]
+    ((code, _, message),) = warnings
+    assert code == "usd-composition"
+    assert not any(inside in message for inside in ("\n", "instantiating", "0x", "session"))
+
+
+def test_an_op_that_usd_does_not_know_is_left_out(tmp_path):
+    order = 'uniform token[] xformOpOrder = ["xformOp:nothing", "xformOp:translate"]'
+    parts, warnings = opened(
+        scene(tmp_path, f'def Cube "A"\n{{\n {order}\n double3 xformOp:translate = (5, 0, 0)\n}}\n')
+    )
+    assert parts[0].vertices[:, 0].min() == 4
+    assert [(code, where) for code, where, _ in warnings] == [("bad-transform-op", "/A")]
+
+
+def matrix(rows):
+    return f'uniform token[] xformOpOrder = ["xformOp:transform"]\n matrix4d xformOp:transform = ({rows})'
+
+
+@pytest.mark.parametrize(
+    ("rows", "code"),
+    [
+        ("(1,0,0,0), (0,0,0,0), (0,0,1,0), (0,0,0,1)", "bad-transform"),
+        ("(nan,0,0,0), (0,1,0,0), (0,0,1,0), (0,0,0,1)", "bad-transform"),
+        ("(1,0,0,0), (0,1,0,0), (0,0,1,0), (5,0,0,2)", "bad-transform"),
+        ("(1,0,0,0), (0,1,0,0), (0,0,1,0), (1e300,0,0,1)", "bad-geometry"),
+        ("(1e12,0,0,0), (0,1e12,0,0), (0,0,1e12,0), (0,0,0,1)", "odd-scale"),
+        ("(1e-12,0,0,0), (0,1e-12,0,0), (0,0,1e-12,0), (0,0,0,1)", "odd-scale"),
+        ("(1,0,0,0), (1,1,0,0), (0,0,1,0), (0,0,0,1)", None),
+        ("(-1,0,0,0), (0,1,0,0), (0,0,1,0), (0,0,0,1)", None),
+    ],
+)
+def test_odd_matrices_are_named_once(tmp_path, rows, code):
+    parts, warnings = opened(scene(tmp_path, f'def Cube "A"\n{{\n {matrix(rows)}\n}}\n'))
+    assert [warning[:2] for warning in warnings] == ([(code, "/A")] if code else [])
+    assert len(parts) == (1 if code in (None, "odd-scale") else 0)
+
+
+def test_the_same_fault_of_many_prims_is_one_line():
+    stage = open_stage()
+    for number in range(6):
+        UsdGeom.Mesh.Define(stage, f"/M{number}")
+    warnings = []
+    collect_geometry(stage, 1e-3, lambda *warning: warnings.append(warning))
+    ((code, where, message),) = warnings
+    assert (code, where) == ("bad-geometry", "/M0")
+    assert message.endswith("So it is with /M1, /M2, /M3 and 2 more.")
+
+
+def test_values_of_another_type_are_no_traceback(tmp_path):
+    body = 'def Mesh "M"\n{\n float points = 3\n string faceVertexCounts = "a"\n}\n'
+    parts, warnings = opened(scene(tmp_path, body))
+    assert parts == ()
+    assert [warning[:2] for warning in warnings] == [("bad-geometry", "/M")]
+
+
+def test_unicode_names_and_empty_stages_work(tmp_path):
+    parts, warnings = opened(scene(tmp_path, 'def Cube "W\u00fcrfel_\u7bb1"\n{\n}\n'))
+    assert [part.path for part in parts] == ["/W\u00fcrfel_\u7bb1"]
+    assert warnings == []
+    assert opened(scene(tmp_path, "", name="b.usda")) == ((), [])
+
+
+def test_samples_that_are_not_finite_hold_the_last_place(tmp_path):
+    samples = "{ 0: (5, 0, 0), 6: (6, 0, 0), 12: (nan, 0, 0), 13: (nan, 0, 0) }"
+    order = 'uniform token[] xformOpOrder = ["xformOp:translate"]'
+    body = f'def Cube "A"\n{{\n {order}\n double3 xformOp:translate.timeSamples = {samples}\n}}\n'
+    with App(scene(tmp_path, body, "timeCodesPerSecond = 24")) as app:
+        app.play()
+        app.update(steps=15)
+        assert app.fabric.world_matrix("/A")[0, 3] == pytest.approx(6)
+        app.update(steps=20)
+        assert app.fabric.world_matrix("/A")[0, 3] == pytest.approx(6)
+        assert app.warnings.codes() == ["bad-transform"]
