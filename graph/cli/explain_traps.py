@@ -73,7 +73,16 @@ def _clock_traps(app: App, steps: Sequence[Step]) -> Iterator[Trap]:
         )
     alone = settings.is_authored(keys.RATE_LIMIT_FREQUENCY) and not settings.is_authored(keys.TIME_CODES_PER_SECOND)
     limit, codes = settings.rate(keys.RATE_LIMIT_FREQUENCY), app.timeline.time_codes_per_second
-    if settings.get(keys.FIXED_STEPPING) and alone and limit != codes * app.timeline.updates_per_frame:
+    in_step = limit == codes * app.timeline.updates_per_frame or settings.get(keys.FAST_MODE)
+    if settings.get(keys.FIXED_STEPPING) and not in_step and not alone:
+        speed = limit / codes / app.timeline.updates_per_frame
+        yield (
+            "slow-motion" if speed < 1 else "fast-forward",
+            "clock",
+            f"fixed stepping moves by 1/{float(codes):g} s: at {float(limit):g} Hz time runs at {float(speed):.3g} x "
+            f"wall time; make the loop's rate a multiple of {float(codes):g} Hz, or set {keys.TIME_CODES_PER_SECOND}",
+        )
+    elif settings.get(keys.FIXED_STEPPING) and not in_step:
         speed = limit / codes / app.timeline.updates_per_frame
         yield (
             "rate-limit-alone",

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from graph.sim.settings import RAY_THREADS
-from sensors.ids import pack_stable_id_map, stable_id, stable_id_map
+from graph.sim.settings import ID_MAP_EXTENSION, RAY_THREADS
+from sensors.ids import has_prim, pack_stable_id_map, stable_id, stable_id_map
 from sensors.materials import PREFIX, PREFIX_SETTING, material_of
 from sensors.optics import Optics, optics_of
 from sensors.semantics import Labels, numbered, surface_label
@@ -90,7 +90,9 @@ def packed_id_map(app: App) -> np.ndarray:
     world = cast_world(app)
     found: np.ndarray | None = world.cache.get("packed id map")
     if found is None:
-        found = world.cache["packed id map"] = pack_stable_id_map(surface_id_map(app))
+        extended = app.settings.get(ID_MAP_EXTENSION)  # a row of graph.sim.parity
+        entries = {number: path for number, path in surface_id_map(app).items() if extended or has_prim(path)}
+        found = world.cache["packed id map"] = pack_stable_id_map(entries)
         found.setflags(write=False)
     return found
 

@@ -343,3 +343,54 @@ def test_a_node_that_fails_is_a_trap_and_the_rest_is_told_all_the_same(folder, g
     assert result.code == 0
     assert "compute-failed: /World/G/product: there is no render product /Render/None" in result.out
     assert "  product  none: nobody renders it\n" in result.out
+
+
+CLOCKED = ONE.replace("clock: {physics_hz: 240, loop_hz: 60}", "clock: {CLOCK}")
+
+
+def clocked(clock):
+    return HEAD + CLOCKED.replace("CLOCK", clock)
+
+
+def test_the_product_s_profile_tells_its_warm_up_cap_and_late_frames(folder, graph, explain):
+    told = explain(clocked("physics_hz: 60, parity: isaacsim-6.0.1"))
+    clocks = told["clocks"]
+    assert (clocks["parity"], clocks["warm_up_steps"], clocks["most_substeps"]) == ("isaacsim-6.0.1", 2, 2)
+    assert clocks["frames_later"] is True
+    (sensor,) = told["sensors"]
+    # physics begins at 2/60 s: 0.1 to 0.2 s is the first whole scan, complete at step 12, in update 9
+    assert [(tick["stamp_ns"], tick["update"]) for tick in sensor["first_ticks"][:1]] == [(100_000_000, 9)]
+    text = graph("explain", "a.yaml").out
+    assert "  cap       at most 2 steps an update (minFrameRate)\n" in text
+    assert "  warm-up   2 steps at play: physics stays 1/30 s ahead of the timeline\n" in text
+    assert "  frames    are delivered in the update after the one that renders them\n" in text
+
+
+@pytest.mark.parametrize(
+    ("clock", "options", "speed", "code"),
+    [
+        ("loop_hz: 30, experience: full", [], "1/2", "slow-motion"),
+        ("loop_hz: 100, experience: full", [], "5/6", "slow-motion"),
+        ("loop_hz: 240, experience: full", ["--/app/player/useFastMode=true"], 4, None),
+        ("loop_hz: 120, experience: full", [], 1, None),
+        ("loop_hz: 10", ["--/persistent/simulation/minFrameRate=30"], "1/3", "catch-up-cap"),
+        ("loop_hz: 60", ["--/app/player/playSimulations=false"], 0, None),
+    ],
+)
+def test_the_ratio_to_wall_time_is_told_and_slow_motion_is_a_trap(folder, graph, explain, clock, options, speed, code):
+    told = explain(clocked(clock), *options)
+    assert told["clocks"]["sim_per_wall"] == speed
+    found = {"slow-motion", "fast-forward", "catch-up-cap", "rate-limit-alone"} & {name for name, _ in traps(told)}
+    assert found == ({code} if code else set())
+    assert ("x wall time" in graph("explain", "a.yaml", *options).out.partition("traps")[0]) == (speed != 1)
+
+
+def test_a_rate_limit_that_play_overwrites_is_a_trap(explain):
+    told = explain(clocked("experience: full, parity: isaacsim-6.0.1"), "--/app/runLoops/main/rateLimitFrequency=45")
+    assert "replaced 45 Hz" in traps(told)["rate-limit-overwritten", "/app/runLoops/main/rateLimitFrequency"]
+
+
+def test_what_is_told_without_multi_tick_rendering(folder, graph, explain):
+    told = explain(clocked("physics_hz: 60"), "--/rtx/hydra/supportMultiTickRate=false")
+    assert told["clocks"]["multi_tick"] is False
+    assert "multi-tick rendering is off" in graph("explain", "a.yaml", "--/rtx/hydra/supportMultiTickRate=false").out
