@@ -1,5 +1,6 @@
 """Rays against closed-form geometry, near and far from the origin, standing and moving."""
 
+import gc
 import math
 
 import numpy as np
@@ -379,6 +380,7 @@ def test_an_empty_world_is_all_misses():
 
 
 def test_too_many_scenes_are_refused_before_the_process_crashes(monkeypatch):
+    gc.collect()  # so that no scene of an earlier test goes in between
     monkeypatch.setattr(triangles, "MAX_SCENES", triangles.alive())
 
     with pytest.raises(RunError, match=r"ray casting: .* scenes are alive"):
@@ -386,6 +388,7 @@ def test_too_many_scenes_are_refused_before_the_process_crashes(monkeypatch):
 
 
 def test_scenes_that_nobody_holds_make_room_again():
+    gc.collect()
     before = triangles.alive()
     world = CastWorld([mesh(box((1, 1, 1)))])
     world.cast(bundle((0, 0, 0), [[1, 0, 0]]))
