@@ -31,7 +31,7 @@ def build_physics(
     mjcf: the model that the stage mirrors; it is simulated as it is, and the stage's other bodies and colliders in it.
     fidelity: its knobs `physics.*` choose how the engine solves (see `solver`); they beat the scene's own attributes.
     Where neither says it, the integrator is `discrete` with driven joints (it alone keeps stiff drives and contacts
-    stable together) and the cheaper `implicitfast` without, or with contacts that bounce. Raises UserError if the
+    stable together) or deformables, and the cheaper `implicitfast` without. Raises UserError if the
     engine refuses the scene.
     """
     from graph.sim.scan import scan_stage

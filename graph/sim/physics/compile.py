@@ -14,7 +14,8 @@ from graph.sim import transforms
 from graph.sim.stage import Warn
 from graph.sim.transforms import Floats
 
-from .contacts import Plan, add_pairs, plan_contacts
+from .bounces import NO_RESTITUTION, Restitution
+from .contacts import add_pairs, plan_contacts
 from .filters import bits
 from .geoms import Grip, Meshes, add_geom, compiled, measured, new_spec, still
 from .library import mujoco
@@ -43,6 +44,7 @@ class Compiled:
     touches: Mapping[str, Touch] = field(default_factory=dict)
     """The explicit pairs of the model by name."""
     softs: tuple[Soft, ...] = ()
+    restitution: Restitution = NO_RESTITUTION
 
 
 @dataclass(frozen=True)
@@ -74,10 +76,10 @@ def compile_world(world: World, dt: Fraction, options: SolverOptions, warn: Warn
     given = {body.path: body.model_name for body in world.given}
     handles = _add_bodies(spec, forest, usable, given, warn)
     roots = _weld_roots(forest)
-    plan = plan_contacts(colliders, still(colliders, roots), world.meets, warn)
-    write_options(spec.option, _suited(options, world, plan, base is not None, warn))
-    spec.option.timestep = float(dt)
     names = [f"{collider.path}#{number}" for number, collider in enumerate(colliders)]
+    plan = plan_contacts(colliders, names, still(colliders, roots), world.meets, warn)
+    write_options(spec.option, _suited(options, world, base is not None))
+    spec.option.timestep = float(dt)
     for number, (collider, name) in enumerate(zip(colliders, names, strict=True)):
         parent = spec.worldbody if collider.body is None else handles[collider.body]
         grip = Grip(
@@ -107,7 +109,9 @@ def compile_world(world: World, dt: Fraction, options: SolverOptions, warn: Warn
         order = (model.body(number).name for number in range(1, model.nbody))
         bodies, joints = tuple(known[name] for name in order if name in known), (*base.joints, *joints)
     kinematic = tuple(body.path for body in bodies if body.kinematic)
-    return Compiled(model, bodies, joints, kinematic, grippers, base.start if base else None, touches, world.softs)
+    return Compiled(
+        model, bodies, joints, kinematic, grippers, base.start if base else None, touches, world.softs, plan.restitution
+    )
 
 
 def write_options(option: Any, options: SolverOptions) -> None:
@@ -127,32 +131,20 @@ def write_options(option: Any, options: SolverOptions) -> None:
             setattr(option, each.name, value)
 
 
-def _suited(options: SolverOptions, world: World, plan: Plan, based: bool, warn: Warn) -> SolverOptions:
-    """The options, and where they leave the choice what the world needs.
+def _suited(options: SolverOptions, world: World, based: bool) -> SolverOptions:
+    """The options, and where they leave the choice the integrator that the world needs.
 
-    Stiff drives and contacts stay stable together with `discrete` alone, and so does what is elastic; bounces are
-    integrated by the Euler steps, and elliptic cones keep them out of friction.
+    Stiff drives and contacts stay stable together with `discrete` alone, and so does what is elastic.
     """
     driven = any(single.drive for joint in world.joints for single in joint.singles)
-    elastic = any(soft.elements is not None for soft in world.softs)
+    elastic = next((soft.path for soft in world.softs if soft.elements is not None), None)
     if elastic and options.integrator not in (None, "discrete", "euler"):
         raise UserError(
-            f"physics.integrator {options.integrator} cannot integrate what is elastic ({world.softs[0].path}); use "
-            "discrete, or euler with a small time step"
+            f"physics.integrator {options.integrator} cannot integrate what is elastic ({elastic}); use discrete, or "
+            "euler with a small time step"
         )
-    if elastic and options.integrator is None:
-        options = replace(options, integrator="discrete")
-    if plan.bounces and options.integrator in ("discrete", "rk4"):
-        warn(
-            "no-restitution",
-            "",
-            f"the integrator {options.integrator} takes the bounce out of contacts; restitution needs euler, implicit "
-            "or implicitfast.",
-        )
-    if options.integrator is None and not (based and not plan.bounces and not driven):
-        options = replace(options, integrator="discrete" if driven and not plan.bounces else "implicitfast")
-    if options.cone is None and plan.bounces:
-        options = replace(options, cone="elliptic")
+    if options.integrator is None and (driven or elastic or not based):
+        return replace(options, integrator="discrete" if driven or elastic else "implicitfast")
     return options
 
 

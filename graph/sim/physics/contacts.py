@@ -1,14 +1,9 @@
-"""Contacts between two materials, in an engine whose own rule is to take the larger friction and never to bounce.
+"""Friction of contacts between two materials, in an engine whose own rule is to take the larger one.
 
 Every collider belongs to a class of equal materials. Where MuJoCo's rule (that of the geom with the higher priority,
 else the larger) gives what two classes should have, nothing more is needed; classes of colliders that never move get a
 priority and a friction that are right for most of what can hit them. The other pairs are written into the model as
-explicit pairs, each with its own friction, and with its restitution.
-
-Restitution e is Newton's law of impact: in the step in which two surfaces meet, the constraint asks for the normal
-velocity -e v, by the damping (1 + e) / dt of MuJoCo's direct form of `solref`; a contact that opens is free, one at
-rest stays. Explicit and implicit Euler steps integrate that exactly; so a ball dropped from h comes up again to e2 h,
-within the (1 - e2) v dt that it may have sunk in at the end of the step, v being its speed there.
+explicit pairs, each with its own friction.
 
 Friction at rest and in motion: a pair with a larger friction at rest has it until its surfaces slide past each other
 for some steps, or meet while they do (faster than gravity alone can make them in two steps).
@@ -26,6 +21,7 @@ from numpy.typing import NDArray
 from graph.sim.stage import Warn
 from graph.sim.transforms import Floats
 
+from .bounces import Restitution
 from .library import mujoco
 from .materials import Material, Touch, touch
 from .model import Collider
@@ -36,17 +32,11 @@ SLIDING, RESTING, PATIENCE = 0.02, 0.01, 4
 MOST_PAIRS = 100_000
 """More explicit pairs than this are not written: each costs time in every step."""
 
-RECOVERY = 0.005
-"""Of a bouncing contact: dt2 times the stiffness against what it has sunk in (it adds at most half of this to e)."""
+SMOOTH = 1e-5
+"""Less friction than this is none: pyramids that flat are more than the solver can tell apart."""
 
 FIRM = (0.95, 0.99, 0.001, 0.5, 2.0)
 """MuJoCo's impedance where a material is authored: bodies at rest creep a tenth as fast as with its own default."""
-
-SLOWING = (0.02, 1.0)
-"""Time scale [s] and damping ratio of friction in contacts that bounce: MuJoCo's own of all contacts."""
-
-HARD = (0.9999, 0.9999, 0.001, 0.5, 2.0)
-"""Impedance of contacts that bounce."""
 
 
 @dataclass(frozen=True)
@@ -60,25 +50,25 @@ class Pair:
 
 @dataclass(frozen=True)
 class Plan:
-    """Friction and priority by collider, and the explicit pairs."""
+    """Friction and priority by collider, the explicit pairs, and how contacts bounce."""
 
     friction: Floats
     priority: NDArray[np.intp]
     pairs: tuple[Pair, ...]
-
-    @property
-    def bounces(self) -> bool:
-        """Whether any contact has restitution."""
-        return any(pair.touch.restitution > 0 for pair in self.pairs)
+    restitution: Restitution
 
 
 def plan_contacts(
-    colliders: Sequence[Collider], still: NDArray[np.bool_], meets: NDArray[np.bool_] | None, warn: Warn
+    colliders: Sequence[Collider],
+    names: Sequence[str],
+    still: NDArray[np.bool_],
+    meets: NDArray[np.bool_] | None,
+    warn: Warn,
 ) -> Plan:
     """Which friction each collider gets, and which pairs are explicit.
 
-    still: (n,) colliders that never move by forces; they do not meet each other. meets: (k, k) by `Collider.mask`,
-    which of them collide at all (None: all).
+    names: what the model calls them. still: (n,) colliders that never move by forces; they do not meet each other.
+    meets: (k, k) by `Collider.mask`, which of them collide at all (None: all).
     """
     classes: dict[tuple[Material, bool], int] = {}
     number = np.array(
@@ -109,15 +99,19 @@ def plan_contacts(
                 "contact-pairs",
                 where,
                 f"{several} pairs of colliders like this one and like {colliders[members[b][0]].path} would need a "
-                "contact of their own; they take the larger friction and do not bounce. Use fewer materials.",
+                "contact of their own; they take the larger friction. Use fewer materials.",
             )
             continue
         pairs.extend(Pair(i, j, wanted[a, b]) for i, j in _pairs(members[a], members[b], a == b, colliders, meets))
-    return Plan(friction[number], priority[number], tuple(pairs))
+    shares = np.zeros((len(kinds), len(kinds)))
+    for (a, b), want in wanted.items():
+        shares[a, b] = shares[b, a] = want.restitution
+    restitution = Restitution(dict(zip(names, number.tolist(), strict=True)), shares)
+    return Plan(friction[number], priority[number], tuple(pairs), restitution)
 
 
 def _special(want: Touch) -> bool:
-    return want.restitution > 0 or want.static > want.sliding
+    return want.static > want.sliding
 
 
 def _given(a: int, b: int, friction: Floats, priority: NDArray[np.intp]) -> float:
@@ -167,23 +161,22 @@ def add_pairs(spec: Any, names: Sequence[str], plan: Plan, meet: Callable[[int, 
         if not meet(pair.first, pair.second):
             continue
         first, second = names[pair.first], names[pair.second]
-        made = spec.add_pair(name=f"{first}|{second}", geomname1=first, geomname2=second, condim=3)
+        made = spec.add_pair(name=f"{first}|{second}", geomname1=first, geomname2=second)
+        made.condim = 3 if pair.touch.static > SMOOTH else 1
         sliding, torsion, rolling = pair.touch.sliding, pair.touch.torsion, pair.touch.rolling
         made.friction = [sliding, sliding, torsion, rolling, rolling]
-        made.solimp = HARD if pair.touch.restitution > 0 else FIRM
+        made.solimp = FIRM
         out[made.name] = pair.touch
     return out
 
 
 class Contacts:
-    """The explicit pairs of a model at work: restitution by the time step, friction by whether they slide."""
+    """The explicit pairs of a model at work: friction by whether they slide."""
 
     def __init__(self, model: Any, touches: Mapping[str, Touch]) -> None:
         """touches: by the names of pairs of the model."""
         self._model = model
         held = [(int(model.pair(name).id), touch) for name, touch in touches.items()]
-        self._bouncing = np.array([pair for pair, touch in held if touch.restitution > 0], dtype=np.intp)
-        self._restitution = np.array([touch.restitution for _, touch in held if touch.restitution > 0])
         two = [(pair, touch) for pair, touch in held if touch.static > touch.sliding]
         self._pairs = np.array([pair for pair, _ in two], dtype=np.intp)
         self._friction = np.array([(touch.static, touch.sliding) for _, touch in two]).reshape(-1, 2)
@@ -203,10 +196,6 @@ class Contacts:
     def set_dt(self, dt: float) -> None:
         """Take a new time step [s]."""
         self._dt = dt
-        if len(self._bouncing):
-            self._model.pair_solref[self._bouncing, 0] = -RECOVERY / dt**2
-            self._model.pair_solref[self._bouncing, 1] = -(1 + self._restitution) / dt
-            self._model.pair_solreffriction[self._bouncing] = SLOWING
 
     def step(self, data: Any) -> None:
         """After a step: which pairs slide now. Those that do not touch stay as they are."""

@@ -13,6 +13,7 @@ from graph.sim.articulation import Articulation
 from graph.sim.stage import Warn
 from graph.sim.transforms import Floats
 
+from .bounces import Bounces
 from .compile import Compiled
 from .contacts import Contacts
 from .drives import Drives
@@ -65,6 +66,7 @@ class Physics:
         self._grippers = {spec.path: SurfaceGripper(self, spec) for spec in compiled.grippers}
         self._actuators = {joint.path: number for number, joint in enumerate(self.drives.joints)}
         self.contacts = Contacts(self.model, compiled.touches)
+        self._bounces = Bounces(self.model, compiled.restitution) if compiled.restitution else None
         self.deformables = Deformables(self.model, compiled.softs)
         self.motors = Motors(self) if self.model.nactuator > len(self.drives.joints) else None
         self.set_dt(self.dt)
@@ -98,6 +100,8 @@ class Physics:
         counters = self._counters
         if counters[3] or counters[4] or counters[5]:
             raise RunError(self._divergence())
+        if self._bounces is not None:
+            self._bounces.step(self.data)
         if self.contacts.switching:
             self.contacts.step(self.data)
         for gripper in self._grippers.values():

@@ -14,7 +14,7 @@ from graph.sim import transforms
 from graph.sim.stage import Warn
 from graph.sim.transforms import Floats
 
-from .contacts import FIRM
+from .contacts import FIRM, SMOOTH
 from .library import mujoco
 from .model import Collider, Volume
 
@@ -85,6 +85,7 @@ def add_geom(parent: Any, collider: Collider, meshes: Meshes, name: str, grip: G
     geom.quat = transforms.quaternion(collider.pose[:3, :3])
     geom.friction = [grip.friction, collider.material.torsion, collider.material.rolling]
     geom.priority = grip.priority
+    geom.condim = 3 if grip.friction > SMOOTH else 1
     geom.contype, geom.conaffinity = grip.bits
     if collider.material.authored:
         geom.solimp = FIRM
@@ -113,7 +114,8 @@ def measured(colliders: Iterable[Collider], warn: Warn) -> list[tuple[Collider, 
                 add_geom(spec.worldbody.add_body(), collider, Meshes(spec), "only", Grip(1.0), density=1.0)
                 model = spec.compile()
             except ValueError as error:
-                warn("bad-collider", collider.path, f"nothing hits it: {' '.join(str(error).split())}")
+                words = " ".join(str(error).partition("Element name")[0].split()).removeprefix("Error: ")
+                warn("bad-collider", collider.path, f"nothing hits it: {words}")
                 continue
             axes = transforms.rotation_matrices(model.body_iquat[1])
             with np.errstate(over="ignore", invalid="ignore"):  # body_inertia tells what came of it
