@@ -11,6 +11,7 @@ import numpy as np
 from graph.errors import RunError
 
 from . import transforms
+from .live_attributes import apply_live
 from .roles import StageRoles
 from .scan import scan_stage
 from .stage_watch import StageWatch, describe
@@ -32,7 +33,8 @@ class LiveStage:
     A new transform counts at once: of a free or kinematic body it moves the body, of a still prim its surfaces and
     colliders. Surfaces, colliders, bodies and joints that came, went, changed their kind or were scaled are refused at
     the next update, or compiled in, as `App.when_playing` says; so are colliders of another shape. What else is shown
-    or shaped in another way is seen from the next scan on.
+    or shaped in another way is seen from the next scan on. New targets of drives and velocities of free bodies count
+    from the next update on; other attributes of physics from the next play on, with the warning `edit-not-live`.
     """
 
     def __init__(self, app: App) -> None:
@@ -109,6 +111,8 @@ class LiveStage:
     def _say_what_waits(self) -> None:
         for path in self.watch.physics:
             prim, _, name = path.rpartition(".")
+            if apply_live(self._app, prim, name):
+                continue
             self._app.warn(
                 "edit-not-live",
                 prim,

@@ -170,6 +170,12 @@ class Physics:
             raise RunError(f"{path}: a joint holds this body; set the joint's position instead of its pose.")
         self._stale = True
 
+    def center_of_mass(self, path: str) -> Floats:
+        """(3,) where a body's centre of mass is in the world [m]."""
+        body = self._index[path]
+        out: Floats = self.positions[body] + self.rotations[body] @ self.model.body_ipos[body + 1]
+        return out
+
     def set_velocity(self, path: str, velocity: Floats) -> None:
         """Set the velocity of a free body's origin: (6,) [m/s], [rad/s], world axes. Raises RunError for another."""
         body = self._index[path] + 1

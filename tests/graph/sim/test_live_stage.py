@@ -199,6 +199,33 @@ def test_physics_attributes_wait_for_the_next_play_and_that_is_said():
     assert "physics:mass" in warning.message
 
 
+def test_a_velocity_that_is_written_counts_at_the_next_update(fabric):
+    app = playing(fabric=fabric)
+    body = UsdPhysics.RigidBodyAPI(app.stage.GetPrimAtPath("/World/Ball"))
+    body.GetVelocityAttr().Set((0, 0, 30))
+    body.GetAngularVelocityAttr().Set((0, 0, 180))
+    app.update()
+    row = app.physics.body_paths.index("/World/Ball")
+    state = app.simulation.tensors
+    assert state.linear_velocities[row] == pytest.approx([0, 0, 30 - 9.81 * 4 / 240])
+    assert state.angular_velocities[row] == pytest.approx([0, 0, np.pi])
+    assert not [one for one in app.warnings if one.code == "edit-not-live"]
+
+
+def test_a_drive_goes_where_the_stage_says_from_the_next_update_on():
+    app = playing(updates=0)
+    app.stop()
+    drive = UsdPhysics.DriveAPI.Apply(app.stage.GetPrimAtPath("/World/Hinge"), "angular")
+    drive.CreateStiffnessAttr(1e5)
+    drive.CreateDampingAttr(1e4)
+    drive.CreateTargetPositionAttr(0.0)
+    app.play()
+    app.update(6)
+    app.stage.GetPrimAtPath("/World/Hinge").GetAttribute("drive:angular:physics:targetPosition").Set(30.0)
+    app.update(600)
+    assert app.simulation.tensors.joint_positions[0] == pytest.approx(np.radians(30), abs=0.02)
+
+
 def test_editing_helpers_refuse_before_they_edit():
     app = playing()
     before = layers(app.stage)
