@@ -1,15 +1,11 @@
 """GenericModelOutput: one contiguous buffer with header, element arrays and auxiliary arrays.
 
-The first 28 bytes (magic, version, size, element count) are public and fixed. Everything after them is TickGraph's own
-layout, version 1.0.0, declared below as numpy dtypes; what is promised is the properties of `GenericModelOutput`, not
-byte compatibility with other products. All little-endian. After the header come, each starting at a multiple of 8
-bytes, the arrays of `ELEMENT_ARRAYS`, then those auxiliary arrays of `AUX_ARRAYS` whose bit is set in
-`filledAuxMembers`.
+What is promised is the properties of `GenericModelOutput`, not byte compatibility with other products; `gmo_layout` has
+the layout.
 """
 
 from __future__ import annotations
 
-import enum
 import warnings
 from typing import Any
 
@@ -17,170 +13,35 @@ import numpy as np
 
 from .channels import CHANNELS, AuxLevel
 from .frame import Frame, quaternion_of
-
-MAGIC = 0x4E474D4F
-VERSION = (1, 0, 0)
-
-
-class Modality(enum.IntEnum):
-    """Kind of sensor that wrote the buffer."""
-
-    UNDEFINED = 0
-    LIDAR = 1
-    RADAR = 2
-    ACOUSTIC = 3
-    IDS = 4
-
-
-class OutputType(enum.IntEnum):
-    """What the elements are."""
-
-    POINTCLOUD = 0
-
-
-class CoordsType(enum.IntEnum):
-    """What x, y, z hold."""
-
-    CARTESIAN = 0
-    SPHERICAL = 1
-    NOT_APPLICABLE = 2
-
-
-class FrameOfReference(enum.IntEnum):
-    """Which axes the elements are given in."""
-
-    SENSOR = 0
-    PARENT = 1
-    WORLD = 2
-    CUSTOM = 3
-
-
-class MotionCompensationState(enum.IntEnum):
-    """Whether each ray keeps the frame of its own firing time, or all were mapped to one frame time."""
-
-    NONCOMPENSATED = 0
-    COMPENSATED = 1
-    NOT_APPLICABLE = 2
-
-
-class ElementFlags(enum.IntFlag):
-    """Bits of `flags`; VALID marks an element with a return."""
-
-    FLAG_1 = 1
-    FLAG_2 = 2
-    FLAG_3 = 4
-    FLAG_4 = 8
-    FLAG_5 = 16
-    FLAG_6 = 32
-    FLAG_7 = 64
-    VALID = 128
-
-
-class LidarAuxHas(enum.IntFlag):
-    """Bits of `filledAuxMembers`: which auxiliary arrays the buffer holds."""
-
-    NONE = 0
-    EMITTER_ID = 1
-    CHANNEL_ID = 2
-    ECHO_ID = 4
-    MAT_ID = 8
-    OBJ_ID = 16
-    TICK_ID = 32
-    TICK_STATES = 64
-    HIT_NORMALS = 128
-    VELOCITIES = 256
-
-
-class IDSAuxHas(enum.IntFlag):
-    """Bits of `idsFilledAuxMembers`."""
-
-    NONE = 0
-    VELOCITIES = 1
-
-
-AuxType = AuxLevel
-
-ELEMENT_ARRAYS = ("timeOffsetNs", "x", "y", "z", "scalar", "flags")
-ELEMENT_DTYPES = {name: CHANNELS[name].dtype for name in ("timeOffsetNs", "scalar", "flags")} | dict.fromkeys(
-    "xyz", np.dtype("<f4")
+from .gmo_layout import (
+    AUX_ARRAYS,
+    ELEMENT_ARRAYS,
+    ELEMENT_DTYPES,
+    ENUM_FIELDS,
+    HEADER,
+    INTEGER_FIELDS,
+    MAGIC,
+    OTHER_ARRAYS,
+    OTHER_SCALARS,
+    VERSION,
+    AuxType,
+    CoordsType,
+    ElementFlags,
+    FrameOfReference,
+    LidarAuxHas,
+    Modality,
+    MotionCompensationState,
+    OutputType,
+    channels_for,
+    layout_of,
 )
-AUX_ARRAYS = {
-    "emitterId": LidarAuxHas.EMITTER_ID,
-    "channelId": LidarAuxHas.CHANNEL_ID,
-    "echoId": LidarAuxHas.ECHO_ID,
-    "matId": LidarAuxHas.MAT_ID,
-    "objId": LidarAuxHas.OBJ_ID,
-    "tickId": LidarAuxHas.TICK_ID,
-    "tickStates": LidarAuxHas.TICK_STATES,
-    "hitNormals": LidarAuxHas.HIT_NORMALS,
-    "velocities": LidarAuxHas.VELOCITIES,
-}
-
-FRAME_AT_TIME = np.dtype([("timestampNs", "<u8"), ("orientation", "<f8", 4), ("posM", "<f8", 3)])
-HEADER = np.dtype(
-    [
-        ("magicNumber", "<u4"),
-        ("majorVersion", "<u4"),
-        ("minorVersion", "<u4"),
-        ("patchVersion", "<u4"),
-        ("sizeInBytes", "<u8"),
-        ("numElements", "<u4"),
-        ("modality", "<u4"),
-        ("outputType", "<u4"),
-        ("auxType", "<u4"),
-        ("frameOfReference", "<u4"),
-        ("motionCompensationState", "<u4"),
-        ("elementsCoordsType", "<u4"),
-        ("filledAuxMembers", "<u4"),
-        ("frameId", "<u8"),
-        ("timestampNs", "<u8"),
-        ("frameStart", FRAME_AT_TIME),
-        ("frameEnd", FRAME_AT_TIME),
-        ("modelToAppTransform", "<f8", (4, 4)),
-        ("azimuthOffset", "<f4"),
-        ("scanComplete", "u1"),
-        ("reserved", "u1", 3),
-    ]
-)
-_INTEGERS = (
-    *("majorVersion", "minorVersion", "patchVersion", "sizeInBytes"),
-    *("numElements", "frameId", "timestampNs"),
-)
-_ENUMS = {
-    "modality": Modality,
-    "outputType": OutputType,
-    "auxType": AuxLevel,
-    "frameOfReference": FrameOfReference,
-    "motionCompensationState": MotionCompensationState,
-    "elementsCoordsType": CoordsType,
-    "filledAuxMembers": LidarAuxHas,
-}
-OTHER_SCALARS: dict[str, type[int] | type[float]] = {
-    **dict.fromkeys(("sensorID", "scanIdx", "cycleCnt"), int),
-    **dict.fromkeys(("maxRangeM", "minVelMps", "maxVelMps", "minAzRad", "maxAzRad", "minElRad", "maxElRad"), float),
-    **dict.fromkeys(("numSgws", "numSamplesPerSgw", "idsFilledAuxMembers", "numCols", "numRows"), int),
-    **dict.fromkeys(("originX", "originY", "originZ"), float),
-}
-"""Fields of radars, acoustic and idealised depth sensors: 0 in a lidar's output."""
-
-OTHER_ARRAYS = {"rv_ms": "<f4", "idsVelocities": "<f4", "materialId": "<u4", "objectId": "<u4"}
-"""Arrays of such sensors: empty in a lidar's output."""
-
-BASE_CHANNELS = frozenset({"azimuth", "elevation", "distance", "scalar", "timeOffsetNs", "flags"})
-CARTESIAN_CHANNELS = frozenset({"xyz", "scalar", "timeOffsetNs", "flags"})
-
-
-def channels_for(level: AuxLevel, coords: str) -> frozenset[str]:
-    """The channels a buffer of this auxiliary level holds, if all are filled."""
-    base = CARTESIAN_CHANNELS if coords == "CARTESIAN" else BASE_CHANNELS
-    return base | {name for name in AUX_ARRAYS if CHANNELS[name].level <= level}
 
 
 def pack(frame: Frame) -> np.ndarray:
     """The frame as a GenericModelOutput buffer, (size,) uint8, written once and not shared with anything."""
     filled = [name for name in AUX_ARRAYS if name in frame.arrays and CHANNELS[name].level <= frame.aux_level]
     filled = [name for name in filled if len(frame.arrays[name]) == frame.count]
-    offsets, size = _layout(frame.count, filled)
+    offsets, size = layout_of(frame.count, filled)
     buffer = np.zeros(size, np.uint8)
     header = buffer[: HEADER.itemsize].view(HEADER)[0]
     header["magicNumber"] = MAGIC
@@ -217,18 +78,6 @@ def _sources(frame: Frame) -> dict[str, np.ndarray]:
 def _place(buffer: np.ndarray, offset: int, dtype: np.dtype[Any], source: np.ndarray) -> None:
     target = buffer[offset : offset + source.size * dtype.itemsize].view(dtype)
     target.reshape(source.shape)[...] = source
-
-
-def _layout(count: int, aux: list[str]) -> tuple[dict[str, int], int]:
-    """Byte offset of every array, and the size of the whole buffer."""
-    offsets, position = {}, HEADER.itemsize
-    sizes = {name: ELEMENT_DTYPES[name].itemsize for name in ELEMENT_ARRAYS}
-    sizes |= {name: CHANNELS[name].dtype.itemsize * CHANNELS[name].width for name in aux}
-    for name, size in sizes.items():
-        position = -(-position // 8) * 8
-        offsets[name] = position
-        position += size * count
-    return offsets, position
 
 
 class _ReadOnly:
@@ -293,9 +142,9 @@ class GenericModelOutput(_ReadOnly):
 
     def __init__(self, buffer: np.ndarray | None = None) -> None:
         record = np.zeros(1, HEADER)[0] if buffer is None else buffer[: HEADER.itemsize].view(HEADER)[0]
-        fields: dict[str, Any] = {name: int(record[name]) for name in _INTEGERS}
+        fields: dict[str, Any] = {name: int(record[name]) for name in INTEGER_FIELDS}
         fields["magicNumber"] = MAGIC if buffer is None else int(record["magicNumber"])
-        fields |= {name: kind(int(record[name])) for name, kind in _ENUMS.items()}
+        fields |= {name: kind(int(record[name])) for name, kind in ENUM_FIELDS.items()}
         fields |= {name: FrameAtTime(record[name]) for name in ("frameStart", "frameEnd")}
         fields["modelToAppTransform"] = _locked(np.array(record["modelToAppTransform"]))
         fields["scanComplete"] = bool(record["scanComplete"])
@@ -310,7 +159,7 @@ class GenericModelOutput(_ReadOnly):
         buffer = _locked(buffer.view())
         count = self.numElements
         aux = [name for name, bit in AUX_ARRAYS.items() if bit in self.filledAuxMembers]
-        offsets, size = _layout(count, aux)
+        offsets, size = layout_of(count, aux)
         if size > len(buffer):
             raise ValueError(f"{count} elements need {size} bytes; the buffer holds {len(buffer)}")
         for name in ELEMENT_ARRAYS:
@@ -390,3 +239,24 @@ def _empty(reason: str) -> GenericModelOutput:
 def getMagicNumberGMO() -> int:
     """The number every buffer starts with."""
     return MAGIC
+
+
+__all__ = [
+    "AUX_ARRAYS",
+    "ELEMENT_ARRAYS",
+    "HEADER",
+    "AuxType",
+    "CoordsType",
+    "ElementFlags",
+    "FrameAtTime",
+    "FrameOfReference",
+    "GenericModelOutput",
+    "LidarAuxHas",
+    "Modality",
+    "MotionCompensationState",
+    "OutputType",
+    "channels_for",
+    "getMagicNumberGMO",
+    "pack",
+    "parse_generic_model_output_data",
+]

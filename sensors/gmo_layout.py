@@ -1,0 +1,184 @@
+"""The layout of GenericModelOutput buffers: numbers, enums, dtypes, and where each array lies.
+
+The first 28 bytes (magic, version, size, element count) are public and fixed. Everything after them is TickGraph's own
+layout, version 1.0.0, declared here as numpy dtypes. All little-endian. After the header come, each starting at a
+multiple of 8 bytes, the arrays of `ELEMENT_ARRAYS`, then those auxiliary arrays of `AUX_ARRAYS` whose bit is set in
+`filledAuxMembers`.
+"""
+
+from __future__ import annotations
+
+import enum
+
+import numpy as np
+
+from .channels import CHANNELS, AuxLevel
+
+MAGIC = 0x4E474D4F
+VERSION = (1, 0, 0)
+
+
+class Modality(enum.IntEnum):
+    """Kind of sensor that wrote the buffer."""
+
+    UNDEFINED = 0
+    LIDAR = 1
+    RADAR = 2
+    ACOUSTIC = 3
+    IDS = 4
+
+
+class OutputType(enum.IntEnum):
+    """What the elements are."""
+
+    POINTCLOUD = 0
+
+
+class CoordsType(enum.IntEnum):
+    """What x, y, z hold."""
+
+    CARTESIAN = 0
+    SPHERICAL = 1
+    NOT_APPLICABLE = 2
+
+
+class FrameOfReference(enum.IntEnum):
+    """Which axes the elements are given in."""
+
+    SENSOR = 0
+    PARENT = 1
+    WORLD = 2
+    CUSTOM = 3
+
+
+class MotionCompensationState(enum.IntEnum):
+    """Whether each ray keeps the frame of its own firing time, or all were mapped to one frame time."""
+
+    NONCOMPENSATED = 0
+    COMPENSATED = 1
+    NOT_APPLICABLE = 2
+
+
+class ElementFlags(enum.IntFlag):
+    """Bits of `flags`; VALID marks an element with a return."""
+
+    FLAG_1 = 1
+    FLAG_2 = 2
+    FLAG_3 = 4
+    FLAG_4 = 8
+    FLAG_5 = 16
+    FLAG_6 = 32
+    FLAG_7 = 64
+    VALID = 128
+
+
+class LidarAuxHas(enum.IntFlag):
+    """Bits of `filledAuxMembers`: which auxiliary arrays the buffer holds."""
+
+    NONE = 0
+    EMITTER_ID = 1
+    CHANNEL_ID = 2
+    ECHO_ID = 4
+    MAT_ID = 8
+    OBJ_ID = 16
+    TICK_ID = 32
+    TICK_STATES = 64
+    HIT_NORMALS = 128
+    VELOCITIES = 256
+
+
+class IDSAuxHas(enum.IntFlag):
+    """Bits of `idsFilledAuxMembers`."""
+
+    NONE = 0
+    VELOCITIES = 1
+
+
+AuxType = AuxLevel
+
+ELEMENT_ARRAYS = ("timeOffsetNs", "x", "y", "z", "scalar", "flags")
+ELEMENT_DTYPES = {name: CHANNELS[name].dtype for name in ("timeOffsetNs", "scalar", "flags")} | dict.fromkeys(
+    "xyz", np.dtype("<f4")
+)
+AUX_ARRAYS = {
+    "emitterId": LidarAuxHas.EMITTER_ID,
+    "channelId": LidarAuxHas.CHANNEL_ID,
+    "echoId": LidarAuxHas.ECHO_ID,
+    "matId": LidarAuxHas.MAT_ID,
+    "objId": LidarAuxHas.OBJ_ID,
+    "tickId": LidarAuxHas.TICK_ID,
+    "tickStates": LidarAuxHas.TICK_STATES,
+    "hitNormals": LidarAuxHas.HIT_NORMALS,
+    "velocities": LidarAuxHas.VELOCITIES,
+}
+
+FRAME_AT_TIME = np.dtype([("timestampNs", "<u8"), ("orientation", "<f8", 4), ("posM", "<f8", 3)])
+HEADER = np.dtype(
+    [
+        ("magicNumber", "<u4"),
+        ("majorVersion", "<u4"),
+        ("minorVersion", "<u4"),
+        ("patchVersion", "<u4"),
+        ("sizeInBytes", "<u8"),
+        ("numElements", "<u4"),
+        ("modality", "<u4"),
+        ("outputType", "<u4"),
+        ("auxType", "<u4"),
+        ("frameOfReference", "<u4"),
+        ("motionCompensationState", "<u4"),
+        ("elementsCoordsType", "<u4"),
+        ("filledAuxMembers", "<u4"),
+        ("frameId", "<u8"),
+        ("timestampNs", "<u8"),
+        ("frameStart", FRAME_AT_TIME),
+        ("frameEnd", FRAME_AT_TIME),
+        ("modelToAppTransform", "<f8", (4, 4)),
+        ("azimuthOffset", "<f4"),
+        ("scanComplete", "u1"),
+        ("reserved", "u1", 3),
+    ]
+)
+INTEGER_FIELDS = (
+    *("majorVersion", "minorVersion", "patchVersion", "sizeInBytes"),
+    *("numElements", "frameId", "timestampNs"),
+)
+ENUM_FIELDS = {
+    "modality": Modality,
+    "outputType": OutputType,
+    "auxType": AuxLevel,
+    "frameOfReference": FrameOfReference,
+    "motionCompensationState": MotionCompensationState,
+    "elementsCoordsType": CoordsType,
+    "filledAuxMembers": LidarAuxHas,
+}
+OTHER_SCALARS: dict[str, type[int] | type[float]] = {
+    **dict.fromkeys(("sensorID", "scanIdx", "cycleCnt"), int),
+    **dict.fromkeys(("maxRangeM", "minVelMps", "maxVelMps", "minAzRad", "maxAzRad", "minElRad", "maxElRad"), float),
+    **dict.fromkeys(("numSgws", "numSamplesPerSgw", "idsFilledAuxMembers", "numCols", "numRows"), int),
+    **dict.fromkeys(("originX", "originY", "originZ"), float),
+}
+"""Fields of radars, acoustic and idealised depth sensors: 0 in a lidar's output."""
+
+OTHER_ARRAYS = {"rv_ms": "<f4", "idsVelocities": "<f4", "materialId": "<u4", "objectId": "<u4"}
+"""Arrays of such sensors: empty in a lidar's output."""
+
+BASE_CHANNELS = frozenset({"azimuth", "elevation", "distance", "scalar", "timeOffsetNs", "flags"})
+CARTESIAN_CHANNELS = frozenset({"xyz", "scalar", "timeOffsetNs", "flags"})
+
+
+def channels_for(level: AuxLevel, coords: str) -> frozenset[str]:
+    """The channels a buffer of this auxiliary level holds, if all are filled."""
+    base = CARTESIAN_CHANNELS if coords == "CARTESIAN" else BASE_CHANNELS
+    return base | {name for name in AUX_ARRAYS if CHANNELS[name].level <= level}
+
+
+def layout_of(count: int, aux: list[str]) -> tuple[dict[str, int], int]:
+    """Byte offset of every array, and the size of the whole buffer."""
+    offsets, position = {}, HEADER.itemsize
+    sizes = {name: ELEMENT_DTYPES[name].itemsize for name in ELEMENT_ARRAYS}
+    sizes |= {name: CHANNELS[name].dtype.itemsize * CHANNELS[name].width for name in aux}
+    for name, size in sizes.items():
+        position = -(-position // 8) * 8
+        offsets[name] = position
+        position += size * count
+    return offsets, position
