@@ -58,8 +58,11 @@ def prim_paths(model: Any) -> Paths:
     groups = [place(ROOT, name) if count else "" for name, count in _groups(model)]
     below = [ROOT, *bodies[1:]]
     free = int(mujoco.mjtJoint.mjJNT_FREE)
+    points = _points(model)
     joints = [
-        "" if model.jnt_type[number] == free else place(below[model.jnt_bodyid[number]], model.joint(number).name)
+        ""
+        if model.jnt_type[number] == free or int(model.jnt_bodyid[number]) in points
+        else place(below[model.jnt_bodyid[number]], model.joint(number).name)
         for number in range(model.njnt)
     ]
     geoms = [place(below[model.geom_bodyid[number]], model.geom(number).name) for number in range(model.ngeom)]
@@ -76,7 +79,7 @@ def prim_paths(model: Any) -> Paths:
         tuple(place(groups[2], model.material(number).name) for number in range(model.nmat)),
         tuple(place(ROOT, flex_name(model, number)) for number in range(model.nflex)),
         place(ROOT, "PhysicsScene"),
-        _points(model),
+        points,
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
@@ -43,7 +44,7 @@ def compile_scene(scene: MjcfScene, world: World, dt: Fraction, options: SolverO
         kinematic = tuple(body.path for body in bodies if body.kinematic)
         compiled = Compiled(model, bodies, scene.joints(), kinematic, (), scene.start)
     _place_roots(scene, compiled.model)
-    return compiled
+    return replace(compiled, flexes=scene.flexes)
 
 
 def _place_roots(scene: MjcfScene, model: Any) -> None:

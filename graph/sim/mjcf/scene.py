@@ -20,7 +20,7 @@ from graph.sim.usd import EARLIEST, UsdGeom
 
 from .files import Document, read_model
 from .loading import keyframe_number, load
-from .naming import ROOT, Paths, prim_paths
+from .naming import ROOT, Paths, flex_name, prim_paths
 
 MOVED = 1e-9
 """How far a prim must be from where the model has it [m or rad] to count as placed by the user."""
@@ -48,9 +48,15 @@ class MjcfScene:
         if self.key is not None:
             mujoco.mj_resetDataKeyframe(self.model, data, self.key)
         mujoco.mj_forward(self.model, data)
+        self.flexes = {path: (flex_name(self.model, n), _vertices(self.model, data, n)) for n, path in self._meshes()}
+        """Soft parts by their prims: name in the model, vertices (n, 3) [m] where the scene starts."""
         self.stage = mirror(self.model, data, self.paths, warn)
         self._home = transforms.pose_matrices(data.xpos, data.xquat)
         self.parts = frozenset(path for group in self._groups() for path in group if path)
+
+    def _meshes(self) -> Iterable[tuple[int, str]]:
+        """Flexes with faces, by number, and their prims."""
+        return [(n, path) for n, path in enumerate(self.paths.flexes) if self.model.flex_dim[n] > 1]
 
     def _groups(self) -> Iterable[Sequence[str]]:
         paths = self.paths
@@ -234,6 +240,11 @@ _WIDTHS = {
     "qpos": {int(mujoco.mjtJoint.mjJNT_FREE): 7, int(mujoco.mjtJoint.mjJNT_BALL): 4},
     "qvel": {int(mujoco.mjtJoint.mjJNT_FREE): 6, int(mujoco.mjtJoint.mjJNT_BALL): 3},
 }
+
+
+def _vertices(model: Any, data: Any, number: int) -> Floats:
+    first, count = model.flex_vertadr[number], model.flex_vertnum[number]
+    return np.array(data.flexvert_xpos[first : first + count])
 
 
 def _parts(pose: Floats) -> tuple[Floats, Floats]:

@@ -45,6 +45,8 @@ class Compiled:
     """The explicit pairs of the model by name."""
     softs: tuple[Soft, ...] = ()
     restitution: Restitution = NO_RESTITUTION
+    flexes: Mapping[str, tuple[str, Floats]] = field(default_factory=dict)
+    """Soft parts that a model brings: by prim its name there, and where its points begin (n, 3) [m, world]."""
 
 
 @dataclass(frozen=True)

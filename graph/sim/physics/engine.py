@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from fractions import Fraction
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -24,6 +25,9 @@ from .motion import Motion, State, body_velocities
 from .motors import Motors
 from .soft import Deformables
 from .surfaces import Surfaces
+
+if TYPE_CHECKING:
+    from graph.sim.mjcf.flexes import Flexes
 
 _BAD = tuple(
     int(kind)
@@ -67,7 +71,11 @@ class Physics:
         self._actuators = {joint.path: number for number, joint in enumerate(self.drives.joints)}
         self.contacts = Contacts(self.model, compiled.touches)
         self._bounces = Bounces(self.model, compiled.restitution) if compiled.restitution else None
-        self.deformables = Deformables(self.model, compiled.softs)
+        self.deformables: Deformables | Flexes = Deformables(self.model, compiled.softs)
+        if compiled.flexes:
+            from graph.sim.mjcf.flexes import Flexes
+
+            self.deformables = Flexes(self, compiled.flexes, self.deformables)
         self.motors = Motors(self) if self.model.nactuator > len(self.drives.joints) else None
         self.set_dt(self.dt)
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from graph.sim import App
+from graph.sim.physics.library import mujoco
 from graph.sim.usd import UsdGeom, UsdPhysics
 
 
@@ -136,14 +137,27 @@ def test_keys_that_the_model_decides_are_told(quadruped, tmp_path):
         assert lidar[:3, 3] == pytest.approx((torso @ [0, 0, 0.2, 1])[:3])
 
 
-def test_cloth_and_threads_play(opened, model):
+def test_points_of_cloth_are_where_mujoco_has_its_vertices(opened, model):
+    """Cloth that falls, and a block whose vertices hang on nodes: the points of now and of a state captured before."""
     text = (
         "<worldbody><flexcomp name='cloth' type='grid' dim='2' count='4 4 1' spacing='.1 .1 .1' radius='.01' mass='1' "
-        "pos='0 0 1'><edge equality='true'/></flexcomp></worldbody>"
+        "pos='0 0 1'><edge equality='true'/></flexcomp><flexcomp name='block' type='grid' dim='3' count='3 3 3' "
+        "spacing='.1 .1 .1' radius='.01' mass='1' pos='2 0 1' dof='trilinear'><elasticity young='1e4' poisson='.2'/>"
+        "</flexcomp></worldbody>"
     )
     scene, _ = opened(text)
     assert scene.stage.GetPrimAtPath("/World/cloth").GetTypeName() == "Mesh"
-    with App(mjcf=model(text, "cloth.xml")) as app:
+    with App(mjcf=model(text, "soft.xml")) as app:
         app.play()
-        app.update(steps=10)
-        assert app.physics.data.qpos.any()
+        before = app.fabric.capture()
+        app.simulation.run_steps(100)
+        physics = app.physics
+        mujoco.mj_forward(physics.model, physics.data)
+        for number, path in enumerate(("/World/cloth", "/World/block")):
+            first = physics.model.flex_vertadr[number]
+            here = physics.data.flexvert_xpos[first : first + physics.model.flex_vertnum[number]]
+            assert np.abs(app.fabric.capture().points(path) - here).max() < 1e-12
+            mesh = np.array(app.stage.GetPrimAtPath(path).GetAttribute("points").Get())
+            assert np.abs(before.points(path) - mesh).max() < 1e-6
+            fallen = 9.81 * 0.002**2 * 100 * 101 / 2
+            assert (before.points(path) - here)[:, 2].mean() == pytest.approx(fallen, rel=1e-6)

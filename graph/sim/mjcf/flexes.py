@@ -1,0 +1,57 @@
+"""The soft parts that a model brings itself: where their vertices are in any state of the world."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from graph.sim.physics.library import mujoco
+from graph.sim.transforms import Floats
+
+if TYPE_CHECKING:
+    from graph.sim.physics.engine import Physics
+    from graph.sim.physics.soft import Deformables
+
+
+class Flexes:
+    """A model's flexes by the path of the mesh that mirrors each, beside the soft prims of the stage.
+
+    Bodies, and nodes inside them, carry the vertices; a second set of MuJoCo's data follows from the coordinates, which
+    the motion never sees. Vertices on bodies that users move are where those are now.
+    """
+
+    def __init__(self, physics: Physics, starts: Mapping[str, tuple[str, Floats]], others: Deformables) -> None:
+        self._physics, self._starts, self._others = physics, starts, others
+        self._model = physics.model
+        self._aside = mujoco.MjData(self._model)
+        kind = mujoco.mjtObj.mjOBJ_FLEX
+        self._numbers = {path: mujoco.mj_name2id(self._model, kind, name) for path, (name, _) in starts.items()}
+
+    @property
+    def paths(self) -> tuple[str, ...]:
+        """The prims that deform."""
+        return (*self._others.paths, *self._starts)
+
+    def start_points(self, path: str) -> Floats:
+        """(p, 3) where the points of a prim began, in the world [m]."""
+        return self._starts[path][1] if path in self._starts else self._others.start_points(path)
+
+    def start(self, data: mujoco.MjData) -> None:
+        """Set the velocities that the stage's prims begin with."""
+        self._others.start(data)
+
+    def points(self, path: str, coordinates: Floats) -> Floats:
+        """(p, 3) the points of a prim in the world [m], in its order; coordinates: (nq,) of the model's state."""
+        if path not in self._starts:
+            return self._others.points(path, coordinates)
+        model, aside = self._model, self._aside
+        aside.qpos[:] = coordinates
+        if not self._physics.closed:
+            aside.mocap_pos[:], aside.mocap_quat[:] = self._physics.data.mocap_pos, self._physics.data.mocap_quat
+        mujoco.mj_kinematics(model, aside)
+        mujoco.mj_comPos(model, aside)
+        mujoco.mj_flex(model, aside)
+        first, count = model.flex_vertadr[self._numbers[path]], model.flex_vertnum[self._numbers[path]]
+        return np.array(aside.flexvert_xpos[first : first + count])
