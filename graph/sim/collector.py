@@ -151,6 +151,8 @@ class Collector:
         if surface is None:
             return ()
         size = _size(surface.vertices) * scale
+        if not size:
+            complain("its faces have no area; nothing can hit it.")
         if size and not SANE_SIZES[0] <= size <= SANE_SIZES[1]:
             size = _size(surface.vertices[np.unique(surface.triangles)]) * scale  # without points that no face uses
             if size and not SANE_SIZES[0] <= size <= SANE_SIZES[1]:
