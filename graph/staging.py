@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .context import Warn
-from .errors import Mark, Problem
+from .errors import Mark, Problem, UserError
 from .spec import FileSpec, NodeSpec
 
 if TYPE_CHECKING:
@@ -35,7 +35,11 @@ def build_stage(spec: FileSpec, allow: Sequence[Path], warn: Warn) -> tuple[Usd.
     if scene.mjcf is not None:
         from .sim.mjcf.scene import open_mjcf
 
-        mjcf = open_mjcf(scene.mjcf, roots, scene.keyframe, warn)
+        try:
+            mjcf = open_mjcf(scene.mjcf, roots, scene.keyframe, warn)
+        except UserError as error:
+            placed = [one if one.mark else Problem(one.message, scene.mark) for one in error.problems]
+            raise UserError(placed) from error
         stage = mjcf.stage
         if scene.usd is not None:  # a USD file of graphs over the model
             add_scene(stage, scene.usd, roots, warn)
