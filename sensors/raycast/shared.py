@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from graph.sim.deforming import Following
 from graph.sim.settings import ID_MAP_EXTENSION, RAY_THREADS
 from sensors.ids import has_prim, pack_stable_id_map, stable_id, stable_id_map
 from sensors.materials import PREFIX, PREFIX_SETTING, material_of
@@ -17,6 +18,7 @@ from .world import CastWorld
 
 if TYPE_CHECKING:
     from graph.sim import App
+    from graph.sim.geometry import Mesh
 
 _worlds: weakref.WeakKeyDictionary[App, tuple[Any, CastWorld]] = weakref.WeakKeyDictionary()
 
@@ -25,7 +27,8 @@ def cast_world(app: App) -> CastWorld:
     """The cast world of an App's geometry; a new one after the geometry was collected anew (at play)."""
     geometry = app.geometry()
     known = _worlds.get(app)
-    if known is not None and known[0] is geometry:
+    soft = frozenset(app.physics.deformables.paths if app.physics is not None else ())
+    if known is not None and known[0] is geometry and known[1].soft == soft:
         return known[1]
     world: CastWorld
     weak = weakref.ref(app)  # what the world holds must not keep alive the App that it is kept for
@@ -33,7 +36,18 @@ def cast_world(app: App) -> CastWorld:
     def poses(snapshot: Any) -> np.ndarray:
         return np.asarray(_alive(weak).fabric.rigid_matrices(world.bodies, snapshot))
 
-    world = CastWorld(geometry, poses, lambda: int(_alive(weak).settings.get(RAY_THREADS)))
+    followers: dict[str, Following] = {}
+
+    def points(mesh: Mesh, snapshot: Any) -> np.ndarray:
+        app = _alive(weak)
+        now = (snapshot or app.fabric.capture()).points(mesh.source)
+        if now is None or app.physics is None:
+            return mesh.vertices
+        if mesh.path not in followers:
+            followers[mesh.path] = Following(mesh.vertices, app.physics.deformables.start_points(mesh.source))
+        return followers[mesh.path].vertices(now)
+
+    world = CastWorld(geometry, poses, lambda: int(_alive(weak).settings.get(RAY_THREADS)), soft, points)
     if app not in _worlds:
         app.on("close", lambda: _worlds.pop(app, None))
     _worlds[app] = (geometry, world)

@@ -99,14 +99,15 @@ class Deformables:
         self._softs = {soft.path: soft for soft in softs}
         self._moving: dict[str, NDArray[np.intp]] = {}
         self._addresses: dict[str, NDArray[np.intp]] = {}
+        self._speeds: dict[str, NDArray[np.intp]] = {}
         for path, soft in self._softs.items():
             fixed = {number for number, (body, _) in soft.held.items() if body is None}
             free = [number for number in range(len(soft.places)) if number not in fixed]
-            first = [int(model.body(point_name(path, number)).jntadr[0]) for number in free]
+            first = np.array([int(model.body(point_name(path, number)).jntadr[0]) for number in free], dtype=np.intp)
             self._moving[path] = np.array(free, dtype=np.intp)
-            self._addresses[path] = (
-                np.add.outer(model.jnt_qposadr[first], np.arange(3)) if free else np.zeros((0, 3), int)
-            )
+            three = np.arange(3)
+            self._addresses[path] = np.add.outer(model.jnt_qposadr[first], three).reshape(-1, 3)
+            self._speeds[path] = np.add.outer(model.jnt_dofadr[first], three).reshape(-1, 3)
 
     @property
     def paths(self) -> tuple[str, ...]:
@@ -123,7 +124,15 @@ class Deformables:
         """Set the velocities that the prims begin with."""
         for path, soft in self._softs.items():
             if soft.velocity.any():
-                data.qvel[self._addresses[path]] = soft.velocity  # sliding joints alone before them or free joints
+                data.qvel[self._speeds[path]] = soft.velocity
+
+    def take_over(self, old: Deformables, old_data: Any, data: Any) -> None:
+        """Go on where the deformables of another model were, those that have the same points."""
+        for path in self._softs:
+            before = old._addresses.get(path)
+            if before is not None and before.shape == self._addresses[path].shape:
+                data.qpos[self._addresses[path]] = old_data.qpos[before]
+                data.qvel[self._speeds[path]] = old_data.qvel[old._speeds[path]]
 
     def points(self, path: str, coordinates: Floats) -> Floats:
         """(p, 3) the points of a prim in the world [m], in its order; coordinates: (nq,) of the model's state."""

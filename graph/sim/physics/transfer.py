@@ -31,6 +31,7 @@ class Leaving:
         self._targets = {joint.path: target.copy() for joint, target in zip(drives.joints, drives.targets, strict=True)}
         self._grippers = {path: (gripper, gripper.weld_data) for path, gripper in physics._grippers.items()}
         self._surfaces, self._motors = physics._surfaces, physics.motors
+        self._deformables = physics.deformables
         self._others = _others(physics)
 
     def arrive(self, physics: Physics, kept: frozenset[str]) -> None:
@@ -45,6 +46,7 @@ class Leaving:
             if name in self._others:
                 self._body(model, data, self._others[name], hidden, True)
         data.time = self._data.time
+        physics.deformables.take_over(self._deformables, self._data, data)
         self._controls(physics)
         if self._surfaces is not None:
             physics.surfaces.take_over(self._surfaces, numbers)
