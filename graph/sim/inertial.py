@@ -104,12 +104,11 @@ def body_of(app: App, path: str) -> str | None:
     """The moving body that a prim is on; None where its body cannot move. RunError where it is on no rigid body."""
     from .usd import UsdPhysics
 
-    moving = () if app.physics is None else app.physics.body_paths
     prim = app.stage.GetPrimAtPath(path) if path.startswith("/") else None
     if not prim:
         raise RunError(f"{path}: no such prim on the stage.")
     while prim and not prim.IsPseudoRoot():
-        if str(prim.GetPath()) in moving:
+        if app.fabric.is_body(str(prim.GetPath())):
             return str(prim.GetPath())
         if prim.HasAPI(UsdPhysics.RigidBodyAPI):
             return None

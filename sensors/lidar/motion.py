@@ -59,8 +59,6 @@ def _at(twists: np.ndarray, lever: np.ndarray) -> np.ndarray:
 
 
 def _carrier(app: App, path: str) -> str | None:
-    """The moving body that carries a prim, or None."""
-    bodies = frozenset(app.physics.body_paths) if app.physics is not None else frozenset()
-    while path and path not in bodies:
-        path = path.rpartition("/")[0]
-    return path or None
+    """The moving body or animated prim that carries a prim, or None."""
+    found: str | None = app.fabric.body_of(path)
+    return found
