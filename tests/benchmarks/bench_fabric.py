@@ -13,6 +13,8 @@ from sensors import Lidar, LidarSensor
 TITLE = "Fabric and tlas"
 COUNTS = (10, 100, 1_000, 10_000)
 UPDATES = 4
+BODIES = 1_000
+"""Most bodies of a world; the engine takes a minute and a half to compile 10,000."""
 LOOP_HZ = 24
 """Of the worlds with a lidar."""
 
@@ -38,7 +40,7 @@ def off_over_on(count: int, rounds: int, read: bool) -> float:
 
 def run(app: App, count: int, read: bool) -> None:
     """Some updates; read: then look where every prim is."""
-    paths = [path(number) for number in range(count)]
+    paths = list(prims(count))
     for _ in range(UPDATES):
         app.update()
         if read:
@@ -46,23 +48,27 @@ def run(app: App, count: int, read: bool) -> None:
 
 
 def falling(count: int, fabric: str) -> App:
-    """An App in which so many balls fall, far from each other."""
+    """An App in which so many prims fall, far from each other."""
     app = App(physics_hz=240, loop_hz=60, fidelity={"fabric": fabric})
-    app.add_prims({path(number): ball(number) for number in range(count)})
+    app.add_prims(prims(count))
     app.play()
     app.update(2)
     return app
 
 
-def path(number: int) -> str:
-    """Where a ball is on the stage."""
-    return f"/World/Ball{number}"
-
-
-def ball(number: int) -> dict[str, Any]:
-    """A small ball, high up."""
-    place = [number % 100, number // 100, 1e4]
-    return {"type": "Sphere", "radius": 0.1, "translate": place, "rigid_body": True}
+def prims(count: int) -> dict[str, dict[str, Any]]:
+    """Bodies without colliders, so that what is measured is the writing; above `BODIES` each carries more prims."""
+    bodies = min(count, BODIES)
+    out: dict[str, dict[str, Any]] = {}
+    for number in range(bodies):
+        path = f"/World/Ball{number}"
+        out[path] = {
+            "type": "Sphere", "radius": 0.1, "translate": [number % 100, number // 100, 1e4], "rigid_body": True,
+            "collision": False, "mass": 1.0, "attributes": {"physics:diagonalInertia": [0.004, 0.004, 0.004]},
+        }  # fmt: skip
+        for part in range(count // bodies - 1):
+            out[f"{path}/Part{part}"] = {"translate": [0.1 * part, 0, 0]}
+    return out
 
 
 def sensor_over_frame(hz: int, rounds: int) -> float:
