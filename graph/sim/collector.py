@@ -30,6 +30,9 @@ MOST_TRIANGLES = 200_000_000
 FARTHEST = 1e15
 """Beyond that [m] float32 leaves nothing of a shape."""
 
+SHAPE_ATTRIBUTES = ("points", "visibility", "size", "radius", "height", "widths")
+"""What most often has time samples, and is read once."""
+
 SANE_SIZES = 1e-5, 1e7
 """Sizes of meshes [m] outside of which a scale or unit is likely to be wrong, and float32 too coarse."""
 
@@ -147,6 +150,7 @@ class Collector:
         def complain(message: str) -> None:
             self.complaints.add("bad-geometry", path, message)
 
+        self._say_what_is_not_played(prim, path)
         surface = surface_of(prim, self.tolerance / scale, complain, refine=self.refine)
         if surface is None:
             return ()
@@ -159,6 +163,14 @@ class Collector:
                 about = f"it is about {size:.2g} m large; check metersPerUnit and the scales above it."
                 self.complaints.add("odd-scale", path, about)
         return parts_of(prim, surface, complain)
+
+    def _say_what_is_not_played(self, prim: Any, path: str) -> None:
+        """Time samples of anything but transforms: rays see the first."""
+        names = [name for name in SHAPE_ATTRIBUTES if prim.HasAttribute(name)]
+        varying = [name for name in names if prim.GetAttribute(name).ValueMightBeTimeVarying()]
+        if varying:
+            text = f"its {', '.join(varying)} have time samples; rays see the first of them."
+            self.complaints.add("animated-shape", path, text)
 
     def _bound(self, prim: Any, part: Part) -> Any:
         """The prim whose material binding counts."""

@@ -251,5 +251,7 @@ class FabricPoses(FabricValues):
         while here:
             if here in self._layout and (here == path or self._carries(here)):
                 return here
+            if self.has_place(here) and self.resets(here):
+                return None
             here = here.rpartition("/")[0]
         return None

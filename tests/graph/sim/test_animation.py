@@ -134,3 +134,14 @@ def test_samples_that_nothing_plays_are_said():
         app.play()
         found = {(warning.code, warning.where) for warning in app.warnings}
     assert {("animated-body", "/World/Ball"), ("animated-scale", "/World/Mover")} <= found
+
+
+def test_a_sensor_that_does_not_count_from_its_parent_stays():
+    stage = stage_with_a_mover()
+    mast = UsdGeom.Xform.Define(stage, "/World/Mover/Mast")
+    mast.AddTranslateOp().Set((0, 0, 2))
+    mast.SetResetXformStack(True)
+    with App(stage) as app:
+        app.play()
+        app.update(steps=30)
+        assert app.fabric.world_matrix("/World/Mover/Mast")[:3, 3] == pytest.approx([0, 0, 2])

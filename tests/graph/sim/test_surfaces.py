@@ -214,3 +214,13 @@ def test_faces_without_an_area_alone_are_said():
     mesh.CreateFaceVertexIndicesAttr([0, 1, 2])
     _, warnings = collected(stage)
     assert "no area" in warnings[0][2]
+
+
+def test_shapes_with_time_samples_are_seen_as_at_first_and_said():
+    stage = open_stage()
+    ball = UsdGeom.Sphere.Define(stage, "/Ball")
+    ball.GetRadiusAttr().Set(1.0, 0)
+    ball.GetRadiusAttr().Set(2.0, 24)
+    parts, warnings = collected(stage)
+    assert parts["/Ball"].vertices.max() == pytest.approx(1.0)
+    assert [warning[:2] for warning in warnings] == [("animated-shape", "/Ball")]
