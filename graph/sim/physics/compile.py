@@ -77,6 +77,7 @@ def compile_world(world: World, dt: Fraction, options: SolverOptions, warn: Warn
     colliders = [collider for collider, _ in usable]
     given = {body.path: body.model_name for body in world.given}
     handles = _add_bodies(spec, forest, usable, given, warn)
+    _put_to_sleep(spec, forest, handles)
     roots = _weld_roots(forest)
     names = [f"{collider.path}#{number}" for number, collider in enumerate(colliders)]
     plan = plan_contacts(colliders, names, still(colliders, roots), world.meets, warn)
@@ -204,6 +205,17 @@ def _add_bodies(
             _set_inertia(handle, body_inertia(body, own.get(body.path, ()), warn))
             add_joints(handle, branch, bool(spec.compiler.degree))
     return handles
+
+
+def _put_to_sleep(spec: Any, forest: Forest, handles: Mapping[str, Any]) -> None:
+    """Bodies that start asleep hang in place until something touches them; the others never sleep."""
+    free = [branch for branch in forest.branches if branch.parent is None and not branch.body.kinematic]
+    if not any(branch.body.asleep for branch in free):
+        return
+    spec.option.enableflags |= int(mujoco.mjtEnableBit.mjENBL_SLEEP)
+    kinds = mujoco.mjtSleepPolicy
+    for branch in free:
+        handles[branch.body.path].sleep = kinds.mjSLEEP_INIT if branch.body.asleep else kinds.mjSLEEP_NEVER
 
 
 def _set_inertia(handle: Any, inertia: Inertia) -> None:

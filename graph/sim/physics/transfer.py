@@ -10,6 +10,7 @@ from graph.sim.transforms import Floats
 
 from .library import mujoco
 from .motion import body_velocities
+from .soft import Deformables
 
 if TYPE_CHECKING:
     from .engine import Physics
@@ -46,7 +47,8 @@ class Leaving:
             if name in self._others:
                 self._body(model, data, self._others[name], hidden, True)
         data.time = self._data.time
-        physics.deformables.take_over(self._deformables, self._data, data)
+        if isinstance(physics.deformables, Deformables) and isinstance(self._deformables, Deformables):
+            physics.deformables.take_over(self._deformables, self._data, data)
         self._controls(physics)
         if self._surfaces is not None:
             physics.surfaces.take_over(self._surfaces, numbers)

@@ -258,6 +258,18 @@ def test_a_kinematic_body_carries_others_and_stays(world):
     assert physics.positions[:, 2] == pytest.approx([2.1, 2.8], abs=5e-3)
 
 
+def test_a_body_that_starts_asleep_hangs_until_it_is_hit(world):
+    sleeper = ball(translate=[0, 0, 5], attributes={"physics:startsAsleep": True})
+    physics, _, _ = world(
+        {**GROUND, "/Sleeper": sleeper, "/Falling": ball(translate=[0, 0, 6]), "/Other": ball(translate=[3, 0, 1])}
+    )
+    steps(physics, 60)  # 0.31 m of the 0.6 m between the two
+    assert physics.positions[0] == pytest.approx([0, 0, 5])
+    assert physics.positions[1, 2] == pytest.approx(6 - fallen(60, 1 / 240), abs=1e-6)
+    steps(physics, 420)
+    assert physics.positions[[0, 2], 2] == pytest.approx([0.2, 0.2], abs=2e-2)
+
+
 def test_a_disabled_collider_is_passed_through(world):
     floor = {"type": "Cube", "size": 1.0, "collision": False}
     physics, _, _ = world({"/Floor": floor, "/A": ball(translate=[0, 0, 2])})
