@@ -88,6 +88,8 @@ class Simulation(TimeQueries):
         """
         if not self.built:
             raise RunError("physics cannot step while the timeline is stopped; call app.play() first")
+        if self._app.live is not None:
+            self._app.live.check()
         if update_fabric and not self._app.fidelity.fabric:
             raise ValueError("update_fabric: Fabric is off; call app.simulation.enable_fabric(True) while stopped")
         self._accumulator.clear()

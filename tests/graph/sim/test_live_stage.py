@@ -147,6 +147,13 @@ def test_what_is_undone_is_no_longer_refused(edit, undo):
     app.update()
 
 
+def test_a_direct_step_refuses_it_too():
+    app = playing()
+    add_a_surface(app.stage)
+    with pytest.raises(RunError, match="/World/New"):
+        app.simulation.step()
+
+
 def test_what_has_no_role_may_be_edited(fabric):
     app = playing(fabric=fabric)
     stage = app.stage
