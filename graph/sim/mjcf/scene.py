@@ -24,7 +24,7 @@ from .naming import ROOT, Paths, flex_name, prim_paths
 
 MOVED = 1e-9
 """How far a prim must be from where the model has it [m or rad] to count as placed by the user."""
-IGNORED = ("rigid_body", "mass", "density", "angular_velocity", "collision", "velocity")
+IGNORED = ("rigid_body", "mass", "density", "collision")
 """Keys of inline prims that change nothing where the model already says what is simulated."""
 
 
