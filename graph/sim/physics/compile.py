@@ -24,7 +24,7 @@ from .materials import Touch
 from .model import Body, Collider, Gripper, Joint, Volume, World
 from .soft import Soft, add_soft
 from .solver import CHOICES, SWITCHES, SolverOptions
-from .ties import add_drive, add_grips, add_joints, add_ties, kept_apart
+from .ties import add_drive, add_grips, add_joints, add_ties, kept_apart, still_name
 from .tree import Forest, grow_forest
 
 Start = Callable[[Any, Any], None]
@@ -84,7 +84,7 @@ def compile_world(world: World, dt: Fraction, options: SolverOptions, warn: Warn
     write_options(spec.option, _suited(options, world, base is not None))
     spec.option.timestep = float(dt)
     for number, (collider, name) in enumerate(zip(colliders, names, strict=True)):
-        parent = spec.worldbody if collider.body is None else handles[collider.body]
+        parent = _still_body(spec, collider.still) if collider.body is None else handles[collider.body]
         grip = Grip(
             float(plan.friction[number]),
             int(plan.priority[number]),
@@ -168,11 +168,12 @@ def _meeting(colliders: list[Collider], roots: dict[str, str | None], world: Wor
     apart = kept_apart(world)
 
     def meet(first: int, second: int) -> bool:
-        a, b = colliders[first].body, colliders[second].body
-        root = [None if body is None else roots.get(body, body) for body in (a, b)]
+        pair = [colliders[first], colliders[second]]
+        root = [None if each.body is None else roots.get(each.body, each.body) for each in pair]
         if root[0] == root[1]:
             return False
-        return a is None or b is None or (min(a, b), max(a, b)) not in apart
+        a, b = (each.body or each.still for each in pair)
+        return (min(a, b), max(a, b)) not in apart
 
     return meet
 
@@ -205,6 +206,13 @@ def _add_bodies(
             _set_inertia(handle, body_inertia(body, own.get(body.path, ()), warn))
             add_joints(handle, branch, bool(spec.compiler.degree))
     return handles
+
+
+def _still_body(spec: Any, path: str) -> Any:
+    """The world; or a part of it with a name of its own, which bodies can be kept apart from."""
+    if not path:
+        return spec.worldbody
+    return spec.body(still_name(path)) or spec.worldbody.add_body(name=still_name(path))
 
 
 def _put_to_sleep(spec: Any, forest: Forest, handles: Mapping[str, Any]) -> None:

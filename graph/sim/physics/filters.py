@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from graph.sim.scan import Scan
 from graph.sim.stage import Warn
-from graph.sim.usd import UsdPhysics
+from graph.sim.usd import EARLIEST, UsdPhysics
 
 from .attributes import value_of
 
@@ -21,16 +21,20 @@ MOST_MASKS = 32
 
 @dataclass(frozen=True)
 class Filters:
-    """masks: by the path of a collider prim, its kind; meets: (k, k) which kinds collide; apart: bodies that do not."""
+    """masks: by the path of a collider prim, its kind; meets: (k, k) which kinds collide; apart: pairs that do not.
+
+    The pairs are of moving bodies, or of one and something still (`stills`: prims with all that is below them).
+    """
 
     masks: dict[str, int]
     meets: NDArray[np.bool_]
     apart: tuple[tuple[str, str], ...]
+    stills: frozenset[str]
 
 
 def read_filters(scan: Scan, warn: Warn) -> Filters:
     """All that keeps colliders apart on a stage."""
-    apart: dict[tuple[str, str], None] = {}
+    apart: dict[tuple[str, str], None] = dict.fromkeys(_still_ends(scan))
     tokens: dict[str, set[tuple[int, int]]] = {}
     for number, (first, second) in enumerate(_filtered(scan)):
         bodies = [scan.body_of(path) for path in (first, second)]
@@ -47,9 +51,23 @@ def read_filters(scan: Scan, warn: Warn) -> Filters:
                 if collider.path == path or collider.path.startswith(f"{path.rstrip('/')}/"):
                     tokens.setdefault(collider.path, set()).add((number, side))
     for group in _mechanisms_without_self_collision(scan):
-        apart.update(dict.fromkeys(combinations(sorted(group), 2)))
+        apart.update(dict.fromkeys(pair for pair in combinations(sorted(group), 2) if not scan.moving.isdisjoint(pair)))
     masks, meets = _masks(scan, tokens, warn)
-    return Filters(masks, meets, tuple(apart))
+    stills = frozenset(path for pair in apart for path in pair if path not in scan.moving)
+    return Filters(masks, meets, tuple(apart), stills)
+
+
+def _still_ends(scan: Scan) -> list[tuple[str, str]]:
+    """A body and what does not move, tied by a joint whose ends do not collide."""
+    out = []
+    for joint in scan.joints:
+        if UsdPhysics.Joint(joint.prim).GetCollisionEnabledAttr().Get(EARLIEST):
+            continue
+        ends = [body or target for body, target in zip(joint.bodies, joint.targets, strict=True)]
+        first, second = ends
+        if first and second and first != second and (first in scan.moving) != (second in scan.moving):
+            out.append((min(first, second), max(first, second)))
+    return out
 
 
 def _groups(scan: Scan) -> list[Any]:
@@ -82,7 +100,7 @@ def _mechanisms_without_self_collision(scan: Scan) -> list[set[str]]:
             continue
         start = {body for body in scan.bodies if body == path or body.startswith(f"{path}/")}
         start |= {body for joint in scan.joints if joint.path == path for body in joint.bodies if body}
-        out.append({body for body in _jointed(scan, start) if body in scan.moving})
+        out.append(_jointed(scan, start))
     return out
 
 

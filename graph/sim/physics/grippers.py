@@ -107,7 +107,8 @@ class SurfaceGripper:
         distance = mujoco.mj_ray(physics.model, physics.data, start, direction, None, 0, body + 1, geom)
         if geom[0] < 0 or not 0 <= distance <= self.spec.reach:
             return 0
-        return int(physics.model.geom_bodyid[geom[0]])
+        found = int(physics.model.geom_bodyid[geom[0]])
+        return found if found <= len(physics.body_paths) else 0
 
     def _hold(self, number: int, body: int) -> None:
         physics, weld = self._physics, self._welds[number]

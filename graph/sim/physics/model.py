@@ -52,6 +52,8 @@ class Collider:
     vertices: Floats | None = None
     triangles: Triangles | None = None
     material: Material = PLAIN
+    still: str = ""
+    """Of what does not move: the prim that it belongs to in `World.filtered`."""
     mask: int = 0
     """Its kind for the filters of collisions (see `World.meets`)."""
     density: float | None = None
@@ -198,7 +200,8 @@ class Gripper:
 class World:
     """All that one engine needs: gravity [m/s2], bodies, colliders, joints and what never collides.
 
-    filtered: pairs of bodies; meets: (k, k) which kinds of colliders (`Collider.mask`) collide, None: all.
+    filtered: pairs of bodies, or of one and something still (`Collider.still`). meets: (k, k) which kinds of colliders
+    (`Collider.mask`) collide, None: all.
     given: bodies that a model brings which is simulated as it is; the others are added to it.
     """
 

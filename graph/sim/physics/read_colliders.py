@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -18,6 +17,7 @@ from graph.sim.transforms import Floats
 from graph.sim.usd import EARLIEST, UsdGeom, UsdPhysics
 
 from .attributes import authored, kilograms_per_unit, quaternion_of, vector
+from .filters import Filters
 from .hulls import convex_pieces, with_depth
 from .materials import bound_material, read_material
 from .model import Collider, Volume
@@ -33,21 +33,21 @@ _TO_Z = {"X": [[0, 0, 1], [1, 0, 0], [0, 1, 0]], "Y": [[0, 1, 0], [0, 0, 1], [1,
 """Rotations whose third column is the axis: they turn shapes along Z to lie along X or Y."""
 
 
-def read_colliders(scan: Scan, masks: Mapping[str, int], warn: Warn) -> tuple[Collider, ...]:
+def read_colliders(scan: Scan, filters: Filters, warn: Warn) -> tuple[Collider, ...]:
     """All enabled colliders, each in the frame of its body if that can move, else in the world.
 
-    masks: their kinds by path, for what tells them apart (see `filters`).
+    filters: what keeps them apart.
     """
     found: list[Collider] = []
     for prim in scan.colliders:
-        found.extend(_Reader(scan, prim, masks.get(prim.path, 0), warn).read())
+        found.extend(_Reader(scan, prim, filters, warn).read())
     return tuple(found)
 
 
 class _Reader:
     """One collider prim with its frame: `frame` takes its own units to metres in its body's frame."""
 
-    def __init__(self, scan: Scan, collider: ColliderPrim, mask: int, warn: Warn) -> None:
+    def __init__(self, scan: Scan, collider: ColliderPrim, filters: Filters, warn: Warn) -> None:
         self.prim, self.path = collider.prim, collider.path
         self.body = scan.moving_body_of(collider.path)
         self.warn = warn
@@ -60,7 +60,10 @@ class _Reader:
         rest = (transforms.inverse_rigid(self.pose) @ frame)[:3, :3]
         self.scale = np.abs(np.diag(rest))
         self.sheared = bool(np.abs(rest - np.diag(np.diag(rest))).max() > 1e-9 * self.scale.max())
-        self.common = {**_surface(scan, collider.prim, warn), **self._mass(scan), "mask": mask}
+        self.common = {**_surface(scan, collider.prim, warn), **self._mass(scan)}
+        self.common["mask"] = filters.masks.get(self.path, 0)
+        if self.body is None and filters.stills:
+            self.common["still"] = _nearest(self.path, filters.stills)
 
     def read(self) -> list[Collider]:
         if not transforms.usable(self.frame):
@@ -213,6 +216,13 @@ class _Reader:
 
     def _complain(self, message: str) -> None:
         self.warn("bad-collider", self.path, message)
+
+
+def _nearest(path: str, among: frozenset[str]) -> str:
+    """Which of some prims a path is, or is below; empty where it is neither."""
+    while path and path not in among:
+        path = path.rpartition("/")[0]
+    return path
 
 
 def _facing(normal: Floats, origin: Floats) -> Floats:

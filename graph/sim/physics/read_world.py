@@ -35,7 +35,7 @@ def read_world(scan: Scan, warn: Warn) -> World:
         bodies=tuple(
             _body(scan, body, warn) for path, body in scan.bodies.items() if path in scan.moving and not body.given
         ),
-        colliders=read_colliders(scan, filters.masks, warn),
+        colliders=read_colliders(scan, filters, warn),
         joints=joints,
         filtered=filters.apart,
         grippers=read_grippers(scan, warn),

@@ -62,6 +62,8 @@ class Surfaces:
         self._belts.pop(path, None)
         if velocity.any() or turn.any():
             body = int(self._model.geom_bodyid[geoms[0]])
+            if body > len(self._physics.body_paths):  # a still part of the world
+                body = 0
             local = self._in_body(body, pose)
             self._belts[path] = Belt(body, local[:3, :3] @ velocity, local[:3, :3] @ turn, local[:3, 3])
         self._of_geom[geoms] = -1

@@ -78,12 +78,20 @@ def add_ties(spec: Any, world: World, forest: Forest, handles: Mapping[str, Any]
         # MuJoCo counts from the positions at the start: q - q0 = a0 + a1 (p - p0)
         ahead = mimic.offset + mimic.ratio * singles[mimic.leader].start - singles[mimic.path].start
         tie.data[:5] = [ahead, mimic.ratio, 0, 0, 0]
+    names = {path: still_name(path) for path in {collider.still for collider in world.colliders} if path}
+    names |= {body.path: body.model_name for body in (*world.bodies, *world.given)}
     for first, second in kept_apart(world):
-        spec.add_exclude(bodyname1=given.get(first, first), bodyname2=given.get(second, second))
+        if first in names and second in names and spec.body(names[first]) and spec.body(names[second]):
+            spec.add_exclude(bodyname1=names[first], bodyname2=names[second])
+
+
+def still_name(path: str) -> str:
+    """What the model calls a part of the world that bodies are kept apart from."""
+    return f"{path}#still"
 
 
 def kept_apart(world: World) -> dict[tuple[str, str], None]:
-    """Pairs of bodies that never collide, the lesser path first."""
+    """Pairs of bodies (or of one and something still) that never collide, the lesser path first."""
     apart = [joint.bodies for joint in world.joints if not joint.collide] + list(world.filtered)
     return dict.fromkeys((min(a, b), max(a, b)) for a, b in apart if a and b)
 
