@@ -378,7 +378,7 @@ with ExitStack() as stack:
     apps = [stack.enter_context(App.from_file(sys.argv[1])) for _ in range(2)]
     for app in apps:
         app.bus.subscribe(CountingSink())
-    two_apps(80)  # until the thread pools and allocators have what they keep
+    two_apps(160)  # until the thread pools and allocators have what they keep
     before = resident()
     two_apps(100)
     print(before, resident())

@@ -36,13 +36,13 @@ def recording(tmp_path_factory):
 
 def read_all(path):
     """Reads and decodes a file, or is told what is wrong; how long that took [s]."""
-    started, said = time.perf_counter(), str(path)
+    started, said = time.process_time(), str(path)
     try:
         for entry in McapSource(path):
             entry.load()
     except (UserError, RunError) as error:
         said = str(error)
-    elapsed = time.perf_counter() - started
+    elapsed = time.process_time() - started
     assert "\n" not in said
     assert str(path) in said
     return elapsed
@@ -90,7 +90,7 @@ def test_a_damaged_message_file_is_read_or_refused(tmp_path, name, changes):
         at = place % len(text)
         text = text[:at] + content + text[at + 1 :] or " "
     (tmp_path / name).write_text(text, encoding="utf-8", errors="surrogatepass")
-    started, said = time.perf_counter(), str(tmp_path / name)
+    started, said = time.process_time(), str(tmp_path / name)
     try:
         [source] = open_sources([tmp_path / name])
         for entry in source:
@@ -98,7 +98,7 @@ def test_a_damaged_message_file_is_read_or_refused(tmp_path, name, changes):
     except UserError as error:
         said = str(error)
     assert str(tmp_path / name) in said
-    assert time.perf_counter() - started < 2
+    assert time.process_time() - started < 2
 
 
 @pytest.mark.parametrize(
@@ -116,7 +116,7 @@ def test_a_damaged_message_file_is_read_or_refused(tmp_path, name, changes):
 )
 def test_hostile_message_files_are_refused_in_time(tmp_path, text):
     (tmp_path / "x.yaml").write_text(text)
-    started = time.perf_counter()
+    started = time.process_time()
     with pytest.raises(UserError):
         open_sources([tmp_path / "x.yaml"])
-    assert time.perf_counter() - started < 2
+    assert time.process_time() - started < 2

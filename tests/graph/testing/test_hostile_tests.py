@@ -35,10 +35,10 @@ KEYS = """graph node scene clock world updates seed inputs changes pulses playin
 
 def read(text, tmp_path):
     """Reads and checks; every problem is one line with the file's name."""
-    started = time.perf_counter()
+    started = time.process_time()
     file = parse_cases(text, "a.test.yaml", tmp_path / "a.test.yaml")
     problems = [*file.problems, *check_cases(file.cases)]
-    assert time.perf_counter() - started < 2
+    assert time.process_time() - started < 2
     assert all(str(one).startswith("a.test.yaml") and "\n" not in str(one) for one in problems)
     return problems
 

@@ -85,9 +85,9 @@ def test_hostile_files_end_soon_with_a_line(tmp_path, case):
     path = tmp_path / "x.usda"
     path.write_bytes(text if isinstance(text, bytes) else text.encode())
     examine(path)  # whatever is loaded at first use does not count
-    started = time.perf_counter()
+    started = time.process_time()
     examined = examine(path)
-    assert time.perf_counter() - started < SECONDS
+    assert time.process_time() - started < SECONDS
     if message is None:
         assert examined.problems == ()
     else:
@@ -155,7 +155,7 @@ def test_pieces_of_graphs_in_any_order_give_a_file_or_problems(tmp_path_factory,
             depth.append("}")
     path = tmp_path_factory.mktemp("fuzz") / "x.usda"
     path.write_text(HEAD + "\n".join([*text, *reversed(depth)]) + "\n")
-    started = time.perf_counter()
+    started = time.process_time()
     examined = examine(path)
     if examined.spec is not None:
         try:
@@ -164,7 +164,7 @@ def test_pieces_of_graphs_in_any_order_give_a_file_or_problems(tmp_path_factory,
             assert error.problems  # noqa: PT017  (either way is fine, a traceback is not)
     else:
         assert examined.problems
-    assert time.perf_counter() - started < SECONDS
+    assert time.process_time() - started < SECONDS
 
 
 def test_a_nul_is_refused_with_its_place(tmp_path):
