@@ -5,8 +5,8 @@ else the larger) gives what two classes should have, nothing more is needed; cla
 priority and a friction that are right for most of what can hit them. The other pairs are written into the model as
 explicit pairs, each with its own friction.
 
-Friction at rest and in motion: a pair with a larger friction at rest has it until its surfaces slide past each other
-for some steps, or meet while they do (faster than gravity alone can make them in two steps).
+Friction at rest and in motion: a pair with a larger friction at rest has it until its surfaces are twice seen to slide
+past each other, or to meet while they do (faster than gravity alone can make them in two steps).
 """
 
 from __future__ import annotations
@@ -26,8 +26,11 @@ from .library import mujoco
 from .materials import Material, Touch, touch
 from .model import Collider
 
-SLIDING, RESTING, PATIENCE = 0.02, 0.01, 4
-"""Friction at rest ends above the first of these speeds [m/s], held for so many steps, and is back below the second."""
+SLIDING, RESTING, PATIENCE = 0.02, 0.01, 2
+"""Friction at rest ends above the first of these speeds [m/s], seen so many times, and is back below the second."""
+
+LOOKS_HZ = 30.0
+"""How often it is looked whether surfaces slide (at most once a step)."""
 
 MOST_PAIRS = 100_000
 """More explicit pairs than this are not written: each costs time in every step."""
@@ -190,15 +193,22 @@ class Contacts:
         self._fast = np.zeros(len(two), dtype=np.intp)
         self._touching = np.zeros(len(two), dtype=np.bool_)
         self._dt = 0.0
+        self._every = self._wait = 1
         if two:
             model.pair_friction[self._pairs, :2] = self._friction[:, :1]
 
     def set_dt(self, dt: float) -> None:
         """Take a new time step [s]."""
         self._dt = dt
+        self._every = max(round(1 / (LOOKS_HZ * dt)), 1)
+        self._wait = 1
 
     def step(self, data: Any) -> None:
         """After a step: which pairs slide now. Those that do not touch stay as they are."""
+        self._wait -= 1
+        if self._wait:
+            return
+        self._wait = 1
         if not data.ncon:
             return
         contact = data.contact
@@ -207,6 +217,7 @@ class Contacts:
         mine = (self._known[place] == keys) & (contact.efc_address >= 0)
         if not mine.any():
             return
+        self._wait = self._every
         speed = np.full(len(self._pairs), np.nan)
         sliding = self._speeds(data, contact.efc_address[mine], contact.friction[mine])
         np.fmax.at(speed, self._order[place[mine]], sliding)
