@@ -29,8 +29,8 @@ from .model import Collider
 SLIDING, RESTING, PATIENCE = 0.02, 0.01, 2
 """Friction at rest ends above the first of these speeds [m/s], seen so many times, and is back below the second."""
 
-LOOKS_HZ = 30.0
-"""How often it is looked whether surfaces slide (at most once a step)."""
+LOOKS_HZ, FIRST_LOOKS = 20.0, 10
+"""How often it is looked whether surfaces slide (at most once a step); so often at first in every step."""
 
 MOST_PAIRS = 100_000
 """More explicit pairs than this are not written: each costs time in every step."""
@@ -194,6 +194,7 @@ class Contacts:
         self._touching = np.zeros(len(two), dtype=np.bool_)
         self._dt = 0.0
         self._every = self._wait = 1
+        self._first = FIRST_LOOKS
         if two:
             model.pair_friction[self._pairs, :2] = self._friction[:, :1]
 
@@ -208,16 +209,17 @@ class Contacts:
         self._wait -= 1
         if self._wait:
             return
-        self._wait = 1
         if not data.ncon:
+            self._wait = 1
             return
+        self._first = max(self._first - 1, 0)
+        self._wait = 1 if self._first else self._every
         contact = data.contact
         keys = self._keys(contact.geom)
         place = np.minimum(np.searchsorted(self._known, keys), len(self._known) - 1)
         mine = (self._known[place] == keys) & (contact.efc_address >= 0)
         if not mine.any():
             return
-        self._wait = self._every
         speed = np.full(len(self._pairs), np.nan)
         sliding = self._speeds(data, contact.efc_address[mine], contact.friction[mine])
         np.fmax.at(speed, self._order[place[mine]], sliding)

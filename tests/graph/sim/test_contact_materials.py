@@ -198,9 +198,9 @@ def test_friction_at_rest_holds_what_sliding_friction_would_not(touching, cone):
     angle = math.atan(0.6)
     # once it slides, with the lesser friction: 0.5 t + g (sin - 0.3 cos) t2 / 2; the step in which it is seen to slide
     # has the greater one, which takes at most 105 / s (MuJoCo's contact damping) of 0.5 m/s: 0.22 m/s; and where the
-    # block hops on its way, another 0.5 g cos / 30 = 0.14 m/s until it is looked at again
+    # block hops on its way, another 0.5 g cos / 20 = 0.21 m/s until it is looked at again
     away = 0.5 + G * (math.sin(angle) - 0.3 * math.cos(angle)) / 2
-    assert away - 0.36 < slid(moving) < away + 0.01
+    assert away - 0.43 < slid(moving) < away + 0.01
     loose, _ = touching(surface, surface, BLOCK, down=slope(math.atan(0.9)), fidelity=knobs)
     assert slid(loose) > 0.5
 
