@@ -38,7 +38,7 @@ class Candidates:
 
     def at(self, rows: np.ndarray) -> Candidates:
         """Some of the hits."""
-        return Candidates(*(getattr(self, name)[rows] for name in Candidates.__slots__))
+        return Candidates(*(np.take(getattr(self, name), rows, axis=0, mode="clip") for name in Candidates.__slots__))
 
 
 def form_echoes(hits: Candidates, *, separation: float, least: float, most: int) -> Candidates:
@@ -51,22 +51,41 @@ def form_echoes(hits: Candidates, *, separation: float, least: float, most: int)
     """
     if not len(hits.beam):
         return hits
-    hits = hits.at(np.lexsort((hits.distance, hits.beam)))
-    new = np.ones(len(hits.beam), bool)
-    new[1:] = (np.diff(hits.beam) != 0) | (np.diff(hits.distance) > separation)
+    order = _by_beam_and_distance(hits)
+    beam, distance, light = (np.take(array, order) for array in (hits.beam, hits.distance, hits.light))
+    new = np.ones(len(beam), bool)
+    new[1:] = (np.diff(beam) != 0) | (np.diff(distance) > separation)
     start = np.flatnonzero(new)
     echo = np.cumsum(new) - 1
-    energy = hits.light.astype(np.float64) / np.maximum(hits.distance, 1e-3).astype(np.float64) ** 2
-    total = np.add.reduceat(energy, start)
-    moment = np.add.reduceat(energy * hits.distance, start)
-    brightest = start[0] + np.lexsort((energy, echo))[np.append(start[1:], len(echo)) - 1]
-    echoes = hits.at(brightest)
-    alone = np.diff(np.append(start, len(echo))) == 1
-    merged = np.where(total > 0, moment / np.where(total > 0, total, 1.0), hits.distance[start])
-    echoes.distance = np.where(alone, hits.distance[start], merged).astype(np.float32)
-    echoes.light = np.add.reduceat(hits.light.astype(np.float64), start).astype(np.float32)
+    energy = light.astype(np.float64) / np.maximum(distance, 1e-3).astype(np.float64) ** 2
+    total = np.bincount(echo, energy)
     seen = np.flatnonzero((total >= least) & (total > 0))
-    return _choose(echoes.at(seen), total[seen], most)
+    seen = seen[_chosen(np.take(beam, start[seen]), total[seen], most)]
+    echoes = hits.at(np.take(order, _brightest(energy, echo, start)[seen]))
+    moment, nearest = np.bincount(echo, energy * distance)[seen], distance[start[seen]]
+    alone = np.diff(start, append=len(echo))[seen] == 1
+    echoes.distance = np.where(alone, nearest, moment / total[seen]).astype(np.float32)
+    echoes.light = np.bincount(echo, light)[seen].astype(np.float32)
+    return echoes
+
+
+def _by_beam_and_distance(hits: Candidates) -> np.ndarray:
+    """(m,) order of hits by beam, then distance, then as they are.
+
+    Positive floats are in the order of their bits, and hits come as a few runs of rising beams, which a stable sort of
+    whole numbers merges twenty times as fast as a sort by two keys.
+    """
+    key = hits.beam.astype(np.uint64) << np.uint64(32)
+    key |= np.ascontiguousarray(hits.distance, np.float32).view(np.uint32)
+    return np.argsort(key, kind="stable")
+
+
+def _brightest(energy: np.ndarray, echo: np.ndarray, start: np.ndarray) -> np.ndarray:
+    """(e,) the hit of each echo that sends most energy, the last of equal ones; echo: (m,), rising."""
+    most = np.flatnonzero(energy == np.take(np.maximum.reduceat(energy, start), echo))
+    found = np.empty(len(start), np.intp)
+    found[echo[most]] = most
+    return found
 
 
 def echo_ids(beam: np.ndarray) -> np.ndarray:
@@ -89,20 +108,26 @@ def with_dark_beams(echoes: Candidates, beams: int) -> Candidates:
     return both.at(np.argsort(both.beam, kind="stable"))
 
 
-def _choose(echoes: Candidates, energy: np.ndarray, most: int) -> Candidates:
-    """At most so many echoes of each beam."""
-    place, count = _places(echoes.beam)
-    if len(place) and count.max() > most:
-        rank = np.full(len(place), 3)
-        rank[place == 0] = 2
-        rank[place == count - 1] = 1
-        order = np.lexsort((-energy, echoes.beam))
-        first = np.flatnonzero(np.diff(echoes.beam[order], prepend=-1))
-        rank[order[first]] = 0
-        ranked = np.lexsort((-energy, rank, echoes.beam))
-        turn, _ = _places(echoes.beam[ranked])
-        echoes = echoes.at(np.sort(ranked[turn < most]))
-    return echoes
+def _chosen(beam: np.ndarray, energy: np.ndarray, most: int) -> np.ndarray:
+    """(k,) which echoes to keep so that no beam has more than `most`; beam: (e,), rising; energy: (e,)."""
+    place, count = _places(beam)
+    crowded = np.flatnonzero(count > most)
+    if not len(crowded):
+        return np.arange(len(beam))
+    kept = np.ones(len(beam), bool)
+    beam, energy, place, count = beam[crowded], energy[crowded], place[crowded], count[crowded]
+    rank = np.full(len(crowded), 3)
+    rank[place == 0] = 2
+    rank[place == count - 1] = 1
+    start = np.flatnonzero(place == 0)
+    strongest = np.flatnonzero(energy == np.repeat(np.maximum.reduceat(energy, start), count[start]))
+    rank[strongest[np.diff(beam[strongest], prepend=-1) != 0]] = 0
+    if most > 2:  # else strongest, last and first are enough to choose from
+        ranked = np.lexsort((-energy, rank, beam))
+    else:
+        ranked = np.argsort(beam.astype(np.int64) * 4 + rank, kind="stable")
+    kept[crowded[ranked[place >= most]]] = False
+    return np.flatnonzero(kept)
 
 
 def _places(beam: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -25,6 +25,9 @@ MOST_SURFACES = 8
 STEP_M = 5e-4
 """How far behind glass a ray goes on [m]."""
 
+MOST_KEPT_BYTES = 64 << 20
+"""Directions of sub-rays are worked out once, unless they take up more."""
+
 
 class Scanner:
     """Measures with one pattern. Its arrays are allocated once; results are the caller's.
@@ -63,13 +66,14 @@ class Scanner:
         self._velocities, self._tables = velocities, dict(tables or {})
         self._receiver, self._optics, self._noise = receiver, optics, noise
         self._config = config or LidarConfig(emitter_states=(EmitterState(np.zeros(1), np.zeros(1)),))
-        self._echoing = SubRays(self._config, subrays) if subrays > 1 else None
+        self._sub, self._echoing = SubRays(self._config, subrays), subrays > 1
         count = len(pattern)
         self._columns = np.ascontiguousarray(pattern.directions.T)
         self._table = np.empty((count, 6), np.float32)
         self._written = np.full(4, np.nan, np.float32)
         self._world = np.empty((3, count), np.float32)
         self._cosine, self._term = np.empty(count, np.float32), np.empty(count, np.float32)
+        self._kept: dict[int, np.ndarray] = {}
         self._turned_by: bytes | None = None
         self._grid: RayGrid | None = None
         self._reach = float(pattern.far_m.max(initial=0.0)) * (1 + 1e-6)
@@ -77,7 +81,7 @@ class Scanner:
     def scan(self, shot: Shot, channels: frozenset[str]) -> dict[str, np.ndarray]:
         """The channels asked for, each with one row per return, in the order of the pattern. Always has "count"."""
         optics = self._optics() if self._receiver is not None else None
-        if optics is not None and (self._echoing is not None or optics.has_glass):
+        if optics is not None and (self._echoing or optics.has_glass):
             return self._all_echoes(shot, channels, optics).arrays(channels)
         return self._single_returns(shot, channels, optics).arrays(channels)
 
@@ -93,7 +97,8 @@ class Scanner:
         valid = self._valid(hits.distance, shot.rows)
         cosine = None
         if lit and receiver is not None and optics is not None:
-            cosine = self._incidence(aim, hits)
+            assert hits.normals is not None
+            cosine = self._incidence(aim.directions, hits.normals)
             receiver.detect(cosine, distance, valid, hits.surfaces, optics)
         index = np.arange(len(valid)) if self._keep_invalid else np.flatnonzero(valid)
         reflected = None
@@ -104,12 +109,12 @@ class Scanner:
     def _all_echoes(self, shot: Shot, channels: frozenset[str], optics: Optics) -> Returns:
         """All that the sub-rays of beams meet, through glass too, put together to echoes."""
         assert self._receiver is not None
-        sub = self._echoing or SubRays(self._config, 1)
+        sub = self._sub
         columns, origins, swing, exact = self._beams(shot)
         found = []
         for number in range(len(sub)):
-            beams = sub.directions(number, columns)
-            aim, turned = self._aim(shot, beams, origins, swing + sub.swing, exact and beams is columns)
+            beams = self._sub_beams(number, shot.rows) if exact else sub.directions(number, columns)
+            aim, turned = self._aim(shot, beams, origins, swing + sub.swing, exact and len(sub) == 1)
             found += self._through_glass(shot, aim, turned, optics, 1.0 / len(sub))
         if len(sub) > 1:
             aim, _ = self._aim(shot, columns, origins, swing, exact)
@@ -132,21 +137,33 @@ class Scanner:
         hits = Hits(echoes.distance, echoes.normals, np.arange(count, dtype=np.uint32), echoes.surface)
         return self._returns(shot, hits, echoes.beam, aim, echoes.light, valid, np.arange(count), echo_ids(echoes.beam))
 
+    def _sub_beams(self, number: int, rows: slice) -> np.ndarray:
+        """(3, n) directions of a sub-ray of the pattern's own beams; kept, as long as they are few enough."""
+        sub = self._sub
+        if len(sub) * self._columns.nbytes > MOST_KEPT_BYTES:
+            return sub.directions(number, self._columns[:, rows])
+        if number not in self._kept:
+            self._kept[number] = sub.directions(number, self._columns)
+        return self._kept[number][:, rows]
+
     def _through_glass(self, shot: Shot, aim: Aim, swing: float, optics: Optics, share: float) -> list[Candidates]:
         """What the rays of an aim meet, one after the other while light passes; those between the gates."""
         bundle = self._bundle(shot, aim, swing)
         rays = np.arange(len(bundle.table))
         light, travelled = np.full(len(rays), share, np.float32), np.zeros(len(rays), np.float32)
-        found = []
+        found: list[Candidates] = []
         for _ in range(MOST_SURFACES):
             hits = self._cast(bundle, shot, normals=True)
             assert hits.normals is not None
             surface = hits.surfaces()
-            cosine = np.abs(sum(aim.directions[axis][rays] * hits.normals[:, axis] for axis in range(3)))
+            directions = aim.directions if not found else aim.directions[:, rays]
+            cosine = self._incidence(directions, hits.normals)
             distance = travelled + hits.distance
             seen = np.flatnonzero(self._valid(distance, shot.rows, rays))
-            back = light * reflected_light(cosine, hits.surfaces, optics)
+            back = light * reflected_light(cosine, surface.view, optics)
             found.append(Candidates(rays, distance, back, hits.normals, surface).at(seen))
+            if not optics.has_glass:
+                break
             passing = np.take(optics.passing, surface, mode="clip") * np.isfinite(hits.distance)
             on = np.flatnonzero((passing > 0) & (distance < self._reach))
             if not len(on):
@@ -258,10 +275,8 @@ class Scanner:
         self._grid.rotation = rotation
         return self._grid
 
-    def _incidence(self, aim: Aim, hits: Hits) -> np.ndarray:
-        """The cosine of incidence of each ray of a shot, (n,) float32, unsigned; 0 where nothing was hit."""
-        normals, directions = hits.normals, aim.directions
-        assert normals is not None
+    def _incidence(self, directions: np.ndarray, normals: np.ndarray) -> np.ndarray:
+        """The cosine of incidence of rays (3, n), on normals (n, 3), float32, unsigned; 0 where nothing was hit."""
         cosine, term = self._cosine[: len(normals)], self._term[: len(normals)]
         np.multiply(directions[0], normals[:, 0], out=cosine)
         cosine += np.multiply(directions[1], normals[:, 1], out=term)
