@@ -129,7 +129,7 @@ def open_session(
     from .runner import GraphRunner
     from .scripts import script_problems
     from .sim import App
-    from .sim.wall_clock import RealClock
+    from .sim.timing.wall_clock import RealClock
 
     parts = build_parts(
         path,

@@ -26,8 +26,8 @@ def build_stage(spec: FileSpec, allow: Sequence[Path], warn: Warn) -> tuple[Usd.
     """
     from sensors.configs import author_config
 
-    from .sim.prims import author_prims
-    from .sim.stage import add_scene, meters_per_unit, open_stage, up_axis
+    from .sim.scene.prims import author_prims
+    from .sim.scene.stage import add_scene, meters_per_unit, open_stage, up_axis
 
     scene = spec.scene
     roots = [root for root in (spec.folder, *allow) if root is not None]

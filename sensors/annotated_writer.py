@@ -10,7 +10,7 @@ from .annotator_types import find_annotator
 
 if TYPE_CHECKING:
     from graph.sim import App
-    from graph.sim.rendering import RenderProduct
+    from graph.sim.renderer.rendering import RenderProduct
 
     from .frame import Frame
 

@@ -11,7 +11,7 @@ from .errors import SensorValueError
 
 if TYPE_CHECKING:
     from graph.sim import App
-    from graph.sim.rendering import RenderProduct
+    from graph.sim.renderer.rendering import RenderProduct
 
 Product = Any
 """A render product, its path, or anything with a `path`."""

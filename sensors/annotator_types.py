@@ -28,7 +28,7 @@ from .gmo import channels_for, pack
 
 if TYPE_CHECKING:
     from graph.sim import App
-    from graph.sim.rendering import RenderProduct
+    from graph.sim.renderer.rendering import RenderProduct
 
     from .frame import Frame
 

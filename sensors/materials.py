@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 from typing import Any
 
-from graph.sim.nonvisual import ATTRIBUTES, BASES, COATINGS
+from graph.sim.scene.nonvisual import ATTRIBUTES, BASES, COATINGS
 
 PREFIX = "omni:simready:nonvisual:"
 PREFIX_SETTING = "/rtx/materialDb/nonVisualMaterialSemantics/prefix"

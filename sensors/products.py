@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from pxr import Usd
 
     from graph.sim import App
-    from graph.sim.rendering import RenderProduct
+    from graph.sim.renderer.rendering import RenderProduct
 
 ROOT = "/Render/OmniverseKit/HydraTextures"
 """Where products live, in the stage's session layer."""
@@ -44,7 +44,7 @@ def place_product(app: App, path: str, prim_path: str, resolution: tuple[int, in
 
     Raises SensorValueError as `render_product` does; then nothing has changed.
     """
-    from graph.sim.rendering import RenderProduct
+    from graph.sim.renderer.rendering import RenderProduct
 
     product = RenderProduct(path, prim_path, resolution, _runtime(app, prim_path))
     if path in app.rendering.products:
@@ -62,7 +62,7 @@ class Blank:
     wants_updates = False
 
     def __init__(self) -> None:
-        from graph.sim.schedule import EveryUpdate
+        from graph.sim.renderer.schedule import EveryUpdate
 
         self.schedule = EveryUpdate()
 

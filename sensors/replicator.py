@@ -20,7 +20,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from graph.sim.managers import orchestrator
+from graph.sim.managers.current import orchestrator
 
 from .annotated_writer import AnnotatedWriter as Writer
 from .annotator import Annotator
@@ -32,7 +32,7 @@ from .writers import get as get_writer
 
 if TYPE_CHECKING:
     from graph.sim import App
-    from graph.sim.rendering import RenderProduct
+    from graph.sim.renderer.rendering import RenderProduct
 
 HOST = (None, "cpu", "cpu:0")
 

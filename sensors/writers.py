@@ -15,7 +15,7 @@ from .frame import Frame
 
 if TYPE_CHECKING:
     from graph.sim import App
-    from graph.sim.rendering import RenderProduct
+    from graph.sim.renderer.rendering import RenderProduct
 
 Writer = Callable[[Frame], object]
 

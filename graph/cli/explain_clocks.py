@@ -44,7 +44,7 @@ def clock_facts(app: App, steps: Sequence[Step]) -> dict[str, Any]:
     sim_per_wall: simulated seconds per second of wall time that the clocks are set to.
     """
     from graph.sim import settings as keys
-    from graph.sim.clocks import Accumulator
+    from graph.sim.timing.clocks import Accumulator
 
     settings, dt = app.settings, loop_dt(app)
     accepted = next((step.timeline_dt for step in steps if step.timeline_dt), Fraction(0))
@@ -76,8 +76,8 @@ def clock_facts(app: App, steps: Sequence[Step]) -> dict[str, Any]:
 def plan_updates(app: App) -> Iterator[Step]:
     """The updates of an App that plays from its first update on, without end."""
     from graph.sim import settings as keys
-    from graph.sim.clocks import Accumulator
-    from graph.sim.timeline import Timeline
+    from graph.sim.timing.clocks import Accumulator
+    from graph.sim.timing.timeline import Timeline
 
     settings, rate = app.settings, app.simulation.steps_per_second
     timeline = Timeline(settings)

@@ -12,8 +12,8 @@ if TYPE_CHECKING:
     from graph.assembly import Session
     from graph.evaluate import Node
     from graph.sim import App
-    from graph.sim.rendering import RenderProduct
-    from graph.sim.schedule import Tick
+    from graph.sim.renderer.rendering import RenderProduct
+    from graph.sim.renderer.schedule import Tick
 
 SHOWN_UPDATES = 12
 MOST_UPDATES = 120
@@ -69,7 +69,7 @@ class Observed:
 
 def observe(session: Session, links: Links) -> Observed:
     """Plays a session for twelve updates, longer while a render product is still to be made."""
-    from graph.sim.bus import CountingSink
+    from graph.sim.messages.bus import CountingSink
 
     app, seen = session.app, Observed()
     nodes = [node for graph in session.runner.graphs.values() for node in graph.nodes.values()]

@@ -10,8 +10,8 @@ if TYPE_CHECKING:
     from pxr import Usd
 
     from graph.sim import App
-    from graph.sim.rendering import RenderProduct
-    from graph.sim.schedule import Tick
+    from graph.sim.renderer.rendering import RenderProduct
+    from graph.sim.renderer.schedule import Tick
 
     from .explain_clocks import Step
     from .explain_run import Observed
@@ -47,7 +47,7 @@ def planned_ticks(
     app: App, product: RenderProduct, made_in: int, steps: Sequence[Step]
 ) -> tuple[list[tuple[int, Tick]], int]:
     """(update, tick) of every frame in these updates, and the grid times passed over, by the scheduler's rules."""
-    from graph.sim.schedule import EveryUpdate, Tick, TickSchedule
+    from graph.sim.renderer.schedule import EveryUpdate, Tick, TickSchedule
 
     schedule: TickSchedule | EveryUpdate = product.sensor.schedule
     created = product.created_at or Fraction(0)
@@ -116,7 +116,7 @@ def _rendered(app: App, product: RenderProduct, seen: Observed, steps: Sequence[
 
 
 def _rule(app: App, product: RenderProduct) -> str:
-    from graph.sim.schedule import TickSchedule
+    from graph.sim.renderer.schedule import TickSchedule
 
     schedule = product.sensor.schedule
     if isinstance(schedule, TickSchedule):

@@ -19,7 +19,7 @@ from .printing import aligned, note_line, safe_line
 if TYPE_CHECKING:
     from graph.assembly import Session
     from graph.sim import App
-    from graph.sim.rendering import RenderProduct
+    from graph.sim.renderer.rendering import RenderProduct
 
 LEVELS = ("NONE", "BASIC", "EXTRA", "FULL")
 DEFAULT_DURATION_S = 5

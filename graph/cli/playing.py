@@ -11,7 +11,7 @@ from graph.errors import Problem, UserError
 
 if TYPE_CHECKING:
     from graph.sim import App
-    from graph.sim.sources import MemorySource, Player, Source
+    from graph.sim.messages.sources import MemorySource, Player, Source
 
 UNHEARD = "play-unheard"
 SKIPPED = "play-topic-skipped"
@@ -47,7 +47,7 @@ def open_sources(paths: Iterable[str | Path]) -> list[Source]:
 
 def play_into(app: App, sources: Sequence[Source]) -> Player:
     """Plays the sources into the App from its next play on; topics that cannot be read become warnings."""
-    from graph.sim.sources import Player
+    from graph.sim.messages.sources import Player
 
     for source in sources:
         for topic, why in getattr(source, "skipped", {}).items():
@@ -67,7 +67,7 @@ def _open(path: Path) -> Source:
     if is_played_text(path):
         return _text_source(path)
     if path.suffix.lower() == ".mcap":
-        from graph.sim.mcap_source import McapSource
+        from graph.sim.messages.mcap_source import McapSource
 
         return McapSource(path)
     raise UserError(f"{path}: messages are played from .mcap, .yaml, .json and .jsonl files; name one of these")
@@ -75,9 +75,9 @@ def _open(path: Path) -> Source:
 
 def _text_source(path: Path) -> MemorySource:
     from graph.files.played import load_played
-    from graph.sim.ros_fields import from_plain
-    from graph.sim.ros_types import known, type_names
-    from graph.sim.sources import MemorySource
+    from graph.sim.messages.ros_fields import from_plain
+    from graph.sim.messages.ros_types import known, type_names
+    from graph.sim.messages.sources import MemorySource
     from graph.suggest import did_you_mean
 
     problems: list[Problem] = []

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from graph.errors import RunError
-from graph.sim.wall_clock import RealClock
+from graph.sim.timing.wall_clock import RealClock
 
 from .silence import silent_parts, wired_sensors
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from graph.runner import GraphRunner
     from graph.sim import App
-    from graph.sim.bus import CountingSink
+    from graph.sim.messages.bus import CountingSink
 
 Report = dict[str, Any]
 

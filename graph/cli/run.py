@@ -60,7 +60,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Runs the command; returns its exit code."""
     from graph.assembly import open_session
-    from graph.sim.bus import CountingSink
+    from graph.sim.messages.bus import CountingSink
 
     from .report import build_report, print_table, to_json, warning_lines, write_report
 
@@ -165,7 +165,7 @@ def pairs(options: list[str], flag: str) -> dict[str, str]:
 
 
 def _record(session: Session, out: Path, cleanup: ExitStack) -> None:
-    from graph.sim.recording import McapSink
+    from graph.sim.messages.recording import McapSink
 
     from .report import REPORT
 

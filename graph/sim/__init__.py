@@ -10,49 +10,49 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from .app import App as App
-    from .bus import CountingSink as CountingSink
-    from .bus import MemorySink as MemorySink
-    from .bus import MessageBus as MessageBus
     from .fidelity import Fidelity as Fidelity
-    from .managers import RenderingManager as RenderingManager
-    from .managers import SimulationManager as SimulationManager
-    from .mjc_scene import NewtonMjcScene as NewtonMjcScene
-    from .physics_scene import PhysicsScene as PhysicsScene
-    from .physx_scene import PhysxGpuCfg as PhysxGpuCfg
-    from .physx_scene import PhysxScene as PhysxScene
-    from .recording import McapSink as McapSink
-    from .rendering import RenderingEvent as RenderingEvent
-    from .rendering import RenderProduct as RenderProduct
-    from .schedule import Tick as Tick
-    from .schedule import TickSchedule as TickSchedule
+    from .managers.current import RenderingManager as RenderingManager
+    from .managers.current import SimulationManager as SimulationManager
+    from .managers.mjc_scene import NewtonMjcScene as NewtonMjcScene
+    from .managers.physics_scene import PhysicsScene as PhysicsScene
+    from .managers.physx_scene import PhysxGpuCfg as PhysxGpuCfg
+    from .managers.physx_scene import PhysxScene as PhysxScene
+    from .managers.simulation_events import SimulationEvent as SimulationEvent
+    from .messages.bus import CountingSink as CountingSink
+    from .messages.bus import MemorySink as MemorySink
+    from .messages.bus import MessageBus as MessageBus
+    from .messages.recording import McapSink as McapSink
+    from .renderer.rendering import RenderingEvent as RenderingEvent
+    from .renderer.rendering import RenderProduct as RenderProduct
+    from .renderer.schedule import Tick as Tick
+    from .renderer.schedule import TickSchedule as TickSchedule
+    from .scene.stage import register_schemas as register_schemas
     from .settings import Settings as Settings
-    from .simulation_events import SimulationEvent as SimulationEvent
-    from .stage import register_schemas as register_schemas
-    from .wall_clock import RealClock as RealClock
-    from .wall_clock import VirtualClock as VirtualClock
+    from .timing.wall_clock import RealClock as RealClock
+    from .timing.wall_clock import VirtualClock as VirtualClock
 
 _HOME = {
     "App": "app",
-    "CountingSink": "bus",
+    "CountingSink": "messages.bus",
     "Fidelity": "fidelity",
-    "McapSink": "recording",
-    "MemorySink": "bus",
-    "MessageBus": "bus",
-    "NewtonMjcScene": "mjc_scene",
-    "PhysicsScene": "physics_scene",
-    "PhysxGpuCfg": "physx_scene",
-    "PhysxScene": "physx_scene",
-    "RealClock": "wall_clock",
-    "RenderProduct": "rendering",
-    "RenderingEvent": "rendering",
-    "RenderingManager": "managers",
+    "McapSink": "messages.recording",
+    "MemorySink": "messages.bus",
+    "MessageBus": "messages.bus",
+    "NewtonMjcScene": "managers.mjc_scene",
+    "PhysicsScene": "managers.physics_scene",
+    "PhysxGpuCfg": "managers.physx_scene",
+    "PhysxScene": "managers.physx_scene",
+    "RealClock": "timing.wall_clock",
+    "RenderProduct": "renderer.rendering",
+    "RenderingEvent": "renderer.rendering",
+    "RenderingManager": "managers.current",
     "Settings": "settings",
-    "SimulationEvent": "simulation_events",
-    "SimulationManager": "managers",
-    "Tick": "schedule",
-    "TickSchedule": "schedule",
-    "VirtualClock": "wall_clock",
-    "register_schemas": "stage",
+    "SimulationEvent": "managers.simulation_events",
+    "SimulationManager": "managers.current",
+    "Tick": "renderer.schedule",
+    "TickSchedule": "renderer.schedule",
+    "VirtualClock": "timing.wall_clock",
+    "register_schemas": "scene.stage",
 }
 __all__ = [
     "App",

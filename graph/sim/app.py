@@ -12,20 +12,20 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from graph.errors import RunError, UserError
 
 from . import settings as keys
-from .bus import MessageBus
-from .drivers import Drivers
-from .editing import checked_choice
 from .fidelity import Fidelity
+from .managers.drivers import Drivers
+from .managers.simulation_manager import ManagedSimulation
+from .messages.bus import MessageBus
 from .options import clock_rates, experience_settings, refuse_unavailable
-from .parity import apply_profile
 from .phases import EVENTS, PHASES, Callback, Subscribers, Unsubscribe
-from .rendering import Rendering
-from .run_loop import RunLoop
+from .renderer.rendering import Rendering
+from .scene.editing import checked_choice
 from .settings import Settings, suggestion
-from .simulation_manager import ManagedSimulation
-from .speed import Speed, follow_timeline
-from .timeline import Change, Timeline
-from .wall_clock import VirtualClock, WallClock
+from .timing.parity import apply_profile
+from .timing.run_loop import RunLoop
+from .timing.speed import Speed, follow_timeline
+from .timing.timeline import Change, Timeline
+from .timing.wall_clock import VirtualClock, WallClock
 from .warnings import WarningList
 from .world import World
 
@@ -58,7 +58,7 @@ class App(Drivers, World):
         wall_clock: WallClock | None = None,
         when_playing: str | None = None,
     ) -> None:
-        from .stage import meters_per_unit, open_stage, physics_scene_rate, register_schemas
+        from .scene.stage import meters_per_unit, open_stage, physics_scene_rate, register_schemas
 
         self.fidelity = fidelity if isinstance(fidelity, Fidelity) else Fidelity.from_mapping(fidelity or {})
         refuse_unavailable(experience, parity, self.fidelity)

@@ -10,10 +10,10 @@ from graph import exact
 from graph.errors import UserError
 
 from . import settings as keys
-from .clocks import checked_rate
 from .fidelity import Fidelity
-from .parity import PARITIES
 from .settings import Settings
+from .timing.clocks import checked_rate
+from .timing.parity import PARITIES
 
 EXPERIENCES = ("base", "full", "zero_delay")
 DEFAULT_RATE = Fraction(60)

@@ -79,7 +79,7 @@ DEFAULTS: dict[str, Any] = {
     NODE_ERRORS_STOP: True,
     ID_MAP_EXTENSION: True,
 }
-"""Values of the `documented` profile (`graph.sim.parity` has the other one).
+"""Values of the `documented` profile (`graph.sim.timing.parity` has the other one).
 
 `minFrameRate` 0 means no catch-up cap, `rayThreads` 0 means all cores.
 """

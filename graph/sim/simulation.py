@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 from graph.errors import RunError
 
 from . import settings as keys
-from .clocks import Accumulator, PhysicsClock, checked_rate
 from .phases import Subscribers
-from .tensors import Tensors
-from .time_queries import TimeQueries
+from .state.tensors import Tensors
+from .timing.clocks import Accumulator, PhysicsClock, checked_rate
+from .timing.time_queries import TimeQueries
 
 if TYPE_CHECKING:
     from .app import App

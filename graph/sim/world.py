@@ -9,20 +9,20 @@ from typing import TYPE_CHECKING, Any, cast
 from graph.errors import UserError
 
 from . import settings as keys
-from .editing import EditStage, WhenPlaying, checked_choice, remove_prims
 from .fidelity import Fidelity
 from .options import frames_come_later
-from .reset import Reset, reset
+from .scene.editing import EditStage, WhenPlaying, checked_choice, remove_prims
 from .simulation import EXTERNAL_TIME
+from .state.reset import Reset, reset
 
 if TYPE_CHECKING:
     from contextlib import AbstractContextManager
 
     from .app import App
-    from .bus import MessageBus
-    from .rendering import Rendering
+    from .managers.simulation_manager import ManagedSimulation
+    from .messages.bus import MessageBus
+    from .renderer.rendering import Rendering
     from .settings import Settings
-    from .simulation_manager import ManagedSimulation
 
 
 class World:
@@ -43,9 +43,9 @@ class World:
         self.fabric: Any = None
         self._stage_state: Any = None
         self.live: Any = None
-        """Keeps the playing world and its stage together (`graph.sim.live_stage.LiveStage`); None while stopped."""
+        """Keeps the playing world and its stage together (`scene.live_stage.LiveStage`); None while stopped."""
         self.animation: Any = None
-        """Plays transforms with time samples (`graph.sim.animation.Animation`); None while stopped or without any."""
+        """Plays transforms with time samples (`scene.animation.Animation`); None while stopped or without any."""
         self._geometry: Any = None
         self._renew_fabric()
 
@@ -59,10 +59,10 @@ class World:
         return mjcf
 
     def geometry(self) -> Any:
-        """What rays can hit (`graph.sim.geometry.collect_geometry`), collected once per play."""
+        """What rays can hit (`graph.sim.geometry.collect.collect_geometry`), collected once per play."""
         if self._geometry is None:
-            from .geometry import collect_geometry
-            from .scan import scan_stage
+            from .geometry.collect import collect_geometry
+            from .scene.scan import scan_stage
 
             scan = scan_stage(self.stage, self.fabric.promoted)
             fine = self.fidelity.mesh_subdivision == "refined"
@@ -79,7 +79,7 @@ class World:
 
     def add_prims(self, prims: Mapping[str, Mapping[str, Any]], when_playing: str | None = None) -> None:
         """Authors prims, path to keys as under `scene.prims` in a graph file, inside an `edit`."""
-        from .prims import author_prims
+        from .scene.prims import author_prims
 
         with self.edit(when_playing) as stage:
             author_prims(stage, prims, warn=self.warn)
@@ -94,8 +94,8 @@ class World:
         reset(cast("App", self), scope)
 
     def _renew_fabric(self) -> None:
-        from .fabric import Fabric
-        from .stage_transforms import StageTransforms
+        from .state.fabric import Fabric
+        from .state.stage_transforms import StageTransforms
 
         old = self.fabric
         kind: Any = Fabric if self.fidelity.fabric else StageTransforms
@@ -108,10 +108,10 @@ class World:
 
     def build_world(self) -> None:
         """Builds physics from the stage and binds Fabric and sensors to it; playing does so by itself."""
-        from .animation import animate
-        from .live_stage import LiveStage
         from .physics import build_physics
-        from .stage import StageState
+        from .scene.animation import animate
+        from .scene.live_stage import LiveStage
+        from .scene.stage import StageState
 
         self._geometry = None
         if self.fabric.enabled != self.fidelity.fabric:

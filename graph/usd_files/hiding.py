@@ -24,9 +24,9 @@ _VARIABLE = "graph:variable:"
 def scene_graphs(path: Path, allow: Iterable[Path] = ()) -> list[RawGraph]:
     """The graphs that the scene itself holds; none where there is no such file.
 
-    Opens it as a run does (see `graph.sim.stage.open_stage`): only with files below its own folder or one of `allow`.
+    Opens it as a run does (see `open_stage`): only with files below its own folder or one of `allow`.
     """
-    from graph.sim.stage import open_stage
+    from graph.sim.scene.stage import open_stage
 
     if not path.is_file():
         return []

@@ -71,7 +71,7 @@ def _parts(spec: FileSpec) -> Iterator[str]:
 
 def check_text(path: Path, name: str) -> None:
     """Refuses, by its bytes alone, a text file that is too large, nested too deeply or no USD."""
-    from graph.sim.layers import depth
+    from graph.sim.scene.layers import depth
 
     size = path.stat().st_size
     with path.open("rb") as stream:
@@ -106,7 +106,7 @@ def _decoded(data: bytes, name: str) -> None:
 
 
 def _open(path: Path, name: str, allow: Sequence[Path], notes: list[Note]) -> Any:
-    from graph.sim.stage import open_stage
+    from graph.sim.scene.stage import open_stage
 
     def warn(code: str, where: str, message: str) -> None:
         notes.append((code, where, message))

@@ -31,7 +31,7 @@ def type_name(value: Callable[[str], Any]) -> str:
     package, folder, name = (value(one) for one in ("messagePackage", "messageSubfolder", "messageName"))
     if not package or not name:
         return ""
-    from graph.sim.ros_types import known, type_names
+    from graph.sim.messages.ros_types import known, type_names
 
     full = f"{package}/{folder}/{name}"
     if known(full) or (folder == "srv" and known(f"{full}_Request")):
@@ -70,7 +70,7 @@ class Fields:
     """
 
     def __init__(self, message: str, names: Iterable[str], prefix: str = "") -> None:
-        from graph.sim.ros_fields import leaves, unpack, zero
+        from graph.sim.messages.ros_fields import leaves, unpack, zero
 
         self.message = message
         self._zeros = unpack(message, zero(message))
@@ -83,7 +83,7 @@ class Fields:
 
     def read(self, db: Any) -> Any:
         """The message of the node's inputs; fields without attribute are zero. Fails the node naming a wrong field."""
-        from graph.sim.ros_fields import pack
+        from graph.sim.messages.ros_fields import pack
 
         values = list(self._zeros)
         for place, name in self._places:
@@ -97,7 +97,7 @@ class Fields:
 
     def write(self, db: Any, message: Any) -> None:
         """Sets the node's outputs to the fields of a message."""
-        from graph.sim.ros_fields import unpack
+        from graph.sim.messages.ros_fields import unpack
 
         values = unpack(self.message, message)
         for place, name in self._places:
@@ -105,7 +105,7 @@ class Fields:
 
 
 def _fields(message: str) -> dict[str, str]:
-    from graph.sim.ros_fields import leaves
+    from graph.sim.messages.ros_fields import leaves
 
     return {leaf.name: leaf.type for leaf in leaves(message)}
 

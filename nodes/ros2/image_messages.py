@@ -57,6 +57,6 @@ def as_bytes(data: Any) -> Any:
 
 @cache
 def _type(name: str) -> Any:
-    from graph.sim.ros_types import message_type
+    from graph.sim.messages.ros_types import message_type
 
     return message_type(name)

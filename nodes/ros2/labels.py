@@ -95,6 +95,6 @@ def publish_object_id_map(db: Any) -> bool:
 
 
 def _string(text: str) -> Any:
-    from graph.sim.ros_types import message_type
+    from graph.sim.messages.ros_types import message_type
 
     return message_type(STRING)(text)

@@ -52,7 +52,7 @@ def laser_scan(
     """
     import numpy as np
 
-    from graph.sim.ros_types import message_type
+    from graph.sim.messages.ros_types import message_type
 
     count = len(ranges)
     start, increment = math.radians(start_deg), math.radians(resolution_deg)

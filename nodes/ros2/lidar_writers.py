@@ -51,7 +51,7 @@ def stamps(simulation: Any, *, system_time: bool, reset_on_stop: bool) -> Callab
 
 def class_labels(labels: dict[int, dict[str, str]], at: int) -> Any:
     """`std_msgs/String` with JSON: number of a semantic class -> its labels, and the stamp."""
-    from graph.sim.ros_types import message_type
+    from graph.sim.messages.ros_types import message_type
 
     time = stamp(at)
     content: dict[str, Any] = {str(number): found for number, found in sorted(labels.items())}
@@ -61,7 +61,7 @@ def class_labels(labels: dict[int, dict[str, str]], at: int) -> Any:
 
 def object_id_map(paths: dict[int, str], at: int) -> Any:
     """`std_msgs/String` with JSON: decimal 128-bit object id -> prim path, and the stamp."""
-    from graph.sim.ros_types import message_type
+    from graph.sim.messages.ros_types import message_type
 
     time = stamp(at)
     labels = {str(number): path for number, path in sorted(paths.items())}

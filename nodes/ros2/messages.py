@@ -69,6 +69,6 @@ def transforms(poses: Iterable[FrameTransform], nanoseconds: int) -> Any:
 
 @cache
 def _type(name: str) -> Any:
-    from graph.sim.ros_types import message_type
+    from graph.sim.messages.ros_types import message_type
 
     return message_type(name)

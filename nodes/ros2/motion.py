@@ -58,7 +58,7 @@ def _body_axes(db: Any) -> Any:
     """(3, 3) rows: the robot's front, left and up as unit vectors in the axes that velocities are given in."""
     import numpy as np
 
-    from graph.sim.stage import up_axis
+    from graph.sim.scene.stage import up_axis
 
     up = np.array([0.0, 0.0, 1.0] if up_axis(db.app.stage) == "Z" else [0.0, 1.0, 0.0])
     front = np.array(db.inputs.robotFront)

@@ -60,7 +60,7 @@ def point_cloud(
     """
     import numpy as np
 
-    from graph.sim.ros_types import message_type
+    from graph.sim.messages.ros_types import message_type
 
     count = len(points)
     columns: list[tuple[str, str, NDArray[Any]]] = []

@@ -74,7 +74,7 @@ def service_prim(db: Any) -> bool:
 
 
 def _response(type_name: str, fields: Answer) -> Any:
-    from graph.sim.ros_fields import from_plain
+    from graph.sim.messages.ros_fields import from_plain
 
     return from_plain(f"{type_name}_Response", fields)
 
@@ -119,7 +119,7 @@ def _read(stage: Any, request: Any) -> Answer:
 
 
 def _write(stage: Any, request: Any) -> Answer:
-    from graph.sim.prim_attributes import set_property
+    from graph.sim.scene.prim_attributes import set_property
 
     attribute, why = _attribute(stage, request)
     if attribute is None:

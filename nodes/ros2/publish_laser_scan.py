@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     memory=Publisher,
 )
 def publish_laser_scan(db: Any) -> bool:
-    """Publish `sensor_msgs/LaserScan`; an empty beam is +inf, angle_max the last beam's angle (or as the profile says)."""
+    """Publish `sensor_msgs/LaserScan`; empty beams are +inf, angle_max is the last beam's (or as the profile says)."""
     inputs = db.inputs
     for name in ("horizontalFov", "horizontalResolution"):
         if not getattr(inputs, name) > 0:

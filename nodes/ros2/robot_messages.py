@@ -105,6 +105,6 @@ def _zeros(count: int) -> Any:
 
 @cache
 def _type(name: str) -> Any:
-    from graph.sim.ros_types import message_type
+    from graph.sim.messages.ros_types import message_type
 
     return message_type(name)

@@ -48,7 +48,7 @@ def set_camera_target(db: Any) -> bool:
     import numpy as np
 
     from graph.sim import transforms
-    from graph.sim.prim_transforms import set_transform
+    from graph.sim.scene.prim_transforms import set_transform
     from graph.sim.usd import UsdGeom
 
     inputs, app = db.inputs, db.app

@@ -44,7 +44,7 @@ def begin_history(app: App) -> None:
 
 
 class BlendedPoses:
-    """All bodies between two captured states, the `share` (0 to 1) of the way: what `graph.sim.poses.Poses` says.
+    """All bodies between two captured states, the `share` (0 to 1) of the way: what `Poses` says.
 
     matrices: (B + 1, 4, 4) rigid body poses [m], the identity last. Velocities are interpolated linearly; what users
     wrote is that of the first state.

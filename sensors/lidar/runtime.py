@@ -12,7 +12,7 @@ import numpy as np
 from graph.errors import UserError
 from graph.exact import nanoseconds
 from graph.sim import settings as keys
-from graph.sim.schedule import EveryUpdate, Tick, TickSchedule
+from graph.sim.renderer.schedule import EveryUpdate, Tick, TickSchedule
 from graph.sim.transforms import rigid_part
 from sensors.channels import CHANNELS, AuxLevel, Demand
 from sensors.frame import Frame, FramePose
@@ -57,7 +57,7 @@ class _Turn:
 
 
 class LidarRuntime:
-    """Implements `graph.sim.rendering.SensorRuntime` for an OmniLidar prim.
+    """Implements `graph.sim.renderer.rendering.SensorRuntime` for an OmniLidar prim.
 
     A lidar whose tick rate equals its scan rate, with accumulateOutputs, gives whole scans: `frozen` casts the scan
     from the state of its tick, `update` casts each update's firings from that update's state and puts them together

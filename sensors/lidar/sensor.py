@@ -16,7 +16,7 @@ from .authoring import Lidar
 
 if TYPE_CHECKING:
     from graph.sim import App
-    from graph.sim.rendering import RenderProduct
+    from graph.sim.renderer.rendering import RenderProduct
 
     from .runtime import LidarRuntime
 

@@ -20,7 +20,7 @@ from .triangles import TriangleScene
 from .windows import RayGrid
 
 if TYPE_CHECKING:
-    from graph.sim.geometry import Mesh
+    from graph.sim.geometry.collect import Mesh
 
 PITCH = 4.0
 """Distance of the cells' centres, in radii of what is in them: a ray that leaves a sphere is still outside the next."""

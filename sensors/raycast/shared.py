@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from graph.sim.deforming import Following
+from graph.sim.geometry.deforming import Following
 from graph.sim.settings import ID_MAP_EXTENSION, RAY_THREADS
 from sensors.ids import has_prim, pack_stable_id_map, stable_id, stable_id_map
 from sensors.materials import PREFIX, PREFIX_SETTING, material_of
@@ -18,7 +18,7 @@ from .world import CastWorld
 
 if TYPE_CHECKING:
     from graph.sim import App
-    from graph.sim.geometry import Mesh
+    from graph.sim.geometry.collect import Mesh
 
 _worlds: weakref.WeakKeyDictionary[App, tuple[Any, CastWorld]] = weakref.WeakKeyDictionary()
 

@@ -13,7 +13,7 @@ from .triangles import TriangleScene
 from .windows import RayGrid
 
 if TYPE_CHECKING:
-    from graph.sim.surfaces import Mesh
+    from graph.sim.geometry.surfaces import Mesh
 
 PointsOf = Callable[["Mesh", Any], np.ndarray]
 """A mesh, a state of the world (None: now) -> where its vertices are, (n, 3) float64 [m], world."""

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from graph.sim.geometry import Mesh, Plane
+from graph.sim.geometry.collect import Mesh, Plane
 
 from .bodies import Moving, MovingMeshes
 from .nearest import Nearest

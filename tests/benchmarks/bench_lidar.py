@@ -18,7 +18,7 @@ from measure import Row, ratio, seconds
 from pxr import Gf, Sdf, UsdGeom, UsdPhysics, Vt
 
 from graph.sim import App
-from graph.sim.geometry import Mesh
+from graph.sim.geometry.collect import Mesh
 from graph.sim.libraries import import_open3d
 from sensors import LidarConfig, render_product
 from sensors.channels import CHANNELS, AuxLevel

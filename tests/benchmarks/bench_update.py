@@ -11,8 +11,8 @@ from typing import Any
 from measure import Row, ratio, seconds
 
 from graph.sim import App
-from graph.sim.rendering import RenderProduct
-from graph.sim.schedule import TickSchedule
+from graph.sim.renderer.rendering import RenderProduct
+from graph.sim.renderer.schedule import TickSchedule
 
 TITLE = "App.update"
 YARD = Path(__file__).parents[2] / "graphs" / "scenes" / "yard.usda"
@@ -84,7 +84,7 @@ def against_raw_steps(stage: Any, rounds: int, updates: int = 60) -> float:
 
 def balls() -> Any:
     """20 balls falling on a ground plane."""
-    from graph.sim.stage import open_stage
+    from graph.sim.scene.stage import open_stage
 
     stage = open_stage()
     from pxr import Gf, UsdGeom, UsdPhysics

@@ -6,7 +6,7 @@ import pytest
 @pytest.fixture
 def stage():
     """An empty stage, metres, Z up."""
-    from graph.sim.stage import open_stage
+    from graph.sim.scene.stage import open_stage
 
     return open_stage(None)
 
@@ -15,7 +15,7 @@ def stage():
 def world(stage):
     """A function that opens an App on `stage` with a memory sink subscribed; closed after the test."""
     from graph.sim import App
-    from graph.sim.bus import MemorySink
+    from graph.sim.messages.bus import MemorySink
 
     opened = []
 

@@ -5,7 +5,8 @@ from fractions import Fraction
 import numpy as np
 from pxr import Gf, UsdGeom, UsdPhysics
 
-from graph.sim import App, nonvisual
+from graph.sim import App
+from graph.sim.scene import nonvisual
 from sensors import LidarConfig
 from sensors.lidar.config import EmitterState
 from sensors.lidar.prim import write_aux_level, write_config

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from graph.errors import RunError
-from graph.sim.geometry import Mesh, Plane
+from graph.sim.geometry.collect import Mesh, Plane
 from sensors.raycast import triangles
 from sensors.raycast.rays import RayBundle
 from sensors.raycast.windows import RayGrid

@@ -25,7 +25,7 @@ OUTPUTS = ("mjc:force", "mjc:length", "mjc:velocity")
 
 
 class Actuation:
-    """An attribute of actuators in Fabric (`graph.sim.fabric.Live`): `ctrl`, `force`, `length` or `velocity`."""
+    """An attribute of actuators in Fabric (`graph.sim.state.fabric.Live`): `ctrl`, `force`, `length` or `velocity`."""
 
     def __init__(self, app: App, names: Mapping[str, str], what: str) -> None:
         self._app, self._names, self._what = app, names, what

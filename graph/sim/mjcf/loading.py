@@ -12,7 +12,7 @@ import numpy as np
 
 from graph.errors import Mark, Problem, UserError
 from graph.sim.physics.library import mujoco
-from graph.sim.stage import Warn
+from graph.sim.scene.stage import Warn
 
 from .files import Document, shown
 

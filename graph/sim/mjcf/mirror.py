@@ -9,8 +9,8 @@ import numpy as np
 
 from graph.sim import transforms
 from graph.sim.physics.library import mujoco
-from graph.sim.scan import GIVEN
-from graph.sim.stage import Warn
+from graph.sim.scene.scan import GIVEN
+from graph.sim.scene.stage import Warn
 from graph.sim.usd import Gf, Sdf, Usd, UsdGeom, Vt
 
 from . import surfaces

@@ -14,7 +14,7 @@ from graph.sim.physics.compile import Base, Compiled, compile_world, write_optio
 from graph.sim.physics.library import mujoco
 from graph.sim.physics.model import World
 from graph.sim.physics.solver import SolverOptions
-from graph.sim.stage import Warn
+from graph.sim.scene.stage import Warn
 
 from .scene import MjcfScene
 

@@ -14,7 +14,7 @@ from graph.errors import UserError
 from graph.sim import transforms
 from graph.sim.physics.library import mujoco
 from graph.sim.physics.model import Body, Joint, JointKind
-from graph.sim.stage import Warn, ignore_warning, register_schemas
+from graph.sim.scene.stage import Warn, ignore_warning, register_schemas
 from graph.sim.transforms import Floats
 from graph.sim.usd import EARLIEST, UsdGeom
 
@@ -141,7 +141,7 @@ class MjcfScene:
         return transforms.rigid_part(world)
 
     def _put(self, number: int, pose: Floats) -> None:
-        from graph.sim.prim_transforms import set_transform
+        from graph.sim.scene.prim_transforms import set_transform
 
         prim = self.stage.GetPrimAtPath(self.paths.bodies[number])
         if prim:

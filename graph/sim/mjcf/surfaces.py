@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from graph.sim.tessellation import Triangles
+from graph.sim.geometry.tessellation import Triangles
 from graph.sim.transforms import Floats
 
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from graph.sim.stage import Warn, ignore_warning
+from graph.sim.scene.stage import Warn, ignore_warning
 
 if TYPE_CHECKING:
     from graph.sim.fidelity import Fidelity
     from graph.sim.mjcf.scene import MjcfScene
-    from graph.sim.scan import Scan
+    from graph.sim.scene.scan import Scan
 
     from .compile import Compiled
     from .engine import Physics as Physics
@@ -34,7 +34,7 @@ def build_physics(
     stable together) or deformables, and the cheaper `implicitfast` without. Raises UserError if the
     engine refuses the scene.
     """
-    from graph.sim.scan import scan_stage
+    from graph.sim.scene.scan import scan_stage
 
     if mjcf is not None:
         mjcf.settle(warn)

@@ -11,7 +11,7 @@ import numpy as np
 
 from graph.errors import UserError
 from graph.sim import transforms
-from graph.sim.stage import Warn
+from graph.sim.scene.stage import Warn
 from graph.sim.transforms import Floats
 
 from .bounces import NO_RESTITUTION, Restitution

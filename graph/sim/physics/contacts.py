@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from graph.sim.stage import Warn
+from graph.sim.scene.stage import Warn
 from graph.sim.transforms import Floats
 
 from .bounces import Restitution

@@ -10,8 +10,8 @@ import numpy as np
 
 from graph.errors import RunError
 from graph.sim import transforms
-from graph.sim.articulation import Articulation
-from graph.sim.stage import Warn
+from graph.sim.scene.stage import Warn
+from graph.sim.state.articulation import Articulation
 from graph.sim.transforms import Floats
 
 from .bounces import Bounces

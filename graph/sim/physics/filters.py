@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from graph.sim.scan import Scan
-from graph.sim.stage import Warn
+from graph.sim.scene.scan import Scan
+from graph.sim.scene.stage import Warn
 from graph.sim.usd import EARLIEST, UsdPhysics
 
 from .attributes import value_of

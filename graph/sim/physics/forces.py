@@ -86,7 +86,7 @@ def contact_arrays(
 ) -> tuple[tuple[tuple[str, str], ...], tuple[tuple[str, str], ...], Floats, Floats, Floats, Floats]:
     """Of the contacts that carried load in the last step: colliders, bodies, places, normals, distances, impulses.
 
-    See `graph.sim.tensors.Contacts`.
+    See `graph.sim.state.tensors.Contacts`.
     """
     model, data = physics.model, physics.data
     contacts = data.contact

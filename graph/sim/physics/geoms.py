@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from graph.errors import UserError
 from graph.sim import transforms
-from graph.sim.stage import Warn
+from graph.sim.scene.stage import Warn
 from graph.sim.transforms import Floats
 
 from .contacts import FIRM, SMOOTH

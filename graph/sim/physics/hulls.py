@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from graph.sim.tessellation import Triangles
+from graph.sim.geometry.tessellation import Triangles
 from graph.sim.transforms import Floats
 
 from .pieces import MOST_PIECES, outward, surface_pieces

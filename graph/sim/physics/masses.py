@@ -9,7 +9,7 @@ import numpy as np
 
 from graph.errors import UserError
 from graph.sim import transforms
-from graph.sim.stage import Warn
+from graph.sim.scene.stage import Warn
 from graph.sim.transforms import Floats
 
 from .model import DEFAULT_DENSITY, Body, Collider, Volume

@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from graph.sim.scan import Scan
-from graph.sim.stage import Warn
+from graph.sim.scene.scan import Scan
+from graph.sim.scene.stage import Warn
 from graph.sim.usd import EARLIEST, UsdPhysics, UsdShade
 
 Mode = Literal["average", "min", "multiply", "max"]

@@ -12,7 +12,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from graph.sim.tessellation import Triangles
+from graph.sim.geometry.tessellation import Triangles
 from graph.sim.transforms import Floats
 
 from .materials import PLAIN, Material

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from graph.sim import transforms
-from graph.sim.geometry import endless
-from graph.sim.scan import ColliderPrim, Scan
-from graph.sim.shapes import SOLIDS, shape_of
-from graph.sim.stage import Warn
-from graph.sim.tessellation import Triangles, axis_vector
+from graph.sim.geometry.collect import endless
+from graph.sim.geometry.shapes import SOLIDS, shape_of
+from graph.sim.geometry.tessellation import Triangles, axis_vector
+from graph.sim.scene.scan import ColliderPrim, Scan
+from graph.sim.scene.stage import Warn
 from graph.sim.transforms import Floats
 from graph.sim.usd import EARLIEST, UsdGeom, UsdPhysics
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from graph.sim.scan import JointPrim, Scan
-from graph.sim.stage import Warn
+from graph.sim.scene.scan import JointPrim, Scan
+from graph.sim.scene.stage import Warn
 from graph.sim.usd import EARLIEST, UsdPhysics
 
 from .attributes import kilograms_per_unit, value_of

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from graph.sim import transforms
-from graph.sim.scan import ATTACHMENTS, Scan
-from graph.sim.stage import Warn
+from graph.sim.scene.scan import ATTACHMENTS, Scan
+from graph.sim.scene.stage import Warn
 from graph.sim.usd import EARLIEST, UsdGeom, UsdPhysics
 
 from .attributes import kilograms_per_unit, quaternion_of

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from graph.sim import transforms
-from graph.sim.scan import JointPrim, Scan
-from graph.sim.stage import Warn
+from graph.sim.scene.scan import JointPrim, Scan
+from graph.sim.scene.stage import Warn
 from graph.sim.transforms import Floats
 from graph.sim.usd import EARLIEST, UsdGeom, UsdPhysics
 

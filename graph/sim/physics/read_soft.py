@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from graph.sim import transforms
 from graph.sim.arrays import array_of
-from graph.sim.scan import Scan
-from graph.sim.stage import Warn
+from graph.sim.scene.scan import Scan
+from graph.sim.scene.stage import Warn
 from graph.sim.transforms import Floats
 from graph.sim.usd import UsdGeom, UsdPhysics, UsdShade
 

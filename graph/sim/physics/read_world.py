@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from graph.sim import transforms
-from graph.sim.scan import BodyPrim, Scan
-from graph.sim.stage import Warn, up_axis
+from graph.sim.scene.scan import BodyPrim, Scan
+from graph.sim.scene.stage import Warn, up_axis
 from graph.sim.transforms import Floats
 from graph.sim.usd import EARLIEST, UsdGeom, UsdPhysics
 

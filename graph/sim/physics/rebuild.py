@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from graph.sim.scan import Scan, scan_stage
-from graph.sim.stage import Warn
+from graph.sim.scene.scan import Scan, scan_stage
+from graph.sim.scene.stage import Warn
 from graph.sim.transforms import Floats
 
 from .engine import Physics

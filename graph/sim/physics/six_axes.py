@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from graph.sim import transforms
-from graph.sim.scan import Scan
+from graph.sim.scene.scan import Scan
 from graph.sim.transforms import Floats
 
 from .model import FREE, Drive, Joint

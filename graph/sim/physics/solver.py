@@ -9,13 +9,13 @@ import math
 from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any
 
-from graph.sim.stage import Warn
+from graph.sim.scene.stage import Warn
 
 from .attributes import value_of
 
 if TYPE_CHECKING:
     from graph.sim.fidelity import Fidelity
-    from graph.sim.scan import Scan
+    from graph.sim.scene.scan import Scan
 
 CHOICES: dict[str, dict[str, str]] = {
     "integrator": {name: f"mjINT_{name.upper()}" for name in ("euler", "rk4", "implicit", "implicitfast", "discrete")},

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from graph.sim import transforms
-from graph.sim.stage import Warn
+from graph.sim.scene.stage import Warn
 
 from .grippers import weld_name
 from .library import mujoco

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from graph.sim import transforms
-from graph.sim.stage import Warn
+from graph.sim.scene.stage import Warn
 from graph.sim.transforms import Floats
 
 from .model import Body, Joint, World

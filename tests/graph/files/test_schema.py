@@ -105,7 +105,7 @@ def test_an_editor_finds_every_type_input_knob_and_setting(printed):
 
 
 def test_the_keys_of_prims_are_those_that_the_world_knows():
-    from graph.sim.prim_keys import KEYS
+    from graph.sim.scene.prim_keys import KEYS
 
     assert set(PRIM["properties"]) == set(KEYS)
 

@@ -3,8 +3,8 @@ from fractions import Fraction
 import pytest
 
 from graph.sim.physics import build_physics
-from graph.sim.prims import author_prims
-from graph.sim.stage import open_stage
+from graph.sim.scene.prims import author_prims
+from graph.sim.scene.stage import open_stage
 from graph.sim.usd import UsdGeom
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from graph.sim import App
-from graph.sim.stage import open_stage
+from graph.sim.scene.stage import open_stage
 from graph.sim.usd import UsdGeom, UsdPhysics
 from sensors.raycast.rays import RayBundle
 from sensors.raycast.shared import cast_world

@@ -12,9 +12,9 @@ from graph.errors import RunError, UserError
 from graph.sim import App, MemorySink, VirtualClock
 from graph.sim import settings as keys
 from graph.sim.phases import EVENTS, PHASES
-from graph.sim.rendering import NEW_FRAME, RenderProduct
-from graph.sim.schedule import EveryUpdate, TickSchedule
-from graph.sim.stage import open_stage
+from graph.sim.renderer.rendering import NEW_FRAME, RenderProduct
+from graph.sim.renderer.schedule import EveryUpdate, TickSchedule
+from graph.sim.scene.stage import open_stage
 
 
 class FakeSensor:

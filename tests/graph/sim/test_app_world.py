@@ -9,9 +9,9 @@ import pytest
 
 from graph.errors import RunError
 from graph.sim import App, MemorySink
-from graph.sim.rendering import RenderProduct
-from graph.sim.schedule import TickSchedule
-from graph.sim.stage import open_stage
+from graph.sim.renderer.rendering import RenderProduct
+from graph.sim.renderer.schedule import TickSchedule
+from graph.sim.scene.stage import open_stage
 
 BALL = "/World/Ball"
 G = 9.81

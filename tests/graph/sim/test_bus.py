@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from graph.errors import RunError
-from graph.sim.bus import CountingSink, MemorySink, MessageBus
+from graph.sim.messages.bus import CountingSink, MemorySink, MessageBus
 
 
 def test_a_sink_gets_every_message_with_stamp_and_sequence():

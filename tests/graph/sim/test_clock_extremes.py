@@ -16,11 +16,11 @@ from hypothesis import strategies as st
 from graph.errors import RunError, UserError
 from graph.sim import App
 from graph.sim import settings as keys
-from graph.sim.clocks import Accumulator
-from graph.sim.rendering import RenderProduct
-from graph.sim.schedule import EveryUpdate, TickSchedule
+from graph.sim.renderer.rendering import RenderProduct
+from graph.sim.renderer.schedule import EveryUpdate, TickSchedule
 from graph.sim.settings import Settings
-from graph.sim.timeline import Timeline
+from graph.sim.timing.clocks import Accumulator
+from graph.sim.timing.timeline import Timeline
 
 PRODUCT = "isaacsim-6.0.1"
 YEAR = 31_557_600

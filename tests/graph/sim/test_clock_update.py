@@ -8,8 +8,8 @@ import pytest
 
 from graph.sim import App
 from graph.sim import settings as keys
-from graph.sim.rendering import NEW_FRAME, RenderProduct
-from graph.sim.schedule import EveryUpdate
+from graph.sim.renderer.rendering import NEW_FRAME, RenderProduct
+from graph.sim.renderer.schedule import EveryUpdate
 
 PRODUCT = "isaacsim-6.0.1"
 

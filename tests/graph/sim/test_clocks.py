@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from graph.errors import RunError, UserError
-from graph.sim.clocks import Accumulator, Counter, PhysicsClock, checked_rate
+from graph.sim.timing.clocks import Accumulator, Counter, PhysicsClock, checked_rate
 
 
 def substeps(sps, loop, min_frame_rate=0, updates=12):

@@ -16,8 +16,8 @@ def grouped():
     from fractions import Fraction
 
     from graph.sim.physics import build_physics
-    from graph.sim.prims import author_prims
-    from graph.sim.stage import open_stage
+    from graph.sim.scene.prims import author_prims
+    from graph.sim.scene.stage import open_stage
 
     def build(author, prims=None):
         stage = open_stage()

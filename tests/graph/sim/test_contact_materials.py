@@ -29,8 +29,8 @@ def touching(world):
     from fractions import Fraction
 
     from graph.sim.physics import build_physics
-    from graph.sim.prims import author_prims
-    from graph.sim.stage import open_stage
+    from graph.sim.scene.prims import author_prims
+    from graph.sim.scene.stage import open_stage
     from graph.sim.usd import Sdf
 
     def build(ground, other, body, hz=240, down=None, fidelity=None, floor=None):

@@ -6,7 +6,7 @@ import pytest
 from graph.errors import UserError
 from graph.sim.fidelity import Fidelity
 from graph.sim.physics import build_physics
-from graph.sim.stage import open_stage
+from graph.sim.scene.stage import open_stage
 
 G = 9.81
 HEAD = '#usda 1.0\n(metersPerUnit = 1\n upAxis = "Z")\n'

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from graph.errors import RunError, UserError
 from graph.sim import App, SimulationEvent, VirtualClock, app_utils
 from graph.sim import settings as keys
-from graph.sim.rendering import RenderProduct
-from graph.sim.schedule import EveryUpdate
+from graph.sim.renderer.rendering import RenderProduct
+from graph.sim.renderer.schedule import EveryUpdate
 
 PRODUCT = "isaacsim-6.0.1"
 MANUAL = "/app/runLoops/main/manualModeEnabled"

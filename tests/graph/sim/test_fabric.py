@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 
 from graph.errors import RunError
-from graph.sim.fabric import Fabric
 from graph.sim.physics import build_physics
-from graph.sim.prims import author_prims
-from graph.sim.stage import open_stage
+from graph.sim.scene.prims import author_prims
+from graph.sim.scene.stage import open_stage
+from graph.sim.state.fabric import Fabric
 from graph.sim.usd import UsdGeom
 
 SCENE = {

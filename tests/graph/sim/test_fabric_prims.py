@@ -7,7 +7,7 @@ import pytest
 
 from graph.errors import RunError
 from graph.sim import App
-from graph.sim.fabric_prims import StaleReadError
+from graph.sim.state.fabric_prims import StaleReadError
 from graph.sim.usd import Gf, UsdGeom
 
 WORLD, LOCAL = "omni:fabric:worldMatrix", "omni:fabric:localMatrix"

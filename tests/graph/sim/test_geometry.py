@@ -3,9 +3,9 @@ import time
 import numpy as np
 import pytest
 
-from graph.sim.geometry import Mesh, Plane, collect_geometry
-from graph.sim.prims import author_prims
-from graph.sim.stage import open_stage
+from graph.sim.geometry.collect import Mesh, Plane, collect_geometry
+from graph.sim.scene.prims import author_prims
+from graph.sim.scene.stage import open_stage
 from graph.sim.usd import UsdGeom, Vt
 
 

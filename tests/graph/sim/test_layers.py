@@ -3,8 +3,8 @@ import zipfile
 import pytest
 
 from graph.errors import UserError
-from graph.sim.layers import nesting
-from graph.sim.stage import open_stage
+from graph.sim.scene.layers import nesting
+from graph.sim.scene.stage import open_stage
 
 
 def write(path, text):

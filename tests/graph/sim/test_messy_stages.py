@@ -2,8 +2,8 @@ import pytest
 
 from graph.errors import UserError
 from graph.sim import App
-from graph.sim.geometry import collect_geometry
-from graph.sim.stage import open_stage
+from graph.sim.geometry.collect import collect_geometry
+from graph.sim.scene.stage import open_stage
 from graph.sim.usd import UsdGeom
 
 CUBE = 'def Cube "Box"\n{\n}\n'

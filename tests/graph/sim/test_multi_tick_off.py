@@ -9,8 +9,8 @@ import pytest
 
 from graph.sim import App
 from graph.sim import settings as keys
-from graph.sim.rendering import RenderProduct
-from graph.sim.schedule import EveryUpdate, TickSchedule
+from graph.sim.renderer.rendering import RenderProduct
+from graph.sim.renderer.schedule import EveryUpdate, TickSchedule
 
 OFF = {keys.MULTI_TICK: False}
 

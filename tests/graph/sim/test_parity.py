@@ -10,9 +10,9 @@ import pytest
 from graph.errors import RunError
 from graph.sim import App, MemorySink
 from graph.sim import settings as keys
-from graph.sim.parity import DIFFERENCES, DOCUMENTED, PRODUCT
-from graph.sim.rendering import RenderProduct
-from graph.sim.schedule import EveryUpdate, TickSchedule
+from graph.sim.renderer.rendering import RenderProduct
+from graph.sim.renderer.schedule import EveryUpdate, TickSchedule
+from graph.sim.timing.parity import DIFFERENCES, DOCUMENTED, PRODUCT
 
 SCENE = """\
 tickgraph: 1
@@ -398,7 +398,7 @@ def test_row_compute_that_raises(run, parity, settings, value):
 def test_row_ids_without_a_map_entry(tmp_path, parity, settings, value):
     from pxr import UsdGeom
 
-    from graph.sim.stage import open_stage
+    from graph.sim.scene.stage import open_stage
     from sensors import Lidar, LidarSensor, parse_stable_id_map_data
 
     stage = open_stage()

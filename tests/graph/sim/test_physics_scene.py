@@ -8,10 +8,10 @@ import pytest
 
 from graph.errors import RunError
 from graph.sim import App, NewtonMjcScene, PhysicsScene, PhysxGpuCfg, PhysxScene
-from graph.sim.physics_scene import steps_per_second
-from graph.sim.prims import author_prims
-from graph.sim.scene_attributes import applied_schemas
-from graph.sim.stage import open_stage
+from graph.sim.managers.physics_scene import steps_per_second
+from graph.sim.scene.prims import author_prims
+from graph.sim.scene.scene_attributes import applied_schemas
+from graph.sim.scene.stage import open_stage
 from graph.sim.usd import Gf, Sdf, UsdGeom, UsdPhysics
 
 PRODUCT = "isaacsim-6.0.1"

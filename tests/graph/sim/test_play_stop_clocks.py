@@ -189,8 +189,8 @@ def test_warm_up_steps_reach_raw_step_subscribers():
 
 
 def test_warm_up_steps_move_bodies():
-    from graph.sim.prims import author_prims
-    from graph.sim.stage import open_stage
+    from graph.sim.scene.prims import author_prims
+    from graph.sim.scene.stage import open_stage
 
     heights = {}
     for parity in ("documented", PRODUCT):
@@ -254,7 +254,7 @@ def test_changes_wait_for_the_next_update_or_a_commit():
 
 def test_a_silent_commit_is_known_as_such_while_it_is_told():
     from graph.sim.settings import Settings
-    from graph.sim.timeline import Timeline
+    from graph.sim.timing.timeline import Timeline
 
     told = []
     timeline = Timeline(Settings(), lambda change: told.append((change, timeline.silent)))

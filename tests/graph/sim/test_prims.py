@@ -3,9 +3,9 @@ import math
 import pytest
 
 from graph.errors import Mark, UserError
-from graph.sim import nonvisual
-from graph.sim.prims import author_prims
-from graph.sim.stage import open_stage
+from graph.sim.scene import nonvisual
+from graph.sim.scene.prims import author_prims
+from graph.sim.scene.stage import open_stage
 from graph.sim.usd import UsdGeom, UsdPhysics, UsdShade
 
 

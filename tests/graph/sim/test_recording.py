@@ -17,9 +17,9 @@ from mcap.reader import NonSeekingReader, make_reader
 from graph.errors import RunError, UserError
 from graph.exact import nanoseconds
 from graph.sim import App
-from graph.sim.bus import MessageBus
-from graph.sim.recording import CHUNK_BYTES, McapSink
-from graph.sim.ros_types import definition, deserialize, message_type, serialize
+from graph.sim.messages.bus import MessageBus
+from graph.sim.messages.recording import CHUNK_BYTES, McapSink
+from graph.sim.messages.ros_types import definition, deserialize, message_type, serialize
 
 ROOT = Path(__file__).parents[3]
 CLOCK = "rosgraph_msgs/msg/Clock"

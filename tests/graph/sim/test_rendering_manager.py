@@ -10,8 +10,8 @@ import pytest
 
 from graph.sim import App, RenderingEvent
 from graph.sim import settings as keys
-from graph.sim.rendering import NEW_FRAME, RenderProduct
-from graph.sim.schedule import EveryUpdate, TickSchedule
+from graph.sim.renderer.rendering import NEW_FRAME, RenderProduct
+from graph.sim.renderer.schedule import EveryUpdate, TickSchedule
 
 PRODUCT = "isaacsim-6.0.1"
 

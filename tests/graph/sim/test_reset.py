@@ -7,7 +7,7 @@ import pytest
 
 from graph.errors import RunError, UserError
 from graph.sim import App
-from graph.sim.reset import Reset
+from graph.sim.state.reset import Reset
 from graph.sim.usd import Gf, UsdPhysics
 
 PRIMS = {

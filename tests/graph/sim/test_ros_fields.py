@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from graph.sim.ros_fields import from_plain, leaves, pack, to_plain, unpack, zero
-from graph.sim.ros_types import definition, deserialize, known, message_type, register, serialize, type_names
+from graph.sim.messages.ros_fields import from_plain, leaves, pack, to_plain, unpack, zero
+from graph.sim.messages.ros_types import definition, deserialize, known, message_type, register, serialize, type_names
 
 TWIST = "geometry_msgs/msg/Twist"
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from graph.sim.clocks import PhysicsClock
-from graph.sim.samples import CAPACITY, TimeSamples
+from graph.sim.timing.clocks import PhysicsClock
+from graph.sim.timing.samples import CAPACITY, TimeSamples
 
 
 def recorded(updates, steps=1):

@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from graph.sim.clocks import Accumulator, PhysicsClock
-from graph.sim.schedule import NEVER, EveryUpdate, TickSchedule
+from graph.sim.renderer.schedule import NEVER, EveryUpdate, TickSchedule
+from graph.sim.timing.clocks import Accumulator, PhysicsClock
 
 RATES = [Fraction(5), Fraction(7), Fraction("7.5"), Fraction(10), Fraction("29.97"), Fraction(30), Fraction(60)]
 HOUR = 3600

@@ -7,10 +7,10 @@ from fractions import Fraction
 import pytest
 
 from graph.errors import UserError
-from graph.sim.clocks import PhysicsClock
-from graph.sim.products import RenderProduct
-from graph.sim.schedule import EveryUpdate, TickSchedule
-from graph.sim.scheduler import SensorScheduler
+from graph.sim.renderer.products import RenderProduct
+from graph.sim.renderer.schedule import EveryUpdate, TickSchedule
+from graph.sim.renderer.scheduler import SensorScheduler
+from graph.sim.timing.clocks import PhysicsClock
 
 
 class FakeSensor:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from graph.sim.stage import open_stage, register_schemas
+from graph.sim.scene.stage import open_stage, register_schemas
 from graph.sim.usd import SCHEMAS, Usd
 
 ROOT = Path(__file__).parents[3]

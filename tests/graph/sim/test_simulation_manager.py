@@ -12,7 +12,7 @@ import pytest
 from graph.errors import RunError, UserError
 from graph.sim import App, RenderingManager, SimulationEvent, SimulationManager
 from graph.sim import settings as keys
-from graph.sim.prims import author_prims
+from graph.sim.scene.prims import author_prims
 from graph.sim.usd import UsdPhysics, UsdUtils
 
 PRODUCT = "isaacsim-6.0.1"

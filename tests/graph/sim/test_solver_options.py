@@ -5,7 +5,7 @@ from graph.errors import UserError
 from graph.sim.fidelity import KNOBS, Fidelity
 from graph.sim.physics import build_physics
 from graph.sim.physics.solver import CHOICES, SWITCHES
-from graph.sim.stage import open_stage
+from graph.sim.scene.stage import open_stage
 from graph.sim.usd import Sdf
 
 BALL = {"/A": {"type": "Sphere", "radius": 0.2, "rigid_body": True, "translate": [0, 0, 1]}}
@@ -16,7 +16,7 @@ def built(values=None, fidelity=None, prims=None):
     """Physics and warnings of a ball with attributes (name -> (type, value)) on the physics scene."""
     from fractions import Fraction
 
-    from graph.sim.prims import author_prims
+    from graph.sim.scene.prims import author_prims
 
     stage = open_stage()
     author_prims(stage, {**FLOOR, **(prims or BALL), "/Scene": {"type": "PhysicsScene"}})

@@ -6,11 +6,11 @@ import pytest
 
 from graph.errors import UserError
 from graph.sim import App
-from graph.sim.bus import MemorySink, MessageBus
-from graph.sim.mcap_source import McapSource
-from graph.sim.recording import McapSink
-from graph.sim.ros_fields import from_plain
-from graph.sim.sources import MemorySource, Player
+from graph.sim.messages.bus import MemorySink, MessageBus
+from graph.sim.messages.mcap_source import McapSource
+from graph.sim.messages.recording import McapSink
+from graph.sim.messages.ros_fields import from_plain
+from graph.sim.messages.sources import MemorySource, Player
 
 STRING = "std_msgs/msg/String"
 
@@ -89,7 +89,7 @@ def test_topics_nobody_listens_to_are_never_decoded_and_reported():
 
     class Lazy(MemorySource):
         def __iter__(self):
-            from graph.sim.sources import Entry
+            from graph.sim.messages.sources import Entry
 
             return iter([Entry(0, "/said", STRING, load)])
 

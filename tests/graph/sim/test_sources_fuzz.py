@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 
 from graph.cli.playing import open_sources
 from graph.errors import RunError, UserError
-from graph.sim.bus import MessageBus
-from graph.sim.mcap_source import McapSource
-from graph.sim.recording import McapSink
-from graph.sim.ros_fields import from_plain
+from graph.sim.messages.bus import MessageBus
+from graph.sim.messages.mcap_source import McapSource
+from graph.sim.messages.recording import McapSink
+from graph.sim.messages.ros_fields import from_plain
 
 SETTINGS = settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 

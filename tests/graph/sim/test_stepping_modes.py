@@ -9,9 +9,9 @@ import pytest
 
 from graph.sim import App, RealClock
 from graph.sim import settings as keys
-from graph.sim.bus import CountingSink
-from graph.sim.rendering import RenderProduct
-from graph.sim.schedule import EveryUpdate, TickSchedule
+from graph.sim.messages.bus import CountingSink
+from graph.sim.renderer.rendering import RenderProduct
+from graph.sim.renderer.schedule import EveryUpdate, TickSchedule
 
 PRODUCT = "isaacsim-6.0.1"
 

@@ -4,9 +4,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from graph.sim.geometry import collect_geometry
-from graph.sim.stage import open_stage
-from graph.sim.subdivision import Cage, Sharp, refine
+from graph.sim.geometry.collect import collect_geometry
+from graph.sim.geometry.subdivision import Cage, Sharp, refine
+from graph.sim.scene.stage import open_stage
 from graph.sim.usd import Sdf, UsdGeom
 
 CORNERS = np.array([[x, y, z] for z in (-1, 1) for y in (-1, 1) for x in (-1, 1)], dtype=np.float64)

@@ -3,7 +3,7 @@
 import pytest
 
 from graph.errors import RunError
-from graph.sim.bus import MemorySink, MessageBus
+from graph.sim.messages.bus import MemorySink, MessageBus
 
 
 def taken(subscription):

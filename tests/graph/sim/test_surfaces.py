@@ -3,8 +3,8 @@ import math
 import numpy as np
 import pytest
 
-from graph.sim.geometry import collect_geometry
-from graph.sim.stage import open_stage
+from graph.sim.geometry.collect import collect_geometry
+from graph.sim.scene.stage import open_stage
 from graph.sim.usd import Gf, UsdGeom, UsdShade
 
 

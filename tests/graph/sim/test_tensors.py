@@ -7,7 +7,7 @@ import pytest
 
 from graph.errors import RunError
 from graph.sim import App
-from graph.sim.stage import open_stage
+from graph.sim.scene.stage import open_stage
 from graph.sim.usd import UsdGeom, UsdPhysics
 
 PRIMS = {

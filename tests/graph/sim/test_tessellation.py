@@ -3,8 +3,8 @@ import math
 import numpy as np
 import pytest
 
-from graph.sim import tessellation
-from graph.sim.triangulation import triangulate
+from graph.sim.geometry import tessellation
+from graph.sim.geometry.triangulation import triangulate
 
 
 def planes(vertices, triangles):

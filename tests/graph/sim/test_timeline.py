@@ -9,7 +9,7 @@ import pytest
 from graph.errors import UserError
 from graph.sim import settings as keys
 from graph.sim.settings import Settings
-from graph.sim.timeline import Timeline
+from graph.sim.timing.timeline import Timeline
 
 DT = Fraction(1, 60)
 

@@ -6,7 +6,7 @@ import pytest
 @pytest.fixture
 def says():
     """A function: message type and its fields as plain data -> message."""
-    from graph.sim.ros_fields import from_plain
+    from graph.sim.messages.ros_fields import from_plain
 
     return lambda type_name, **fields: from_plain(type_name, fields)
 
@@ -14,7 +14,7 @@ def says():
 @pytest.fixture
 def play():
     """A function that plays (time, topic, type, message) into an App."""
-    from graph.sim.sources import MemorySource, Player
+    from graph.sim.messages.sources import MemorySource, Player
 
     return lambda app, *messages: Player(app, [MemorySource(messages)])
 
@@ -22,7 +22,7 @@ def play():
 @pytest.fixture
 def plain():
     """A function: the messages that an App's memory sink holds of a topic, as plain data."""
-    from graph.sim.ros_fields import to_plain
+    from graph.sim.messages.ros_fields import to_plain
 
     return lambda app, topic: [to_plain(one.type_name, one.message) for one in app.sink[topic]]
 
@@ -34,7 +34,7 @@ def run_file(tmp_path):
     Returns an App that has stopped updating but still plays, with a memory sink (`app.sink`) and `value(node, name)`.
     """
     from graph.sim import App
-    from graph.sim.bus import MemorySink
+    from graph.sim.messages.bus import MemorySink
 
     opened = []
 

@@ -6,8 +6,8 @@ import pytest
 
 from graph.cli.playing import open_sources, play_into
 from graph.sim import App
-from graph.sim.bus import MemorySink
-from graph.sim.recording import McapSink
+from graph.sim.messages.bus import MemorySink
+from graph.sim.messages.recording import McapSink
 
 GRAPH = """\
 tickgraph: 1

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from graph.sim.ros_types import deserialize, serialize
+from graph.sim.messages.ros_types import deserialize, serialize
 from nodes.ros2.point_clouds import CLOUD_FIELDS, POINT_CLOUD, point_cloud
 
 POINTS = np.array([[1, 2, 3], [4, 5, 6]], np.float32)

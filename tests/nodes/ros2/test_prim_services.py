@@ -15,7 +15,7 @@ def ask(stage, world):
     """A function: asks services (name, type, fields) in one update; returns the answers as plain data."""
     from pxr import Gf, UsdGeom
 
-    from graph.sim.ros_fields import from_plain, to_plain
+    from graph.sim.messages.ros_fields import from_plain, to_plain
 
     box = UsdGeom.Cube.Define(stage, "/World/Box")
     box.AddTranslateOp().Set((1, 2, 3))

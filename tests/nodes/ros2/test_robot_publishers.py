@@ -192,8 +192,8 @@ def test_publishers_do_nothing_for_nobody(stage, kind):
 
 
 def test_messages_are_recorded_and_read_back(world, tmp_path):
-    from graph.sim.mcap_source import McapSource
-    from graph.sim.recording import McapSink
+    from graph.sim.messages.mcap_source import McapSource
+    from graph.sim.messages.recording import McapSink
 
     app = world()
     sink = McapSink(tmp_path / "run.mcap")

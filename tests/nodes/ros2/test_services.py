@@ -69,7 +69,7 @@ def client(app, updates=4, **inputs):
 
 
 def test_a_client_waits_for_its_answer_and_asks_one_thing_at_a_time(world):
-    from graph.sim.ros_types import message_type
+    from graph.sim.messages.ros_types import message_type
 
     app = world()
     server = app.bus.services.serve("/service_name", "example_interfaces/srv/AddTwoInts")

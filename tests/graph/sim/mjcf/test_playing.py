@@ -10,7 +10,7 @@ import pytest
 from graph.errors import UserError
 from graph.sim import App
 from graph.sim.physics.library import mujoco
-from graph.sim.prims import author_prims
+from graph.sim.scene.prims import author_prims
 
 
 def reference(file, steps, key=None, ctrl=None):

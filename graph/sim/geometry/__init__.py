@@ -1,0 +1,1 @@
+"""What rays can hit, as triangles: every kind of prim that has a surface."""

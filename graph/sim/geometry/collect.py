@@ -1,0 +1,56 @@
+"""What rays can hit: the stage's visible surfaces as triangles, static ones apart from those that move."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from graph.sim.scene.scan import Scan, scan_stage
+from graph.sim.scene.stage import Warn, ignore_warning
+from graph.sim.usd import Usd, UsdGeom
+
+from .collector import Collector, endless
+from .complaints import Complaints
+from .instancing import castable, hidden
+from .surfaces import Mesh, Plane
+
+__all__ = ["Mesh", "Plane", "collect_geometry", "endless"]
+
+
+def collect_geometry(
+    stage: Any, tolerance: float, warn: Warn = ignore_warning, scan: Scan | None = None, *, refine: bool = False
+) -> tuple[Mesh | Plane, ...]:
+    """Every visible surface of the stage, in stage order.
+
+    tolerance: how far the triangles of curved surfaces may lie off them [m], `mesh.tolerance`. refine: subdivision
+    surfaces as such, not as their cages. Invisible prims and those for guides and proxies are left out. `warn` gets
+    `bad-geometry` and `bad-transform` for what cannot be cast, `odd-scale` for sizes that are hardly meant, one line
+    for each kind. Raises UserError beyond `MOST_TRIANGLES`.
+    """
+    scan = scan or scan_stage(stage)
+    complaints = Complaints(warn)
+    collector = Collector(scan, tolerance, refine, complaints)
+    single: list[tuple[Any, str]] = []
+    for prim, path in _visible(stage):
+        if prim.IsA(UsdGeom.PointInstancer):
+            collector.add(single)
+            single = []
+            collector.add_copies(prim, path)
+        else:
+            single.append((prim, path))
+    collector.add(single)
+    complaints.flush()
+    return collector.finished()
+
+
+def _visible(stage: Any) -> Iterator[tuple[Any, str]]:
+    """Each visible gprim and point instancer with its path; not what is below an instancer."""
+    walk = iter(Usd.PrimRange.Stage(stage, Usd.TraverseInstanceProxies()))
+    for prim in walk:
+        if hidden(prim):
+            walk.PruneChildren()
+        elif prim.IsA(UsdGeom.PointInstancer):
+            walk.PruneChildren()
+            yield prim, str(prim.GetPath())
+        elif castable(prim):
+            yield prim, str(prim.GetPath())

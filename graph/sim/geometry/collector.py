@@ -1,0 +1,217 @@
+"""From prims and their transforms to surfaces in metres."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graph.errors import UserError
+from graph.sim import transforms
+from graph.sim.scene.scan import Scan
+from graph.sim.transforms import Floats
+from graph.sim.usd import EARLIEST, UsdGeom, UsdShade
+
+from .complaints import Complaints
+from .instancing import Copies, copies_of, for_rendering
+from .shapes import surface_of
+from .subsets import Part, parts_of
+from .surfaces import Mesh, Plane
+from .tessellation import axis_vector
+
+GRID = 1e-9
+"""Vertices of moving meshes lie on this grid [m], so that copies of one mesh are equal to the last bit."""
+
+MOST_TRIANGLES = 200_000_000
+"""A scene with more is refused: the acceleration structure alone takes some 80 bytes for each."""
+
+FARTHEST = 1e15
+"""Beyond that [m] float32 leaves nothing of a shape."""
+
+SHAPE_ATTRIBUTES = ("points", "visibility", "size", "radius", "height", "widths")
+"""What most often has time samples, and is read once."""
+
+SANE_SIZES = 1e-5, 1e7
+"""Sizes of meshes [m] outside of which a scale or unit is likely to be wrong, and float32 too coarse."""
+
+
+@dataclass
+class Collector:
+    """Surfaces of one stage; what is wrong with prims goes to `complaints`."""
+
+    scan: Scan
+    tolerance: float
+    refine: bool
+    complaints: Complaints
+    shapes: dict[tuple[str, float], tuple[Part, ...]] = field(default_factory=dict)
+    bodies: dict[str, Floats] = field(default_factory=dict)
+    found: list[tuple[Mesh | Plane, Any]] = field(default_factory=list)
+    triangles: int = 0
+
+    def add(self, prims: list[tuple[Any, str]]) -> None:
+        """Gprims with their paths."""
+        if not prims:
+            return
+        bodies = [self.scan.carrier_of(path) for _, path in prims]
+        world = np.stack([self.scan.world_matrix(prim) for prim, _ in prims])
+        good = transforms.all_usable(world)
+        frames = world.copy()
+        frames[:, :3] *= self.scan.meters_per_unit
+        for number in np.flatnonzero(good).tolist():
+            if bodies[number] is not None:
+                frames[number] = self._to_frame(world[number][None], bodies[number])[0]
+        mirrored, scales = _mirrored(frames), _scales(frames, good).tolist()
+        for number, (prim, path) in enumerate(prims):
+            if not good[number]:
+                self.complaints.add(
+                    "bad-transform", path, "its transform is flat, not finite or not affine; rays do not see it."
+                )
+            elif prim.IsA(UsdGeom.Plane) and endless(prim):
+                self.found.append((_endless_plane(prim, path, bodies[number], frames[number]), prim))
+            else:
+                for part in self._parts(prim, path, scales[number]):
+                    name = f"{path}/{part.name}" if part.name else path
+                    where = frames[number], bool(mirrored[number])
+                    self._place(part, name, name, bodies[number], where, self._bound(prim, part))
+
+    def add_copies(self, prim: Any, path: str) -> None:
+        """All copies that a point instancer makes."""
+        if not for_rendering(prim):
+            return
+        body, base = self.scan.carrier_of(path), self.scan.world_matrix(prim)
+        for copies in copies_of(prim, lambda where, message: self.complaints.add("bad-geometry", where, message)):
+            self._add_copies(copies, path, body, base)
+
+    def _add_copies(self, copies: Copies, path: str, body: str | None, base: Floats) -> None:
+        world = base @ copies.matrices
+        good = transforms.all_usable(world)
+        if not good.all():
+            few = f"{int((~good).sum())} of its copies are flat, not finite or not affine; rays do not see them."
+            self.complaints.add("bad-transform", path, few)
+        frames, numbers = self._to_frame(world[good], body), copies.numbers[good]
+        if not len(frames):
+            return
+        source = str(copies.prim.GetPath())
+        # One tessellation for copies of like size: for the largest of each power of two.
+        scales = np.exp2(np.ceil(np.log2(_scales(frames)) - 1e-9))
+        parts = {scale: self._parts(copies.prim, source, scale) for scale in np.unique(scales).tolist()}
+        bound = {part.name: self._bound(copies.prim, part) for each in parts.values() for part in each}
+        where = zip(frames, _mirrored(frames).tolist(), strict=True)
+        for number, place, scale in zip(numbers.tolist(), where, scales.tolist(), strict=True):
+            name = f"{path}[{number}]{copies.name}"
+            for part in parts[scale]:
+                below = f"/{part.name}" if part.name else ""
+                self._place(part, name + below, source + below, body, place, bound[part.name])
+
+    def finished(self) -> tuple[Mesh | Plane, ...]:
+        """All that was found, with the materials bound."""
+        prims = list({prim.GetPath(): prim for _, prim in self.found}.values())
+        if not prims:
+            return ()
+        materials, _ = UsdShade.MaterialBindingAPI.ComputeBoundMaterials(prims, UsdShade.Tokens.full)
+        paths = {
+            prim.GetPath(): str(material.GetPath()) if material else None
+            for prim, material in zip(prims, materials, strict=True)
+        }
+        return tuple(replace(part, material=paths[prim.GetPath()]) for part, prim in self.found)
+
+    def _place(
+        self, part: Part, path: str, source: str, body: str | None, where: tuple[Floats, bool], bound: Any
+    ) -> None:
+        """where: the matrix to the body or world, and whether it mirrors."""
+        self.triangles += len(part.triangles)
+        if self.triangles > MOST_TRIANGLES:
+            raise UserError(
+                f"{path}: the scene comes to more than {MOST_TRIANGLES} triangles with this one; thin out its "
+                "instancers, or raise mesh.tolerance."
+            )
+        vertices, triangles = transforms.transformed(where[0], part.vertices), part.triangles
+        if not np.abs(where[0][:3, 3]).max() < FARTHEST:
+            self.complaints.add("bad-geometry", path, f"it is farther than {FARTHEST:g} m away; rays do not see it.")
+            return
+        if where[1]:
+            triangles = np.ascontiguousarray(triangles[:, ::-1])
+        if body is not None:
+            vertices = np.round(vertices / GRID) * GRID + 0.0  # which also makes -0.0 and 0.0 equal in their bytes
+        self.found.append((Mesh(path, body, vertices, triangles, None, source), bound))
+
+    def _parts(self, prim: Any, path: str, scale: float) -> tuple[Part, ...]:
+        """The prim's own triangles; instances of one prototype share them."""
+        source = prim.GetPrimInPrototype() if prim.IsInstanceProxy() else prim
+        flat = prim.IsA(UsdGeom.Mesh) and not self.refine
+        key = (str(source.GetPath()), 0.0 if flat else scale)
+        if key not in self.shapes:
+            self.shapes[key] = self._read(prim, path, scale)
+        return self.shapes[key]
+
+    def _read(self, prim: Any, path: str, scale: float) -> tuple[Part, ...]:
+        def complain(message: str) -> None:
+            self.complaints.add("bad-geometry", path, message)
+
+        self._say_what_is_not_played(prim, path)
+        surface = surface_of(prim, self.tolerance / scale, complain, refine=self.refine)
+        if surface is None:
+            return ()
+        size = _size(surface.vertices) * scale
+        if not size:
+            complain("its faces have no area; nothing can hit it.")
+        if size and not SANE_SIZES[0] <= size <= SANE_SIZES[1]:
+            size = _size(surface.vertices[np.unique(surface.triangles)]) * scale  # without points that no face uses
+            if size and not SANE_SIZES[0] <= size <= SANE_SIZES[1]:
+                about = f"it is about {size:.2g} m large; check metersPerUnit and the scales above it."
+                self.complaints.add("odd-scale", path, about)
+        return parts_of(prim, surface, complain)
+
+    def _say_what_is_not_played(self, prim: Any, path: str) -> None:
+        """Time samples of anything but transforms: rays see the first."""
+        names = [name for name in SHAPE_ATTRIBUTES if prim.HasAttribute(name)]
+        varying = [name for name in names if prim.GetAttribute(name).ValueMightBeTimeVarying()]
+        if varying:
+            text = f"its {', '.join(varying)} have time samples; rays see the first of them."
+            self.complaints.add("animated-shape", path, text)
+
+    def _bound(self, prim: Any, part: Part) -> Any:
+        """The prim whose material binding counts."""
+        return prim.GetChild(part.name) if part.name else prim
+
+    def _to_frame(self, world: Floats, body: str | None) -> Floats:
+        """(n, 4, 4) prim to world in stage units, to: prim to its body's rigid frame (or the world) in metres."""
+        out = world.copy()
+        out[:, :3] *= self.scan.meters_per_unit
+        if body is None:
+            return out
+        if body not in self.bodies:
+            self.bodies[body] = transforms.inverse_rigid(self.scan.body_pose(body))
+        local: Floats = np.round(self.bodies[body] @ out, 12)
+        return local
+
+
+def _endless_plane(prim: Any, path: str, body: str | None, frame: Floats) -> Plane:
+    axis = axis_vector(str(UsdGeom.Plane(prim).GetAxisAttr().Get(EARLIEST)))
+    normal = np.linalg.inv(frame[:3, :3]).T @ axis
+    return Plane(path, body, frame[:3, 3].copy(), normal / np.linalg.norm(normal))
+
+
+def _mirrored(frames: Floats) -> NDArray[np.bool_]:
+    with np.errstate(all="ignore"):
+        return np.asarray(np.linalg.det(frames[:, :3, :3]) < 0)
+
+
+def _scales(frames: Floats, good: NDArray[np.bool_] | None = None) -> Floats:
+    """How much each matrix stretches at most; 1 for those that are not good."""
+    linear = frames[:, :3, :3]
+    if good is not None and not good.all():
+        linear = np.where(good[:, None, None], linear, np.eye(3))
+    return np.asarray(np.linalg.norm(linear, ord=2, axis=(1, 2)))
+
+
+def _size(vertices: Floats) -> float:
+    return float(np.ptp(vertices, axis=0).max(initial=0.0))
+
+
+def endless(plane: Any) -> bool:
+    """Whether a Plane has no authored width or length: it then has no edge."""
+    schema = UsdGeom.Plane(plane)
+    return not (schema.GetWidthAttr().HasAuthoredValue() or schema.GetLengthAttr().HasAuthoredValue())

@@ -1,0 +1,39 @@
+"""Warnings about many prims, said once for each kind."""
+
+from __future__ import annotations
+
+import re
+
+from graph.sim.scene.stage import Warn
+
+NAMED = 3
+"""Further prims that a line names."""
+
+
+class Complaints:
+    """Collects what is wrong with prims and says it in one line a kind: in full for the first, the others by name."""
+
+    def __init__(self, warn: Warn) -> None:
+        self._warn = warn
+        self._kinds: dict[tuple[str, str], list[tuple[str, str]]] = {}
+
+    def add(self, code: str, path: str, message: str) -> None:
+        """What is wrong with a prim; messages that differ in their numbers only are of one kind."""
+        kind = code, re.sub(r"-?\d[\d.e+-]*", "#", message)
+        entries = self._kinds.setdefault(kind, [])
+        if all(path != known for known, _ in entries[:1]):
+            entries.append((path, message))
+
+    def flush(self) -> None:
+        """Give the warnings, in the order of their first appearance; what is wrong with one prim in one line."""
+        lines: dict[tuple[str, str], list[str]] = {}
+        for (code, _), entries in self._kinds.items():
+            path, message = entries[0]
+            others = list(dict.fromkeys(other for other, _ in entries[1:]))
+            if others:
+                more = f" and {len(others) - NAMED} more" if len(others) > NAMED else ""
+                message = f"{message} So it is with {', '.join(others[:NAMED])}{more}."
+            lines.setdefault((code, path), []).append(message)
+        for (code, path), messages in lines.items():
+            self._warn(code, path, " ".join(messages))
+        self._kinds.clear()

@@ -1,0 +1,74 @@
+"""The faces of a mesh as its arrays give them, and which of those can be used."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graph.sim.transforms import Floats
+
+Integers = NDArray[np.int64]
+Complain = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Polygons:
+    """Corners per face (at least 3), their points face after face, and each face's number in the source."""
+
+    counts: Integers
+    corners: Integers
+    source: Integers
+
+    def only(self, keep: NDArray[np.bool_]) -> Polygons:
+        """Some of the faces."""
+        if keep.all():
+            return self
+        corners = self.corners[np.repeat(keep, self.counts)]
+        return Polygons(self.counts[keep], corners, self.source[keep])
+
+
+def usable_faces(points: Floats, counts: Integers, indices: Integers, complain: Complain) -> Polygons:
+    """Faces without those that have fewer than 3 corners, or points that do not exist or are not finite.
+
+    Each kind is told to `complain` once, with how many there are.
+    """
+    counts = counts.astype(np.int64, copy=False)
+    indices = indices.astype(np.int64, copy=False)
+    counts, total = _fitting(counts, len(indices), complain)
+    indices = indices[:total]
+    usable = counts >= 3
+    if not usable.all():
+        complain(f"{int((~usable).sum())} faces have fewer than 3 corners; they are left out.")
+    missing = np.asarray((indices < 0) | (indices >= len(points)))
+    bad = [(missing, "points that do not exist")]
+    strange = np.asarray(~np.isfinite(points).all(axis=1))
+    if strange.any():
+        bad.append((strange[np.clip(indices, 0, len(points) - 1)] & ~missing, "points that are not finite"))
+    for corners, what in bad:
+        if corners.any():
+            faces = np.zeros(len(counts), bool)
+            faces[np.repeat(np.arange(len(counts)), counts)[corners]] = True
+            usable &= ~faces
+            complain(f"{int(faces.sum())} faces have {what}; they are left out.")
+    return Polygons(counts, indices, np.arange(len(counts))).only(usable)
+
+
+def _fitting(counts: Integers, available: int, complain: Complain) -> tuple[Integers, int]:
+    if (counts < 0).any():
+        complain("faceVertexCounts holds negative numbers; those faces are left out.")
+        counts = np.maximum(counts, 0)
+    ends = np.cumsum(counts)
+    total = int(ends[-1]) if len(ends) else 0
+    if total > available:
+        fit = int(np.searchsorted(ends, available, side="right"))
+        complain(
+            f"faceVertexCounts asks for {total} indices, there are {available}; {len(counts) - fit} faces are left out."
+        )
+        counts = counts[:fit]
+        total = int(ends[fit - 1]) if fit else 0
+    elif total < available:
+        complain(f"faceVertexCounts asks for {total} indices, there are {available}; those left over are ignored.")
+    return counts, total

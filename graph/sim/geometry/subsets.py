@@ -1,0 +1,84 @@
+"""GeomSubsets: which faces of a mesh are surfaces of their own."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from graph.sim.arrays import array_of
+from graph.sim.transforms import Floats
+from graph.sim.usd import EARLIEST, UsdGeom, UsdShade
+
+from .polygons import Complain
+from .shapes import Surface
+from .tessellation import Triangles
+
+MATERIALS = str(UsdShade.Tokens.materialBind)
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """Vertices (n, 3) and triangles (m, 3) of a prim, or of the faces of one of its subsets (`name`, else empty)."""
+
+    name: str
+    vertices: Floats
+    triangles: Triangles
+
+
+def parts_of(prim: Any, surface: Surface, complain: Complain) -> tuple[Part, ...]:
+    """The surface cut by the prim's face subsets that bind materials or carry labels; the faces in none come first.
+
+    A face in several subsets belongs to the first: those of the family `materialBind` before others, then in the order
+    of the stage. Subsets without faces are not surfaces.
+    """
+    whole = (Part("", surface.vertices, surface.triangles),)
+    if surface.faces is None:
+        return whole
+    subsets = [each for each in prim.GetChildren() if each.IsA(UsdGeom.Subset) and _counts(each)]
+    if not subsets:
+        return whole
+    subsets.sort(key=lambda each: _family(each) != MATERIALS)
+    size = int(surface.faces.max()) + 1
+    total = _face_count(prim)
+    owner = np.full(max(size, total), -1, np.int64)
+    for number, subset in enumerate(subsets):
+        indices = array_of(UsdGeom.Subset(subset).GetIndicesAttr(), np.int64)
+        good = indices[(indices >= 0) & (indices < total)]
+        if len(good) < len(indices):
+            complain(f"its subset {subset.GetName()} names {len(indices) - len(good)} faces that do not exist.")
+        free = good[owner[good] < 0]
+        if len(free) < len(np.unique(good)):
+            complain(f"its subset {subset.GetName()} shares faces with another one, which keeps them.")
+        owner[free] = number
+    of_triangle = owner[surface.faces]
+    return tuple(
+        _part(subsets[number].GetName() if number >= 0 else "", surface, of_triangle == number)
+        for number in range(-1, len(subsets))
+        if (of_triangle == number).any()
+    )
+
+
+def _part(name: str, surface: Surface, mine: Any) -> Part:
+    used, compact = np.unique(surface.triangles[mine], return_inverse=True)
+    return Part(name, surface.vertices[used], compact.reshape(-1, 3).astype(np.uint32))
+
+
+def _counts(subset: Any) -> bool:
+    schema = UsdGeom.Subset(subset)
+    if schema.GetElementTypeAttr().Get(EARLIEST) != UsdGeom.Tokens.face:
+        return False
+    return (
+        _family(subset) == MATERIALS
+        or "semantic" in _family(subset).lower()
+        or any("Semantics" in each or each == "MaterialBindingAPI" for each in subset.GetAppliedSchemas())
+    )
+
+
+def _family(subset: Any) -> str:
+    return str(UsdGeom.Subset(subset).GetFamilyNameAttr().Get(EARLIEST) or "")
+
+
+def _face_count(prim: Any) -> int:
+    return len(array_of(UsdGeom.Mesh(prim).GetFaceVertexCountsAttr(), np.int64)) if prim.IsA(UsdGeom.Mesh) else 0

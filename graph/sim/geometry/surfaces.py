@@ -1,0 +1,56 @@
+"""The surfaces that rays can hit: meshes and endless planes."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from functools import cached_property
+
+from graph.sim.transforms import Floats
+
+from .tessellation import Triangles
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """Triangles of one prim, of one of its subsets, or of one instance of these.
+
+    path: of the prim or subset; "/World/Rocks[7]" for copy 7 of a point instancer, "/World/Rocks[7]/Lid" where it has
+    several prims. vertices: (n, 3) float64 [m]; in the world if `body` is None, else in the rigid frame of that body
+    (its pose without scale: `Fabric.rigid_matrices`). triangles: (m, 3) uint32, normals facing out. material: path of
+    the bound one. source: the prim or subset that the shape was read from: `path`, unless that is a copy's.
+    """
+
+    path: str
+    body: str | None
+    vertices: Floats
+    triangles: Triangles
+    material: str | None = None
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        if not self.source:
+            object.__setattr__(self, "source", self.path)
+
+    @cached_property
+    def unique_key(self) -> bytes:
+        """Equal for meshes with equal vertices and triangles: one ray-casting scene serves them all."""
+        digest = hashlib.blake2b(self.vertices.tobytes(), digest_size=16)
+        digest.update(self.triangles.tobytes())
+        return digest.digest()
+
+
+@dataclass(frozen=True, eq=False)
+class Plane:
+    """An endless plane: a point on it [m] and its unit normal, in the world or the rigid frame of `body`."""
+
+    path: str
+    body: str | None
+    origin: Floats
+    normal: Floats
+    material: str | None = None
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        if not self.source:
+            object.__setattr__(self, "source", self.path)

@@ -1,0 +1,53 @@
+"""Isaac Sim's managers by their own names: calls on the class act on the most recently entered App.
+
+    from graph.sim import App, RenderingManager, SimulationManager
+    with App(...):
+        SimulationManager.setup_simulation(dt=1 / 240)
+
+`SimulationManager.step` is `App.current().simulation.step`, `RenderingManager.set_dt` that of `.rendering`.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+
+class _OfCurrentApp(type):
+    """Looks every name of the class up on a part of the current App."""
+
+    part: str
+
+    def __new__(cls, name: str, bases: tuple[type, ...], body: dict[str, Any], part: str) -> _OfCurrentApp:
+        made = super().__new__(cls, name, bases, body)
+        made.part = part
+        return made
+
+    def __init__(cls, name: str, bases: tuple[type, ...], body: dict[str, Any], part: str) -> None:
+        super().__init__(name, bases, body)
+
+    def __getattr__(cls, name: str) -> Any:
+        if name.startswith("__"):  # what Python itself asks a class for
+            raise AttributeError(name)
+        return getattr(cls._target(), name)
+
+    def __dir__(cls) -> list[str]:
+        from graph.sim.app import App
+
+        return dir(cls._target()) if App._entered else []
+
+    def _target(cls) -> Any:
+        from graph.sim.app import App
+
+        return getattr(App.current(), cls.part)
+
+
+class SimulationManager(metaclass=_OfCurrentApp, part="simulation"):
+    """`app.simulation` of the current App: `simulation_manager.ManagedSimulation` documents the calls."""
+
+
+class RenderingManager(metaclass=_OfCurrentApp, part="rendering"):
+    """`app.rendering` of the current App: `graph.sim.renderer.rendering.Rendering` documents the calls."""
+
+
+class orchestrator(metaclass=_OfCurrentApp, part="orchestrator"):  # noqa: N801  (spelt as in omni.replicator.core)
+    """`app.orchestrator` of the current App: `graph.sim.managers.orchestrator.Orchestrator` documents the calls."""

@@ -1,0 +1,56 @@
+"""The loop runner: how long an update is on the loop's clock, in Isaac Sim's calls."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+from graph import exact
+from graph.sim import settings as keys
+from graph.sim.timing.clocks import checked_rate
+
+if TYPE_CHECKING:
+    from graph.sim.app import App
+
+MAIN = "main"
+
+
+class LoopRunner:
+    """Manual stepping of an App's run loop. Mode and step size are independent; both act from the next update on.
+
+    The one loop there is is called "main"; the name "" stands for all. Writing the setting
+    `/app/runLoops/main/manualModeEnabled` reaches dt only one update later than `set_manual_mode`.
+    """
+
+    def __init__(self, app: App) -> None:
+        self._app = app
+
+    def set_manual_mode(self, enabled: bool = True, name: str = "") -> None:
+        """True: every update lasts the manual step size; False: as long as the last one took on the wall clock."""
+        _check(name)
+        self._app.settings.set(keys.MANUAL_MODE, bool(enabled))
+        self._app.run_loop.manual_mode = bool(enabled)
+
+    def get_manual_mode(self, name: str = "") -> bool:
+        """Whether updates last the manual step size."""
+        _check(name)
+        return self._app.run_loop.manual_mode
+
+    def set_manual_step_size(self, dt: float | Fraction = 0.01667, name: str = "") -> None:
+        """Sets the manual step size [s]. Raises ValueError unless dt > 0."""
+        _check(name)
+        step = exact.duration(dt)
+        if step <= 0:
+            raise ValueError(f"manual step size {dt}: give a time above 0 s")
+        checked_rate(1 / step, "loop")
+        self._app.run_loop.manual_step = step
+
+    def get_manual_step_size(self, name: str = "") -> float:
+        """The manual step size [s]."""
+        _check(name)
+        return float(self._app.run_loop.manual_step)
+
+
+def _check(name: str) -> None:
+    if name not in ("", MAIN):
+        raise ValueError(f'there is no run loop {name!r}; the one there is: "{MAIN}" ("" stands for all)')

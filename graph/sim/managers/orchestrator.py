@@ -1,0 +1,100 @@
+"""The orchestrator: one step of data capture, in Replicator's calls."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+from graph import exact
+from graph.sim import settings as keys
+from graph.sim.timing.clocks import checked_rate
+
+if TYPE_CHECKING:
+    from graph.sim.app import App
+
+
+class Orchestrator:
+    """Steps an App one update at a time and returns once the writers have had what it rendered."""
+
+    def __init__(self, app: App) -> None:
+        self._app = app
+
+    def step(
+        self,
+        rt_subframes: int = -1,
+        pause_timeline: bool = True,
+        delta_time: float | Fraction | None = None,
+        wait_for_render: bool = True,
+    ) -> None:
+        """Plays if the timeline does not, runs one app update, hands its frames to writers and post-render graphs.
+
+        `pause_timeline` pauses afterwards; the next step plays on. `delta_time` [s] is the dt of this one update: None
+        leaves it the loop's, 0 holds the timeline (in fixed stepping no other time counts: warning
+        `delta-time-ignored`). `wait_for_render` matters in the profile `isaacsim-6.0.1`, where frames arrive one update
+        late: they are fetched at once. `rt_subframes` above 1 changes nothing, as ideal sensors have nothing to
+        converge: warning `rt-subframes-ignored`. Raises ValueError for a negative time or fewer than -1 subframes.
+        """
+        with self._one_step(rt_subframes, pause_timeline, delta_time, wait_for_render):
+            self._app.update()
+
+    async def step_async(
+        self,
+        rt_subframes: int = -1,
+        pause_timeline: bool = True,
+        delta_time: float | Fraction | None = None,
+        wait_for_render: bool = True,
+    ) -> None:
+        """As `step`; others waiting for the next update resume too."""
+        with self._one_step(rt_subframes, pause_timeline, delta_time, wait_for_render):
+            await self._app.next_update_async()
+
+    @contextmanager
+    def _one_step(
+        self, rt_subframes: int, pause_timeline: bool, delta_time: float | Fraction | None, wait_for_render: bool
+    ) -> Iterator[None]:
+        app = self._app
+        step = None if delta_time is None else exact.duration(delta_time)
+        if step is not None and step < 0:
+            raise ValueError(f"delta_time {delta_time}: give a time of 0 s or more")
+        if rt_subframes < -1:
+            raise ValueError(f"rt_subframes {rt_subframes}: give a number of subframes, or -1")
+        if rt_subframes > 1:
+            message = "ideal sensors have nothing to converge; one rendering of each update is all there is"
+            app.warn("rt-subframes-ignored", "orchestrator.step", message)
+        app.check_drivable()
+        if not app.timeline.is_playing():
+            app.play()
+        with self._lasting(step):
+            yield
+        if wait_for_render:
+            app.deliver_frames()
+        if pause_timeline and app.timeline.is_playing():
+            app.pause()
+
+    @contextmanager
+    def _lasting(self, step: Fraction | None) -> Iterator[None]:
+        """For one update the timeline moves by `step` [s]; None: by what it would anyway."""
+        app = self._app
+        if step is None:
+            yield
+        elif not step:
+            moves = app.timeline.is_auto_updating()
+            app.timeline.set_auto_update(False)
+            try:
+                yield
+            finally:
+                app.timeline.set_auto_update(moves)
+        else:
+            if app.settings.get(keys.FIXED_STEPPING):
+                message = "in fixed stepping the timeline moves by 1 / timeCodesPerSecond; set that instead"
+                app.warn("delta-time-ignored", "orchestrator.step", message)
+            checked_rate(1 / step, "loop")
+            loop = app.run_loop
+            manual = loop.manual_mode, loop.manual_step
+            loop.manual_mode, loop.manual_step = True, step
+            try:
+                yield
+            finally:
+                loop.manual_mode, loop.manual_step = manual

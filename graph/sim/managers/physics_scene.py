@@ -1,0 +1,234 @@
+"""Physics scenes: the prims that say how a stage is simulated, and wrappers with Isaac Sim's calls around them.
+
+A wrapper whose prim is the *active* scene of an App, its stage's first one, speaks of what that App does: `set_dt`
+takes effect from the next step on, `set_gravity` at once. What is set while playing is authored again after stop has
+put the stage back, so it lasts. Other scenes are only prims: what is set there is kept on them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+from graph import exact
+from graph.errors import RunError
+from graph.sim.scene.scene_attributes import (
+    EARTH_GRAVITY,
+    RATE_ATTRIBUTES,
+    author,
+    authored,
+    authored_rate,
+    newton_only,
+)
+from graph.sim.scene.stage import meters_per_unit, up_axis
+
+if TYPE_CHECKING:
+    from graph.sim.app import App
+
+DEFAULT_PATH = "/PhysicsScene"
+DEFAULT_RATE = 60
+
+
+def steps_per_second(dt: float | Fraction, *, truncate: bool = False) -> Fraction:
+    """The rate [Hz] that a step of `dt` [s] means: exactly 1 / dt, or the whole number int(1 / dt); 0 for dt 0.
+
+    Whole rates are what Isaac Sim stores, computed in floating point: 1/99 gives 98. Raises ValueError unless dt is 0,
+    or from 1e-9 to 1 s.
+    """
+    step = exact.duration(dt)
+    if not 0 <= step <= 1:
+        raise ValueError(f"dt {dt}: a physics step lasts from 0 to 1 s")
+    if not step:
+        return Fraction(0)
+    if step * 10**9 < 1:
+        raise ValueError(f"dt {dt}: a physics step of less than 1e-9 s cannot be run")
+    return Fraction(int(1.0 / float(dt))) if truncate else 1 / step
+
+
+class PhysicsScene:
+    """A UsdPhysics scene prim: at a path (made if there is none) or given as a prim.
+
+    `app` defaults to the current App, where the prim is on its stage. Raises ValueError for a prim of another type,
+    RunError for a scene to be made while the simulation plays.
+    """
+
+    def __init__(self, prim: Any = DEFAULT_PATH, app: App | None = None) -> None:
+        from graph.sim.app import App
+        from graph.sim.usd import Sdf, UsdPhysics
+
+        if isinstance(prim, (str, Sdf.Path)):
+            app = app or App.current()
+            prim = _scene_at(app, str(prim))
+        elif app is None:
+            app = App.of_stage(prim.GetStage()) if prim else None
+        if not prim or not prim.IsA(UsdPhysics.Scene):
+            name = f"{prim.GetPath()}: a prim of type {prim.GetTypeName() or 'none'}" if prim else "an expired prim"
+            raise ValueError(f"{name} is no PhysicsScene")
+        self._prim = prim
+        self._app = app
+
+    @property
+    def path(self) -> str:
+        """The prim's path."""
+        return str(self._prim.GetPath())
+
+    @property
+    def prim(self) -> Any:
+        """The `Usd.Prim`."""
+        return self._prim
+
+    @property
+    def physics_scene(self) -> Any:
+        """The prim as `UsdPhysics.Scene`."""
+        from graph.sim.usd import UsdPhysics
+
+        return UsdPhysics.Scene(self._prim)
+
+    @staticmethod
+    def get_physics_scene_paths(stage: Any = None) -> list[str]:
+        """The paths of all physics scenes of a stage (default: the current App's), in the order of the stage."""
+        from graph.sim.app import App
+
+        return [str(prim.GetPath()) for prim in scene_prims(stage or App.current().stage)]
+
+    @property
+    def is_active(self) -> bool:
+        """Whether an App simulates by this scene: the first one of its stage."""
+        if self._app is None:
+            return False
+        if self._app.simulation.built:
+            return self._app.simulation.scene_path == self.path
+        return bool(next(scene_prims(self._app.stage), None) == self._prim)
+
+    def get_dt(self) -> float:
+        """The length of a physics step [s]: the App's for its active scene, else what is authored; 0.0 at rate 0."""
+        rate = self._rate()
+        return float(1 / rate) if rate else 0.0
+
+    def set_dt(self, dt: float | Fraction) -> None:
+        """Sets the length of a physics step [s], from 0 to 1.
+
+        The profile `isaacsim-6.0.1` keeps the whole number int(1 / dt) of steps per second. 0 is stored, but nothing
+        runs at rate 0: a running simulation keeps its rate, and says so. Raises ValueError outside 0 to 1 s.
+        """
+        self._set_rate(steps_per_second(dt, truncate=self._app is not None and self._app.simulation.truncates))
+
+    def get_gravity(self) -> Any:
+        """Gravity in the world, `Gf.Vec3f` [stage units/s2]; where nothing is authored 9.81 m/s2 down the up axis."""
+        from graph.sim.usd import EARLIEST, Gf
+
+        scene = self.physics_scene
+        direction = Gf.Vec3f(scene.GetGravityDirectionAttr().Get(EARLIEST))
+        magnitude = float(scene.GetGravityMagnitudeAttr().Get(EARLIEST))
+        stage = self._prim.GetStage()
+        if not 0 < direction.GetLength() < float("inf"):
+            direction = -Gf.Vec3f.Axis("XYZ".index(up_axis(stage)))
+        if not 0 <= magnitude < float("inf"):
+            magnitude = EARTH_GRAVITY / meters_per_unit(stage)
+        return direction.GetNormalized() * magnitude
+
+    def set_gravity(self, gravity: Iterable[float]) -> None:
+        """Sets gravity, (3,) in the world [stage units/s2]. Raises ValueError unless finite."""
+        from graph.sim.usd import Gf
+
+        vector = Gf.Vec3f(*[float(each) for each in gravity])
+        magnitude = vector.GetLength()
+        if not magnitude < float("inf"):
+            raise ValueError(f"gravity {tuple(vector)}: give three finite numbers")
+        if magnitude:
+            self._author("physics:gravityDirection", "Vector3f", vector / magnitude)
+        self._author("physics:gravityMagnitude", "Float", magnitude)
+
+    def get_enabled_gravity(self) -> bool:
+        """Whether gravity acts; True unless authored."""
+        return bool(self._authored("newton:gravityEnabled", True))
+
+    def set_enabled_gravity(self, enabled: bool) -> None:
+        """Switches gravity."""
+        self._author("newton:gravityEnabled", "Bool", bool(enabled))
+
+    def get_max_solver_iterations(self) -> int:
+        """Most solver iterations per step; -1 leaves it to the engine."""
+        return int(self._authored("newton:maxSolverIterations", -1))
+
+    def set_max_solver_iterations(self, iterations: int) -> None:
+        """Sets the most solver iterations per step; -1 leaves it to the engine. Raises ValueError below -1."""
+        if iterations < -1:
+            raise ValueError(f"max solver iterations {iterations}: give -1 (the engine's choice) or more")
+        self._author("newton:maxSolverIterations", "Int", int(iterations))
+
+    def _rate(self) -> Fraction:
+        """Steps per second [Hz]; 0 where 0 is stored."""
+        stored = authored_rate(self._prim)
+        if stored == 0:
+            return stored
+        if self.is_active:
+            assert self._app is not None
+            return self._app.simulation.steps_per_second
+        return Fraction(DEFAULT_RATE) if stored is None else stored
+
+    def store_rate(self, rate: Fraction, *, as_step: bool = False) -> None:
+        """Authors a rate [Hz]: whole numbers as steps per second, others (with `as_step` all) as MuJoCo's time step."""
+        if as_step or rate.denominator != 1:
+            name = "mjc:option:timestep"
+            self._author(name, "Double", float(1 / rate))
+        elif newton_only(self._prim):
+            name = "newton:timeStepsPerSecond"
+            self._author(name, "Int", int(rate))
+        else:
+            name = "physxScene:timeStepsPerSecond"
+            self._author(name, "UInt", int(rate))
+        for other in RATE_ATTRIBUTES:
+            if other != name and authored(self._prim, other) is not None:
+                self._author(other, "", None)
+
+    def _set_rate(self, rate: Fraction, *, as_step: bool = False) -> None:
+        """Authors a rate [Hz]; the App follows if the scene is its active one. Raises UserError above 1e9 Hz."""
+        app, active = self._app, self.is_active
+        if app is not None and active and rate:
+            app.simulation.set_rate(rate)
+        self.store_rate(rate, as_step=as_step)
+        if app is None:
+            return
+        if not active:
+            first = next(scene_prims(app.stage)).GetPath()
+            message = f"only the first physics scene is simulated, {first}; what is set here is kept on the prim"
+            app.warn("physics-scene-inactive", self.path, message)
+        elif not rate:
+            app.simulation.refuse_rate_zero(self.path)
+
+    def _authored(self, name: str, default: Any) -> Any:
+        value = authored(self._prim, name)
+        return default if value is None else value
+
+    def _author(self, name: str, kind: str, value: Any) -> None:
+        """Sets an attribute of the prim, None blocks it; what plays follows, and the value outlasts the stop."""
+        author(self._prim, name, kind, value)
+        if self._app is not None and self._app.simulation.built:
+            self._app.simulation.scene_changed(self, name, kind, value)
+
+    def _stored_only(self, what: str, why: str) -> None:
+        if self._app is not None:
+            message = f"{what} is kept on the prim and changes nothing: {why}"
+            self._app.warn("physics-setting-stored", self.path, message)
+
+
+def scene_prims(stage: Any) -> Any:
+    """The physics scene prims of a stage, one after the other."""
+    from graph.sim.usd import UsdPhysics
+
+    return (prim for prim in stage.Traverse() if prim.IsA(UsdPhysics.Scene))
+
+
+def _scene_at(app: App, path: str) -> Any:
+    from graph.sim.usd import Sdf, UsdPhysics
+
+    if not (Sdf.Path.IsValidPathString(path) and Sdf.Path(path).IsAbsolutePath() and Sdf.Path(path).IsPrimPath()):
+        raise ValueError(f"{path!r} is no prim path; give one such as {DEFAULT_PATH}")
+    prim = app.stage.GetPrimAtPath(path)
+    if prim:
+        return prim
+    if app.simulation.built:
+        raise RunError(f"{path}: a physics scene cannot be made while the simulation plays; call app.stop() first")
+    return UsdPhysics.Scene.Define(app.stage, path).GetPrim()

@@ -1,0 +1,153 @@
+"""The events of a simulation and the callbacks that users register for them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from fractions import Fraction
+from itertools import count
+from typing import TYPE_CHECKING, Any
+
+from .callbacks import CallbackList, Event, Held, Registered, dropped_early
+
+if TYPE_CHECKING:
+    from graph.sim.app import App
+    from graph.sim.phases import Unsubscribe
+    from graph.sim.scene.deletions import Deletions
+
+FIRST_ID = 2
+"""Ids 0 and 1 are those of the manager's own callbacks in Isaac Sim."""
+
+
+class SimulationEvent(StrEnum):
+    """What callbacks can be registered for."""
+
+    PHYSICS_PRE_STEP = "isaacsim.simulation.physics_pre_step"
+    PHYSICS_POST_STEP = "isaacsim.simulation.physics_post_step"
+    SIMULATION_SETUP = "isaacsim.simulation.simulation_setup"
+    SIMULATION_STARTED = "isaacsim.simulation.started"
+    SIMULATION_PAUSED = "isaacsim.simulation.paused"
+    SIMULATION_RESUMED = "isaacsim.simulation.resumed"
+    SIMULATION_STOPPED = "isaacsim.simulation.stopped"
+    PRIM_DELETED = "isaacsim.simulation.prim_deleted"
+
+
+_STEPS = {SimulationEvent.PHYSICS_PRE_STEP, SimulationEvent.PHYSICS_POST_STEP}
+
+
+@dataclass(frozen=True, slots=True)
+class StepContext:
+    """What a physics-step callback is told besides dt: the scene stepped, steps counted so far and the exact time [s].
+
+    A post-step callback of order 0 or more reads the new count and time, all others the old ones.
+    """
+
+    scene_path: str
+    step: int
+    time: Fraction
+
+
+class SimulationEvents:
+    """The callbacks of one App's simulation; `warm` says whether physics-step callbacks are called yet."""
+
+    def __init__(self, app: App) -> None:
+        self.warm = False
+        self._app = app
+        self._ids = count(FIRST_ID)
+        self._lists = {event: CallbackList() for event in SimulationEvent if event not in _STEPS}
+        self._steps: dict[int, Unsubscribe] = {}
+        self._deletions: Deletions | None = None
+        self._watching = True
+
+    def register(self, callback: Registered, event: str, order: int) -> int:
+        """Takes a callback; its id. Raises ValueError for what is no event, or where both have changed places."""
+        if isinstance(callback, str) or callable(event):
+            raise ValueError(
+                "the SimulationManager takes register_callback(callback, event): the callback first "
+                "(the RenderingManager takes event, callback=function)"
+            )
+        if not callable(callback):
+            raise ValueError(f"callback {callback!r} cannot be called; give a function")
+        try:
+            known = SimulationEvent(event)
+        except ValueError:
+            events = ", ".join(each.name for each in SimulationEvent)
+            raise ValueError(f"there is no simulation event {event!r}; there are {events}") from None
+        uid = next(self._ids)
+
+        def died(called: bool) -> None:
+            if self.remove(uid) and not called:
+                self._app.warn("callback-dropped", f"simulation callback {uid}", dropped_early(uid))
+
+        held = Held(callback, died)
+        if known in _STEPS:
+            self._steps[uid] = self._subscribe_steps(known, held, order)
+        else:
+            self._lists[known].add(uid, held, order)
+        if known is SimulationEvent.PRIM_DELETED:
+            self._watch()
+        return uid
+
+    def remove(self, uid: int) -> bool:
+        """Ends a callback; False if there is none with this id."""
+        unsubscribe = self._steps.pop(uid, None)
+        if unsubscribe is not None:
+            unsubscribe()
+            return True
+        if any(callbacks.remove(uid) for callbacks in self._lists.values()):
+            self._watch()
+            return True
+        return False
+
+    def remove_all(self) -> None:
+        """Ends all callbacks but those of PRIM_DELETED, as Isaac Sim does."""
+        for unsubscribe in self._steps.values():
+            unsubscribe()
+        self._steps.clear()
+        for event, callbacks in self._lists.items():
+            if event is not SimulationEvent.PRIM_DELETED:
+                callbacks.clear()
+
+    def close(self) -> None:
+        """The stage closes: every callback ends, ids begin anew."""
+        self.remove_all()
+        self._lists[SimulationEvent.PRIM_DELETED].clear()
+        self._watch()
+        self._ids = count(FIRST_ID)
+
+    def dispatch(self, event: SimulationEvent) -> None:
+        """Calls the callbacks of an event that comes with nothing."""
+        callbacks = self._lists[event]
+        if callbacks:
+            callbacks(Event(event))
+
+    def watch_stage(self, watching: bool) -> None:
+        """Whether deleted prims are noticed at all."""
+        self._watching = watching
+        self._watch()
+
+    def _subscribe_steps(self, event: SimulationEvent, held: Held, order: int) -> Unsubscribe:
+        simulation = self._app.simulation
+        clock = simulation.clock
+        pre_step = event is SimulationEvent.PHYSICS_PRE_STEP
+
+        def run() -> None:
+            if self.warm:
+                callback = held()
+                if callback is not None:
+                    callback(float(1 / clock.rate), StepContext(simulation.scene_path, clock.count, clock.time))
+
+        return (simulation.pre_step if pre_step else simulation.post_step).add(run, order)
+
+    def _watch(self) -> None:
+        """Listens to the stage exactly while somebody wants to know of deleted prims."""
+        callbacks: Any = self._lists[SimulationEvent.PRIM_DELETED]
+        if bool(callbacks) == (self._deletions is not None) and self._watching:
+            return
+        if self._deletions is not None:
+            self._deletions.close()
+            self._deletions = None
+        if callbacks and self._watching:
+            from graph.sim.scene.deletions import Deletions
+
+            self._deletions = Deletions(self._app.stage, callbacks)

@@ -1,0 +1,216 @@
+"""What a simulation runs: physics scenes and their rates, the engine, the device, Fabric."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import replace
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+from graph.errors import RunError
+from graph.sim import settings as keys
+from graph.sim.fidelity import Fidelity
+from graph.sim.scene.scene_attributes import applied_schemas, author
+from graph.sim.simulation import Simulation
+
+from .physics_scene import DEFAULT_PATH, PhysicsScene, scene_prims, steps_per_second
+
+if TYPE_CHECKING:
+    from graph.sim.app import App
+
+ENGINE = "mujoco"
+DEFAULT_ENGINE = "/exts/isaacsim.core.simulation_manager/default_engine"
+WRITE_BACK = ("updateToUsd", "updateParticlesToUsd", "updateVelocitiesToUsd", "updateForceSensorsToUsd")
+_log = logging.getLogger("tickgraph.physics")
+
+
+class SimulationSetup(Simulation):
+    """Steps of one App with the choices that Isaac Sim's SimulationManager offers."""
+
+    def __init__(self, app: App, rate: Fraction) -> None:
+        super().__init__(app, rate)
+        self.scene_path = DEFAULT_PATH
+        """The path of the scene that is simulated, looked up when the world is built."""
+        self._follow_stage = True
+        self._set_while_playing: dict[tuple[str, str], tuple[str, Any]] = {}
+        engine = self.get_default_engine()
+        if engine != ENGINE:
+            message = f'there is no physics engine "{engine}" here; the physics is that of MuJoCo, "{ENGINE}"'
+            app.warn("physics-engine-unavailable", DEFAULT_ENGINE, message)
+
+    @property
+    def truncates(self) -> bool:
+        """Whether a dt is kept as a whole number of steps per second, as the profile `isaacsim-6.0.1` does."""
+        return bool(self._app.settings.get(keys.TRUNCATE_STEPS))
+
+    def setup_simulation(self, dt: float | Fraction | None = None, device: str | None = None) -> None:
+        """Sets the length of a physics step [s] on every physics scene, also while playing; makes one if there is none.
+
+        While playing no prim is made; the rate holds all the same. Raises ValueError unless 0 < dt <= 1, or for a
+        device other than "cpu"; nothing is changed then.
+        """
+        rate = None if dt is None else steps_per_second(dt, truncate=self.truncates)
+        if rate == 0:
+            raise ValueError(f"dt {dt}: a physics step lasts more than 0 and at most 1 s")
+        if device is not None:
+            self.set_device(device)
+        scenes = self._scenes()
+        if rate is not None:
+            self.set_rate(rate)
+            for scene in scenes:
+                scene.store_rate(rate)
+
+    def set_physics_dt(self, dt: float | Fraction = 1 / 60, physics_scene: str | None = None) -> None:
+        """Sets the dt [s] of one physics scene, of all for a path that is none (deprecated: `PhysicsScene.set_dt`).
+
+        Raises RuntimeError while playing, ValueError unless 0 <= dt <= 1.
+        """
+        if self._app.timeline.is_playing():
+            raise RuntimeError("the physics dt cannot be set while playing; use setup_simulation(dt=...) or stop first")
+        rate = steps_per_second(dt, truncate=self.truncates)
+        scenes = self._scenes()
+        chosen = [scene for scene in scenes if scene.path == physics_scene] or scenes
+        for scene in chosen:
+            scene.store_rate(rate)
+        if not rate:
+            self.refuse_rate_zero(chosen[0].path if chosen else DEFAULT_PATH)
+        elif not scenes or chosen[0].path == scenes[0].path:
+            self.set_rate(rate)
+
+    def get_physics_dt(self, physics_scene: str | None = None) -> float:
+        """The dt [s] of a physics scene, of the first for a path that is none; makes one, while stopped, if none is."""
+        if self.built and physics_scene in (None, self.scene_path):
+            prim = self._app.stage.GetPrimAtPath(self.scene_path)
+            return PhysicsScene(prim, self._app).get_dt() if prim else float(1 / self.clock.rate)
+        scenes = self._scenes()
+        for scene in scenes:
+            if scene.path == physics_scene:
+                return scene.get_dt()
+        return scenes[0].get_dt() if scenes else float(1 / self.clock.rate)
+
+    def get_physics_scenes(self) -> list[PhysicsScene]:
+        """The physics scenes of the stage: `NewtonMjcScene` where MjcSceneAPI is applied, else `PhysxScene`."""
+        from .mjc_scene import NewtonMjcScene
+        from .physx_scene import PhysxScene
+
+        return [
+            (NewtonMjcScene if "MjcSceneAPI" in applied_schemas(prim) else PhysxScene)(prim, self._app)
+            for prim in scene_prims(self._app.stage)
+        ]
+
+    def refuse_rate_zero(self, path: str | None = None) -> None:
+        """Says that 0 steps per second is stored but not run: a world that is not built yet has 1 Hz in the product."""
+        if self.truncates and not self.built:
+            self.set_rate(Fraction(1))
+        rate = float(self.clock.rate)
+        message = f"a dt of 0 is stored, but physics does not run at rate 0; it goes on at {rate:g} Hz"
+        self._app.warn("physics-rate-zero", path or str(next(scene_prims(self._app.stage)).GetPath()), message)
+
+    def _scenes(self) -> list[PhysicsScene]:
+        """The stage's scenes; one is made where there is none, unless the simulation plays."""
+        scenes = [PhysicsScene(prim, self._app) for prim in scene_prims(self._app.stage)]
+        if not scenes and not self.built:
+            scenes = [PhysicsScene(DEFAULT_PATH, self._app)]
+        return scenes
+
+    def begin(self, physics: Any) -> None:
+        """The world is built."""
+        super().begin(physics)
+        self._app.fabric.follow_stage = self._follow_stage
+        first = next(scene_prims(self._app.stage), None)
+        self.scene_path = DEFAULT_PATH if first is None else str(first.GetPath())
+
+    def scene_changed(self, scene: PhysicsScene, name: str, kind: str, value: Any) -> None:
+        """An attribute of a scene was set while playing: gravity follows at once, the value outlasts the stop."""
+        self._set_while_playing[scene.path, name] = kind, value
+        if self.physics is not None and scene.path == self.scene_path and "ravity" in name:
+            meters = self._app.meters_per_unit
+            enabled = scene.get_enabled_gravity()
+            self.physics.model.opt.gravity[:] = [each * meters if enabled else 0.0 for each in scene.get_gravity()]
+
+    def keep_scene_changes(self) -> None:
+        """Authors again, on the stage that stop has put back, what was set on scenes while playing."""
+        changes, self._set_while_playing = self._set_while_playing, {}
+        for (path, name), (kind, value) in changes.items():
+            prim = self._app.stage.GetPrimAtPath(path)
+            if prim:
+                author(prim, name, kind, value)
+
+    def set_device(self, device: str) -> None:
+        """Chooses where the physics runs. Raises ValueError for another than "cpu"."""
+        if str(device).lower() not in ("cpu", "cpu:0"):
+            raise ValueError(
+                f'device "{device}" is not available: the physics is MuJoCo on the CPU, and an engine that runs on a '
+                'GPU is missing; use "cpu"'
+            )
+
+    def get_device(self) -> str:
+        """Where the physics runs: "cpu"."""
+        return "cpu"
+
+    def get_default_engine(self) -> str:
+        """The engine that the settings ask for; "mujoco" unless set."""
+        return str(self._app.settings.get(DEFAULT_ENGINE))
+
+    def get_active_physics_engine(self) -> str:
+        """The engine that steps the world: "mujoco"."""
+        return ENGINE
+
+    def get_available_physics_engines(self, verbose: bool = False) -> list[tuple[str, bool]]:
+        """(name, whether it is the active one) of each engine there is; `verbose` logs them too."""
+        engines = [(ENGINE, True)]
+        if verbose:
+            _log.info("physics engines: %s", ", ".join(f"{name} (active)" if on else name for name, on in engines))
+        return engines
+
+    def switch_physics_engine(self, engine: str, verbose: bool = False) -> bool:
+        """Makes an engine the active one, upper or lower case; False, and an error in the log, where there is none."""
+        if engine.lower() != ENGINE:
+            _log.error('physics engine "%s" is not available; there is "%s"', engine, ENGINE)
+            return False
+        if verbose:
+            _log.info("physics engine: %s", ENGINE)
+        return True
+
+    def enable_fabric(self, enable: bool) -> None:
+        """Whether poses go to Fabric (and not back to USD), from the next play on. Raises RunError while playing."""
+        if self.built:
+            raise RunError("Fabric cannot be switched while the simulation plays; call app.stop() first")
+        Fidelity.from_mapping({"fabric": bool(enable)})  # refuses what cannot be run
+        self._app.fidelity = replace(self._app.fidelity, fabric=bool(enable))
+        for name in WRITE_BACK:
+            self._app.settings.set(f"/physics/{name}", not enable)
+
+    def is_fabric_enabled(self) -> bool:
+        """Whether poses go to Fabric."""
+        return self._app.fidelity.fabric
+
+    def enable_fabric_usd_notice_handler(self, stage_id: Any, enable: bool) -> None:
+        """Whether Fabric hears of edits of the stage; switched on again it reads all of it anew.
+
+        `stage_id` is this App's stage, or its id in `UsdUtils.StageCache`; ValueError for another.
+        """
+        self._check_stage(stage_id)
+        self._app.fabric.follow_stage = self._follow_stage = bool(enable)
+        if enable:
+            self._app.fabric.forget()
+
+    def is_fabric_usd_notice_handler_enabled(self, stage_id: Any) -> bool:
+        """Whether Fabric hears of edits of the stage. Raises ValueError for another stage than this App's."""
+        self._check_stage(stage_id)
+        return self._follow_stage
+
+    def _check_stage(self, stage_id: Any) -> None:
+        from graph.sim.usd import UsdUtils
+
+        stage = self._app.stage
+        if isinstance(stage_id, int):
+            known = UsdUtils.StageCache.Get().GetId(stage)
+            if not known.IsValid() or known.ToLongInt() != stage_id:
+                raise ValueError(f"stage id {stage_id} is not that of this App's stage; app.stage itself will do")
+        elif stage_id != stage:
+            raise ValueError("this is not the App's stage; give app.stage")
+
+    def assets_loading(self) -> bool:
+        """False: everything a stage needs is loaded when it is opened."""
+        return False

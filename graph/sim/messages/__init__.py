@@ -1,0 +1,1 @@
+"""The message bus, what feeds it and what records it."""

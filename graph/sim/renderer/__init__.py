@@ -1,0 +1,1 @@
+"""Which sensors render when, and the frames they deliver."""

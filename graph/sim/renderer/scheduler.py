@@ -1,0 +1,314 @@
+"""The sensor scheduler: in the render phase of each update it renders the products that are due, and only those."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+from typing import Any
+
+from graph.errors import UserError
+from graph.sim.timing.clocks import PhysicsClock, Reading
+
+from .products import RenderProduct
+from .schedule import NEVER, EveryUpdate, Tick, TickSchedule
+
+
+class SensorScheduler:
+    """Render products in the order of their creation, ticked on the physics clock.
+
+    With multi-tick rendering off there is no sensor clock of its own: `loop_time` (the run loop's time since the App
+    was made, which runs on while the timeline is paused) takes the place of the external time, and every sensor renders
+    in every update while playing, except an accumulating one, which emits its scan in the update that completes it.
+    """
+
+    def __init__(
+        self, clock: PhysicsClock, capture: Callable[[], Any] | None, loop_time: Callable[[], Fraction]
+    ) -> None:
+        self.products: dict[str, RenderProduct] = {}
+        self.new_frames: list[RenderProduct] = []
+        """The products that delivered a frame in this update, in the order of their creation."""
+        self.capture_state = capture
+        """Takes an immutable snapshot of all poses; None while nothing moves."""
+        self.multi_tick = True
+        self.capture_at_ticks = True
+        self.autotrigger_idle = False
+        """Whether sensors of tick rate 0 also render in updates in which the external time stands still."""
+        self.frames_later = False
+        """Whether a frame is delivered by `deliver_pending`, not in the update that renders it."""
+        self.next_capture = NEVER
+        """The step count after which `capture` is to be called."""
+        self._clock = clock
+        self._loop_time = loop_time
+        self._history: dict[str, RenderProduct] = {}
+        self._began_at: Reading | Fraction | None = None
+        self._scheduled: list[RenderProduct] = []
+        self._eager: list[RenderProduct] = []
+        self._next_due = NEVER
+        self._rate: Fraction | None = None
+        self._rendered_step = 0
+        self._rendered_version = clock.version
+        self._captures: list[tuple[int, int, RenderProduct]] = []
+        self._pending: list[tuple[RenderProduct, Any]] = []
+        self._held = True  # without multi-tick rendering: nothing was rendered in the update before
+        self._at_play: list[tuple[RenderProduct, list[Callable[[Any], object]]]] | None = None
+
+    @property
+    def time(self) -> Fraction:
+        """The external time [s] that schedules follow."""
+        return self._clock.time if self.multi_tick else self._loop_time()
+
+    @property
+    def sample_key(self) -> Fraction | None:
+        """The key of a time sample taken now; None stands for the physics clock's own time."""
+        return None if self.multi_tick else self._loop_time()
+
+    @property
+    def moment(self) -> Fraction:
+        """The external time [s] at which a product made now begins to exist: that of the start of a running update."""
+        began = self._began_at
+        if began is None:
+            return self.time
+        return began.time if isinstance(began, Reading) else began
+
+    @property
+    def history(self) -> tuple[RenderProduct, ...]:
+        """Every product made so far, those removed or gone with a stop included; of one path the newest."""
+        return tuple(self._history.values())
+
+    def add(self, product: RenderProduct) -> RenderProduct:
+        """Takes a product from now on. Raises UserError if its path is taken."""
+        if product.path in self.products:
+            raise UserError(f"render product {product.path} exists already; use it or give the new one another path")
+        moment = self.moment
+        product.restart(moment if product.created_at is None else max(moment, product.created_at))
+        product.on_enabled = self._enabled_changed
+        self.products[product.path] = product
+        self._history[product.path] = product
+        self._sort_products()
+        return product
+
+    def remove(self, path: str) -> None:
+        """Takes a product away; its counts stay in `history`. An unknown path is ignored."""
+        product = self.products.pop(path, None)
+        if product is not None:
+            product.writers.clear()
+            self._sort_products()
+
+    def begin_update(self, dt: Fraction) -> None:
+        """Remembers the external time at the start of an update of `dt` [s] and ends the last update's frames."""
+        self._began_at = self._clock.reading() if self.multi_tick else self._loop_time() - dt
+        if self.new_frames and not self.frames_later:
+            self._end_frames()
+
+    @property
+    def pending_frames(self) -> bool:
+        """Whether rendered frames wait for the next update to be delivered."""
+        return bool(self._pending)
+
+    def deliver_pending(self) -> None:
+        """The begin of an update where frames come later: ends the last frames and delivers those that waited."""
+        self._end_frames()
+        pending, self._pending = self._pending, []
+        for product, frame in pending:
+            if product.enabled and self.products.get(product.path) is product:
+                product.deliver(frame)
+                self.new_frames.append(product)
+
+    def end_update(self) -> None:
+        """Products made from here on exist from the external time as it is now."""
+        self._began_at = None
+
+    def plan(self, target: int, *, renders_there: bool) -> None:
+        """Before steps are run up to count `target`: decides after which of them a frozen sensor needs the poses.
+
+        `renders_there`: rendering follows at `target` at once, so that its state need not be kept.
+        """
+        if self._clock.rate is not self._rate:
+            self._bind()
+        self.next_capture = NEVER
+        if target < self._next_due or not (self.capture_at_ticks and self.multi_tick and self.capture_state):
+            return
+        captures = []
+        for number, product in enumerate(self._scheduled):
+            schedule = product.sensor.schedule
+            if isinstance(schedule, TickSchedule) and product.is_frozen and schedule.due_step <= target:
+                index = schedule.newest(target)
+                step = schedule.state_step(index)
+                if self._clock.count < step and (step < target or not renders_there):
+                    product.capture_index = index
+                    product.capture = None
+                    captures.append((step, number, product))
+        self._captures = sorted(captures, key=lambda entry: entry[:2], reverse=True)
+        if captures:
+            self.next_capture = self._captures[-1][0]
+
+    def capture(self) -> None:
+        """Keeps the poses of now, at step count `next_capture`, for the sensors that asked for them."""
+        assert self.capture_state is not None
+        poses = self.capture_state()
+        captures, step = self._captures, self.next_capture
+        while captures and captures[-1][0] == step:
+            captures.pop()[2].capture = poses
+        self.next_capture = captures[-1][0] if captures else NEVER
+
+    def render_due(self, *, playing: bool = True) -> None:
+        """Renders what is due at the external time as it is now, in the order of the products' creation."""
+        if not self.multi_tick:
+            if playing:
+                self._render_every_update()
+            self._held = not playing
+            return
+        clock = self._clock
+        steps = clock.count
+        if steps == self._rendered_step and clock.version == self._rendered_version:
+            if self.autotrigger_idle and playing:
+                self._render_idle()
+            return
+        self._rendered_step, self._rendered_version = steps, clock.version
+        if clock.rate is not self._rate:
+            self._bind()
+        if self._eager:
+            time = clock.time
+            for product in tuple(self.products.values()):
+                if product.enabled:
+                    self._render_one(product, steps, time)
+        elif steps >= self._next_due:
+            for product in tuple(self._scheduled):
+                self._render_if_due(product, steps)
+        else:
+            return
+        self._find_next_due()
+
+    def begin_play(self) -> None:
+        """Remembers the products and writers there are; only they outlive the next stop."""
+        self._at_play = [(product, list(product.writers)) for product in self.products.values()]
+
+    def end_play(self) -> None:
+        """Stop: products and writers made since play are gone, the others begin anew at external time 0."""
+        kept = self._at_play or []
+        self._at_play = None
+        self.new_frames, self._pending, self._held = [], [], True
+        self._rendered_step, self._rendered_version = 0, self._clock.version
+        if self._began_at is not None:
+            self._began_at = self.time
+        for product in self.products.values():
+            product.new_frame = False
+        removed = [path for path, product in self.products.items() if all(product is not kept_ for kept_, _ in kept)]
+        for path in removed:
+            self.remove(path)
+        for product, writers in kept:
+            if self.products.get(product.path) is product:
+                product.writers[:] = writers
+                product.clear()
+                product.restart(self.time)
+                product.sensor.reset()
+        self._sort_products()
+
+    def restart(self) -> None:
+        """The external time is 0 again: every product begins anew."""
+        self.new_frames, self._pending, self._held = [], [], True
+        self._rendered_step, self._rendered_version = 0, self._clock.version
+        for product in self.products.values():
+            product.clear()
+            product.restart(self.time)
+            product.sensor.reset()
+        self._sort_products()
+
+    def _enabled_changed(self, product: RenderProduct) -> None:
+        if product.enabled:
+            product.restart(self.moment)
+            product.sensor.reset()
+        self._sort_products()
+
+    def _sort_products(self) -> None:
+        enabled = [product for product in self.products.values() if product.enabled]
+        self._scheduled = [product for product in enabled if isinstance(product.sensor.schedule, TickSchedule)]
+        self._eager = [
+            product
+            for product in enabled
+            if isinstance(product.sensor.schedule, EveryUpdate) or product.sensor.wants_updates
+        ]
+        self._bind()
+
+    def _bind(self) -> None:
+        self._rate = self._clock.rate
+        for product in self._scheduled:
+            schedule = product.sensor.schedule
+            if isinstance(schedule, TickSchedule):
+                schedule.bind(self._rate)
+        self._find_next_due()
+
+    def _find_next_due(self) -> None:
+        due = NEVER
+        for product in self._scheduled:
+            schedule = product.sensor.schedule
+            if isinstance(schedule, TickSchedule) and schedule.due_step < due:
+                due = schedule.due_step
+        self._next_due = due
+
+    def _render_one(self, product: RenderProduct, steps: int, time: Fraction) -> None:
+        if product.sensor.wants_updates:
+            self._advance(product, time)
+        schedule = product.sensor.schedule
+        if isinstance(schedule, TickSchedule):
+            self._render_if_due(product, steps)
+        else:
+            tick = schedule.advance(time)
+            if tick is not None:
+                self._deliver(product, tick)
+
+    def _render_if_due(self, product: RenderProduct, steps: int) -> None:
+        schedule = product.sensor.schedule
+        if isinstance(schedule, TickSchedule) and steps >= schedule.due_step:
+            tick = schedule.advance_steps(steps)
+            if tick is not None:
+                if product.capture_index == tick.index:
+                    tick.poses = product.capture
+                product.capture = None
+                self._deliver(product, tick)
+
+    def _render_idle(self) -> None:
+        for product in tuple(self._eager):
+            schedule = product.sensor.schedule
+            if isinstance(schedule, EveryUpdate) and not schedule.rate:
+                self._deliver(product, schedule.repeat(self._clock.time))
+
+    def _render_every_update(self) -> None:
+        time = self._loop_time()
+        for product in tuple(self.products.values()):
+            if not product.enabled:
+                continue
+            if self._held:  # the time went on while nothing was rendered: intervals begin anew
+                product.restart(max(self.moment, product.created_at or self.moment))
+            if product.sensor.wants_updates:
+                self._advance(product, time)
+            schedule = product.sensor.schedule
+            tick: Tick | None
+            if isinstance(schedule, EveryUpdate) or schedule.accumulates:
+                tick = schedule.advance(time)
+            else:
+                tick = Tick(0, schedule.rate, time, product.advanced_to, time)
+                product.advanced_to = time
+            if tick is not None:
+                self._deliver(product, tick)
+
+    def _advance(self, product: RenderProduct, time: Fraction) -> None:
+        start = product.advanced_to
+        if time > start:
+            product.advanced_to = time
+            product.sensor.advance(start, time, None)  # type: ignore[attr-defined]
+
+    def _deliver(self, product: RenderProduct, tick: Tick) -> None:
+        frame = product.sensor.render(tick)
+        if frame is None:
+            return
+        if self.frames_later:
+            self._pending.append((product, frame))
+            return
+        product.deliver(frame)
+        self.new_frames.append(product)
+
+    def _end_frames(self) -> None:
+        for product in self.new_frames:
+            product.new_frame = False
+        self.new_frames = []

@@ -1,0 +1,1 @@
+"""The USD stage: opened, watched, edited, and restored when a play ends."""

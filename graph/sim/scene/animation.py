@@ -1,0 +1,192 @@
+"""Transforms with time samples: while playing, prims that have them follow the timeline's time code.
+
+A prim whose transform is animated is a kinematic body of the scan (see `scan`). In a world with physics it is
+one there too, placed after every step; in a world without, it is a frame of Fabric. Below a body that forces move,
+it is a frame that moves along with that body.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from graph.sim import settings as keys
+from graph.sim import transforms
+from graph.sim.transforms import Floats
+from graph.sim.usd import EARLIEST, Usd, UsdGeom
+
+from .scan import Scan, scan_stage
+
+if TYPE_CHECKING:
+    from graph.sim.app import App
+
+BEFORE_OTHERS = -100
+"""Order among the subscribers of a physics step: what they read is where the prims are then."""
+
+SPAN = 1e-3
+"""Time [s] over which velocities are taken: USD interpolates linearly between samples, which are often float32."""
+
+
+def animate(app: App) -> Animation | None:
+    """The animation of a world that begins to play; None if nothing in it is animated."""
+    scan = scan_stage(app.stage, app.fabric.promoted)
+    paths = [path for path in (*scan.driven, *scan.riders) if path in scan.moving or path in scan.riders]
+    _warn_of_idle_samples(app, scan)
+    return Animation(app, scan, paths) if paths else None
+
+
+class Animation:
+    """Places animated prims where their time samples put them.
+
+    After a physics step at simulation time s they stand where the timeline was (or will be) when that time was up:
+    steps within an update see them move. Where physics does not step they follow the timeline itself.
+    """
+
+    def __init__(self, app: App, scan: Scan, paths: list[str]) -> None:
+        self._app, self._stage = app, scan.stage
+        self._unit = scan.meters_per_unit
+        self._prims = {path: scan.stage.GetPrimAtPath(path) for path in paths}
+        self._bases: dict[str, tuple[str, Any]] = {}
+        for path in scan.riders:
+            above = scan.body_of(path)
+            if above is not None and above in scan.moving:
+                self._bases[path] = above, scan.stage.GetPrimAtPath(above)
+        self._last: dict[str, Floats] = {}
+        self._ahead = 0.0
+        self._steps = 0
+        self._time: float | None = None
+        self._ends = [
+            app.on("physics", self._before_physics, -1),
+            app.on("physics_post_step", self._after_step, BEFORE_OTHERS),
+            app.on("physics", self._after_physics, 0),
+        ]
+        self.set_time(float(app.timeline.current_time))
+
+    def close(self) -> None:
+        """Follow the timeline no more."""
+        for end in self._ends:
+            end()
+
+    def set_time(self, time: float) -> None:
+        """Place everything where it is at a time of the timeline [s]."""
+        rate = self._stage.GetTimeCodesPerSecond()
+        prims = {path: prim for path, prim in self._prims.items() if prim}
+        if not prims:
+            return
+        now, before = self._poses(prims, time * rate), self._poses(prims, (time - SPAN) * rate)
+        self._hold_broken(list(prims), now, before)
+        speeds = np.zeros((len(now), 6))
+        speeds[:, :3] = (now[:, :3, 3] - before[:, :3, 3]) / SPAN
+        turn = now[:, :3, :3] @ np.swapaxes(before[:, :3, :3], 1, 2)
+        speeds[:, 3:] = transforms.rotation_vectors(turn) / SPAN
+        self._carry(list(prims), now, speeds)
+        self._give(list(prims), now, speeds)
+        self._time = time
+
+    def _poses(self, prims: dict[str, Any], code: float) -> Floats:
+        """(n, 4, 4) rigid poses [m] at a time code: in the world, or relative to the body that a prim rides on."""
+        cache = UsdGeom.XformCache(Usd.TimeCode(code))
+        world = np.array([np.array(cache.GetLocalToWorldTransform(prim)).T for prim in prims.values()])
+        out = np.full_like(world, np.nan)
+        good = transforms.all_usable(world)
+        out[good] = transforms.rigid_parts(world[good])
+        out[:, :3, 3] *= self._unit
+        for number, path in enumerate(prims):
+            if path in self._bases:
+                base = transforms.rigid_part(transforms.from_usd(cache.GetLocalToWorldTransform(self._bases[path][1])))
+                base[:3, 3] *= self._unit
+                out[number] = transforms.inverse_rigid(base) @ out[number]
+        return out
+
+    def _hold_broken(self, paths: list[str], now: Floats, before: Floats) -> None:
+        """What has no place at this time stays where it was last, or where it was authored first."""
+        broken = np.flatnonzero(~np.isfinite(now).all(axis=(1, 2)))
+        for number in broken.tolist():
+            path = paths[number]
+            text = "its time samples make its transform flat or not finite; it stays where it was."
+            self._app.warn("bad-transform", path, text)
+            now[number] = self._last.get(path, np.eye(4))
+        lost = np.asarray(~np.isfinite(before).all(axis=(1, 2)))
+        lost[broken] = True
+        before[lost] = now[lost]
+        self._last = dict(zip(paths, now.copy(), strict=True))
+
+    def _carry(self, paths: list[str], poses: Floats, speeds: Floats) -> None:
+        """Take what rides on bodies to where those are now."""
+        riding = [number for number, path in enumerate(paths) if path in self._bases]
+        if not riding:
+            return
+        bodies = [self._bases[paths[number]][0] for number in riding]
+        fabric = self._app.fabric
+        base, motion = fabric.rigid_matrices(bodies), fabric.velocities(bodies)
+        for number, frame, twist in zip(riding, base, motion, strict=True):
+            arm = frame[:3, :3] @ poses[number, :3, 3]
+            speeds[number, :3] = frame[:3, :3] @ speeds[number, :3] + twist[:3] + np.cross(twist[3:], arm)
+            speeds[number, 3:] = frame[:3, :3] @ speeds[number, 3:] + twist[3:]
+            poses[number] = frame @ poses[number]
+
+    def _give(self, paths: list[str], poses: Floats, speeds: Floats) -> None:
+        physics, fabric = self._app.physics, self._app.fabric
+        known = frozenset(physics.body_paths) if physics is not None else frozenset()
+        frames, velocities = {}, {}
+        for path, pose, speed in zip(paths, poses, speeds, strict=True):
+            if path in known:
+                physics.set_pose(path, pose)
+            else:
+                frames[path] = pose
+            velocities[path] = speed
+        fabric.set_frames(frames, velocities)
+
+    def _before_physics(self) -> None:
+        simulation, timeline = self._app.simulation, self._app.timeline
+        due = simulation.clock.time + simulation.carry + timeline.delta
+        self._ahead = float(timeline.current_time - due)
+        self._steps = simulation.clock.count
+
+    def _after_step(self) -> None:
+        timeline = self._app.timeline
+        if not self._app.updating:  # a step of its own moves physics, not the timeline
+            self.set_time(float(timeline.current_time))
+            return
+        clock = self._app.simulation.clock
+        time, start = float(clock.time + 1 / clock.rate) + self._ahead, timeline.get_start_time()
+        if time < start and timeline.is_looping():
+            time += timeline.get_end_time() - start
+        self.set_time(time)
+
+    def _after_physics(self) -> None:
+        """Where no physics step was due but the timeline has been moved, or moves by itself."""
+        if self._app.simulation.clock.count != self._steps:
+            return
+        timeline = self._app.timeline
+        time = float(timeline.current_time)
+        if time != self._time and not (timeline.is_playing() and self._app.settings.get(keys.PLAY_SIMULATIONS)):
+            self.set_time(time)
+
+
+def _warn_of_idle_samples(app: App, scan: Scan) -> None:
+    """Time samples that nothing plays."""
+    for path in sorted(scan.animated):
+        body = scan.bodies.get(path)
+        if body is not None and not body.kinematic:
+            app.warn(
+                "animated-body",
+                path,
+                "its transform has time samples, but forces move it; it starts at the first. Make it kinematic "
+                "(physics:kinematicEnabled) to have it follow them.",
+            )
+        elif body is not None or path in scan.riders:
+            _warn_of_scale(app, path, (body or scan.riders[path]).prim)
+
+
+def _warn_of_scale(app: App, path: str, prim: Any) -> None:
+    xform = UsdGeom.Xformable(prim)
+    times = xform.GetTimeSamples()
+    first = np.array(xform.GetLocalTransformation(EARLIEST))[:3, :3]
+    for code in {times[len(times) // 2], times[-1]} if times else ():
+        linear = np.array(xform.GetLocalTransformation(code))[:3, :3]
+        # Rotation leaves the lengths of, and angles between, the rows as they are.
+        if np.abs(linear @ linear.T - first @ first.T).max() > 1e-5 * np.abs(first @ first.T).max():
+            app.warn("animated-scale", path, "its scale has time samples; rays see it in the size of the first.")
+            return

@@ -1,0 +1,258 @@
+"""What a scene file would make USD open, found out before USD opens it.
+
+A scene may come from a stranger. Composing it follows sublayers, references, payloads and value clips to any file
+of the machine, and a text layer nested too deeply ends the process inside USD's parser. So every layer is looked at
+first: where it lies, how deep it nests, and what it asks for next.
+"""
+
+from __future__ import annotations
+
+import glob
+import re
+import zipfile
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from graph.errors import Problem, UserError
+
+MAX_NESTING = 256
+"""Brackets that may be open at once in a text layer."""
+
+_OPAQUE = re.compile(
+    rb'"""(?:[^\\]|\\.)*?"""|\'\'\'(?:[^\\]|\\.)*?\'\'\'|"(?:[^"\\\n]|\\.)*"|\'(?:[^\'\\\n]|\\.)*\''
+    rb"|@@@.*?@@@|@[^@\n]*@|#[^\n]*|/\*.*?\*/|//[^\n]*",
+    re.DOTALL,
+)
+_ARCS = ("references", "payload", "inheritPaths", "specializes")
+_COMPOSING = (b"subLayers", b"references", b"payload", b"inherits", b"specializes", b"clips")
+"""How the text format writes arcs and value clips."""
+_BINARY = (b"PXR-USDC", b"PK\x03\x04")
+_SCENE_SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
+
+
+def check_scene(file: Path, roots: Sequence[Path], warn: Callable[[str, str, str], None]) -> list[Any]:
+    """Walk the scene's layers breadth first, opening none that is not below one of `roots` (links resolved).
+
+    Returns the layers; as long as they are held, opening the scene does not read them again. Raises UserError with
+    every problem: no such file, a file outside the roots, a relative path that leads out of them (whether or not
+    anything is there), a text layer nested deeper than `MAX_NESTING`, a layer that cannot be read, references that
+    multiply beyond all bounds. What else a layer asks for but does not exist gives `usd-missing-asset`, a line a layer.
+    """
+    from graph.sim.usd import Ar, Sdf
+
+    from .composed_size import too_many_prims
+
+    if not file.is_file():
+        raise UserError(f"{file}: no such scene file.")
+    if file.suffix.lower() not in _SCENE_SUFFIXES:
+        raise UserError(f"{file}: not a USD file; its name must end in {', '.join(_SCENE_SUFFIXES)}.")
+    allowed = [root.expanduser().resolve() for root in roots]
+    problems: list[Problem] = []
+    missing: dict[str, dict[str, str]] = {}
+    seen = {str(file)}
+    layers: list[Any] = []
+    references = False
+    queue = deque([(str(file), "")])
+    while queue:
+        path, wanted_by = queue.popleft()
+        on_disk = Path(Ar.SplitPackageRelativePathOuter(path)[0] if Ar.IsPackageRelativePath(path) else path)
+        problem = _refused(on_disk, allowed, wanted_by)
+        if problem:
+            problems.append(Problem(problem))
+            continue
+        with quiet(warn, path):
+            layer, reason = _open_layer(path)
+        if layer is None:
+            if not wanted_by:
+                raise UserError(reason if reason.startswith(path) else f"{file}: USD cannot read this file; {reason}")
+            missing.setdefault(wanted_by, {})[path] = f"{path} cannot be read as a USD layer ({reason})"
+            continue
+        layers.append(layer)
+        assets, has_arcs = _dependencies(layer) if _may_compose(on_disk) else ((), False)
+        references = references or has_arcs
+        for asset in filter(None, assets):
+            anchored = Sdf.ComputeAssetPathRelativeToLayer(layer, asset)
+            found = glob.glob(re.sub("#+", "*", anchored)) if "#" in asset else [Ar.GetResolver().Resolve(anchored)]
+            for resolved in map(str, found):
+                if not resolved:
+                    problem = _climbs_out(asset, on_disk, allowed, layer.identifier)
+                    if problem:
+                        problems.append(Problem(problem))
+                    else:
+                        missing.setdefault(layer.identifier, {})[asset] = f"{asset} does not exist"
+                elif resolved not in seen:
+                    seen.add(resolved)
+                    queue.append((resolved, layer.identifier))
+    if problems:
+        raise UserError(problems)
+    for wanted_by, assets in missing.items():
+        left_out = "it is" if len(assets) == 1 else "they are"
+        warn("usd-missing-asset", wanted_by, f"{_listed(list(assets.values()))}; {left_out} left out.")
+    if references and (prims := too_many_prims(layers[0])):
+        raise UserError(f"{file}: its references multiply into about {float(prims):.0e} prims; remove some.")
+    return layers
+
+
+LISTED = 8
+"""Entries that a line names."""
+
+
+def _listed(parts: Sequence[str]) -> str:
+    more = f" and {len(parts) - LISTED} more" if len(parts) > LISTED else ""
+    return ", ".join(parts[:LISTED]) + more
+
+
+def _climbs_out(asset: str, layer: Path, allowed: Sequence[Path], wanted_by: str) -> str | None:
+    """A relative path that leads out of the folders; what is not there must not be told by what happens."""
+    if ".." not in asset.replace("\\", "/").split("/") or re.match(r"[A-Za-z][A-Za-z0-9+.-]*:|[/\\]", asset):
+        return None
+    if any((layer.parent / asset).resolve().is_relative_to(root) for root in allowed):
+        return None
+    folders = ", ".join(map(str, allowed)) or "no folder"
+    return f"{asset} leads out of {folders} ({wanted_by} asks for it). Allow its folder with --allow DIR."
+
+
+def _open_layer(path: str) -> tuple[Any, str]:
+    """The layer, or None and why not."""
+    from graph.sim.usd import Sdf, Tf
+
+    try:
+        layer = Sdf.Layer.FindOrOpen(path)
+        if layer is not None:
+            layer.Reload()  # USD keeps layers for the life of the process; the file may have been written anew
+        return layer, "it is damaged or of another kind"
+    except Tf.ErrorException as error:
+        try:
+            text = str(error.args[0])
+        except UnicodeDecodeError:
+            return None, "it is not UTF-8 text"
+        return None, " ".join(text.rpartition(" : ")[2].split()).strip("' ")
+
+
+def _refused(path: Path, allowed: Sequence[Path], wanted_by: str) -> str | None:
+    real = path.resolve()
+    by = f" ({wanted_by} asks for it)" if wanted_by else ""
+    if not any(real.is_relative_to(root) for root in allowed):
+        folders = ", ".join(map(str, allowed)) or "no folder"
+        return f"{path} lies outside {folders}{by}. Move it there, or allow its folder with --allow DIR."
+    try:
+        deep = depth(real) > MAX_NESTING
+    except (OSError, zipfile.BadZipFile) as error:
+        return f"{path} cannot be read: {error}."
+    return f"{path} nests deeper than {MAX_NESTING} levels{by}; USD cannot read it safely." if deep else None
+
+
+def _text_layers(path: Path) -> Iterator[bytes]:
+    """The bytes of the file if it is text, or of every text layer in a package."""
+    with path.open("rb") as stream:
+        start = stream.read(8)
+        if start.startswith(b"PXR-USDC"):
+            return
+        if not start.startswith(_BINARY):
+            yield start + stream.read()
+            return
+    with zipfile.ZipFile(path) as package:
+        for entry in package.infolist():
+            if entry.filename.lower().endswith(_SCENE_SUFFIXES):
+                data = package.read(entry)
+                if not data.startswith(_BINARY):
+                    yield data
+
+
+def depth(path: Path) -> int:
+    """The nesting of a text layer or package (see `nesting`); 0 for a binary layer."""
+    about = path.stat()
+    return _depth(path, about.st_size, about.st_mtime_ns)
+
+
+@lru_cache(maxsize=64)
+def _depth(path: Path, size: int, modified: int) -> int:
+    # Size and time of change are only there to tell whether it is still the same file.
+    return max(map(nesting, _text_layers(path)), default=0)
+
+
+def nesting(data: bytes) -> int:
+    """How many brackets of any kind are open at most; strings, comments and asset paths do not count."""
+    import numpy as np
+
+    if sum(map(data.count, (b"{", b"(", b"["))) <= MAX_NESTING:
+        return 0
+    steps = np.zeros(256, np.int8)
+    steps[list(b"{([")] = 1
+    steps[list(b"})]")] = -1
+    letters = np.frombuffer(_OPAQUE.sub(b" ", data), np.uint8)
+    marks = steps[letters]
+    return int(np.cumsum(marks[marks != 0], dtype=np.int64).max(initial=0))
+
+
+def _may_compose(path: Path) -> bool:
+    """Whether a layer may bring in others: a text layer without any of the words that do so cannot."""
+    with path.open("rb") as stream:
+        start = stream.read(8)
+        if start.startswith(_BINARY):
+            return True
+        data = start + stream.read()
+    return any(word in data for word in _COMPOSING)
+
+
+def _dependencies(layer: Any) -> tuple[Iterable[str], bool]:
+    """Assets that composing the layer opens (sublayers, references, payloads, in variants too, and value clips), and
+    whether any prim brings in another."""
+    assets = dict.fromkeys(layer.GetCompositionAssetDependencies())
+    get, arcs = layer.GetPrimAtPath, False
+
+    def visit(path: Any) -> None:
+        nonlocal arcs
+        if path.IsPrimPath() or path.IsPrimVariantSelectionPath():
+            spec = get(path)
+            if spec is None:
+                return
+            if spec.HasInfo("clips"):
+                assets.update(dict.fromkeys(_clip_assets(spec.GetInfo("clips"))))
+            arcs = arcs or any(map(spec.HasInfo, _ARCS))
+
+    layer.Traverse("/", visit)
+    return assets, arcs
+
+
+def _clip_assets(value: Any) -> Iterator[str]:
+    """Every asset path in a prim's `clips`; a template (`clip.###.usd`) stands for the files that match it."""
+    if isinstance(value, dict):
+        for key, inner in value.items():
+            yield from (inner,) if key == "templateAssetPath" and isinstance(inner, str) else _clip_assets(inner)
+    elif hasattr(value, "path"):
+        yield value.path
+    elif not isinstance(value, (str, bytes, int, float)) and hasattr(value, "__iter__"):
+        for inner in value:
+            yield from _clip_assets(inner)
+
+
+@contextmanager
+def quiet(warn: Callable[[str, str, str], None], where: str) -> Iterator[None]:
+    """Turn what USD would print about a scene into warnings `usd-composition`."""
+    from graph.sim.usd import UsdUtils
+
+    delegate = UsdUtils.CoalescingDiagnosticDelegate()
+    try:
+        yield
+    finally:
+        said = {_readable(message.commentary): None for message in delegate.TakeUncoalescedDiagnostics()}
+        texts = [text for text in said if not any(known in text for known in _KNOWN)]
+        if texts:
+            warn("usd-composition", where, _listed(texts))
+        del delegate
+
+
+_KNOWN = "Could not open asset", "Could not load sublayer"
+"""What a missing asset has been told about already."""
+
+
+def _readable(text: str) -> str:
+    """A message of USD without what concerns only its inside."""
+    text = re.sub(r"\(instantiating stage on stage [^)]*\)|,@[^@]*-session\.usda@", "", " ".join(text.split()))
+    # Anonymous layers are named by their address, which differs from run to run.
+    return re.sub(r"anon:0x[0-9a-f]+:|<?0x[0-9a-f]{6,}>?", "", text).strip()

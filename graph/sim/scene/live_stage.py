@@ -1,0 +1,318 @@
+"""A stage that plays: what its edits do to physics, Fabric and sensors, and which of them are refused."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from graph.errors import RunError
+from graph.sim import transforms
+from graph.sim.transforms import Floats
+from graph.sim.usd import EARLIEST, UsdGeom
+
+from .live_attributes import apply_live
+from .roles import StageRoles
+from .scan import scan_stage
+from .stage_watch import StageWatch, describe
+
+if TYPE_CHECKING:
+    from graph.sim.app import App
+
+ADVICE = (
+    'Undo it, or stop; to change the world while it plays, edit inside `with app.edit(when_playing="recompile"):` (or '
+    '"restart"), make App(when_playing="recompile"), or run with --/tickgraph/whenPlaying=recompile.'
+)
+
+
+class LiveStage:
+    """Between play and stop.
+
+    A new transform counts at once: of a free or kinematic body it moves the body, of a still prim its surfaces and
+    colliders. Surfaces, colliders, bodies and joints that came, went, changed their kind or were scaled are refused at
+    the next update, or compiled in, as `App.when_playing` says; so are colliders of another shape. What else is shown
+    or shaped in another way is seen from the next scan on. New targets of drives and velocities of free bodies count
+    from the next update on; other attributes of physics from the next play on, with the warning `edit-not-live`.
+    """
+
+    def __init__(self, app: App) -> None:
+        self._app = app
+        self._fabric = app.fabric
+        self.roles = StageRoles(app.stage)
+        self._known = self.roles.paths
+        self._staged: dict[str, Floats] = {}
+        self.origin = self._poses()
+        """Rigid pose [m] that each body had at play, or when it came."""
+        self.watch = StageWatch(app.stage, app.fabric, self.roles, self._transformed)
+        self._fabric.promote = self._promote_placed
+        if not self._fabric.enabled:
+            self._fabric.carried = self._carry
+            app.geometry()  # its surfaces are taken from where the bodies start, to the last bit
+
+    def close(self) -> None:
+        """Stop looking at the stage."""
+        self.watch.close()
+        self._fabric.promote = None
+        if not self._fabric.enabled:
+            self._fabric.carried = None
+
+    # -- at every update ---------------------------------------------------------------------------------------------
+
+    def check(self) -> None:
+        """Deals with the edits since the last update. Raises RunError, every time anew, for those that are refused."""
+        watch, app = self.watch, self._app
+        if watch.looks:
+            watch.looks = False
+            app.forget_geometry()
+        if not watch.pending:
+            return
+        failure = self.take_failure()
+        if failure is not None:
+            raise failure
+        self._say_what_waits()
+        words, paths = self._changes()
+        if not words:
+            return
+        if app.when_playing == "recompile":
+            self.recompile(paths)
+            return
+        raise RunError(
+            f"edited while playing: {_listed(words)}; physics and sensors go on with what was there. {ADVICE}"
+        )
+
+    def take_failure(self) -> BaseException | None:
+        """Why what was written to the stage could not be done to the world; told once."""
+        failure, self.watch.failure = self.watch.failure, None
+        return failure
+
+    def _changes(self) -> tuple[list[str], set[str]]:
+        watch = self.watch
+        words, paths = describe(self._app.stage, self.roles, list(watch.structure))
+        if not words:
+            watch.structure.clear()
+        for path in list(watch.shapes):
+            prim, _, name = path.rpartition(".")
+            if name == RESCALED and not self.roles.rescaled(prim):
+                del watch.shapes[path]
+            elif name != RESCALED and not self._collides(prim):
+                del watch.shapes[path]
+                self._app.forget_geometry()
+            elif prim not in paths:
+                words.append(f"{prim} got another {name}")
+                paths.add(prim)
+        return words, paths
+
+    def _collides(self, prim: str) -> bool:
+        """Whether physics has read the shape of a prim."""
+        return self._app.simulation.physics is not None and "PhysicsCollisionAPI" in self.roles.roles.get(prim, "")
+
+    def _say_what_waits(self) -> None:
+        for path in self.watch.physics:
+            prim, _, name = path.rpartition(".")
+            if apply_live(self._app, prim, name):
+                continue
+            self._app.warn(
+                "edit-not-live",
+                prim,
+                f"{name} was written while playing and counts from the next play on; to have it now, write it inside "
+                '`with app.edit(when_playing="recompile"):`',
+            )
+        self.watch.physics.clear()
+
+    # -- deliberate edits --------------------------------------------------------------------------------------------
+
+    @contextmanager
+    def edit(self) -> Iterator[Any]:
+        """The stage; what was done to it, now or before, is compiled in place at the end.
+
+        Bodies left alone keep their state.
+        """
+        watch = self.watch
+        watch.collecting = True
+        try:
+            yield self._app.stage
+        except BaseException:
+            watch.collecting = False
+            for path, surely in list(watch.transforms.items()):
+                self._transformed(path, surely)
+            watch.transforms.clear()
+            raise
+        watch.collecting = False
+        moved = dict(watch.transforms)
+        before = {path: self._stage_pose(path) for path in moved if path in self.roles.paths}
+        _, paths = self._changes()
+        self.recompile(paths | {path.rpartition(".")[0] for path in watch.physics} | self._rescaled(moved))
+        self._staged.update(before)
+        for path, surely in moved.items():
+            self._transformed(path, surely)
+
+    def _rescaled(self, moved: Iterable[str]) -> set[str]:
+        return {path for path in moved if self.roles.under(path) and self.roles.rescaled(path)}
+
+    def recompile(self, touched: Iterable[str]) -> None:
+        """Compiles the stage's dynamics anew in place and has its surfaces collected anew.
+
+        Raises UserError, the physics unchanged, where the engine refuses the scene.
+        """
+        from graph.sim.physics import build_physics
+        from graph.sim.physics.rebuild import rebuild
+
+        app, fabric, paths = self._app, self._fabric, tuple(touched)
+        physics, gone = app.simulation.physics, None
+        if physics is None:
+            scan = scan_stage(app.stage, fabric.promoted)
+            dt = 1 / app.simulation.steps_per_second
+            physics = build_physics(app.stage, dt, app.fidelity, warn=app.warn, scan=scan, mjcf=app.mjcf)
+        elif not rebuild(physics, app.stage, paths, app.warn, fabric.promoted):
+            physics, gone = None, physics
+        app.simulation.physics = physics
+        fabric.rebind(physics, paths)
+        if gone is not None:
+            gone.close()
+        self._renew()
+        self.watch.clear()
+
+    def restore(self) -> None:
+        """Puts every body, and every still prim that was moved, back to where it was at play, or when it came, at rest
+        or with the velocity that the stage gives it. Drives aim at what the stage says, grippers are open."""
+        from graph.sim.physics.rebuild import restart
+
+        app, fabric = self._app, self._fabric
+        if app.simulation.physics is not None:
+            restart(app.simulation.physics, app.stage, self.origin, app.warn, fabric.promoted)
+        fabric.restore(self.origin)
+
+    def remove_spawned(self) -> list[str]:
+        """Removes the prims with a role that came after play, and what is below them; returns their topmost paths."""
+        new = sorted(path for path in StageRoles(self._app.stage).roles if path not in self._known)
+        topmost: list[str] = []
+        for path in new:
+            root = path
+            while (above := root.rpartition("/")[0]) and above not in self._known:
+                root = above
+            if not topmost or topmost[-1] != root:
+                topmost.append(root)
+        if not topmost:
+            return []
+        stage = self._app.stage
+        with self.edit():
+            for path in topmost:
+                for layer in stage.GetLayerStack():
+                    spec = layer.GetPrimAtPath(path)
+                    if spec:
+                        parent = spec.realNameParent
+                        del parent.nameChildren[spec.name]
+        return topmost
+
+    def _renew(self) -> None:
+        self._app.forget_geometry()
+        self.roles = self.watch.roles = StageRoles(self._app.stage)
+        poses = self._poses()
+        self.origin = {path: self.origin.get(path, pose) for path, pose in poses.items()}
+
+    def _poses(self) -> dict[str, Floats]:
+        physics = self._app.simulation.physics
+        paths = (*(physics.body_paths if physics is not None else ()), *self._fabric.promoted)
+        found = dict(zip(paths, self._fabric.rigid_matrices(paths).copy(), strict=True)) if paths else {}
+        if physics is not None and physics.world is not None:
+            found.update({body.path: body.pose for body in physics.world.bodies})
+        return found
+
+    # -- transforms --------------------------------------------------------------------------------------------------
+
+    def _transformed(self, path: str, surely: bool) -> None:
+        """A prim's transform was written to the stage, its place `surely`, or perhaps only its size."""
+        if not self.roles.under(path):
+            return
+        if self.roles.rescaled(path):
+            self.watch.shapes[f"{path}.{RESCALED}"] = None
+            return
+        fabric = self._fabric
+        if fabric.is_body(path):
+            if fabric.promoted.get(path) is False:
+                self._promote(path, carries=True)
+            if self._moved_on_stage(path) or surely or not fabric.enabled:
+                fabric.take_from_stage(path, self._on_stage(path))
+        elif fabric.body_of(path) is not None:
+            self._moved_part(path)
+        else:
+            self._promote(path, carries=True)
+        self._carry(path)
+        fabric.settle()
+
+    def _stage_pose(self, path: str) -> Floats:
+        """The rigid pose [m] that the stage last gave a prim."""
+        staged = self._staged.get(path)
+        return self.roles.pose(path, self._app.meters_per_unit) if staged is None else staged
+
+    def _moved_on_stage(self, path: str) -> bool:
+        """Whether the stage has another pose for a prim than it last had."""
+        pose = transforms.rigid_part(self._on_stage(path))
+        pose[:3, 3] *= self._app.meters_per_unit
+        before, self._staged[path] = self._stage_pose(path), pose
+        return bool(np.abs(pose - before).max() > 1e-12)
+
+    def _carry(self, path: str) -> None:
+        """Takes along the bodies below a prim that the stage has moved: all, or with Fabric on those users move."""
+        fabric, physics = self._fabric, self._app.simulation.physics
+        left = []
+        for body in fabric.bodies_below(path):
+            forced = physics is not None and body in physics.body_paths and body not in physics.kinematic
+            if not forced:
+                fabric.take_from_stage(body, self._on_stage(body))
+            elif fabric.enabled:
+                left.append(body)
+            elif physics.can_place(body):
+                fabric.take_from_stage(body, self._on_stage(body))
+        if left:
+            self._app.warn(
+                "fabric-parent-moved",
+                path,
+                f"it was moved on the stage; {_listed(left)} below it stays where physics has it. Move the body "
+                "itself, or switch Fabric off (fidelity fabric: off).",
+            )
+
+    def _moved_part(self, path: str) -> None:
+        """A part of a body has another place in it."""
+        if any("PhysicsCollisionAPI" in self.roles.roles[each] for each in self.roles.under(path)):
+            self.recompile((path,))
+        else:
+            self._app.forget_geometry()
+            self.roles = self.watch.roles = StageRoles(self._app.stage)
+
+    def _promote_placed(self, path: str) -> bool:
+        """Whether a still prim to be placed, in Fabric (alone) or on the stage (with all below), is a body now."""
+        carries = not self._fabric.enabled
+        if not (self.roles.under(path) if carries else path in self.roles.roles):
+            return False
+        self._promote(path, carries)
+        return True
+
+    def _promote(self, path: str, carries: bool) -> None:
+        """From now on a still prim is a body that users move, and so are its colliders in physics."""
+        app, fabric = self._app, self._fabric
+        fabric.promoted[path] = carries
+        self.origin.setdefault(path, self.roles.pose(path, app.meters_per_unit))
+        roles = self.roles.roles
+        prims = self.roles.under(path) if carries else [path]
+        if app.simulation.physics is not None and any(
+            "PhysicsCollisionAPI" in roles[each] for each in prims if each in roles
+        ):
+            self.recompile((path,))
+        else:
+            fabric.add_frame(path)
+            app.forget_geometry()
+
+    def _on_stage(self, path: str) -> Floats:
+        prim = self._app.stage.GetPrimAtPath(path)
+        return transforms.from_usd(UsdGeom.XformCache(EARLIEST).GetLocalToWorldTransform(prim))
+
+
+RESCALED = "scale"
+"""How the size of a whole prim is listed among the shapes that changed."""
+
+
+def _listed(words: list[str]) -> str:
+    return ", ".join(words[:3]) + (f" and {len(words) - 3} more" if len(words) > 3 else "")

@@ -1,0 +1,165 @@
+"""Attributes and relationships of a prim by name, with values as they come from YAML or JSON."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import re
+from functools import lru_cache
+from typing import Any
+
+from graph.sim.usd import Gf, Sdf, Tf, Usd
+
+_INSTANCE = "__INSTANCE_NAME__"
+_WHOLE = {"int": 2**31, "int64": 2**63}
+_COUNTS = {"uchar": 2**8, "uint": 2**32, "uint64": 2**64}
+
+
+def set_property(prim: Any, name: str, value: Any) -> None:
+    """Set one attribute (its type comes from the schema) or relationship (a prim path or a list of them).
+
+    An API schema that has the property is applied if the prim lacks it. Raises ValueError for an unknown name, with the
+    nearest known ones, and for a value that does not fit.
+    """
+    found = _property(prim, name)
+    if isinstance(found, Usd.Relationship):
+        found.SetTargets([_path(path) for path in ([value] if isinstance(value, str) else list(value))])
+        return
+    converted = convert(found.GetTypeName(), value)
+    allowed = prim.GetPrimDefinition().GetPropertyMetadata(name, "allowedTokens")
+    if allowed and converted not in list(allowed):
+        raise ValueError(f"{value!r} is not one of {', '.join(allowed)}")
+    try:
+        found.Set(converted)
+    except (Tf.ErrorException, TypeError, OverflowError) as error:
+        raise ValueError(f"USD refuses {value!r}: {' '.join(str(error).split())[-160:]}") from error
+
+
+def apply_schema(prim: Any, name: str) -> None:
+    """Apply an API schema, `Name` or `Name:instance`. Raises ValueError if there is none of that name."""
+    schema, _, instance = name.partition(":")
+    known = _api_schemas()
+    if schema not in known:
+        near = difflib.get_close_matches(schema, known, n=1)
+        raise ValueError(f"there is no API schema {schema!r}" + (f'; did you mean "{near[0]}"?' if near else ""))
+    if known[schema] != bool(instance):
+        raise ValueError(f"{schema} is applied " + ("with an instance, as Name:instance" if known[schema] else "once"))
+    if not (prim.ApplyAPI(schema, instance) if instance else prim.ApplyAPI(schema)):
+        raise ValueError(f"{schema} cannot be applied to {prim.GetTypeName() or 'a prim without type'}")
+
+
+def convert(type_name: Any, value: Any) -> Any:
+    """A plain value as a value of an `Sdf.ValueTypeName`; quaternions are w, x, y, z. Raises ValueError."""
+    scalar = type_name.scalarType
+    if not type_name.isArray:
+        return _scalar(scalar, value)
+    if isinstance(value, (str, bytes)) or not hasattr(value, "__iter__"):
+        raise ValueError(f"{value!r} is not a list; the attribute is {type_name}")
+    return type(type_name.defaultValue)([_scalar(scalar, each) for each in value])
+
+
+def number(value: Any, finite: bool = True) -> float:
+    """A number that is none of bool, text or NaN. Raises ValueError."""
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise ValueError(f"{value!r} is not a number")
+    if math.isnan(value) or (finite and math.isinf(value)):
+        raise ValueError(f"{value} is not a finite number")
+    return float(value)
+
+
+def numbers(value: Any, count: int) -> list[float]:
+    """`count` finite numbers. Raises ValueError."""
+    if isinstance(value, (str, bytes)) or not hasattr(value, "__iter__") or len(value) != count:
+        raise ValueError(f"{value!r} is not a list of {count} numbers")
+    return [number(each) for each in value]
+
+
+def _scalar(type_name: Any, value: Any) -> Any:
+    name, default = str(type_name), type_name.defaultValue
+    if isinstance(default, bool):
+        if not isinstance(value, bool):
+            raise ValueError(f"{value!r} is neither true nor false")
+        return value
+    if name in _WHOLE or name in _COUNTS:
+        whole = number(value)
+        low, high = (0, _COUNTS[name]) if name in _COUNTS else (-_WHOLE[name], _WHOLE[name])
+        if whole != int(whole) or not low <= whole < high:
+            raise ValueError(f"{value!r} is not a whole number{' from 0' if low == 0 else ''} that a {name} can hold")
+        return int(value)
+    if isinstance(default, (str, Sdf.AssetPath)):
+        if not isinstance(value, str):
+            raise ValueError(f"{value!r} is not text; the attribute is {name}")
+        return Sdf.AssetPath(value) if isinstance(default, Sdf.AssetPath) else value
+    if isinstance(default, (float, Sdf.TimeCode)):
+        return type(default)(number(value, finite=False))
+    if isinstance(default, (Gf.Quatd, Gf.Quatf, Gf.Quath)):
+        return type(default)(*numbers(value, 4))
+    dimension = getattr(default, "dimension", None)
+    if isinstance(dimension, tuple):
+        if isinstance(value, (str, bytes)) or not hasattr(value, "__len__") or len(value) != dimension[0]:
+            raise ValueError(f"{value!r} is not a list of {dimension[0]} rows")
+        return type(default)([numbers(row, dimension[1]) for row in value])
+    if isinstance(dimension, int):
+        kind = int if name.startswith("int") else float
+        return type(default)(*map(kind, numbers(value, dimension)))
+    raise ValueError(f"attributes of type {name} cannot be set here")
+
+
+def _property(prim: Any, name: str) -> Any:
+    existing = _defined(prim, name)
+    if existing:
+        return existing
+    if name.split(":")[:2] == ["material", "binding"]:  # its schema has no list of properties: purposes are free
+        apply_schema(prim, "MaterialBindingAPI")
+        return prim.CreateRelationship(name, custom=False)
+    schemas, templates = _api_properties()
+    if name in schemas:
+        apply_schema(prim, schemas[name])
+        return _defined(prim, name)
+    for pattern, schema in templates:
+        match = pattern.fullmatch(name)
+        if match:
+            apply_schema(prim, f"{schema}:{match.group(1)}")
+            return _defined(prim, name)
+    near = difflib.get_close_matches(name, [*prim.GetPropertyNames(), *schemas], n=1)
+    hint = f'did you mean "{near[0]}"?' if near else f"its own are {', '.join(sorted(prim.GetPropertyNames()))}"
+    raise ValueError(f"{prim.GetTypeName() or 'a prim without type'} has no attribute {name!r}; {hint}")
+
+
+def _defined(prim: Any, name: str) -> Any:
+    if prim.HasRelationship(name):
+        return prim.GetRelationship(name)
+    return prim.GetAttribute(name) if prim.HasAttribute(name) else None
+
+
+def _path(text: Any) -> Any:
+    if not isinstance(text, str) or not Sdf.Path.IsValidPathString(text) or not Sdf.Path(text).IsAbsolutePath():
+        raise ValueError(f"{text!r} is not the path of a prim, such as /World/Box")
+    return Sdf.Path(text)
+
+
+@lru_cache(maxsize=1)
+def _api_schemas() -> dict[str, bool]:
+    """API schemas that can be applied, and whether they take an instance name."""
+    registry = Usd.SchemaRegistry()
+    names = {}
+    for schema in Tf.Type.FindByName("UsdAPISchemaBase").GetAllDerivedTypes():
+        name = registry.GetAPISchemaTypeName(schema)
+        if name and registry.FindAppliedAPIPrimDefinition(name):
+            names[str(name)] = bool(registry.IsMultipleApplyAPISchema(schema))
+    return names
+
+
+@lru_cache(maxsize=1)
+def _api_properties() -> tuple[dict[str, str], list[tuple[re.Pattern[str], str]]]:
+    """Which API schema brings a property: by name, or by pattern with the instance's name as its group."""
+    registry = Usd.SchemaRegistry()
+    single: dict[str, str] = {}
+    multiple = []
+    for schema, instanced in sorted(_api_schemas().items()):
+        for name in registry.FindAppliedAPIPrimDefinition(schema).GetPropertyNames():
+            if instanced:
+                multiple.append((re.compile(re.escape(name).replace(_INSTANCE, "([A-Za-z_][A-Za-z0-9_]*)")), schema))
+            else:
+                single.setdefault(name, schema)
+    return single, multiple

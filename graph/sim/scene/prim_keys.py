@@ -1,0 +1,315 @@
+"""What each key of an inline prim means: one small function a key."""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from graph.sim.geometry.shapes import SOLIDS
+from graph.sim.geometry.triangulation import triangulate
+from graph.sim.usd import Sdf, Tf, Usd, UsdGeom, UsdPhysics
+
+from . import nonvisual, prim_attributes
+from .layers import check_scene
+from .prim_attributes import apply_schema, number, numbers
+from .prim_transforms import set_transform
+from .stage import Warn
+
+SensorConfig = Callable[[Any, str, Any], None]
+Keys = Mapping[str, Any]
+Handler = Callable[["PrimContext", Any, Keys, str, set[str]], None]
+
+AUX_LEVELS = ("NONE", "BASIC", "EXTRA", "FULL")
+CHANNELS = "_replicator:rendervar:GenericModelOutput:channels"
+EXCLUDE = "tickgraph:exclude"
+SENSORS = ("OmniLidar", "OmniRadar", "OmniAcoustic")
+
+
+@dataclass
+class PrimContext:
+    """What the keys of all prims share; `implied` are parents that were made without being asked for."""
+
+    stage: Any
+    folder: Path
+    roots: Sequence[Path]
+    sensor_config: SensorConfig | None
+    warn: Warn
+    implied: set[str]
+
+    def define(self, path: str, kind: Any, referenced: bool) -> None:
+        """Make the prim and its missing parents (as Xforms). Raises ValueError if its type is wrong."""
+        if kind is not None and not Usd.SchemaRegistry().FindConcretePrimDefinition(str(kind)):
+            near = difflib.get_close_matches(str(kind), concrete_types(), n=1)
+            raise ValueError(f"there is no prim type {kind!r}" + (f'; did you mean "{near[0]}"?' if near else ""))
+        sdf = Sdf.Path(path)
+        for parent in sdf.GetPrefixes()[:-1]:
+            above = self.stage.GetPrimAtPath(parent)
+            if above and (above.IsInstance() or above.IsInstanceProxy()):
+                raise ValueError(f"{parent} is an instance; nothing can be added below it")
+            if not above or not above.IsDefined():
+                self.stage.DefinePrim(parent, "Xform")
+                self.implied.add(str(parent))
+        prim = self.stage.GetPrimAtPath(sdf)
+        existing = str(prim.GetTypeName()) if prim and prim.IsDefined() else None
+        if existing and kind and kind != existing and path not in self.implied:
+            raise ValueError(f"the scene already has {existing} there; leave the type out to change it")
+        self.implied.discard(path)
+        if kind or existing is None:
+            self.stage.DefinePrim(sdf, str(kind) if kind else ("" if referenced else "Xform"))
+
+    def set_property(self, prim: Any, name: str, value: Any) -> None:
+        """One entry of `attributes`; what is wrong with it is said with its name."""
+        try:
+            prim_attributes.set_property(prim, name, value)
+        except ValueError as error:
+            raise ValueError(f"{name}: {error}") from error
+
+
+def concrete_types() -> list[str]:
+    """The prim types that can be written."""
+    registry = Usd.SchemaRegistry()
+    types = Tf.Type.FindByName("UsdTyped").GetAllDerivedTypes()
+    return sorted({str(name) for each in types if (name := registry.GetConcreteSchemaTypeName(each))})
+
+
+def _reference(context: PrimContext, prim: Any, keys: Keys, name: str, done: set[str]) -> None:
+    if not isinstance(keys[name], str):
+        raise ValueError(f"{keys[name]!r} is not the name of a USD file")
+    file = (context.folder / Path(keys[name]).expanduser()).absolute()
+    check_scene(file, context.roots, context.warn)
+    layer = Sdf.Layer.FindOrOpen(str(file))
+    roots = [root.name for root in layer.rootPrims]
+    if layer.HasDefaultPrim():
+        prim.GetReferences().AddReference(layer.identifier)
+    elif len(roots) == 1:
+        prim.GetReferences().AddReference(layer.identifier, f"/{roots[0]}")
+    else:
+        raise ValueError(f"{file.name} has no defaultPrim and {len(roots)} root prims; give it a defaultPrim")
+    _compare_units(context, prim, layer, file.name)
+
+
+def _compare_units(context: PrimContext, prim: Any, layer: Any, name: str) -> None:
+    """USD neither scales nor turns what it references; say so where units or up axis differ (its defaults: cm, Y)."""
+    root = layer.pseudoRoot
+    unit = float(root.GetInfo("metersPerUnit")) if root.HasInfo("metersPerUnit") else UsdGeom.LinearUnits.centimeters
+    up = str(root.GetInfo("upAxis")) if root.HasInfo("upAxis") else str(UsdGeom.GetFallbackUpAxis())
+    ours = UsdGeom.GetStageMetersPerUnit(context.stage), str(UsdGeom.GetStageUpAxis(context.stage))
+    if not math.isclose(unit, ours[0]) or up != ours[1]:
+        context.warn(
+            "units-mismatch",
+            str(prim.GetPath()),
+            f"{name} has {unit:g} m per unit and {up} up, the stage {ours[0]:g} and {ours[1]}; USD does not convert. "
+            "Scale or turn the prim.",
+        )
+
+
+def _schemas(context: PrimContext, prim: Any, keys: Keys, name: str, done: set[str]) -> None:
+    for schema in [keys[name]] if isinstance(keys[name], str) else keys[name]:
+        apply_schema(prim, str(schema))
+
+
+def _config(context: PrimContext, prim: Any, keys: Keys, name: str, done: set[str]) -> None:
+    done.update(("config", "variant"))
+    if "config" not in keys:
+        raise ValueError("a variant needs the config that it is of")
+    if prim.GetTypeName() not in SENSORS:
+        raise ValueError(f"only sensors have one ({', '.join(SENSORS)}), not {prim.GetTypeName()}")
+    if context.sensor_config is None:
+        raise ValueError("there are no sensor configurations here")
+    context.sensor_config(prim, keys["config"], keys.get("variant"))
+
+
+def _aux(context: PrimContext, prim: Any, keys: Keys, name: str, done: set[str]) -> None:
+    if keys[name] not in AUX_LEVELS:
+        raise ValueError(f"{keys[name]!r} is not one of {', '.join(AUX_LEVELS)}")
+    if prim.GetTypeName() not in SENSORS:
+        raise ValueError(f"only sensors have one ({', '.join(SENSORS)}), not {prim.GetTypeName()}")
+    prim.CreateAttribute(CHANNELS, Sdf.ValueTypeNames.StringArray, custom=True).Set([keys[name]])
+
+
+def _transform(context: PrimContext, prim: Any, keys: Keys, name: str, done: set[str]) -> None:
+    if name in ("orient", "rotate") and "orient" in keys and "rotate" in keys:
+        done.update(("orient", "rotate"))
+        raise ValueError("orient and rotate exclude each other")
+    value = keys[name]
+    if name == "scale" and isinstance(value, (int, float)):
+        value = [value] * 3
+    parts = numbers(value, 4 if name == "orient" else 3)
+    if name == "scale" and 0 in parts:
+        raise ValueError("a scale of 0 makes it flat")
+    if name == "orient":
+        length = math.hypot(*parts)
+        if length == 0:
+            raise ValueError("a quaternion of zeros is no rotation")
+        parts = [part / length for part in parts]
+    set_transform(prim, **{name: parts})
+
+
+def _size(context: PrimContext, prim: Any, keys: Keys, name: str, done: set[str]) -> None:
+    attribute = prim.GetAttribute(name) if prim.HasAttribute(name) else None
+    if not attribute or not prim.IsA(UsdGeom.Gprim):
+        has = [size for size in SIZES if prim.HasAttribute(size)]
+        raise ValueError(f"{prim.GetTypeName()} has no {name}" + (f"; it has {', '.join(has)}" if has else ""))
+    if name == "axis":
+        if keys[name] not in ("X", "Y", "Z"):
+            raise ValueError(f"{keys[name]!r} is not one of X, Y, Z")
+        attribute.Set(keys[name])
+        return
+    value = number(keys[name])
+    if value <= 0:
+        raise ValueError(f"{value:g} is not above 0")
+    attribute.Set(value)
+
+
+def _points(context: PrimContext, prim: Any, keys: Keys, name: str, done: set[str]) -> None:
+    done.update(("points", "faces"))
+    if not prim.IsA(UsdGeom.Mesh):
+        raise ValueError(f"{prim.GetTypeName()} has no points and faces; a Mesh has")
+    if "points" not in keys or "faces" not in keys:
+        raise ValueError("a mesh needs both points and faces")
+    points = np.array([numbers(point, 3) for point in keys["points"]]).reshape(-1, 3)
+    counts, indices = [], []
+    for face in keys["faces"]:
+        if len(face) < 3 or any(isinstance(i, bool) or not isinstance(i, int) for i in face):
+            raise ValueError(f"the face {face!r} is not a list of 3 or more point numbers")
+        counts.append(len(face))
+        indices.extend(face)
+    wrong: list[str] = []
+    triangulate(points, np.array(counts, dtype=np.int64), np.array(indices, dtype=np.int64), complain=wrong.append)
+    if wrong:
+        raise ValueError(wrong[0].split(";")[0])
+    mesh = UsdGeom.Mesh(prim)
+    mesh.GetPointsAttr().Set([tuple(point) for point in points.tolist()])
+    mesh.GetFaceVertexCountsAttr().Set(counts)
+    mesh.GetFaceVertexIndicesAttr().Set(indices)
+    mesh.GetSubdivisionSchemeAttr().Set(UsdGeom.Tokens.none)
+
+
+def _rigid_body(context: PrimContext, prim: Any, keys: Keys, name: str, done: set[str]) -> None:
+    wanted = _truth(keys[name])
+    if not wanted and not prim.HasAPI(UsdPhysics.RigidBodyAPI):
+        return
+    if not prim.IsA(UsdGeom.Xformable):
+        raise ValueError(f"{prim.GetTypeName()} cannot move")
+    UsdPhysics.RigidBodyAPI.Apply(prim).CreateRigidBodyEnabledAttr(wanted)
+
+
+def _mass(context: PrimContext, prim: Any, keys: Keys, name: str, done: set[str]) -> None:
+    value = number(keys[name])
+    if value <= 0:
+        raise ValueError(f"{value:g} is not above 0")
+    api = UsdPhysics.MassAPI.Apply(prim)
+    (api.CreateMassAttr if name == "mass" else api.CreateDensityAttr)(value)
+
+
+FASTEST = 1e30
+"""USD keeps velocities as float32, which ends near 3.4e38."""
+
+
+def _velocity(context: PrimContext, prim: Any, keys: Keys, name: str, done: set[str]) -> None:
+    parts = numbers(keys[name], 3)
+    if max(map(abs, parts)) > FASTEST:
+        raise ValueError(f"{keys[name]!r} is faster than {FASTEST:g}")
+    if not prim.HasAPI(UsdPhysics.RigidBodyAPI):
+        raise ValueError("only a body moves by itself; add rigid_body: true")
+    api = UsdPhysics.RigidBodyAPI(prim)
+    (api.CreateVelocityAttr if name == "velocity" else api.CreateAngularVelocityAttr)(tuple(parts))
+
+
+def _collision(context: PrimContext, prim: Any, keys: Keys, name: str, done: set[str]) -> None:
+    solid = str(prim.GetTypeName()) in SOLIDS or prim.IsA(UsdGeom.Mesh)
+    if name not in keys and not (solid and keys.get("type")):
+        return
+    wanted = _truth(keys.get(name, True))
+    if wanted and not solid:
+        raise ValueError(f"{prim.GetTypeName()} has no surface to collide with")
+    if wanted or prim.HasAPI(UsdPhysics.CollisionAPI):
+        UsdPhysics.CollisionAPI.Apply(prim).CreateCollisionEnabledAttr(wanted)
+
+
+def _visible(context: PrimContext, prim: Any, keys: Keys, name: str, done: set[str]) -> None:
+    if not prim.IsA(UsdGeom.Imageable):
+        raise ValueError(f"{prim.GetTypeName()} is never visible")
+    shown = UsdGeom.Tokens.inherited if _truth(keys[name]) else UsdGeom.Tokens.invisible
+    UsdGeom.Imageable(prim).GetVisibilityAttr().Set(shown)
+
+
+def _color(context: PrimContext, prim: Any, keys: Keys, name: str, done: set[str]) -> None:
+    if not prim.IsA(UsdGeom.Gprim):
+        raise ValueError(f"{prim.GetTypeName()} has no colour; shapes and meshes have")
+    UsdGeom.Gprim(prim).GetDisplayColorAttr().Set([tuple(numbers(keys[name], 3))])
+
+
+def _material(context: PrimContext, prim: Any, keys: Keys, name: str, done: set[str]) -> None:
+    nonvisual.bind(context.stage, prim, nonvisual.parse(keys[name]))
+
+
+def _semantics(context: PrimContext, prim: Any, keys: Keys, name: str, done: set[str]) -> None:
+    value = keys[name] if isinstance(keys[name], Mapping) else {"class": keys[name]}
+    for taxonomy, labels in value.items():
+        texts = [labels] if isinstance(labels, str) else list(labels)
+        if not all(isinstance(text, str) for text in texts):
+            raise ValueError(f"{labels!r} is not a label or a list of labels")
+        apply_schema(prim, f"SemanticsLabelsAPI:{taxonomy}")
+        prim.GetAttribute(f"semantics:labels:{taxonomy}").Set(texts)
+
+
+def _exclude(context: PrimContext, path: str, value: Any) -> None:
+    prim = context.stage.GetPrimAtPath(path)
+    if prim.GetTypeName() not in SENSORS:
+        raise ValueError(f"only sensors exclude what they never hit, not {prim.GetTypeName()}")
+    targets = [value] if isinstance(value, str) else list(value)
+    for target in targets:
+        valid = isinstance(target, str) and Sdf.Path.IsValidPathString(target) and target.startswith("/")
+        if not valid or not context.stage.GetPrimAtPath(target):
+            known = [str(each.GetPath()) for each in context.stage.Traverse()]
+            near = difflib.get_close_matches(str(target), known, n=1)
+            raise ValueError(f"there is no prim {target!r}" + (f'; did you mean "{near[0]}"?' if near else ""))
+    prim.CreateRelationship(EXCLUDE, custom=True).SetTargets([Sdf.Path(target) for target in targets])
+
+
+def _truth(value: Any) -> bool:
+    if not isinstance(value, bool):
+        raise ValueError(f"{value!r} is neither true nor false")
+    return value
+
+
+SIZES = ("size", "radius", "height", "width", "length", "axis")
+
+KEYS: dict[str, Handler | None] = {
+    "type": None,
+    "reference": _reference,
+    "schemas": _schemas,
+    "config": _config,
+    "variant": _config,
+    "aux_output_level": _aux,
+    "translate": _transform,
+    "orient": _transform,
+    "rotate": _transform,
+    "scale": _transform,
+    **dict.fromkeys(SIZES, _size),
+    "points": _points,
+    "faces": _points,
+    "rigid_body": _rigid_body,
+    "mass": _mass,
+    "density": _mass,
+    "velocity": _velocity,
+    "angular_velocity": _velocity,
+    "collision": _collision,
+    "visible": _visible,
+    "color": _color,
+    "material": _material,
+    "semantics": _semantics,
+    "exclude": None,
+    "attributes": None,
+}
+"""Every key, in the order in which they are written; those without a function have their own place in `prims`."""
+
+FINAL: dict[str, Callable[[PrimContext, str, Any], None]] = {"exclude": _exclude}
+"""Keys that name other prims: written when all prims are there."""

@@ -1,0 +1,104 @@
+"""Prims written inline in a graph file: plain mappings become prims of the stage."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Callable, Iterable, Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from graph.errors import Mark, Problem, UserError
+
+from .prim_keys import FINAL, KEYS, PrimContext, SensorConfig
+from .stage import Warn, ignore_warning
+
+MAX_DEPTH = 256
+"""Names in a prim path."""
+
+Where = Callable[..., Mark | None]
+"""Gives the mark of a prim path, or of a prim path and key."""
+
+
+def author_prims(
+    stage: Any,
+    prims: Mapping[str, Mapping[str, Any]],
+    where: Where = lambda path, key=None: None,
+    *,
+    sensor_config: SensorConfig | None = None,
+    folder: Path | None = None,
+    allow_roots: Iterable[str | Path] | None = None,
+    warn: Warn = ignore_warning,
+) -> None:
+    """Author inline prims, in order, on top of the stage's scene.
+
+    sensor_config(prim, config, variant): writes a sensor's configuration; its attributes are set before `attributes`.
+    folder: what `reference` is relative to; allow_roots: where referenced files may lie (default: `folder`).
+    Raises UserError with every problem, each at `where(path, key)`.
+    """
+    folder = Path.cwd() if folder is None else folder
+    roots = [folder] if allow_roots is None else [Path(root) for root in allow_roots]
+    context = PrimContext(stage, folder, roots, sensor_config, warn, set())
+    problems: list[Problem] = []
+    for path, keys in prims.items():
+        problems.extend(_author(context, path, keys, where))
+    for path, keys in prims.items():
+        for name, finish in FINAL.items():
+            if isinstance(keys, Mapping) and name in keys and stage.GetPrimAtPath(path):
+                problems.extend(_attempt(where, path, name, partial(finish, context, path, keys[name])))
+    if problems:
+        raise UserError(problems)
+
+
+def _author(context: PrimContext, path: str, keys: Any, where: Where) -> list[Problem]:
+    if not isinstance(keys, Mapping):
+        return [Problem(f"{path}: a prim is written as a mapping such as {{type: Cube, size: 1.0}}.", where(path))]
+    problem = _path_problem(path)
+    if problem:
+        return [Problem(problem, where(path))]
+    problems = [Problem(_unknown(path, key), where(path, key)) for key in keys if key not in KEYS]
+    made = _attempt(where, path, "type", partial(context.define, path, keys.get("type"), "reference" in keys))
+    if made:
+        return problems + made
+    prim = context.stage.GetPrimAtPath(path)
+    done: set[str] = set()
+    for name, handle in KEYS.items():
+        if handle is not None and (name in keys or name == "collision") and name not in done:
+            problems.extend(_attempt(where, path, name, partial(handle, context, prim, keys, name, done)))
+    attributes = keys.get("attributes", {})
+    if not isinstance(attributes, Mapping):
+        return [
+            *problems,
+            Problem(f"{path}: attributes: write them as a mapping of name to value.", where(path, "attributes")),
+        ]
+    for name, value in attributes.items():
+        problems += _attempt(where, path, "attributes", partial(context.set_property, prim, name, value))
+    return problems
+
+
+def _attempt(where: Where, path: str, key: str, action: Callable[[], None]) -> list[Problem]:
+    try:
+        action()
+    except UserError as error:
+        return [Problem(f"{path}: {key}: {each}", where(path, key) or where(path)) for each in error.problems]
+    except (ValueError, TypeError) as error:
+        text = str(error)
+        return [Problem(f"{path}: {key}: {text}{'' if text.endswith('?') else '.'}", where(path, key) or where(path))]
+    return []
+
+
+def _path_problem(path: str) -> str | None:
+    from graph.sim.usd import Sdf
+
+    if not isinstance(path, str) or not Sdf.Path.IsValidPathString(path):
+        return f"{path!r} is not the path of a prim; write it as /World/Box (letters, digits and _)."
+    sdf = Sdf.Path(path)
+    if not sdf.IsAbsolutePath() or not sdf.IsPrimPath():
+        return f"{path!r} is not the path of a prim; write it as /World/Box, from the root."
+    return f"{path[:80]}... is deeper than {MAX_DEPTH} prims." if sdf.pathElementCount > MAX_DEPTH else None
+
+
+def _unknown(path: str, key: str) -> str:
+    near = difflib.get_close_matches(str(key), KEYS, n=1)
+    hint = f'did you mean "{near[0]}"?' if near else "set USD attributes under attributes."
+    return f'{path}: there is no key "{key}"; {hint}'

@@ -1,0 +1,112 @@
+"""Which prims physics and sensors have read at play: their roles and places, to tell what an edit changes."""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from graph.sim import transforms
+from graph.sim.transforms import Floats
+from graph.sim.usd import EARLIEST, Tf, Usd, UsdGeom, UsdPhysics
+
+from .scan import GRIPPER
+
+RESCALED = 1e-9
+"""Relative change of a prim's size from which on it counts as another size."""
+
+
+class StageRoles:
+    """Path -> role of every prim that has one, and where every prim was: a copy of one moment.
+
+    A role is the type of a surface, joint, gripper or physics scene, with the physics schemas applied to the prim.
+    """
+
+    def __init__(self, stage: Any) -> None:
+        self._stage = stage
+        xforms = UsdGeom.XformCache(EARLIEST)
+        place = xforms.GetLocalToWorldTransform
+        self.roles: dict[str, str] = {}
+        self._places: dict[str, Any] = {}
+        for prim in stage.Traverse(Usd.TraverseInstanceProxies()):
+            path = prim.GetPath().pathString
+            self._places[path] = place(prim)
+            role = role_of(prim)
+            if role:
+                self.roles[path] = role
+        self._sorted = sorted(self.roles)
+
+    @property
+    def paths(self) -> frozenset[str]:
+        """The paths of all prims there were, with a role or without."""
+        return frozenset(self._places)
+
+    def pose(self, path: str, meters_per_unit: float) -> Floats:
+        """(4, 4) rigid pose that a prim had [m]."""
+        out = transforms.rigid_part(transforms.from_usd(self._places[path]))
+        out[:3, 3] *= meters_per_unit
+        return out
+
+    def under(self, path: str) -> list[str]:
+        """Paths with a role, at and below a path."""
+        if path == "/":
+            return self._sorted
+        first, end = bisect_left(self._sorted, f"{path}/"), bisect_left(self._sorted, f"{path}0")
+        return [path] * (path in self.roles) + self._sorted[first:end]
+
+    def changed(self, path: str) -> tuple[list[str], list[str], list[str]]:
+        """What the stage has now at and below a path: prims with a role that are new, gone, or have another one."""
+        now = {}
+        prim = self._stage.GetPrimAtPath(path)
+        if prim and _seen(prim):
+            for each in Usd.PrimRange(prim, Usd.TraverseInstanceProxies()):
+                role = role_of(each)
+                if role:
+                    now[each.GetPath().pathString] = role
+        before = self.under(path)
+        return (
+            [each for each in now if each not in self.roles],
+            [each for each in before if each not in now],
+            [each for each in before if each in now and now[each] != self.roles[each]],
+        )
+
+    def rescaled(self, path: str) -> bool:
+        """Whether a prim has another scale or shear in the world than it had, in whatever place."""
+        before, prim = self._places.get(path), self._stage.GetPrimAtPath(path)
+        if before is None or not prim:
+            return False
+        old = transforms.from_usd(before)[:3, :3]
+        new = transforms.from_usd(UsdGeom.XformCache(EARLIEST).GetLocalToWorldTransform(prim))[:3, :3]
+        if not np.isfinite(new).all():
+            return True
+        # The Gram matrix of the axes holds their lengths and angles, and none of the rotation.
+        gram = old.T @ old
+        return bool(
+            np.abs(new.T @ new - gram).max() > 2 * RESCALED * np.abs(gram).max()
+            or (np.linalg.det(new) < 0) != (np.linalg.det(old) < 0)
+        )
+
+
+def role_of(prim: Any) -> str:
+    """What physics or rays read the prim as; empty where they pass it over."""
+    name = prim.GetTypeName()
+    kind = name if name and _has_role(str(name)) else ""
+    applied = [schema for schema in prim.GetAppliedSchemas() if schema.startswith("Physics")]
+    return f"{kind} {' '.join(applied)}" if kind or applied else ""
+
+
+@lru_cache(maxsize=1024)
+def _has_role(name: str) -> bool:
+    if name == GRIPPER:
+        return True
+    kind = Usd.SchemaRegistry.GetTypeFromName(name)
+    bases = (UsdGeom.Gprim, UsdGeom.PointInstancer, UsdPhysics.Joint, UsdPhysics.Scene)
+    return bool(kind) and any(kind.IsA(Tf.Type(base)) for base in bases)
+
+
+def _seen(prim: Any) -> bool:
+    """Whether a traversal of the stage comes to the prim."""
+    there = prim.IsActive() and prim.IsLoaded() and prim.IsDefined() and not prim.IsAbstract()
+    return bool(there or prim.IsPseudoRoot())

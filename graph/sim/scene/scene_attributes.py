@@ -1,0 +1,86 @@
+"""The attributes of physics scene prims, by the names of UsdPhysics, PhysX, Newton and MuJoCo."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+from graph import exact
+
+EARTH_GRAVITY = 9.81
+
+RATE_ATTRIBUTES = ("physxScene:timeStepsPerSecond", "mjc:option:timestep", "newton:timeStepsPerSecond")
+"""Where a scene may say how fast it steps; an earlier name counts before a later one."""
+
+_SCHEMAS = {"physxScene": "PhysxSceneAPI", "mjc": "MjcSceneAPI", "newton": "NewtonSceneAPI"}
+"""The API schema that an attribute's first name belongs to."""
+
+
+def authored(prim: Any, name: str) -> Any:
+    """The value that is authored for an attribute; None where there is none, or it is blocked."""
+    from graph.sim.usd import EARLIEST
+
+    attribute = prim.GetAttribute(name)
+    return attribute.Get(EARLIEST) if attribute and attribute.HasAuthoredValue() else None
+
+
+def author(prim: Any, name: str, kind: str, value: Any) -> None:
+    """Sets an attribute, made as `kind` (a name of `Sdf.ValueTypeNames`) where there is none; None blocks it."""
+    from graph.sim.usd import Sdf
+
+    attribute = prim.GetAttribute(name)
+    if value is None:
+        if attribute:
+            attribute.Block()
+        return
+    _apply_schema(prim, name)
+    if not attribute:
+        attribute = prim.CreateAttribute(name, getattr(Sdf.ValueTypeNames, kind), custom=False)
+    attribute.Set(value)
+
+
+def applied_schemas(prim: Any) -> list[str]:
+    """The API schemas applied to a prim, those that this USD does not know included."""
+    return list(prim.GetPrimTypeInfo().GetAppliedAPISchemas())
+
+
+def _apply_schema(prim: Any, name: str) -> None:
+    """Applies the API schema that an attribute belongs to, by name; this USD may not know it."""
+    schema = _SCHEMAS.get(name.partition(":")[0])
+    applied = applied_schemas(prim)
+    if schema is None or schema in applied:
+        return
+    prim.AddAppliedSchema(schema)
+    if not set(applied) & set(_SCHEMAS.values()) and schema != "PhysxSceneAPI":
+        prim.AddAppliedSchema("PhysxSceneAPI")  # so that the scene's default stays 60 steps per second
+
+
+def authored_rate(prim: Any) -> Fraction | None:
+    """Steps per second [Hz] that a scene prim authors; 0 where it says 0 (or worse), None where it says nothing.
+
+    An API schema that is applied without a value has its own default: 1000 Hz of NewtonSceneAPI, 500 Hz of MjcSceneAPI,
+    unless PhysxSceneAPI, whose 60 Hz are everybody's default, is there too.
+    """
+    for name in RATE_ATTRIBUTES:
+        value = authored(prim, name)
+        if value is None:
+            continue
+        try:
+            number = exact.duration(value) if name.endswith("timestep") else exact.rate(value)
+        except ValueError:
+            return Fraction(0)
+        if number <= 0:
+            return Fraction(0)
+        return 1 / number if name.endswith("timestep") else number
+    applied = applied_schemas(prim)
+    if "PhysxSceneAPI" in applied:
+        return None
+    if "MjcSceneAPI" in applied:
+        return Fraction(500)
+    return Fraction(1000) if newton_only(prim) else None
+
+
+def newton_only(prim: Any) -> bool:
+    """Whether a scene prim is described in Newton's terms and not in PhysX's."""
+    applied = applied_schemas(prim)
+    return "NewtonSceneAPI" in applied and "PhysxSceneAPI" not in applied

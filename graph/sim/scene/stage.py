@@ -1,0 +1,170 @@
+"""Opening a USD stage safely, its units, and putting it back the way it was."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+from graph.errors import RunError, UserError
+
+Warn = Callable[[str, str, str], None]
+"""Takes a warning: stable code, where, message."""
+
+
+def ignore_warning(code: str, where: str, message: str) -> None:
+    """A `Warn` that drops what it is told."""
+
+
+def register_schemas() -> None:
+    """Make the sensor and graph prim types (OmniLidar, OmniGraph, ...) known to USD. Call it before any stage is used.
+
+    Our own paths do so by themselves; only code that opens a stage through pxr first needs this call. USD fixes its
+    schema registry at first use and ignores later additions without a word, so this raises RunError then.
+    """
+    from graph.sim.usd import Usd
+
+    if not Usd.SchemaRegistry().FindConcretePrimDefinition("OmniLidar"):
+        raise RunError(
+            "USD was used before the sensor schemas were registered, so OmniLidar is unknown to it. "
+            "Call graph.sim.register_schemas() before the first stage is opened or created."
+        )
+
+
+def open_stage(
+    path: str | Path | None = None, allow_roots: Iterable[str | Path] | None = None, warn: Warn = ignore_warning
+) -> Any:
+    """A stage (`Usd.Stage`) over the scene at `path`; without a path an empty one in metres, Z up.
+
+    The file and everything it composes is checked first (see `graph.sim.scene.layers.check_scene`): only files below
+    `allow_roots` (default: the scene's own folder) are opened. Raises UserError for what must not or cannot be opened;
+    a missing reference is only a warning `usd-missing-asset`.
+
+    The root layer is anonymous and has the scene as its sublayer: what is authored later stays with this stage and
+    never reaches the file, nor another stage in the same process.
+    """
+    register_schemas()
+    from graph.sim.usd import Sdf, Usd, UsdGeom
+
+    root = Sdf.Layer.CreateAnonymous(f"{Path(path or 'world').stem}.usda")
+    if path is None:
+        stage = Usd.Stage.Open(root)
+        UsdGeom.SetStageMetersPerUnit(stage, UsdGeom.LinearUnits.meters)
+        UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
+        return stage
+    from .layers import check_scene, quiet
+    from .stage_faults import check_metadata, repair_transforms
+
+    file = Path(path).expanduser().absolute()
+    roots = [file.parent] if allow_roots is None else [Path(each) for each in allow_roots]
+    checked = check_scene(file, roots, warn)  # held while the stage opens, so that nothing is parsed twice
+    with quiet(warn, str(path)):
+        scene = Sdf.Layer.FindOrOpen(str(file))
+        if scene is None:
+            raise UserError(f"{path}: USD cannot read this file.")
+        _copy_metadata(scene, root)
+        root.subLayerPaths.append(scene.identifier)
+        stage = Usd.Stage.Open(root)
+        checked.clear()
+    check_metadata(stage)
+    repair_transforms(stage, warn)
+    return stage
+
+
+def add_scene(stage: Any, path: Path, roots: Iterable[str | Path], warn: Warn = ignore_warning) -> None:
+    """Put a USD file over what a stage has from files so far, checked as `open_stage` checks it; units stay."""
+    from graph.sim.usd import Sdf
+
+    from .layers import check_scene, quiet
+
+    checked = check_scene(path, [Path(each) for each in roots], warn)
+    with quiet(warn, str(path)):
+        layer = Sdf.Layer.FindOrOpen(str(path))
+        if layer is None:
+            raise UserError(f"{path}: USD cannot read this file.")
+        stage.GetRootLayer().subLayerPaths.insert(0, layer.identifier)
+        checked.clear()
+
+
+def _copy_metadata(scene: Any, root: Any) -> None:
+    """Units, up axis, time codes and default prim count only in the root layer: hand them on."""
+    for key in scene.pseudoRoot.ListInfoKeys():
+        if key not in ("subLayers", "subLayerOffsets", "primOrder", "primChildren"):
+            root.pseudoRoot.SetInfo(key, scene.pseudoRoot.GetInfo(key))
+
+
+def meters_per_unit(stage: Any) -> float:
+    """Metres in one stage unit. Raises UserError unless positive and finite."""
+    from graph.sim.usd import UsdGeom
+
+    value = float(UsdGeom.GetStageMetersPerUnit(stage))
+    if not 0 < value < float("inf"):
+        raise UserError(f"{scene_name(stage)}: metersPerUnit is {value:g}; it must be greater than 0.")
+    return value
+
+
+def up_axis(stage: Any) -> str:
+    """'Y' or 'Z': the stage's up axis. Raises UserError for another, which USD itself takes without a word."""
+    from graph.sim.usd import UsdGeom
+
+    axis = str(UsdGeom.GetStageUpAxis(stage))
+    if axis not in ("Y", "Z"):
+        raise UserError(f"{scene_name(stage)}: upAxis is {axis}; it must be Y or Z.")
+    return axis
+
+
+def scene_name(stage: Any) -> str:
+    """The scene file of a stage, for messages."""
+    root = stage.GetRootLayer()
+    return str(next(iter(root.subLayerPaths), root.GetDisplayName()) if root.anonymous else root.identifier)
+
+
+def physics_scene_rate(stage: Any) -> Fraction | None:
+    """Steps per second that the stage's first physics scene authors (see `scene_attributes`); None: nothing."""
+    from graph.sim.managers.physics_scene import scene_prims
+
+    from .scene_attributes import authored_rate
+
+    first = next(scene_prims(stage), None)
+    return None if first is None else authored_rate(first)
+
+
+@dataclass
+class _Saved:
+    layer: Any
+    copy: Any | None
+
+
+class StageState:
+    """What the layers of a stage hold, so that it can be put back bit for bit.
+
+    Layers that are files and were not changed are read again on `restore` if they changed since; all others are copied.
+    """
+
+    def __init__(self, stage: Any) -> None:
+        from graph.sim.usd import Sdf
+
+        self._stage = stage
+        self._target = stage.GetEditTarget()
+        self._saved = []
+        for layer in stage.GetUsedLayers():
+            copy = None
+            if layer.anonymous or layer.dirty:
+                copy = Sdf.Layer.CreateAnonymous(layer.GetDisplayName())
+                copy.TransferContent(layer)
+            self._saved.append(_Saved(layer, copy))
+
+    def restore(self) -> None:
+        """Give every layer the content it had; may be called any number of times."""
+        from graph.sim.usd import Sdf
+
+        with Sdf.ChangeBlock():
+            for saved in self._saved:
+                if saved.copy is not None:
+                    saved.layer.TransferContent(saved.copy)
+        for saved in self._saved:
+            if saved.copy is None and saved.layer.dirty:
+                saved.layer.Reload(True)
+        self._stage.SetEditTarget(self._target)

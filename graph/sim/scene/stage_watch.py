@@ -1,0 +1,160 @@
+"""What is written to the stage while playing, told by USD's notices and sorted by what it means for the world."""
+
+from __future__ import annotations
+
+import weakref
+from collections.abc import Callable
+from typing import Any
+
+from graph.sim.state.fabric import Fabric
+from graph.sim.usd import Sdf, Tf, Usd, UsdShade
+
+from .roles import StageRoles, role_of
+
+SHAPE = frozenset(
+    (
+        "size",
+        "radius",
+        "radiusTop",
+        "radiusBottom",
+        "height",
+        "axis",
+        "width",
+        "length",
+        "points",
+        "faceVertexCounts",
+        "faceVertexIndices",
+        "holeIndices",
+        "orientation",
+        "subdivisionScheme",
+        "widths",
+        "curveVertexCounts",
+        "knots",
+        "order",
+        "basis",
+        "type",
+        "wrap",
+        "positions",
+        "orientations",
+        "orientationsf",
+        "scales",
+        "protoIndices",
+        "prototypes",
+        "invisibleIds",
+    )
+)
+"""Attributes of surfaces that physics and rays read at play."""
+
+LOOKS = ("visibility", "purpose", "material:binding", "semantics:", "semantic:")
+"""Beginnings of the names of properties that only rays look at; they count from the next scan on."""
+
+_VALUES = frozenset(("default", "timeSamples", "targetPaths", "spline"))
+
+
+class StageWatch:
+    """Collects the edits of a stage from its creation until `close`.
+
+    placed: called at once with the path of each prim whose transform was written, and whether its place was (not only
+    its scale, or the order of its ops). `structure` holds prims below which
+    something came, went or changed its kind, `shapes` the attributes of surfaces, and `physics` those of dynamics, that
+    were written; `looks` is whether rays may see something else. What physics writes itself (`fabric.muted`) is not
+    told.
+    """
+
+    def __init__(self, stage: Any, fabric: Fabric, roles: StageRoles, placed: Callable[[str, bool], None]) -> None:
+        self.stage, self.fabric, self.roles, self._placed = stage, fabric, roles, placed
+        self.structure: dict[str, None] = {}
+        self.shapes: dict[str, None] = {}
+        self.physics: dict[str, None] = {}
+        self.looks = False
+        self.collecting = False
+        """Whether transforms wait in `transforms` until somebody asks for them."""
+        self.transforms: dict[str, bool] = {}
+        self.failure: BaseException | None = None
+        """What went wrong where nobody could be told."""
+        self._callback = _weak(self)
+        self._listener = Tf.Notice.Register(Usd.Notice.ObjectsChanged, self._callback, stage)
+
+    @property
+    def pending(self) -> bool:
+        """Whether there is something to look at before the next update."""
+        return bool(self.structure or self.shapes or self.physics or self.failure)
+
+    def clear(self) -> None:
+        """Everything has been dealt with."""
+        for found in (self.structure, self.shapes, self.physics):
+            found.clear()
+        self.transforms.clear()
+        self.looks, self.failure = False, None
+
+    def close(self) -> None:
+        """Stop listening."""
+        self._listener.Revoke()
+
+    def notice(self, notice: Any) -> None:
+        """One notice of USD."""
+        if self.fabric.muted:
+            return
+        moved: dict[str, bool] = {}
+        for path in notice.GetResyncedPaths():
+            if not path.IsPropertyPath():
+                self.structure[path.pathString] = None
+            elif _VALUES.intersection(notice.GetChangedFields(path)) or not self.stage.GetObjectAtPath(path):
+                self._property(path, moved)
+        for path in notice.GetChangedInfoOnlyPaths():
+            if path.IsPropertyPath() and _VALUES.intersection(notice.GetChangedFields(path)):
+                self._property(path, moved)
+        if self.collecting:
+            for path, surely in moved.items():
+                self.transforms[path] = surely or self.transforms.get(path, False)
+            return
+        for path, surely in moved.items():
+            try:
+                self._placed(path, surely)
+            except Exception as error:  # an exception would end in USD, unseen
+                self.failure = self.failure or error
+
+    def _property(self, path: Any, moved: dict[str, bool]) -> None:
+        name, prim = path.name, path.GetPrimPath().pathString
+        if name.startswith("xformOp"):
+            moved[prim] = moved.get(prim, False) or not name.startswith(("xformOp:scale", "xformOpOrder"))
+        elif name in SHAPE:
+            if prim in self.roles.roles:
+                self.shapes[path.pathString] = None
+        elif name.startswith(LOOKS) or self._is_material(path):
+            self.looks = True
+        elif name.startswith(("physics:", "physx", "drive:", "limit:", "mjc:", "newton:")):
+            owner = self.stage.GetPrimAtPath(prim)
+            if prim in self.roles.roles and owner and owner.GetTypeName() != "PhysicsScene":
+                self.physics[path.pathString] = None
+
+    def _is_material(self, path: Sdf.Path) -> bool:
+        prim = self.stage.GetPrimAtPath(path.GetPrimPath())
+        return bool(prim and (prim.IsA(UsdShade.Material) or prim.IsA(UsdShade.NodeGraph) or prim.IsA(UsdShade.Shader)))
+
+
+def describe(stage: Any, roles: StageRoles, structure: list[str]) -> tuple[list[str], set[str]]:
+    """What came, went or changed below some prims, in words, and the paths of it all."""
+    words: list[str] = []
+    paths: set[str] = set()
+    for root in structure:
+        new, gone, other = ([path for path in found if path not in paths] for found in roles.changed(root))
+        paths.update(new, gone, other)
+        words += [f"{path} ({role_of(stage.GetPrimAtPath(path)).strip()}) was added" for path in new]
+        words += [f"{path} ({roles.roles[path].strip()}) was removed" for path in gone]
+        words += [
+            f"{path} was {roles.roles[path].strip()} and is {role_of(stage.GetPrimAtPath(path)).strip()}"
+            for path in other
+        ]
+    return words, paths
+
+
+def _weak(watch: StageWatch) -> Callable[[Any, Any], None]:
+    alive = weakref.ref(watch)
+
+    def changed(notice: Any, sender: Any) -> None:
+        found = alive()
+        if found is not None:
+            found.notice(notice)
+
+    return changed

@@ -1,0 +1,1 @@
+"""Where everything is while the world plays: Fabric, tensors, articulations."""

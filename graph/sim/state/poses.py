@@ -1,0 +1,83 @@
+"""Where all bodies are at one moment: a copy that stays valid after the world has moved on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from graph.sim.transforms import Floats
+
+if TYPE_CHECKING:
+    from graph.sim.physics.engine import Physics
+
+
+class Poses:
+    """The poses of all bodies at one moment, and what users had written: immutable.
+
+    speeds: (6,) linear [m/s] and angular [rad/s] of frames and bodies that something else than physics moves, by path.
+    layout: the row of each body by path. Bodies of physics come first, in its order, then `frames`: the rigid poses
+    (F, 4, 4) [m] of still prims that users have moved. Two states with the same layout object have the same rows.
+    """
+
+    def __init__(
+        self,
+        stamp: int,
+        physics: Physics | None,
+        layout: Mapping[str, int],
+        written: Mapping[str, Floats],
+        frames: Floats | None = None,
+        speeds: Mapping[str, Floats] | None = None,
+    ) -> None:
+        self.stamp = stamp
+        self.written = written
+        self.layout = layout
+        if physics is None:
+            self.positions, self._rotations = np.zeros((0, 3)), np.zeros((0, 3, 3))
+            self._motion_of, self._state, self._deformables = None, None, None
+        else:
+            self.positions, self._rotations = physics.positions.copy(), physics.rotations.copy()
+            self._motion_of, self._state = physics.motion, physics.state()
+            self._deformables = physics.deformables
+        self.bodies = len(self.positions)
+        """How many rows are bodies of physics."""
+        if frames is not None:
+            self.positions = np.concatenate([self.positions, frames[:, :3, 3]])
+            self._rotations = np.concatenate([self._rotations, frames[:, :3, :3]])
+        self._speeds = speeds or {}
+        self.positions.flags.writeable = False
+
+    @cached_property
+    def matrices(self) -> Floats:
+        """(B + F + 1, 4, 4) rigid body poses [m], the identity last: for what hangs on no body."""
+        out = np.zeros((len(self.positions) + 1, 4, 4))
+        out[:-1, :3, :3] = self._rotations
+        out[:-1, :3, 3] = self.positions
+        out[:, 3, 3] = 1
+        out[-1, :3, :3] = np.eye(3)
+        out.flags.writeable = False
+        return out
+
+    def points(self, path: str) -> Floats | None:
+        """(p, 3) the points of a prim that physics deforms, in the world [m]; None of one that it does not."""
+        if self._deformables is None or self._state is None or path not in self._deformables.paths:
+            return None
+        return self._deformables.points(path, self._state[0])
+
+    def velocities(self, bodies: Iterable[str]) -> Floats:
+        """(n, 6) of the origins of bodies: linear [m/s], angular [rad/s], world axes; 0 if it does not move."""
+        rows = np.array([self.layout.get(path, -1) for path in bodies], dtype=np.intp)
+        return self._motion[rows]
+
+    @cached_property
+    def _motion(self) -> Floats:
+        """(B + F + 1, 6) of all bodies; the last row does not move, nor do bodies once physics is freed."""
+        out = np.zeros((len(self.positions) + 1, 6))
+        if self._motion_of is not None and self._state is not None and not self._motion_of.closed:
+            out[: self.bodies] = self._motion_of.velocities(self._state)
+        for path, speed in self._speeds.items():
+            if path in self.layout:
+                out[self.layout[path]] = speed
+        return out

@@ -1,0 +1,245 @@
+"""The state of a playing world as arrays: all bodies, joints and contacts at once. SI units, whatever the stage's."""
+
+from __future__ import annotations
+
+import fnmatch
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from graph.errors import RunError
+from graph.sim import transforms
+from graph.sim.transforms import Floats
+
+if TYPE_CHECKING:
+    from graph.sim.app import App
+    from graph.sim.physics.engine import Physics
+
+    from .articulation import Articulation
+
+Which = Sequence[str] | str | None
+"""Some bodies or joints: paths or a pattern such as `/World/Box_*`; None: all of them."""
+
+
+@dataclass(frozen=True)
+class Contacts:
+    """The contacts of the last physics step, n of them.
+
+    pairs: paths of the two colliders; bodies: of the bodies they belong to, empty for what does not move. positions
+    (n, 3) [m], normals (n, 3) from the first to the second, distances (n,) [m], below 0 where they overlap. impulses
+    (n, 3): what the first gives to the second in the step [N s]. World axes.
+    """
+
+    pairs: tuple[tuple[str, str], ...]
+    bodies: tuple[tuple[str, str], ...]
+    positions: Floats
+    normals: Floats
+    distances: Floats
+    impulses: Floats
+
+
+class Tensors:
+    """`app.simulation.tensors`: reads and writes the physics of a playing App; arrays are copies of this moment.
+
+    Everything raises RunError while no world is built ("call app.play() first"); a view taken before goes on with the
+    next play. Where nothing can move the arrays are empty. Bodies are in the order of `body_paths`, joints (with one
+    degree of freedom, the whole world's) in that of `joint_paths`; both change only when the world is compiled anew.
+    """
+
+    def __init__(self, app: App) -> None:
+        self._app = app
+        self._joints: Articulation | None = None
+
+    # -- bodies ------------------------------------------------------------------------------------------------------
+
+    @property
+    def body_paths(self) -> tuple[str, ...]:
+        """(B,) the rigid bodies that can move, kinematic ones included."""
+        physics = self._physics()
+        return physics.body_paths if physics is not None else ()
+
+    @property
+    def positions(self) -> Floats:
+        """(B, 3) the bodies' origins in the world [m]."""
+        physics = self._physics()
+        return physics.positions.copy() if physics is not None else np.zeros((0, 3))
+
+    @property
+    def orientations(self) -> Floats:
+        """(B, 4) w, x, y, z of the bodies in the world."""
+        physics = self._physics()
+        return physics.quaternions.copy() if physics is not None else np.zeros((0, 4))
+
+    @property
+    def linear_velocities(self) -> Floats:
+        """(B, 3) of the bodies' origins, world axes [m/s]."""
+        return self._motion()[:, :3]
+
+    @property
+    def angular_velocities(self) -> Floats:
+        """(B, 3) world axes [rad/s]."""
+        return self._motion()[:, 3:]
+
+    def set_poses(self, positions: Any = None, orientations: Any = None, bodies: Which = None) -> None:
+        """Put bodies somewhere at once: (n, 3) origins [m] and (n, 4) w, x, y, z, or one for all; None keeps what is.
+
+        Velocities stay. Raises RunError, nothing moved, for a body that a joint holds, ValueError for wrong shapes.
+        """
+        physics, rows = self._chosen(bodies)
+        held = [physics.body_paths[row] for row in rows if not physics.can_place(physics.body_paths[row])]
+        if held:
+            raise RunError(f"{held[0]}: a joint holds this body; set the joint's position instead of its pose.")
+        places = _rows("positions", positions, physics.positions[rows], 3)
+        turns = _rows("orientations", orientations, physics.quaternions[rows], 4)
+        lengths = np.linalg.norm(turns, axis=1, keepdims=True)
+        if (lengths < 1e-9).any():
+            raise ValueError("orientations hold a quaternion of length 0")
+        matrices = transforms.pose_matrices(places, turns / lengths)
+        matrices[:, :3, 3] /= self._app.meters_per_unit
+        for row, matrix in zip(rows, matrices, strict=True):
+            self._app.fabric.place_body(physics.body_paths[row], matrix)
+
+    def set_velocities(self, linear: Any = None, angular: Any = None, bodies: Which = None) -> None:
+        """Give bodies velocities at once, of their origins: (n, 3) [m/s] and (n, 3) [rad/s], world axes; None keeps.
+
+        Raises RunError, nothing changed, for a body that is not free, ValueError for wrong shapes.
+        """
+        physics, rows = self._chosen(bodies)
+        fixed = [physics.body_paths[row] for row in rows if not physics.is_free(row + 1)]
+        now = physics.velocities()[rows]
+        motion = np.concatenate(
+            [_rows("linear", linear, now[:, :3], 3), _rows("angular", angular, now[:, 3:], 3)], axis=1
+        )
+        for path in fixed[:1]:
+            physics.set_velocity(path, motion[0])  # says why not
+        for row, one in zip(rows, motion, strict=True):
+            physics.set_velocity(physics.body_paths[row], one)
+        self._app.fabric.touched()
+
+    # -- joints ------------------------------------------------------------------------------------------------------
+
+    @property
+    def joint_paths(self) -> tuple[str, ...]:
+        """(J,) the joints that turn about or slide along one axis."""
+        joints = self._articulation()
+        return joints.joint_paths if joints is not None else ()
+
+    @property
+    def joint_positions(self) -> Floats:
+        """(J,) [rad or m]."""
+        joints = self._articulation()
+        return joints.positions if joints is not None else np.zeros(0)
+
+    @property
+    def joint_velocities(self) -> Floats:
+        """(J,) [rad/s or m/s]."""
+        joints = self._articulation()
+        return joints.velocities if joints is not None else np.zeros(0)
+
+    @property
+    def joint_efforts(self) -> Floats:
+        """(J,) along the joints in the last physics step: drives, applied efforts and limits [N m or N]."""
+        joints = self._articulation()
+        return joints.efforts if joints is not None else np.zeros(0)
+
+    def set_joint_positions(self, positions: Any, joints: Which = None) -> None:
+        """Put joints somewhere at once [rad or m]; NaN leaves one alone."""
+        found, rows = self._chosen_joints(joints)
+        found.set_positions(positions, rows)
+        self._app.fabric.touched()
+
+    def set_joint_velocities(self, velocities: Any, joints: Which = None) -> None:
+        """Give joints velocities at once [rad/s or m/s]; NaN leaves one alone."""
+        found, rows = self._chosen_joints(joints)
+        found.set_velocities(velocities, rows)
+        self._app.fabric.touched()
+
+    def set_joint_targets(
+        self, positions: Any = None, velocities: Any = None, efforts: Any = None, joints: Which = None
+    ) -> None:
+        """Set what drives aim at, and efforts that act besides; see `Articulation.set_targets`, in SI units."""
+        found, rows = self._chosen_joints(joints)
+        found.set_targets(positions, velocities, efforts, rows)
+
+    # -- contacts ----------------------------------------------------------------------------------------------------
+
+    @property
+    def contacts(self) -> Contacts:
+        """What touched what in the last physics step, and how hard."""
+        physics = self._physics()
+        if physics is None:
+            return Contacts((), (), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros((0, 3)))
+        from graph.sim.physics.forces import contact_arrays
+
+        return Contacts(*contact_arrays(physics))
+
+    # -- inside ------------------------------------------------------------------------------------------------------
+
+    def _physics(self) -> Physics | None:
+        simulation = self._app.simulation
+        if not simulation.built:
+            raise RunError("there is no physics state while the simulation is stopped; call app.play() first")
+        physics: Physics | None = simulation.physics
+        return physics
+
+    def _motion(self) -> Floats:
+        physics = self._physics()
+        if physics is None:
+            return np.zeros((0, 6))
+        return physics.motion.velocities(physics.state())
+
+    def _chosen(self, which: Which) -> tuple[Physics, list[int]]:
+        physics = self._physics()
+        paths = physics.body_paths if physics is not None else ()
+        rows = _select(which, paths, "body that can move")
+        if physics is None:
+            raise RunError("nothing can move in this world; give a prim a rigid body")
+        return physics, rows
+
+    def _articulation(self) -> Articulation | None:
+        from .articulation import Articulation
+
+        physics = self._physics()
+        if physics is None:
+            return None
+        if self._joints is None or not self._joints.belongs_to(physics):
+            self._joints = Articulation(physics, "/", 1.0)
+            physics.keep(self._joints)
+        return self._joints
+
+    def _chosen_joints(self, which: Which) -> tuple[Articulation, list[int]]:
+        joints = self._articulation()
+        rows = _select(which, joints.joint_paths if joints is not None else (), "joint with one degree of freedom")
+        if joints is None:
+            raise RunError("nothing can move in this world; it has no joints")
+        return joints, rows
+
+
+def _select(which: Which, paths: Sequence[str], what: str) -> list[int]:
+    """The rows of paths or of all that match a pattern. Raises RunError where there is none."""
+    if which is None:
+        return list(range(len(paths)))
+    if isinstance(which, str):
+        rows = [row for row, path in enumerate(paths) if path == which or fnmatch.fnmatchcase(path, which)]
+        if not rows:
+            raise RunError(f"{which}: there is no {what} of that path or pattern.")
+        return rows
+    number = {path: row for row, path in enumerate(paths)}
+    for path in which:
+        if path not in number:
+            raise RunError(f"{path}: there is no {what} of that path.")
+    return [number[path] for path in which]
+
+
+def _rows(name: str, given: Any, now: Floats, width: int) -> Floats:
+    """(n, width) finite values, one for all or one each; what is now for None."""
+    if given is None:
+        return np.array(now)
+    out = np.asarray(given, dtype=np.float64)
+    if out.shape not in ((width,), (1, width), now.shape):
+        raise ValueError(f"{name} have shape {out.shape}; give ({width},) or {now.shape}")
+    if not np.isfinite(out).all():
+        raise ValueError(f"{name} hold a value that is not finite")
+    return np.broadcast_to(out, now.shape).copy()

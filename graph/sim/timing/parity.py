@@ -1,0 +1,90 @@
+"""Profiles: where the Isaac Sim product parts from its documentation, each difference a setting of its own.
+
+`documented` follows the documentation and is what `graph.sim.settings.DEFAULTS` holds; `isaacsim-6.0.1` behaves as the
+product does. A profile only changes defaults: what a user sets, by file, command line or API, wins over it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from graph.sim import settings as keys
+from graph.sim.settings import DEFAULTS, Settings
+
+DOCUMENTED = "documented"
+PRODUCT = "isaacsim-6.0.1"
+PARITIES = (DOCUMENTED, PRODUCT)
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """One setting whose default depends on the profile; `doc` says what its two values do, documented one first."""
+
+    setting: str
+    product: Any
+    doc: str
+
+    @property
+    def documented(self) -> Any:
+        """The value in the profile `documented`."""
+        return DEFAULTS[self.setting]
+
+    def of(self, parity: str) -> Any:
+        """The value in a profile."""
+        return self.product if parity == PRODUCT else self.documented
+
+
+DIFFERENCES: tuple[Difference, ...] = (
+    Difference(keys.WARM_UP_STEPS, 2, "physics steps that a play from stopped runs before the first update"),
+    Difference(keys.MIN_FRAME_RATE, 30, "catch-up cap: max(1, sps // this) steps an update; 0: no cap"),
+    Difference(
+        keys.TRUNCATE_STEPS, True, "steps per second of a dt: exactly 1/dt, or int(1/dt), which loses a step for 1/93"
+    ),
+    Difference(
+        keys.SAMPLE_SUBSTEPS,
+        True,
+        "time samples: one an update with its exact time as key; or one a substep, keys in whole microseconds, and "
+        "the simulation time at t is t itself",
+    ),
+    Difference(
+        keys.SET_DT_RATE_LIMIT,
+        False,
+        "set_dt sets rateLimitFrequency and targetFramerate always, or only while rateLimitEnabled",
+    ),
+    Difference(keys.RATE_LIMIT_FREQUENCY, 120, "updates a second of wall time, while nobody sets them"),
+    Difference(
+        keys.REWRITE_RATE_LIMIT, True, "Play in fixed stepping sets rateLimitFrequency to N x timeCodesPerSecond"
+    ),
+    Difference(
+        keys.AUTOTRIGGER_IDLE,
+        True,
+        "in an update without a physics step nothing renders, or autotrigger sensors (tickRate 0) do",
+    ),
+    Difference(keys.BARE_LIDAR_TICK_RATE, 10, "tickRate [Hz] of an OmniLidar prim that authors none"),
+    Difference(
+        keys.FRAMES_LATER,
+        True,
+        "frames arrive in the update that renders them, or at the begin of the next one; the latter unless "
+        "checkForHydraRenderComplete comes after rendering, as in the experience zero_delay",
+    ),
+    Difference(keys.FULL_SCAN_WARNS, True, "the value of the lidar helper's fullScan that is told to be deprecated"),
+    Difference(keys.SCAN_EMPTY_MINUS_ONE, True, "an empty beam of a LaserScan is +inf, or -1"),
+    Difference(
+        keys.SCAN_END_BEYOND, True, "angle_max of a LaserScan is the last beam's angle, or one increment beyond it"
+    ),
+    Difference(keys.NODE_ERRORS_STOP, False, "a compute that raises stops the run, or is logged and the run goes on"),
+    Difference(
+        keys.ID_MAP_EXTENSION,
+        False,
+        "StableIdMap buffers hold ids without an entry too, for resolve_all, or not",
+    ),
+)
+"""All differences, in the order of an update. Interrupting sleeping latent nodes is no difference: both profiles
+ignore the trigger, `/ext/omni.graph.action/disableInterrupts = false` lets it interrupt."""
+
+
+def apply_profile(settings: Settings, parity: str) -> None:
+    """Gives the settings the profile's defaults; what the user has set stays."""
+    for difference in DIFFERENCES:
+        settings.set_default(difference.setting, difference.of(parity))

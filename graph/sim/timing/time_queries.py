@@ -1,0 +1,126 @@
+"""What time is it, and what time was it: the readings of an App's simulation, now and at a reference time."""
+
+from __future__ import annotations
+
+import logging
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+from graph.sim import settings as keys
+
+from .clocks import PhysicsClock
+from .samples import CAPACITY, Sample, TimeSamples, Which
+
+if TYPE_CHECKING:
+    from graph.sim.app import App
+
+_log = logging.getLogger("tickgraph.clocks")
+
+ReferenceTime = Fraction | tuple[int, int]
+"""A time [s] as a fraction, or as (numerator, denominator); denominator 0 means now."""
+
+
+class TimeQueries:
+    """Simulation, monotonic and system time of an App; the ground that `Simulation` stands on."""
+
+    def __init__(self, app: App, clock: PhysicsClock) -> None:
+        self.clock = clock
+        self.samples = TimeSamples(per_substep=app.settings.get(keys.SAMPLE_SUBSTEPS))
+        self._app = app
+        app.settings.subscribe(keys.SAMPLE_SUBSTEPS, self._sample_substeps)
+        self._system_time = app.wall_clock.now()
+
+    @property
+    def time(self) -> Fraction:
+        """The exact simulation time [s]: steps since play / steps per second."""
+        return self.clock.time
+
+    @property
+    def monotonic_time(self) -> Fraction:
+        """The exact time stepped since the App was made [s]; survives stop and changes of rate."""
+        return self.clock.monotonic
+
+    @property
+    def system_time(self) -> float:
+        """Wall-clock time [UNIX s] at the last physics step, before the first one at the App's construction."""
+        return float(self._system_time)
+
+    def get_simulation_time(self) -> float:
+        """Simulation time [s]."""
+        return self.clock.seconds
+
+    def get_simulation_time_monotonic(self) -> float:
+        """Monotonic time [s]."""
+        return float(self.clock.monotonic)
+
+    def get_system_time(self) -> float:
+        """As `system_time`."""
+        return self.system_time
+
+    def get_current_time(self) -> Fraction:
+        """The exact external time [s], the key of time samples."""
+        return self._app.external_time
+
+    def get_simulation_time_at_time(self, time: ReferenceTime) -> float:
+        """Simulation time [s] at reference time `time`; now where no sample answers.
+
+        With a sample for each substep (as the product does, which then reads no store) it is `time` itself.
+        """
+        if self.samples.per_substep and len(self.samples) and self._app.rendering.multi_tick:
+            moment = _moment(time)
+            return float(self.clock.time if moment is None else moment)
+        return self._at(time, "simulation", self.clock.time)
+
+    def get_simulation_time_monotonic_at_time(self, time: ReferenceTime) -> float:
+        """Monotonic time [s] at reference time `time`; now where no sample answers."""
+        return self._at(time, "monotonic", self.clock.monotonic)
+
+    def get_system_time_at_time(self, time: ReferenceTime) -> float:
+        """Wall-clock time [UNIX s] of the physics step at reference time `time`; now where no sample answers."""
+        return self._at(time, "system", self._system_time)
+
+    def get_all_samples(self) -> list[Sample]:
+        """The time samples, oldest first."""
+        return self.samples.all()
+
+    def get_sample_count(self) -> int:
+        """How many time samples there are."""
+        return len(self.samples)
+
+    def get_sample_range(self) -> tuple[Fraction, Fraction] | None:
+        """The keys of the oldest and the newest time sample [s]."""
+        samples = self.samples.all()
+        return (samples[0].key, samples[-1].key) if samples else None
+
+    def get_buffer_capacity(self) -> int:
+        """How many time samples are kept."""
+        return CAPACITY
+
+    def log_statistics(self) -> None:
+        """Logs how many time samples there are and what span they cover."""
+        span = self.get_sample_range()
+        covered = f", from {float(span[0]):g} s to {float(span[1]):g} s" if span else ""
+        _log.info("%d of %d time samples%s", len(self.samples), CAPACITY, covered)
+
+    def resample(self) -> None:
+        """Writes the present times as a sample: anew where the newest has their key (resume)."""
+        self.samples.record(self.clock, self._system_time, self._app.rendering.sample_key)
+
+    def _sample_substeps(self, value: bool) -> None:
+        self.samples.per_substep = value
+
+    def _at(self, time: ReferenceTime, which: Which, now: Fraction) -> float:
+        moment = _moment(time)
+        found = None if moment is None else self.samples.at(moment, which)
+        if moment is None:
+            return float(now)
+        if found is None and len(self.samples):
+            message = "no time sample answers a reference time (31 are kept); the present time stood in for it"
+            self._app.warn("time-sample-missing", f"simulation.{which}", message)
+        return float(now if found is None else found)
+
+
+def _moment(time: ReferenceTime) -> Fraction | None:
+    if isinstance(time, tuple):
+        return Fraction(*time) if time[1] else None
+    return time
