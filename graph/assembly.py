@@ -96,7 +96,8 @@ def build_parts(
         problems += option_problems(spec)
     if spec is not None and stage is not None:
         problems += stage_problems(stage, spec)
-        missing = missing_targets(stage, spec, graphs)
+        scene_lost = any(one.message.startswith(("scene.usd:", "scene.mjcf:")) for one in problems)
+        missing = [] if scene_lost else missing_targets(stage, spec, graphs)
         if spec.lenient:
             warnings += [("prim-missing", str(one.mark), one.message) for one in missing]
         else:

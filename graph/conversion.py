@@ -46,6 +46,28 @@ def converter(source: Type, target: Type) -> Converter | None:
     return float if source.storage in INTEGER_RANGES else None
 
 
+def way_between(source: Type | None, target: Type | None) -> str:
+    """The tail of a message about two types that cannot meet: the node that leads from one to the other, if any."""
+    if source is None or target is None:
+        return ""
+    if (source.storage == "execution") != (target.storage == "execution"):
+        return ""
+    if source.array != target.array:
+        return "; take an element with ArrayIndex" if source.array else "; make an array with ConstructArray"
+    if target.number or (target.numeric and source.number):
+        if source.storage == "bool" and source.scalar and target.number:
+            return "; convert it with ToDouble"
+        tuple_ = target if source.number else source
+        if 2 <= tuple_.count <= 4 and not tuple_.square:
+            way = "make one with MakeVector" if source.number else "take a component with BreakVector"
+            return f"; {way}{tuple_.count}"
+    if target.text and (source.numeric or source.storage == "bool"):
+        return "; convert it with ToString"
+    if target.storage == "target" and source.text:
+        return "; convert it with ToTarget"
+    return ""
+
+
 def settle(source: Type, target: Extended) -> Type | None:
     """The type an open `target` takes from a connected `source`; None if they cannot meet.
 

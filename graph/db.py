@@ -27,6 +27,10 @@ class NodeError(Exception):
     """A node says that it cannot do its work; the message says why and what to do."""
 
 
+class LackError(NodeError):
+    """A node lacks what the file or an edit should have given it; a saved scene runs on without the node's work."""
+
+
 class Database:
     """The view a node's `compute` has of the node, passed to it as `db`.
 
@@ -186,6 +190,10 @@ class Database:
     def fail(self, message: str) -> NoReturn:
         """Give up: the run stops with this message, the node's path and its place in the file."""
         raise NodeError(message)
+
+    def lack(self, message: str) -> NoReturn:
+        """Give up because the graph lacks something; in a graph of a saved scene a warning, and the run goes on."""
+        raise LackError(message)
 
     def _dynamic(self, prefix: str, stem: str) -> list[str]:
         names = self._node.names[prefix]

@@ -126,6 +126,10 @@ _PARTS: dict[str, Parts] = {
     "SetPrimActive": Parts({"primTarget": THING}, {THING: "{type: Scope}"}),
     "SurfaceGripper": Parts({"SurfaceGripper": "/World/Arm/Cup"}, _CUP),
     "ToTarget": Parts({"value": {"type": "token", "value": THING}}, _THING),
+    "WritePrimAttribute": Parts(
+        {"prim": THING, "name": "xformOp:translate", "value": {"type": "double[3]", "value": [1.0, 2.0, 3.0]}},
+        {THING: "{type: Cube, translate: [0, 0, 1]}"},
+    ),
     "WritePrimMaterial": Parts(
         {"materialPath": "/World/Paint", "primPath": THING}, {**_THING, "/World/Paint": "{type: Material}"}
     ),

@@ -24,6 +24,8 @@ def compile_file(
     cannot be compiled otherwise is left out too: a value, a connection, else the node. Raises UserError with every
     other problem.
     """
+    if spec.lenient:
+        spec = without_untyped(spec)
     if skip_unknown:
         spec = without_unknown_types(spec, registry)
     for _ in range(_ROUNDS):
@@ -56,6 +58,18 @@ def without_unknown_types(spec: FileSpec, registry: Registry = DEFAULT) -> FileS
         notes.append(("node-type-unknown", at, f'there is no node type "{type_id}" here; {what}'))
     gone = {f"{graph.path}/{node.name}" for places in lost.values() for graph, node in places}
     return _without_nodes(replace(spec, notes=(*spec.notes, *notes)), gone)
+
+
+def without_untyped(spec: FileSpec) -> FileSpec:
+    """The file without the nodes of its USD prims that have no type, which no graph file can name; notes say which."""
+    untyped = {
+        f"{graph.path}/{node.name}": node for graph in spec.graphs for node in graph.nodes if not node.type.strip()
+    }
+    notes = tuple(
+        ("usd-no-type", str(node.mark or path), f"{path} has no node type; it is left out, with its connections")
+        for path, node in untyped.items()
+    )
+    return _without_nodes(replace(spec, notes=(*spec.notes, *notes)), set(untyped)) if untyped else spec
 
 
 def _left_out(spec: FileSpec, problems: Iterable[Problem], registry: Registry) -> tuple[list[Problem], FileSpec]:

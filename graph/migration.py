@@ -6,7 +6,7 @@ the attributes of older type versions found in saved graphs. An id that a regist
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -150,6 +150,7 @@ def migrate(spec: FileSpec, registry: Registry = DEFAULT) -> FileSpec:
 
 
 def _graph(graph: GraphSpec, registry: Registry, notes: Notes) -> GraphSpec:
+    fed = _fed_inputs(graph)
     types: dict[str, tuple[str, str | None]] = {}
     changes: dict[str, Mapping[str, str]] = {}
     nodes = []
@@ -160,7 +161,7 @@ def _graph(graph: GraphSpec, registry: Registry, notes: Notes) -> GraphSpec:
         if sentence:
             notes.add("type-renamed", sentence, node.mark, f"{graph.path}/{node.name}")
             node = replace(node, type=type_id)
-        renamed = _renamed(node, graph, registry, notes)
+        renamed = _renamed(node, graph, fed.get(node.name, ()), registry, notes)
         if renamed:
             changes[node.name] = renamed
             node = replace(
@@ -175,11 +176,11 @@ def _graph(graph: GraphSpec, registry: Registry, notes: Notes) -> GraphSpec:
     return replace(graph, nodes=tuple(nodes), connections=tuple(_connections(graph, changes)))
 
 
-def _renamed(node: NodeSpec, graph: GraphSpec, registry: Registry, notes: Notes) -> dict[str, str]:
-    """The attributes of a node that have another name now, or none ("")."""
+def _renamed(node: NodeSpec, graph: GraphSpec, fed: Sequence[str], registry: Registry, notes: Notes) -> dict[str, str]:
+    """The attributes of a node that have another name now, or none (""); `fed` are those that connections lead to."""
     table = RENAMED.get(node.type, {})
     found: dict[str, str] = {}
-    for key in dict.fromkeys((*node.inputs, *_fed(node, graph))) if table or _has_old(node, graph) else ():
+    for key in dict.fromkeys((*node.inputs, *fed)) if table or _has_old(node) else ():
         full = key if ":" in key and key.split(":")[0] in ("inputs", "outputs", "state") else f"inputs:{key}"
         prefix, _, name = full.partition(":")
         if full not in table and (full not in REMOVED or node.type not in registry):
@@ -198,13 +199,17 @@ def _renamed(node: NodeSpec, graph: GraphSpec, registry: Registry, notes: Notes)
     return found
 
 
-def _has_old(node: NodeSpec, graph: GraphSpec) -> bool:
+def _has_old(node: NodeSpec) -> bool:
     return any(f"inputs:{key}" in REMOVED for key in node.inputs)
 
 
-def _fed(node: NodeSpec, graph: GraphSpec) -> Iterable[str]:
-    prefix = f"{node.name}."
-    return (one.target[len(prefix) :] for one in graph.connections if one.target.startswith(prefix))
+def _fed_inputs(graph: GraphSpec) -> Mapping[str, list[str]]:
+    """What connections lead to, by the node's name."""
+    found: dict[str, list[str]] = {}
+    for one in graph.connections:
+        node, _, attribute = one.target.rpartition(".")
+        found.setdefault(node, []).append(attribute)
+    return found
 
 
 def _with_names(values: Mapping[str, Any], renamed: Mapping[str, str]) -> dict[str, Any]:

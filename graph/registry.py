@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from importlib import import_module, metadata
 
+from .absent import why_absent
 from .declaration import NodeType
 from .errors import UserError
 from .suggest import did_you_mean
@@ -71,6 +72,8 @@ class Registry:
             raise UnknownNodeTypeError(f'node type "{name}" is ambiguous; write {ids}')
         if broken := self._broken.get(_bare(name)):
             raise UnknownNodeTypeError(f'node type "{name}" cannot be used: {broken}')
+        if absent := why_absent(name):
+            raise UnknownNodeTypeError(f'no node type "{name}": {absent}')
         if not suggest:
             raise UnknownNodeTypeError(f'no node type "{name}"')
         known = (*self._types, *self._short) if "." in name else (*self._short, *self._types)

@@ -61,7 +61,8 @@ class GraphSpec:
 
     compounds: by the name of each compound, its ports (`inputs:x`, `outputs:y`) and the ends inside that each stands
     for (`compound/Subgraph/add.inputs:a`); the nodes inside are among `nodes`. unfinished: open inputs may be unset as
-    long as nothing computes their node. instances: prims that have the graph, each with the variable values it gives.
+    long as nothing computes their node. saved: it comes from a saved scene, where what a node lacks is a warning, its
+    work is left out and the run goes on. instances: prims that have the graph, each with the variable values it gives.
     """
 
     path: str
@@ -73,6 +74,7 @@ class GraphSpec:
     mark: Mark | None = None
     compounds: Mapping[str, Mapping[str, tuple[str, ...]]] = field(default_factory=dict)
     unfinished: bool = False
+    saved: bool = False
     evaluation_mode: EvaluationMode = "automatic"
     instances: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 

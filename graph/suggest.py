@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import difflib
 import heapq
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from functools import lru_cache
 
 _CLOSEST = 12
+_FEW = 8
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:
@@ -29,6 +30,13 @@ def did_you_mean(name: str, known: Iterable[str]) -> str:
     closest = [candidate for _, _, candidate in heapq.nlargest(_CLOSEST, scored)]
     best = difflib.get_close_matches(name, closest, n=1, cutoff=0.6)
     return f'; did you mean "{best[0]}"?' if best else ""
+
+
+def one_of(name: str, known: Sequence[str]) -> str:
+    """As `did_you_mean`; where no name is close, all of them if they are few."""
+    if near := did_you_mean(name, known):
+        return near
+    return f"; there {'is' if len(known) == 1 else 'are'} {', '.join(known)}" if 0 < len(known) <= _FEW else ""
 
 
 @lru_cache(maxsize=20_000)

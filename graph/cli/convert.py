@@ -7,12 +7,11 @@ import os
 import sys
 import tempfile
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from graph.errors import UserError
-from graph.spec import FileSpec, GraphSpec
+from graph.spec import FileSpec
 
 from .arguments import add_allow
 from .printing import note_line
@@ -49,11 +48,12 @@ def convert(source: str, target: str, *, allow: Sequence[Path] = ()) -> tuple[tu
     if not folder.is_dir():
         raise UserError(f"{target}: there is no folder {folder}; make it first.")
     from graph.files import examine
+    from graph.leniency import without_untyped
 
     examined = examine(source, allow=allow)
     if examined.problems or examined.spec is None:
         raise UserError(examined.problems)
-    spec = _typed(examined.spec)
+    spec = without_untyped(examined.spec)
     if spec.scene.usd is not None and spec.scene.usd.resolve() == Path(target).resolve():
         raise UserError(f"{target} is the scene of {source}; name another file to write.")
     if _FORMATS.get(Path(source).suffix.lower()) == "usd":
@@ -71,35 +71,6 @@ def convert(source: str, target: str, *, allow: Sequence[Path] = ()) -> tuple[tu
         written = whole or (json_document(moved) if kind == "json" else yaml_document(moved, comments))
         _write(Path(target), written.encode("utf-8", "surrogatepass"))
     return spec.notes
-
-
-def _typed(spec: FileSpec) -> FileSpec:
-    """The file without the nodes of its USD prims that have no type, which no graph file can name; notes say which."""
-    untyped = {
-        f"{graph.path}/{node.name}": node for graph in spec.graphs for node in graph.nodes if not node.type.strip()
-    }
-    if not untyped:
-        return spec
-
-    def stays(graph: GraphSpec, end: str) -> bool:
-        name = end.rpartition(".")[0]
-        return (name if name.startswith("/") else f"{graph.path}/{name}") not in untyped
-
-    graphs = tuple(
-        replace(
-            graph,
-            nodes=tuple(node for node in graph.nodes if f"{graph.path}/{node.name}" not in untyped),
-            connections=tuple(
-                one for one in graph.connections if stays(graph, one.source) and stays(graph, one.target)
-            ),
-        )
-        for graph in spec.graphs
-    )
-    notes = tuple(
-        ("usd-no-type", str(node.mark or path), f"{path} has no node type; it is left out, with its connections")
-        for path, node in untyped.items()
-    )
-    return replace(spec, graphs=graphs, notes=(*spec.notes, *notes))
 
 
 def _of_text(source: str) -> tuple[dict[str, Any], dict[str, str], str | None]:

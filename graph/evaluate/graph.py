@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Literal, Protocol, get_args
 
 from graph.context import Context
-from graph.db import STARTED, Database
+from graph.db import STARTED, Database, LackError
 from graph.declaration import Compute
 from graph.spec import Evaluator, GraphSpec, PipelineStage
 from graph.suggest import did_you_mean
@@ -270,9 +270,15 @@ class Graph(FamiliarGraph):
             self.evaluator_state.touched(node)
 
     def failed(self, db: Database, error: Exception) -> None:
-        """Deals with an exception of this node's compute by `on_error`. Raises ComputeError for "stop"."""
+        """Deals with an exception of this node's compute by `on_error`. Raises ComputeError for "stop".
+
+        What a node of a saved scene lacks is only warned of.
+        """
         db._enabled.clear()
         message = cause_of(db, error)
+        if isinstance(error, LackError) and self.spec.saved:
+            self.context.warn("input-not-set", db.path, message)
+            return
         if self.on_error == "stop":
             raise ComputeError(db._node, self.context.update, message) from error
         self.context.warn("compute-failed", db.path, message)

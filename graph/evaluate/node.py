@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from graph.context import Context
-from graph.db import Database, NodeError, python_name
+from graph.db import Database, LackError, python_name
 from graph.declaration import Attribute, Compute, NodeType
 from graph.errors import Mark
 from graph.suggest import did_you_mean
@@ -308,7 +308,7 @@ def _refusing(message: str) -> Compute:
     """The compute of a node that an unset open input keeps from working."""
 
     def compute(db: Any) -> NoReturn:
-        raise NodeError(message)
+        raise LackError(message)
 
     return compute
 

@@ -106,6 +106,7 @@ class Builder:
                 f"clock: zero_delay needs physics_hz = loop_hz, found {both[0]} and {both[1]}; give one of them.",
                 key=True,
             )
+            clock = clock.model_copy(update={"physics_hz": None})  # one mistake, one line
         mark = self._key_mark("clock") if "clock" in self.root else None
         return ClockSpec(clock.physics_hz, clock.loop_hz, clock.experience, clock.parity, mark)
 

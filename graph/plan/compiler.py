@@ -151,7 +151,9 @@ def _node_type(name: str, nodes: Nodes, registry: Registry) -> NodeType | str:
     try:
         return registry.get(name, suggest=len(nodes.unknown) < _SUGGESTED)
     except UnknownNodeTypeError as error:
-        return nodes.unknown.setdefault(name, error.problems[0].message)
+        message = error.problems[0].message
+        advice = "" if "did you mean" in message else "; --skip-unknown runs the rest of the file"
+        return nodes.unknown.setdefault(name, message + advice)
 
 
 def _variables(spec: GraphSpec, report: _Problems) -> Variables:

@@ -8,7 +8,7 @@ from typing import Literal
 
 from graph.errors import Mark
 from graph.spec import ConnectionSpec, GraphSpec
-from graph.suggest import did_you_mean
+from graph.suggest import did_you_mean, one_of
 
 from .draft import Draft, Report, no_attribute
 
@@ -81,7 +81,7 @@ class Nodes:
             return ""
         if name.startswith("/"):
             return did_you_mean(name, (*self.drafts, *(path[::-1].replace("/", ".", 1)[::-1] for path in self.drafts)))
-        return did_you_mean(name, self.of_graph.get(graph, ()))
+        return one_of(name, self.of_graph.get(graph, ()))
 
 
 def link_all(specs: Sequence[GraphSpec], nodes: Nodes, report: Report) -> list[Link]:

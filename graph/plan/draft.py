@@ -12,7 +12,7 @@ from graph.evaluate.graph import Graph
 from graph.evaluate.instances import with_target
 from graph.evaluate.node import PREFIXES, Node
 from graph.spec import NodeSpec
-from graph.suggest import did_you_mean
+from graph.suggest import one_of
 from graph.types import Extended, Type
 from graph.untyped import typed_value
 from graph.values import coerce, shown, zero
@@ -161,7 +161,7 @@ def no_attribute(draft: Draft, kind: str, name: str) -> str:
     prefixes = ("outputs", "inputs", "state") if kind == "output" else ("inputs", "state")
     known = [one for prefix in prefixes for one in getattr(draft.type, prefix)]
     other = "inputs" if kind == "output" else "outputs"
-    hint = did_you_mean(name, known)
+    hint = one_of(name, known)
     if name in getattr(draft.type, other):
         hint = f"; it is an {other[:-1]}"
     return f'({draft.type.short_name}) has no {kind} "{name}"{hint}'

@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from graph.conversion import convertible, settle
+from graph.conversion import convertible, settle, way_between
 from graph.types import AnyType, Extended, Type, concrete_type
 from graph.untyped import natural_type, typed_value
 from graph.values import coerce
@@ -196,7 +196,7 @@ def settle_types(drafts: Sequence[Draft], links: Sequence[Link], report: Report)
             meet = source is None and (target is None or not _closed_to(link, target))
         if not meet and not link.execution:
             ends = link.ends_with_types()
-            report(f"{ends[0]} cannot feed {ends[1]}", link.mark)
+            report(f"{ends[0]} cannot feed {ends[1]}{way_between(source, _asked_of(link))}", link.mark)
     for draft in drafts:
         for full in draft.open:
             attribute = draft.attribute(full)
@@ -209,6 +209,12 @@ def settle_types(drafts: Sequence[Draft], links: Sequence[Link], report: Report)
                     draft.unset = message
                 else:
                     report(f"{draft.label}: {message}", draft.spec.mark)
+
+
+def _asked_of(link: Link) -> Type | None:
+    """The type that the target has, or the only one it takes."""
+    declared = link.target.attribute(link.target_name).parsed
+    return link.target.types[link.target_name] or (declared if isinstance(declared, Type) else None)
 
 
 def _closed_to(link: Link, target: Type) -> bool:

@@ -57,6 +57,7 @@ def _graph(
         mark_of(graph.path),
         compounds={compound.name: _ports(graph, compound, ports) for compound in graph.compounds},
         unfinished=not graph.custom,
+        saved=not graph.custom,
         evaluation_mode=graph.evaluation_mode,
         instances=graph.instances,
     )

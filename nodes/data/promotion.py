@@ -61,7 +61,7 @@ def promoted(output: str) -> Resolve:
     """The output has the common type of all inputs."""
 
     def resolve(known: Any) -> Answer:
-        types = input_types(known)
+        types = _tuples_of_one_size(known)
         return {output: common_type(types)} if types else {}
 
     return resolve
@@ -71,7 +71,7 @@ def quotient(output: str) -> Resolve:
     """As `promoted`, but integers divided by integers are doubles."""
 
     def resolve(known: Any) -> Answer:
-        types = input_types(known)
+        types = _tuples_of_one_size(known)
         if not types:
             return {}
         result = common_type(types)
@@ -89,6 +89,18 @@ def input_types(known: Any) -> list[Type]:
     return [] if None in types else types
 
 
+def _tuples_of_one_size(known: Any) -> list[Type]:
+    """As `input_types`. Raises ValueError, naming both inputs and their sources, for tuples of different size."""
+    types = input_types(known)
+    names = [name.removeprefix("inputs:") for name in known if name.startswith("inputs:")]
+    shaped = [(name, one) for name, one in zip(names, types, strict=False) if one.count > 1]
+    for name, one in shaped[1:]:
+        if (one.count, one.square) != (shaped[0][1].count, shaped[0][1].square):
+            ends = f"{known.end(shaped[0][0])} and {known.end(name)}"
+            raise ValueError(f"{ends} have different numbers of components; give it tuples of one size, or numbers")
+    return types
+
+
 def components_of(name: str, outputs: str) -> Resolve:
     """Each output is one number of the tuple. A tuple of another size is refused."""
 
@@ -97,7 +109,8 @@ def components_of(name: str, outputs: str) -> Resolve:
         if whole is None:
             return {}
         if whole.count != len(outputs) or whole.square:
-            raise ValueError(f"input {name} is {whole}; it must have {len(outputs)} components")
+            other = f"; use BreakVector{whole.count}" if 2 <= whole.count <= 4 and not whole.square else ""
+            raise ValueError(f"{known.end(name)} must have {len(outputs)} components{other}")
         return {f"outputs:{output}": whole.component for output in outputs}
 
     return resolve
@@ -115,8 +128,9 @@ def tuple_from(names: str, output: str) -> Resolve:
             # OGN has tuples of int, half, float and double only.
             storage = "int" if storage == "uchar" else "double"
         whole = concrete_type(f"{storage}[{len(names)}]")
-        if any(part.count > 1 for part in parts):
-            raise ValueError("its inputs must be numbers or arrays of numbers")
+        for name, part in zip(names, parts, strict=True):
+            if part.count > 1:
+                raise ValueError(f"{known.end(name)} must be a number or an array of numbers")
         return {output: whole.array_of() if any(part.array for part in parts) else whole}
 
     return resolve

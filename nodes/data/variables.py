@@ -27,7 +27,7 @@ def _check(db: Any) -> str:
     if db.inputs.targetPath:
         db.fail("input targetPath names a graph instance; leave it empty")
     if name not in db.variables:
-        db.fail(missing_variable(name, db.variables))
+        db.lack(missing_variable(name, db.variables))
     return name
 
 

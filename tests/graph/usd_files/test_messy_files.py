@@ -1,5 +1,7 @@
 """What real files carry along: each survives, each with one clear line."""
 
+import json
+
 import pytest
 
 from graph.cli.main import main
@@ -92,6 +94,11 @@ CASES = {
         "value-left-out",
         "the value is left out",
     ),
+    "node without a type": (
+        graph_text(a_node("tick", TICK) + 'def OmniGraphNode "bare"\n{\nint inputs:x = 3\n}\n'),
+        "usd-no-type",
+        "/G/bare has no node type; it is left out, with its connections",
+    ),
     "old id": (
         graph_text(a_node("c", "omni.isaac.ros2_bridge.ROS2Context")),
         "type-renamed",
@@ -115,6 +122,33 @@ def test_it_loads_with_one_line(usda, case):
     assert [one for one, _, _ in loaded.spec.notes] == [code]
 
 
+def test_a_node_whose_source_is_gone_does_nothing_and_the_run_goes_on(usda, capsys):
+    body = graph_text(
+        a_node("tick", TICK)
+        + a_node("text", "omni.graph.nodes.ToString", "token inputs:value.connect = </G/gone.outputs:x>")
+        + a_node("speed", "omni.graph.core.ReadVariable", 'token inputs:variableName = "gone"')
+        + a_node(
+            "print",
+            "omni.graph.ui_nodes.PrintText",
+            "uint inputs:execIn.connect = </G/tick.outputs:tick>\n"
+            "string inputs:text.connect = </G/text.outputs:converted>",
+        )
+        + a_node("more", "omni.graph.nodes.ToString", "token inputs:value.connect = </G/speed.outputs:value>")
+        + a_node(
+            "again",
+            "omni.graph.ui_nodes.PrintText",
+            "uint inputs:execIn.connect = </G/print.outputs:execOut>\n"
+            "string inputs:text.connect = </G/more.outputs:converted>",
+        )
+        + a_node("n", COUNTER, "uint inputs:execIn.connect = </G/again.outputs:execOut>")
+    )
+    assert main(["run", str(usda(body)), "--updates", "3", "--json"]) == 0
+    told = capsys.readouterr()
+    assert json.loads(told.out)["nodes"]["/G/n"]["computes"] == 3
+    assert "/G/text: input value is not set. Give it a value or connect it. (3 times)" in told.err
+    assert '/G/speed: the graph has no variable "gone"' in told.err
+
+
 def test_an_old_id_is_told_once_with_how_many_more_there_are(usda):
     old = "omni.isaac.core_nodes.IsaacReadSimulationTime"
     loaded = load_graph(usda(graph_text("".join(a_node(name, old) for name in "abc"))))
@@ -127,8 +161,8 @@ def test_unknown_types_are_reported_together_with_their_places(usda):
     with pytest.raises(UserError) as caught:
         load_graph(usda(graph_text(a_node("a", "my.own.One") + a_node("tick", TICK) + a_node("b", "my.own.Two"))))
     assert [str(one).partition("scene.usda:")[2] for one in caught.value.problems] == [
-        '6:1: node "a": no node type "my.own.One"',
-        '16:1: node "b": no node type "my.own.Two"',
+        '6:1: node "a": no node type "my.own.One"; --skip-unknown runs the rest of the file',
+        '16:1: node "b": no node type "my.own.Two"; --skip-unknown runs the rest of the file',
     ]
 
 

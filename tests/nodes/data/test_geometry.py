@@ -65,7 +65,7 @@ def test_vectors_are_taken_apart_and_put_together(size):
 
 
 def test_a_vector_of_another_size_is_refused():
-    with pytest.raises(UserError, match=r"input tuple is double\[3\]; it must have 4 components"):
+    with pytest.raises(UserError, match=r"input tuple \(double\[3\]\) must have 4 components; use BreakVector3"):
         run_node("BreakVector4", inputs={"tuple": of("double[3]", [1, 2, 3])})
 
 

@@ -19,7 +19,7 @@ def test_break_vector3_gives_plain_numbers_of_the_vectors_kind():
 
 
 def test_break_vector3_refuses_a_vector_of_four():
-    with pytest.raises(UserError, match="it must have 3 components"):
+    with pytest.raises(UserError, match=r"input tuple \(double\[4\]\) must have 3 components; use BreakVector4"):
         run_node("BreakVector3", inputs={"tuple": of("double[4]", [1, 2, 3, 4])})
 
 
