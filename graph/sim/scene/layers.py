@@ -130,7 +130,9 @@ def _open_layer(path: str) -> tuple[Any, str]:
             text = str(error.args[0])
         except UnicodeDecodeError:
             return None, "it is not UTF-8 text"
-        return None, " ".join(text.rpartition(" : ")[2].split()).strip("' ")
+        reason = " ".join(text.rpartition(" : ")[2].split()).strip("' ")
+        # The parser names its grammar's C++ types.
+        return None, re.sub(r"parse error matching .*pxrInternal.* at (?=')", "no USD text goes on like this: ", reason)
 
 
 def _refused(path: Path, allowed: Sequence[Path], wanted_by: str) -> str | None:
