@@ -121,19 +121,28 @@ class Simulation(TimeQueries):
             elif self.physics is None:
                 clock.advance(steps)
             else:
-                physics_step, stepped, advance = self.physics.step, self._app.fabric.stepped, clock.advance
-                for _ in range(steps):
-                    physics_step()
-                    stepped()
-                    advance()
-                    if clock.count == rendering.next_capture:
-                        rendering.capture()
+                self._run_unobserved(clock.count + steps)
         finally:
             done = clock.count - before
             if self._session == session and done:
                 self._publish_time()
                 each = not observed if self.samples.per_substep else not renders_next
                 self.samples.record(clock, self._system_time, rendering.sample_key, done if each else 1)
+
+    def _run_unobserved(self, target: int) -> None:
+        """Steps to count `target`, all at once but for where poses are captured."""
+        physics, fabric, clock, rendering = self.physics, self._app.fabric, self.clock, self._app.rendering
+        while clock.count < target:
+            upcoming = rendering.next_capture
+            stop = upcoming if clock.count < upcoming < target else target
+            try:
+                physics.step(1 if fabric.every_step else stop - clock.count)
+            finally:
+                if physics.taken:
+                    fabric.stepped(physics.taken)
+                    clock.advance(physics.taken)
+            if clock.count == rendering.next_capture:
+                rendering.capture()
 
     def _run_observed(self, steps: int) -> None:
         clock, rendering, session = self.clock, self._app.rendering, self._session

@@ -43,8 +43,10 @@ class Drives:
         self._inertia = 1 / np.maximum(model.dof_invweight0[self._dof], 1e-12)
         self.limited = bool(np.isfinite(self.limit).any())
         self._at_limit = False
-        self._size, self._over = np.empty(len(self.joints)), np.empty(len(self.joints), bool)
-        self._rows, self._controls, self._forces = _places(model, [joint.path for joint in self.joints])
+        self._rows, self._controls, places = _places(model, [joint.path for joint in self.joints])
+        forces = np.arange(model.nactuator)[places] if isinstance(places, slice) else places
+        limited = np.flatnonzero(np.isfinite(self.limit))
+        self._limits = [(int(forces[number]), float(self.limit[number])) for number in limited]
         self._dt = self._ahead = 0.0
         self._aim = self._resistance = np.zeros(len(self.joints))
         model.actuator_gainprm[self._rows, 0] = 1.0
@@ -68,9 +70,11 @@ class Drives:
     def limit_forces(self, data: Any) -> None:
         """Before a step: hold the forces within their limits."""
         if not self._at_limit:
-            np.abs(data.actuator_force[self._forces], out=self._size)
-            np.greater(self._size, self.limit, out=self._over)
-            if b"\1" not in self._over.tobytes():
+            forces = data.actuator_force.tolist()  # plain Python: of so few numbers quicker than array functions
+            for place, limit in self._limits:
+                if not -limit <= forces[place] <= limit:
+                    break
+            else:
                 return
         position, velocity = data.qpos[self._coordinate], data.qvel[self._dof]
         force = self._aim - self.stiffness * position - self._resistance * velocity

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -66,6 +66,8 @@ class Physics:
         self.motion = Motion(self.model, len(self.body_paths))
         self._surfaces: Surfaces | None = None
         self._stale = False
+        self.taken = 0
+        """How many steps the last call of `step` has done."""
         self.drives = Drives(self.model, self.joints)
         self._grippers = {spec.path: SurfaceGripper(self, spec) for spec in compiled.grippers}
         self._actuators = {joint.path: number for number, joint in enumerate(self.drives.joints)}
@@ -76,6 +78,7 @@ class Physics:
             from graph.sim.mjcf.flexes import Flexes
 
             self.deformables = Flexes(self, compiled.flexes, self.deformables)
+        self._after_step = tuple(self._followers())
         self.motors = Motors(self) if self.model.nactuator > len(self.drives.joints) else None
         self.set_dt(self.dt)
 
@@ -96,24 +99,37 @@ class Physics:
         for articulation in (*self._articulations.values(), *self._kept):
             articulation.bind()
 
-    def step(self) -> None:
-        """Advance by one dt. Raises RunError if the simulation has diverged, naming the body."""
-        if self.drives.limited:
-            self.drives.limit_forces(self.data)
-        if self._surfaces is None:
-            mujoco.mj_step(self.model, self.data)
-        else:
-            self._surfaces.step(self.data)
+    def step(self, count: int = 1) -> None:
+        """Advance by `count` times dt; `taken` says by how many afterwards.
+
+        Raises RunError if the simulation has diverged, naming the body. Between steps there is as little Python as can
+        be: what it drives out of the processor's caches costs the next step as much again.
+        """
+        model, data, counters, advance = self.model, self.data, self._counters, mujoco.mj_step
+        limit = self.drives.limit_forces if self.drives.limited else None
         self._stale = True
-        counters = self._counters
-        if counters[3] or counters[4] or counters[5]:
-            raise RunError(self._divergence())
+        self.taken = 0
+        for self.taken in range(1, count + 1):
+            if limit is not None:
+                limit(data)
+            if self._surfaces is None:
+                advance(model, data)
+            else:
+                self._surfaces.step(data)
+            if counters[3] or counters[4] or counters[5]:
+                self.taken -= 1
+                raise RunError(self._divergence())
+            for follow in self._after_step:
+                follow(data)
+
+    def _followers(self) -> Iterator[Callable[[Any], None]]:
+        """What has to look at the world after each step."""
         if self._bounces is not None:
-            self._bounces.step(self.data)
+            yield self._bounces.step
         if self.contacts.switching:
-            self.contacts.step(self.data)
+            yield self.contacts.step
         for gripper in self._grippers.values():
-            gripper.step()
+            yield gripper.step
 
     @property
     def surfaces(self) -> Surfaces:

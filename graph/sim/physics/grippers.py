@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -71,7 +71,7 @@ class SurfaceGripper:
         out: Floats = self._physics.model.eq_data[self._welds].copy()
         return out
 
-    def step(self) -> None:
+    def step(self, data: Any) -> None:
         """After a step of the engine: let go of what pulls too hard; try on while closing."""
         for number in tuple(self._held):
             if self._overloaded(number):

@@ -92,10 +92,13 @@ class FabricPoses(FabricValues):
         self._latest = None
         self.stamp += 1
 
-    def stepped(self) -> None:
-        """Physics has stepped: poses read from now on are new ones."""
-        self.stamp += 1
-        self.steps += 1
+    every_step = False
+    """Whether it has to know of every single step."""
+
+    def stepped(self, count: int = 1) -> None:
+        """Physics has stepped `count` times: poses read from now on are new ones."""
+        self.stamp += count
+        self.steps += count
         self._latest = None
 
     def touched(self) -> None:

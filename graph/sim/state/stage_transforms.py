@@ -47,9 +47,11 @@ class StageTransforms(Fabric):
         self._writer = None
         super().unbind()
 
-    def stepped(self) -> None:
+    every_step = True
+
+    def stepped(self, count: int = 1) -> None:
         """Physics has stepped: write what it moved."""
-        super().stepped()
+        super().stepped(count)
         self._write()
 
     def touched(self) -> None:
