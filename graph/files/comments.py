@@ -1,75 +1,112 @@
-"""Comments of a YAML graph file: what stands above the file's first key, above a graph, above or beside a node."""
+"""Comments of a YAML graph file: each belongs to the key, or the connection, that it stands above or beside.
+
+Places are named by text: "" is the head of the file, the path of a graph or node stands for itself, `#clock` is a key
+of the file, `/World/G#variables/gain` one of a graph, `/World/G#a.x -> b.y` a connection, `#end` what follows all keys.
+"""
 
 from __future__ import annotations
 
 import re
+from bisect import bisect_right
 from collections.abc import Iterator, Sequence
 
-from .tree import Map
+from . import connections
+from .tree import Map, Seq
 
-_TEXT_OR_COMMENT = re.compile(r'"(?:[^"\\]|\\.)*"|\'(?:[^\']|\'\')*\'|(?P<comment>(?:^|(?<=\s))#.*)')
+END = "#end"
+"""Comments below the last key."""
+_LINE = re.compile("\r\n|\n|\r")
+_COMMENT = re.compile(r"(?:(?<=\s)|^)#[^\r\n]*", re.MULTILINE)
 
 
 def comments_of(root: Map, text: str) -> dict[str, str]:
-    """Comments by the path of their graph or node, "" for the head of the file; without the `#`."""
+    """Every comment by its place, without the `#`; several at one place are lines of one text."""
+    if "#" not in text:
+        return {}
+    starts = [0, *(found.end() for found in _LINE.finditer(text))]
     lines = text.splitlines()
-    found = {"": _head(lines)}
-    starts = _starts(text)
-    for path, key_at in _keys(root):
-        line = _line_of(starts, key_at)
-        above = _above(lines, line)
-        beside = _beside(lines[line]) if line < len(lines) else ""
-        found[path] = "\n".join(filter(None, (above, beside)))
-    return {path: comment for path, comment in found.items() if comment}
+    places = sorted((at, len(place), place) for place, at in _places(root))
+    first_on_line: dict[int, str] = {}
+    for at, _, place in places:
+        first_on_line.setdefault(bisect_right(starts, at) - 1, place)
+    offsets = [at for at, _, _ in places]
+    found: dict[str, list[str]] = {}
+    for at, comment in _comments(text):
+        line = bisect_right(starts, at) - 1
+        alone = not text[starts[line] : at].strip()
+        subject = _next_content(lines, line) if alone else line
+        behind = bisect_right(offsets, at) - 1
+        if alone and behind < 0:
+            place = ""
+        elif subject in first_on_line:
+            place = first_on_line[subject]
+        else:
+            place = places[behind][2] if behind >= 0 and subject < len(lines) else END
+        found.setdefault(place, []).append(re.sub(r"^# ?", "", comment).rstrip())
+    return {place: text for place, parts in found.items() if (text := "\n".join(parts).strip("\n"))}
 
 
-def _keys(root: Map) -> Iterator[tuple[str, int]]:
-    graphs = root.get("graphs")
-    if not isinstance(graphs, Map):
-        return
-    for path, graph in graphs.items():
-        yield path, graphs.places[path][0]
-        nodes = graph.get("nodes") if isinstance(graph, Map) else None
-        if isinstance(nodes, Map):
-            yield from ((f"{path}/{name}", nodes.places[name][0]) for name in nodes)
+def place_of(at: Sequence[str]) -> str:
+    """The place of the key at a location, by the keys that lead to it."""
+    if at[0] != "graphs" or len(at) == 1:
+        return "#" + "/".join(at)
+    if len(at) == 4 and at[2] == "nodes":
+        return f"{at[1]}/{at[3]}"
+    return "#".join(filter(None, (at[1], "/".join(at[2:]))))
 
 
-def _starts(text: str) -> list[int]:
-    return [0, *(found.end() for found in re.finditer("\r\n|\n|\r", text))]
+def place_of_connection(graph: str, text: str) -> str:
+    """The place of a connection, by its first source and target."""
+    try:
+        link = connections.parse(text)[0]
+    except ValueError:
+        return f"{graph}#{text}"
+    return f"{graph}#{link.source} -> {link.target}"
 
 
-def _line_of(starts: Sequence[int], at: int) -> int:
-    from bisect import bisect_right
-
-    return bisect_right(starts, at) - 1
-
-
-def _head(lines: Sequence[str]) -> str:
-    """The comment lines that the file begins with."""
-    head = []
-    for line in lines:
-        if line.strip() and not line.lstrip().startswith("#"):
-            break
-        head.append(_bare(line))
-    return "\n".join(head).strip("\n")
+def _places(root: Map) -> Iterator[tuple[str, int]]:
+    """The places that are written on a line of their own, with their offsets."""
+    for key, value in root.items():
+        yield place_of((key,)), root.places[key][0]
+        if not isinstance(value, Map) or key not in ("graphs", "scene"):
+            continue
+        for name, part in value.items():
+            yield place_of((key, name)), value.places[name][0]
+            if isinstance(part, Map) and (key, name) == ("scene", "prims"):
+                yield from ((place_of((key, name, prim)), part.places[prim][0]) for prim in part)
+            elif isinstance(part, Map) and key == "graphs":
+                yield from _places_of_graph(name, part)
 
 
-def _above(lines: Sequence[str], line: int) -> str:
-    """The comment lines directly above a line; those at the top of the file are its head."""
-    first = line
-    while first > 0 and lines[first - 1].lstrip().startswith("#"):
-        first -= 1
-    if all(not one.strip() or one.lstrip().startswith("#") for one in lines[:line]):
-        return ""
-    return "\n".join(map(_bare, lines[first:line]))
+def _places_of_graph(path: str, graph: Map) -> Iterator[tuple[str, int]]:
+    for key, value in graph.items():
+        yield place_of(("graphs", path, key)), graph.places[key][0]
+        if isinstance(value, Map) and key in ("nodes", "variables"):
+            yield from ((place_of(("graphs", path, key, name)), value.places[name][0]) for name in value)
+        elif isinstance(value, Seq) and key == "connections":
+            for item, at in zip(value, value.item_at, strict=True):
+                yield place_of_connection(path, str(item)), at
 
 
-def _beside(line: str) -> str:
-    for token in _TEXT_OR_COMMENT.finditer(line):
-        if token["comment"]:
-            return _bare(token["comment"])
-    return ""
+def _comments(text: str) -> Iterator[tuple[int, str]]:
+    """Offset and text of every comment; a `#` inside a quoted or block scalar starts none."""
+    from ruamel.yaml import YAML
+    from ruamel.yaml.events import ScalarEvent
+
+    quoted = [
+        (event.start_mark.index, event.end_mark.index)
+        for event in YAML(typ="safe", pure=True).parse(text)
+        if isinstance(event, ScalarEvent) and event.style in ("'", '"', "|", ">")
+    ]
+    starts = [start for start, _ in quoted]
+    for one in _COMMENT.finditer(text):
+        before = bisect_right(starts, one.start()) - 1
+        if before < 0 or one.start() >= quoted[before][1]:
+            yield one.start(), one.group()
 
 
-def _bare(line: str) -> str:
-    return re.sub(r"^\s*# ?", "", line).rstrip()
+def _next_content(lines: Sequence[str], line: int) -> int:
+    """The next line that holds more than a comment; the number of lines if there is none."""
+    while line < len(lines) and (not lines[line].strip() or lines[line].lstrip().startswith("#")):
+        line += 1
+    return line

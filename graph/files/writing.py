@@ -13,6 +13,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from . import scalars
+from .comments import place_of, place_of_connection
 
 _PLAIN = re.compile(r"[A-Za-z_/][A-Za-z0-9_./+-]*(?: (?:->|[A-Za-z0-9_./+-]+))*")
 _ESCAPES = {'"': '\\"', "\\": "\\\\", "\n": "\\n", "\t": "\\t", "\r": "\\r", "\0": "\\0"}
@@ -28,23 +29,31 @@ def json_document(document: Mapping[str, Any]) -> str:
 def yaml_document(document: Mapping[str, Any], comments: Mapping[str, str] | None = None) -> str:
     """The document as YAML text.
 
-    comments: text by path of a graph or node, and "" for the head of the file.
+    comments: text by place (see `comments`); what has no place in the document any more stands at the end.
     """
-    lines = [*_comment((comments or {}).get("", ""), 0), *_block(document, (), comments or {})]
+    rest = dict(comments or {})
+    lines = [*_comment(rest.pop("", ""), 0), *_block(document, (), rest)]
+    for text in rest.values():
+        lines += _comment(text, 0)
     return "\n".join(lines) + "\n"
 
 
-def _block(mapping: Mapping[str, Any], at: tuple[str, ...], comments: Mapping[str, str]) -> Iterator[str]:
+def _block(mapping: Mapping[str, Any], at: tuple[str, ...], comments: dict[str, str]) -> Iterator[str]:
+    """The lines of a mapping; comments that are written leave `comments`."""
     indent = "  " * len(at)
     for key, value in mapping.items():
         here = (*at, key)
-        yield from _comment(comments.get(_commented(here), ""), len(at))
+        if comments:
+            yield from _comment(comments.pop(place_of(here), ""), len(at))
         if isinstance(value, Mapping) and value and _is_block(here):
             yield f"{indent}{scalar(key)}:"
             yield from _block(value, here, comments)
         elif isinstance(value, list) and value and here[0] == "graphs" and here[2:] == ("connections",):
             yield f"{indent}{scalar(key)}:"
-            yield from (f"{indent}  - {flow(item)}" for item in value)
+            for item in value:
+                if comments:
+                    yield from _comment(comments.pop(place_of_connection(here[1], str(item)), ""), len(at) + 1)
+                yield f"{indent}  - {flow(item)}"
         else:
             yield f"{indent}{scalar(key)}: {flow(value)}"
 
@@ -54,15 +63,6 @@ def _is_block(at: tuple[str, ...]) -> bool:
     if at in _BLOCKS:
         return True
     return at[0] == "graphs" and (len(at) == 2 or (len(at) == 3 and at[2] in _NODE_LISTS))
-
-
-def _commented(at: tuple[str, ...]) -> str:
-    """The path that a comment above this key is about; a text that is no path for keys without comments."""
-    if at[0] == "graphs" and len(at) == 2:
-        return at[1]
-    if at[0] == "graphs" and len(at) == 4 and at[2] == "nodes":
-        return f"{at[1]}/{at[3]}"
-    return "-"
 
 
 def _comment(text: str, depth: int) -> Iterator[str]:

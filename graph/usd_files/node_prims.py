@@ -18,6 +18,8 @@ _ABOUT = ("node:type", "node:typeVersion")
 _NOTHING: Mapping[str, Any] = {}
 KEY = "tickgraph"
 """Key of our own data in customData and customLayerData."""
+COMMENTS = "comments"
+"""Key, in the layer's own data, of the comments that are no prim's documentation, as JSON."""
 
 
 @dataclass(slots=True)

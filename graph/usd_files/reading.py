@@ -16,7 +16,7 @@ from graph.migration import migrate
 from graph.spec import FileSpec, GraphSpec, Note, SceneSpec
 
 from .graph_prims import read_graphs
-from .node_prims import KEY
+from .node_prims import COMMENTS, KEY
 from .places import PlacedMark, Text
 from .specs import graph_specs
 from .tidying import tidied
@@ -136,6 +136,8 @@ def other_keys(layer: Any) -> dict[str, Any]:
     kept = plain(dict(layer.customLayerData)).get(KEY) if layer else None
     document: dict[str, Any] = {}
     for key, value in kept.items() if isinstance(kept, dict) else ():
+        if key == COMMENTS:
+            continue
         if key.endswith(":json") and isinstance(value, str):
             try:
                 document[key.removesuffix(":json")] = json.loads(value)
@@ -156,13 +158,22 @@ def kept_keys(path: Path) -> dict[str, Any]:
 
 
 def documentation(path: Path, spec: FileSpec) -> dict[str, str]:
-    """The documentation of a USD file ("") and of its graphs and nodes, by path."""
+    """The documentation of a USD file ("") and of its graphs and nodes, by path, and the comments beside them."""
     layer = _layer(path)
-    found = {"": layer.documentation}
+    found = {"": layer.documentation, **_comments(layer)}
     for place in _parts(spec):
         prim = layer.GetPrimAtPath(place)
         found[place] = prim.documentation if prim else ""
     return {place: text for place, text in found.items() if text}
+
+
+def _comments(layer: Any) -> dict[str, str]:
+    kept = plain(dict(layer.customLayerData)).get(KEY)
+    try:
+        comments = json.loads(kept[COMMENTS]) if isinstance(kept, dict) and COMMENTS in kept else {}
+    except (TypeError, ValueError):  # edited by hand
+        return {}
+    return {str(place): str(text) for place, text in comments.items()} if isinstance(comments, dict) else {}
 
 
 def _layer(path: Path) -> Any:

@@ -15,7 +15,7 @@ from graph.spec import FileSpec, GraphSpec
 
 from . import custom_data
 from .hiding import Hiding, scene_graphs
-from .node_prims import KEY
+from .node_prims import COMMENTS, KEY
 from .node_writing import NodeWriter, write_value
 from .written_links import Links
 
@@ -39,8 +39,9 @@ def layer_of(
     """An anonymous layer (`Sdf.Layer`) that says what the file says.
 
     other_keys: the file's keys beside its graphs, as plain data. folder: where the layer will lie; the scene becomes a
-    sublayer relative to it. documentation: by path of a graph or node ("" for the file), its comment. allow: folders
-    beside the scene's own that it may have files in. What graphs the scene itself holds, and the file does not, is
+    sublayer relative to it. documentation: comments by place (see `graph.files.comments`); those of the file, of a
+    graph or node are documentation of the layer or the prim. allow: folders besides the scene's own that it may have
+    files in. What graphs the scene itself holds, and the file does not, is
     hidden (see `hiding`). Raises UserError where two graphs or nodes would need one prim.
     """
     from graph.sim.usd import Sdf
@@ -52,6 +53,10 @@ def layer_of(
     _scene(layer, spec, folder)
     kept = custom_data.other_keys(other_keys)
     kept["graphs"] = custom_data.texts([graph.path for graph in spec.graphs])
+    prims = {"", *(graph.path for graph in spec.graphs)}
+    prims.update(f"{graph.path}/{node.name}" for graph in spec.graphs for node in graph.nodes)
+    if comments := {place: text for place, text in documentation.items() if place not in prims}:
+        kept[COMMENTS] = json.dumps(comments)
     layer.customLayerData = {KEY: kept}
     links = Links(spec, registry)
     with Sdf.ChangeBlock():

@@ -98,6 +98,86 @@ def test_comments_come_back_from_usd_as_comments(source, graph):
     assert "      - tick.tick -> wait.execIn\n      - tick.tick -> product.execIn\n" in text
 
 
+COMMENTED = """\
+# head
+# above the version
+tickgraph: 1
+# above the clock
+clock: {physics_hz: 120} # beside it
+scene:
+  prims:
+    # above a prim
+    /World/B: {type: Cube, translate: [0, 0, 1]}
+graphs: # all
+  # above a graph
+  /World/G: # beside it
+    variables: # beside variables
+      v: {type: double, value: 1.0} # beside one
+    # above the nodes
+    nodes:
+      t: OnTick
+      # above a node
+      s:
+        type: ScriptNode
+        # inside a node
+        inputs:
+          script: |
+            # code, no comment
+            x = 1  # neither
+      c: {type: LogMessage, inputs: {message: '#text'}}
+    connections:
+      # above a connection
+      - t.tick -> [s.execIn, c.execIn] # beside it
+    # below the connections
+# the end
+"""
+
+
+def test_every_comment_survives_usd_where_it_stood(source, graph):
+    (source / "c.yaml").write_text(COMMENTED)
+    for step in ("c.yaml c.usda", "c.usda d.yaml", "d.yaml d.usda", "d.usda e.usda", "e.usda f.yaml"):
+        assert graph("convert", *step.split()).code == 0
+    assert (source / "d.yaml").read_text() == (source / "f.yaml").read_text()
+    assert (
+        (source / "d.yaml").read_text()
+        == """\
+# head
+# above the version
+tickgraph: 1
+# above the clock
+# beside it
+clock: {physics_hz: 120}
+scene:
+  prims:
+    # above a prim
+    /World/B: {type: Cube, translate: [0, 0, 1]}
+# all
+graphs:
+  # above a graph
+  # beside it
+  /World/G:
+    # beside variables
+    variables:
+      # beside one
+      v: {type: double, value: 1.0}
+    # above the nodes
+    nodes:
+      t: OnTick
+      # above a node
+      # inside a node
+      s: {type: ScriptNode, inputs: {script: "# code, no comment\\nx = 1  # neither\\n"}}
+      c: {type: LogMessage, inputs: {message: "#text"}}
+    connections:
+      # above a connection
+      # beside it
+      - t.tick -> s.execIn
+      - t.tick -> c.execIn
+# below the connections
+# the end
+"""
+    )
+
+
 def test_json_says_the_same(source, graph):
     graph("convert", "a.yaml", "b.json")
     document = json.loads((source / "b.json").read_text())

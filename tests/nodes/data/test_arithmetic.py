@@ -58,7 +58,9 @@ def test_arrays_of_different_length_do_not_add_up():
 
 
 def test_tuples_of_different_size_are_refused_when_the_graph_is_compiled():
-    with pytest.raises(UserError, match=r"input a \(double\[2\]\) and input b \(double\[3\]\) have different numbers of components"):
+    with pytest.raises(
+        UserError, match=r"input a \(double\[2\]\) and input b \(double\[3\]\) have different numbers of components"
+    ):
         result("Add", of("double[2]", [1, 2]), of("double[3]", [1, 2, 3]), "sum")
 
 
