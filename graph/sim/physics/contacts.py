@@ -160,16 +160,19 @@ def _pairs(
 def add_pairs(spec: Any, names: Sequence[str], plan: Plan, meet: Callable[[int, int], bool]) -> dict[str, Touch]:
     """Write the explicit pairs of colliders that can meet into a spec; what holds between them, by the pairs' names."""
     out = {}
+    spec.default.pair.condim, spec.default.pair.solimp = 3, FIRM
     for pair in plan.pairs:
         if not meet(pair.first, pair.second):
             continue
         first, second = names[pair.first], names[pair.second]
-        made = spec.add_pair(name=f"{first}|{second}", geomname1=first, geomname2=second)
-        made.condim = 3 if pair.touch.static > SMOOTH else 1
+        name = f"{first}|{second}"
         sliding, torsion, rolling = pair.touch.sliding, pair.touch.torsion, pair.touch.rolling
-        made.friction = [sliding, sliding, torsion, rolling, rolling]
-        made.solimp = FIRM
-        out[made.name] = pair.touch
+        made = spec.add_pair(
+            name=name, geomname1=first, geomname2=second, friction=[sliding, sliding, torsion, rolling, rolling]
+        )
+        if pair.touch.static <= SMOOTH:
+            made.condim = 1
+        out[name] = pair.touch
     return out
 
 
@@ -185,14 +188,16 @@ class Contacts:
         self._friction = np.array([(touch.static, touch.sliding) for _, touch in two]).reshape(-1, 2)
         self.switching = bool(two)
         """Whether `step` has anything to do."""
-        geoms = np.stack([model.pair_geom1[self._pairs], model.pair_geom2[self._pairs]], axis=1) if two else None
-        keys = self._keys(geoms) if geoms is not None else np.zeros(0, dtype=np.int64)
-        order = np.argsort(keys)
-        self._known, self._order = keys[order], order
-        self._slides = np.zeros(len(two), dtype=np.bool_)
-        self._fast = np.zeros(len(two), dtype=np.intp)
-        self._touching = np.zeros(len(two), dtype=np.bool_)
-        self._dt = 0.0
+        first, second = model.pair_geom1[self._pairs].tolist(), model.pair_geom2[self._pairs].tolist()
+        self._number = {(min(ends), max(ends)): number for number, ends in enumerate(zip(first, second, strict=True))}
+        degree = np.bincount([*first, *second], minlength=model.ngeom)
+        hubs = [one if degree[one] >= degree[other] else other for one, other in self._number]
+        self._is_hub = np.zeros(model.ngeom + 1, dtype=np.bool_)  # the last stands for what is no geom
+        self._is_hub[hubs] = True
+        """Geoms of which one is in every pair, as few as may be: most contacts are between others."""
+        self._slides, self._touching = set[int](), set[int]()
+        self._fast: dict[int, int] = {}
+        self._clearly = 0.0
         self._every = self._wait = 1
         self._first = FIRST_LOOKS
         if two:
@@ -200,7 +205,7 @@ class Contacts:
 
     def set_dt(self, dt: float) -> None:
         """Take a new time step [s]."""
-        self._dt = dt
+        self._clearly = SLIDING + 2 * dt * float(np.linalg.norm(self._model.opt.gravity))
         self._every = max(round(1 / (LOOKS_HZ * dt)), 1)
         self._wait = 1
 
@@ -215,25 +220,28 @@ class Contacts:
         self._first = max(self._first - 1, 0)
         self._wait = 1 if self._first else self._every
         contact = data.contact
-        keys = self._keys(contact.geom)
-        place = np.minimum(np.searchsorted(self._known, keys), len(self._known) - 1)
-        mine = (self._known[place] == keys) & (contact.efc_address >= 0)
-        if not mine.any():
-            return
-        speed = np.full(len(self._pairs), np.nan)
-        sliding = self._speeds(data, contact.efc_address[mine], contact.friction[mine])
-        np.fmax.at(speed, self._order[place[mine]], sliding)
-        touching = ~np.isnan(speed)
-        self._fast = np.where(touching, np.where(speed > SLIDING, self._fast + 1, 0), self._fast)
-        clearly = SLIDING + 2 * self._dt * float(np.linalg.norm(self._model.opt.gravity))
-        slides = np.where(self._slides, ~(speed < RESTING), self._fast >= PATIENCE)
-        slides |= touching & ~self._touching & (speed > clearly)
-        self._touching = touching
-        changed = slides != self._slides
-        if changed.any():
-            self._slides = slides
-            now = np.where(slides, self._friction[:, 1], self._friction[:, 0])
-            self._model.pair_friction[self._pairs[changed], :2] = now[changed, None]
+        geoms = contact.geom
+        rows = np.flatnonzero((self._is_hub[geoms[:, 0]] | self._is_hub[geoms[:, 1]]) & (contact.efc_address >= 0))
+        speeds: dict[int, float] = {}
+        if len(rows):
+            sliding = self._speeds(data, contact.efc_address[rows], contact.friction[rows]).tolist()
+            for (one, other), speed in zip(geoms[rows].tolist(), sliding, strict=True):
+                number = self._number.get((one, other) if one < other else (other, one))
+                if number is not None:
+                    speeds[number] = max(speeds.get(number, 0.0), speed)
+        for number, speed in speeds.items():
+            self._look_at(number, speed)
+        self._touching = set(speeds)
+
+    def _look_at(self, number: int, speed: float) -> None:
+        """Decides whether a pair that touches slides."""
+        fast = self._fast[number] = self._fast.get(number, 0) + 1 if speed > SLIDING else 0
+        before = number in self._slides
+        slides = speed >= RESTING if before else fast >= PATIENCE
+        slides = slides or (number not in self._touching and speed > self._clearly)
+        if slides != before:
+            (self._slides.add if slides else self._slides.discard)(number)
+            self._model.pair_friction[self._pairs[number], :2] = self._friction[number, int(slides)]
 
     def _speeds(self, data: Any, rows: NDArray[np.integer[Any]], friction: Floats) -> Floats:
         """Of sliding at contacts [m/s]."""
@@ -246,8 +254,3 @@ class Contacts:
         v = (velocity[rows + 2] - velocity[rows + 3]) / (2 * np.maximum(friction[:, 1], 1e-9))
         out = np.hypot(u, v)
         return out
-
-    def _keys(self, geoms: NDArray[np.integer[Any]]) -> NDArray[np.int64]:
-        low, high = geoms.min(axis=1).astype(np.int64), geoms.max(axis=1).astype(np.int64)
-        keys: NDArray[np.int64] = low * self._model.ngeom + high
-        return keys

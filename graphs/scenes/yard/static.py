@@ -73,7 +73,7 @@ def _build_colliders(stage: Usd.Stage, root: str) -> None:
     grip = UsdPhysics.MaterialAPI.Apply(
         stage.GetPrimAtPath(material(stage, f"{root}/Grip", "asphalt", (0.2, 0.2, 0.2)))
     )
-    grip.CreateStaticFrictionAttr(0.9)
+    grip.CreateStaticFrictionAttr(0.8)
     grip.CreateDynamicFrictionAttr(0.8)
     grip.CreateRestitutionAttr(0.0)
 
