@@ -28,6 +28,10 @@ EMITTER_INTEGERS = ("fire_time_ns", "channel_id", "bank", "range_id")
 MIN_SCAN_RATE_HZ = Fraction(10**9, 2**31 - 1)
 """Time offsets are int32 nanoseconds: a slower turn does not fit (0.466 Hz)."""
 
+MOST_RETURNS = 255
+"""Numbers of returns are uint8."""
+
+STEEPEST_DEG = 90.0
 MAX_RAYS_PER_SCAN = 10_000_000
 """About 2 GB of tables; the largest real lidars cast half a million."""
 
@@ -204,8 +208,10 @@ class LidarConfig:
         problems += [
             f"{camel_case(name)} is negative" for name in _DEVIATIONS if np.any(np.array(getattr(self, name)) < 0)
         ]
-        if self.max_returns < 1:
-            problems.append("maxReturns must be at least 1")
+        if any(not 0 <= low < high for low, high in zip(self.ranges_min_m, self.ranges_max_m, strict=False)):
+            problems.append("rangesMinM must be at least 0 and below rangesMaxM")
+        if not 1 <= self.max_returns <= MOST_RETURNS:
+            problems.append(f"maxReturns must be from 1 to {MOST_RETURNS}")
         return problems
 
     def _bad_states(self) -> list[str]:
@@ -221,6 +227,8 @@ class LidarConfig:
                     )
                 if array.dtype == np.float32 and not np.all(np.isfinite(array)):
                     problems.append(f"emitter state s{number:03}: {camel_case(name)} holds a value that is not finite")
+            if np.any(np.abs(state.elevation_deg) > STEEPEST_DEG):
+                problems.append(f"emitter state s{number:03}: elevationDeg holds a value beyond {STEEPEST_DEG:g} deg")
             if self.ranges_min_m and len(state.range_id) and state.range_id.max() >= len(self.ranges_min_m):
                 problems.append(f"emitter state s{number:03}: rangeId {state.range_id.max()} has no range")
         if self.num_rays_per_line and sum(self.num_rays_per_line) != count:

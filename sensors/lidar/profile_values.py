@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any
@@ -12,11 +11,14 @@ import numpy as np
 from graph import exact
 from graph.errors import Mark, Problem, UserError
 
-from .config import EMITTER_INTEGERS, EmitterState
+from .config import EMITTER_INTEGERS, MOST_RETURNS, STEEPEST_DEG, EmitterState
 from .json_places import line_and_column
 
 Location = tuple[str | int, ...]
 FASTEST_HZ = 10**9
+HUGE = 1e300
+"""Whole numbers of JSON have no limit; from here on they count as infinite."""
+
 _SCAN_TYPES = {"rotary": "ROTARY", "solidstate": "SOLID_STATE", "solid_state": "SOLID_STATE"}
 _NOT_NEGATIVE = (
     *("rangeResolutionM", "rangeAccuracyM", "azimuthErrorStd", "elevationErrorStd"),
@@ -48,11 +50,11 @@ class ProfileReader:
         """One problem that nothing can follow."""
         return UserError(self._problem(location, what))
 
-    def number(self, key: str, value: Any, inside: Location = ()) -> float:
-        """A finite number; `inside`: where the key is, below the profile."""
-        if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+    def number(self, key: str, value: Any, inside: Location = (), wrong: float = 0.0) -> float:
+        """A finite number, or `wrong`; `inside`: where the key is, below the profile."""
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) < HUGE:
             self._wrong((*inside, key), f"is {value!r}, not a finite number")
-            return 0.0
+            return wrong
         return float(value)
 
     def integer(self, key: str, value: Any) -> int:
@@ -60,8 +62,8 @@ class ProfileReader:
         number = self.number(key, value)
         if number != int(number) or number < 0:
             self._wrong((key,), f"is {value!r}, not a whole number")
-        elif key == "maxReturns" and number < 1:
-            self._wrong((key,), "must be at least 1")
+        elif key == "maxReturns" and not 1 <= number <= MOST_RETURNS:
+            self._wrong((key,), f"is {value!r}; it is from 1 to {MOST_RETURNS}")
         return max(int(number), 0)
 
     def rate(self, key: str, value: Any, least: Fraction = Fraction(0)) -> Fraction:
@@ -108,13 +110,11 @@ class ProfileReader:
         if not isinstance(value, (list, tuple)):
             self._wrong(location, f"is {value!r}, not a list of numbers")
             return np.zeros(0)
-        try:
-            array = np.asarray(value, np.float64)
+        if set(map(type, value)) <= {int, float}:
+            array = np.array([one if abs(one) < HUGE else np.inf for one in value], np.float64)
             bad = np.flatnonzero(~np.isfinite(array) | (whole & ((array < 0) | (array >= 2**32))))
-        except (TypeError, ValueError):
-            array, bad = np.zeros(len(value)), np.array([_first_that_is_no_number(value)])
-        if array.ndim != 1:
-            bad = np.array([_first_that_is_no_number(value)])
+        else:
+            bad = np.array([next(at for at, one in enumerate(value) if type(one) not in (int, float))])
         if len(bad):
             span = ", from 0 to 2**32 - 1" if whole else ""
             self._wrong((*location, int(bad[0])), f"is {value[bad[0]]!r}, not a finite number{span}")
@@ -140,18 +140,25 @@ class ProfileReader:
         """What must fit together. Raises UserError with all problems if there are any."""
         states = fields["emitter_states"]
         count = len(states[0]) if states else 0
-        if not count:
+        if not count and isinstance(profile.get("emitterStates", []), list):
             self._wrong(("emitterStates",), "holds no emitters")
+        for number, (low, high) in enumerate(zip(fields["ranges_min_m"], fields["ranges_max_m"], strict=True)):
+            if low < 0 or low >= high:
+                self._wrong(("ranges", number), f"is {low:g} to {high:g} m; min must be at least 0 and below max")
         for number, state in enumerate(states):
+            steep = np.flatnonzero(np.abs(state.elevation_deg) > STEEPEST_DEG)
+            if len(steep):
+                what = f"is {state.elevation_deg[steep[0]]:g} deg; elevations are from -90 to 90"
+                self._wrong(("emitterStates", number, "elevationDeg", int(steep[0])), what)
             if len(state) != count:
                 self._wrong(("emitterStates", number), f"has {len(state)} emitters, the first state {count}")
             if len(fields["ranges_min_m"]) and state.range_id.max(initial=0) >= len(fields["ranges_min_m"]):
                 worst = int(np.argmax(state.range_id))
                 self._wrong(("emitterStates", number, "rangeId", worst), f"is {state.range_id[worst]}: no such range")
-        if count and profile.get("numberOfEmitters", count) != count:
+        if count and profile.get("numberOfEmitters") not in (None, count):
             listed = profile["numberOfEmitters"]
             self._wrong(("numberOfEmitters",), f"is {listed}, but {count} are listed")
-        if count and profile.get("emitterStateCount", len(states)) != len(states):
+        if count and profile.get("emitterStateCount") not in (None, len(states)):
             self._wrong(("emitterStateCount",), f"is {profile['emitterStateCount']}, but {len(states)} are listed")
         lines = fields["num_rays_per_line"]
         if count and lines and sum(lines) != count:
@@ -174,11 +181,3 @@ class ProfileReader:
         if not self._text:
             return Problem(f"lidar profile {self._profile}: {message}")
         return Problem(f"lidar profile: {message}", Mark(self._profile, *line_and_column(self._text, location)))
-
-
-def _first_that_is_no_number(values: list[Any] | tuple[Any, ...]) -> int:
-    return next(
-        number
-        for number, value in enumerate(values)
-        if isinstance(value, (bool, str, list, dict)) or not isinstance(value, (int, float))
-    )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -78,34 +79,35 @@ def load_profile(path: str | Path) -> LidarConfig:
 def parse_profile(document: Any, name: str, text: str = "") -> LidarConfig:
     """The configuration of a parsed profile; `text`: what it was parsed from, for the places of problems.
 
-    Unknown keys and every kind of comment are ignored; what is left out keeps the default profile's value; channels
-    are the emitters when no `channelId` is given. Raises UserError naming each field that is wrong.
+    Unknown keys and every kind of comment are ignored; what is left out, or null, keeps the default profile's value;
+    channels are the emitters when no `channelId` is given. Raises UserError naming each field that is wrong.
     """
     reader = ProfileReader(name, text)
     if not isinstance(document, Mapping) or not isinstance(document.get("profile"), Mapping):
         raise reader.failure((), 'not a lidar profile: it has no "profile" object')
     if document.get("type", "lidar") != "lidar":
         raise reader.failure(("type",), f"its type is {document['type']!r}, not lidar")
-    profile = document["profile"]
+    profile = {key: value for key, value in document["profile"].items() if value is not None}
     fields: dict[str, Any] = {"name": str(document.get("name", Path(name).stem))}
     fields["scan_type"] = reader.scan_type(profile.get("scanType", "rotary"))
     fields["scan_rate_base_hz"] = reader.rate("scanRateBaseHz", profile.get("scanRateBaseHz", 10), MIN_SCAN_RATE_HZ)
     fields["pattern_firing_rate_hz"] = reader.rate("reportRateBaseHz", profile.get("reportRateBaseHz", 36000))
     for key, field in _NUMBERS.items():
-        if profile.get(key) is not None:
+        if key in profile:
             fields[field] = reader.number(key, profile[key])
     for key, field in _INTEGERS.items():
-        if profile.get(key) is not None:
+        if key in profile:
             fields[field] = reader.integer(key, profile[key])
     for key, (field, known) in _TOKENS.items():
-        if profile.get(key) is not None:
+        if key in profile:
             fields[field] = reader.token(key, profile[key], known)
     lines = reader.array(("numRaysPerLine",), profile.get("numRaysPerLine", ()))
     fields["num_rays_per_line"] = tuple(int(n) for n in lines)
     ranges = reader.objects("ranges", profile.get("ranges"))
     for key, field, missing in (("min", "ranges_min_m", 0.0), ("max", "ranges_max_m", 1e9)):
         fields[field] = tuple(
-            reader.number(key, entry.get(key, missing), ("ranges", number)) for number, entry in enumerate(ranges)
+            reader.number(key, entry.get(key, missing), ("ranges", number), math.nan)
+            for number, entry in enumerate(ranges)
         )
     states = reader.objects("emitterStates", profile.get("emitterStates"))
     fields["emitter_states"] = tuple(reader.state(number, entry) for number, entry in enumerate(states))

@@ -113,6 +113,16 @@ def test_a_profile_needs_little_and_its_comments_are_ignored(tmp_path):
     assert firing_pattern(config).channel_id.tolist() == [0, 1, 0, 1]
 
 
+def test_null_in_a_profile_is_as_if_it_were_left_out():
+    nulls = dict.fromkeys(
+        ("numberOfEmitters", "emitterStateCount", "numRaysPerLine", "ranges", "maxReturns", "scanType")
+    )
+
+    config = parse_profile({"profile": {**PROFILE["profile"], **nulls, "reportRateBaseHz": None}}, "mine")
+
+    assert (config.scan_type, config.max_returns, config.pattern_firing_rate_hz) == ("ROTARY", 2, 36000)
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
@@ -130,6 +140,20 @@ def test_a_profile_needs_little_and_its_comments_are_ignored(tmp_path):
             {"emitterStates": [{"azimuthDeg": [0], "elevationDeg": [1], "fireTimeNs": [-1]}]},
             r"fireTimeNs\[0\] is -1, .* from 0",
         ),
+        (
+            {"emitterStates": [{"azimuthDeg": [0, "1"], "elevationDeg": [1, 2]}]},
+            r"azimuthDeg\[1\] is '1', not a finite number",
+        ),
+        (
+            {"emitterStates": [{"azimuthDeg": [10**400], "elevationDeg": [1]}]},
+            r"azimuthDeg\[0\] is 10+, not a finite number",
+        ),
+        (
+            {"emitterStates": [{"azimuthDeg": [0, 1], "elevationDeg": [1, -90.5]}]},
+            r"elevationDeg\[1\] is -90.5 deg; elevations are from -90 to 90",
+        ),
+        ({"ranges": [{"min": 1, "max": 5}, {"min": 5, "max": 5}]}, r"ranges\[1\] is 5 to 5 m; min .* below max"),
+        ({"maxReturns": 256}, "maxReturns is 256; it is from 1 to 255"),
     ],
 )
 def test_a_bad_profile_says_which_field(change, message):
@@ -163,7 +187,7 @@ def test_every_problem_of_a_profile_is_told_at_its_line_and_column(tmp_path):
     assert {(p.mark.line, p.mark.column, p.message.removeprefix("lidar profile: ")) for p in caught.value.problems} == {
         (3, 17, "scanType is 'spiral'; it is rotary or solidState"),
         (3, 40, "farRangeM is True, not a finite number"),
-        (4, 19, "maxReturns must be at least 1"),
+        (4, 19, "maxReturns is 0; it is from 1 to 255"),
         (5, 23, "numRaysPerLine sums to 3 for 2 emitters"),
         (6, 26, "rotationDirection is 'LEFT', not one of CW, CCW"),
         (7, 36, "ranges[1].max is 'x', not a finite number"),
