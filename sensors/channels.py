@@ -121,11 +121,12 @@ class Demand:
         """What to compute at this auxiliary level: the union, less what lies above the level."""
         return frozenset().union(*(request.granted(level) for request in self._owners.values()))
 
-    def above(self, level: AuxLevel) -> dict[str, AuxLevel]:
-        """Channels that somebody must have and that lie above the level, each with the level it needs."""
+    def above(self, level: AuxLevel, owner: object = None) -> dict[str, AuxLevel]:
+        """Channels that somebody (or one owner) must have and that lie above the level: each with the one it needs."""
         return {
             name: CHANNELS[name].level
-            for request in self._owners.values()
+            for asking, request in self._owners.items()
+            if owner is None or asking == owner
             for name in sorted(request.channels)
             if not request.ignore_aux and CHANNELS[name].level > level
         }

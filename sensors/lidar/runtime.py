@@ -161,7 +161,7 @@ class LidarRuntime:
         """
         self.demand.require(owner, channels, optional=optional, ignore_aux=ignore_aux)
         self._aux = read_aux_level(self._app.stage.GetPrimAtPath(self.path))
-        for name, level in self.demand.above(self._aux).items():
+        for name, level in self.demand.above(self._aux, owner).items():
             self._app.warn(
                 "aux-level-too-low",
                 f"{self.path}.{name}",

@@ -120,7 +120,8 @@ def test_optional_channels_are_asked_for_as_far_as_the_level_goes_and_without_a_
 
     assert demand.channels(AuxLevel.NONE) == {"xyz"}
     assert demand.channels(AuxLevel.BASIC) == {"xyz", "emitterId", "channelId", "tickId", "echoId", "tickStates"}
-    assert demand.above(AuxLevel.BASIC) == {"matId": AuxLevel.EXTRA}
+    assert demand.above(AuxLevel.BASIC) == demand.above(AuxLevel.BASIC, second) == {"matId": AuxLevel.EXTRA}
+    assert demand.above(AuxLevel.BASIC, first) == {}
     assert demand.consumers(AuxLevel.NONE) == {"xyz": ["annotator", "annotator"], "matId": ["annotator"]}
     demand.release(second)
     assert demand.above(AuxLevel.NONE) == {}

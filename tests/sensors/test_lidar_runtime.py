@@ -463,6 +463,8 @@ def test_channels_above_the_aux_level_stay_empty_with_a_warning():
 
         assert len(product.frame.channel("emitterId")) == 0
         assert app.warnings.codes() == ["aux-level-too-low"]
+        product.sensor.require("another", {"xyz"})
+        assert [warning.count for warning in app.warnings] == [1]  # who asks for other channels is told nothing
         product.sensor.require("ring", {"channelId"}, ignore_aux=True)
         app.update(steps=6)
         assert len(product.frame.channel("channelId")) == 360
