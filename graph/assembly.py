@@ -12,7 +12,14 @@ from .collector import collector_paused
 from .errors import Mark, Problem, UserError
 from .overrides import override_inputs
 from .spec import FileSpec
-from .staging import bad_topics, build_stage, missing_targets, stage_problems, unrenderable_cameras
+from .staging import (
+    bad_topics,
+    build_stage,
+    flat_scans_of_3d,
+    missing_targets,
+    stage_problems,
+    unrenderable_cameras,
+)
 
 if TYPE_CHECKING:
     from pxr import Usd
@@ -102,6 +109,7 @@ def build_parts(
             warnings += [("prim-missing", str(one.mark), one.message) for one in missing]
         else:
             problems += [*missing, *unrenderable_cameras(stage, spec, graphs), *bad_topics(spec, graphs)]
+            problems += flat_scans_of_3d(stage, spec, graphs)
     warnings[:0] = spec.notes if spec else ()
     return Parts(spec, graphs, stage, sorted(dict.fromkeys(problems), key=_place), [*dict.fromkeys(warnings)], mjcf)
 

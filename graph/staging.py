@@ -112,6 +112,36 @@ def unrenderable_cameras(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Grap
     ]
 
 
+def flat_scans_of_3d(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Graph]) -> list[Problem]:
+    """A line for each flat scan whose lidar has an emitter out of the plane, as far as the file says which lidar it is:
+    the cameraPrim of the one node that makes its render product. None where such errors are logged only.
+    """
+    from sensors.annotators import require_2d
+    from sensors.lidar.prim import read_config
+
+    problems: list[Problem] = []
+    if spec.clock.parity != "documented":
+        return problems
+    cameras = {node: node.get(name) or () for node, name, _ in _given_inputs(spec, graphs) if name == "cameraPrim"}
+    for node, author in _written_nodes(spec, graphs):
+        makers = [source for source in node.sources if "cameraPrim" in source.names["inputs"]]
+        if not node.type.id.endswith(".IsaacComputeRTXLidarFlatScan") or not node.connected("renderProductPath"):
+            continue
+        for path in cameras.get(makers[0], ()) if len(makers) == 1 else ():
+            prim = stage.GetPrimAtPath(path)
+            if not prim or prim.GetTypeName() != "OmniLidar":
+                continue
+            try:
+                config = read_config(prim)
+            except UserError:  # told at the prim
+                continue
+            try:
+                require_2d(path, config)
+            except UserError as error:
+                problems.append(Problem(f"{node.path}: {error}", author.mark))
+    return problems
+
+
 def bad_topics(spec: FileSpec, graphs: Sequence[Graph]) -> list[Problem]:
     """A line for each topic that the file gives and ROS 2 does not allow."""
     from nodes.ros2.publishing import topic_problem

@@ -94,3 +94,36 @@ def test_options_of_the_file_and_the_command_line_are_checked(folder, graph):
     (folder / "b.yaml").write_text("tickgraph: 1\n")
     assert graph("check", "b.yaml", "--/rtx/hydra/supportMultiTickRate=true").code == 0
     assert graph("check", "b.yaml", "--/app/runLoops/main/rateLimitFrequency=-5").code == 2
+
+
+FLAT = """\
+tickgraph: 1
+scene: {{prims: {{/World/Lidar: {{type: OmniLidar, config: {config}}}}}}}
+clock: {{parity: {parity}}}
+graphs:
+  /World/Make:
+    nodes: {{tick: OnPlaybackTick, product: {{type: IsaacCreateRenderProduct, inputs: {{cameraPrim: /World/Lidar}}}}}}
+    connections: [tick.tick -> product.execIn]
+  /World/Frames:
+    pipeline_stage: post_render
+    nodes:
+      flat: IsaacComputeRTXLidarFlatScan
+    connections: [/World/Make/product.outputs:renderProductPath -> flat.renderProductPath]
+"""
+
+
+def test_a_flat_scan_of_a_3d_lidar_is_told_before_anything_runs(folder, graph):
+    (folder / "tall.yaml").write_text(FLAT.format(config="XT32", parity="documented"))
+    (folder / "flat.yaml").write_text(FLAT.format(config="Example_Rotary_2D", parity="documented"))
+    (folder / "product.yaml").write_text(FLAT.format(config="XT32", parity="isaacsim-6.0.1"))
+
+    result = graph("run", "tall.yaml", "--out", "out")
+
+    assert result.code == 2
+    assert result.err.splitlines() == [
+        "tall.yaml:11:7: /World/Frames/flat: /World/Lidar: a flat scan needs a 2D lidar, but emitter 0 points 15 deg "
+        "up; use a lidar with all elevations 0"
+    ]
+    assert not (folder / "out").exists()
+    assert graph("check", "flat.yaml").code == 0
+    assert graph("check", "product.yaml").code == 0  # logs it at run time, and goes on
