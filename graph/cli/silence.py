@@ -48,6 +48,7 @@ def is_publisher(node_type: NodeType) -> bool:
         "topicName" in node_type.inputs
         and any(one.type == "execution" for one in inputs)
         and all(one.type == "execution" for one in outputs)
+        and "Subscri" not in node_type.short_name  # some have no data outputs of their own
     )
 
 

@@ -74,11 +74,13 @@ class Edit:
 
     def apply(self) -> tuple[Graph, list[Any]]:
         """Compiles and applies; gives the graph and the prims. Raises OmniGraphError, with nothing changed."""
-        self._raise_problems()
         for path in list(self._models):
             for other in self._graphs.linked_with(path):
                 self._model(other)
         specs = [model.spec() for model in self._models.values()]
+        if self._problems:
+            self._problems += self._graphs.problems(specs)  # of the entries that could be worked in
+            self._raise_problems()
         touched = {path: model.touched for path, model in self._models.items()}
         try:
             applied = self._graphs.apply(specs, touched)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from importlib import import_module
@@ -10,7 +10,7 @@ from typing import Any
 from weakref import WeakKeyDictionary
 
 from graph.context import Context
-from graph.errors import UserError
+from graph.errors import Problem, UserError
 from graph.evaluate import Graph, Node
 from graph.evaluate.adopt import adopt
 from graph.plan import compile_graphs
@@ -79,6 +79,14 @@ class GraphSet:
         graph = self.latest(path)
         assert graph is not None
         return with_written(graph.spec, graph.written)
+
+    def problems(self, specs: Iterable[GraphSpec]) -> Sequence[Problem]:
+        """What is wrong with the graphs of these specs; changes nothing."""
+        try:
+            compile_graphs(list(specs), self.registry)
+        except UserError as error:
+            return error.problems
+        return ()
 
     def apply(self, specs: Iterable[GraphSpec], touched: Mapping[str, Collection[str]]) -> dict[str, Graph]:
         """Compiles the specs and gives the graphs of these paths that form; makes those that do not exist yet.

@@ -109,6 +109,22 @@ def test_connecting_what_is_connected_changes_nothing(control):
     assert len(graph.spec.connections) == 1
 
 
+def test_everything_wrong_with_an_edit_is_told_at_once(control):
+    edit = {
+        K.CREATE_NODES: [("sum", "test.Sum"), ("bad", "test.Smu"), ("inc", "test.Inc")],
+        K.SET_VALUES: [("inc.inputs:x", 1), ("bad.inputs:a", 1)],
+        K.CONNECT: [("gone.outputs:x", "sum.inputs:a"), ("sum.outputs:y", "sum.inputs:b")],
+    }
+    with pytest.raises(OmniGraphError) as caught:
+        control.edit("/World/G", edit)
+    assert sorted(str(one).split(": ")[0] for one in caught.value.problems) == [
+        "/World/G CONNECT[0]",
+        "/World/G CONNECT[1]",
+        "/World/G CREATE_NODES[1]",
+        "/World/G SET_VALUES[0]",
+    ]
+
+
 def test_values_may_carry_their_type(control):
     _, nodes, _, _ = made(
         control,

@@ -5,7 +5,8 @@ from fractions import Fraction
 
 import pytest
 
-from graph import ComputeError
+from graph import ComputeError, registry
+from graph.cli.silence import is_publisher
 from graph.testing import run_node
 
 TWIST = "geometry_msgs/msg/Twist"
@@ -151,3 +152,9 @@ def test_a_profile_says_its_presets_and_its_own_policies():
     assert profile(createProfile="Custom", depth=3, durability="transientLocal") == {
         **usual, "depth": 3, "durability": "transientLocal",
     }  # fmt: skip
+
+
+def test_no_subscriber_counts_as_a_publisher_that_keeps_silent():
+    publishers = {one.short_name for one in registry.all() if is_publisher(one)}
+    assert {"ROS2Publisher", "ROS2PublishClock", "ROS2RtxLidarHelper"} <= publishers
+    assert not {one for one in publishers if "Subscri" in one}
