@@ -17,6 +17,7 @@ from .staging import (
     build_stage,
     flat_scans_of_3d,
     missing_targets,
+    prims_for_products,
     stage_problems,
     unrenderable_cameras,
 )
@@ -109,7 +110,7 @@ def build_parts(
             warnings += [("prim-missing", str(one.mark), one.message) for one in missing]
         else:
             problems += [*missing, *unrenderable_cameras(stage, spec, graphs), *bad_topics(spec, graphs)]
-            problems += flat_scans_of_3d(stage, spec, graphs)
+            problems += [*prims_for_products(stage, spec, graphs), *flat_scans_of_3d(stage, spec, graphs)]
     warnings[:0] = spec.notes if spec else ()
     return Parts(spec, graphs, stage, sorted(dict.fromkeys(problems), key=_place), [*dict.fromkeys(warnings)], mjcf)
 

@@ -112,6 +112,18 @@ def unrenderable_cameras(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Grap
     ]
 
 
+def prims_for_products(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Graph]) -> list[Problem]:
+    """A line for each renderProductPath that the file gives and that names a prim of the scene: no frame would come."""
+    problems = []
+    for node, name, mark in _given_inputs(spec, graphs):
+        path = str(node.get(name) or "") if name == "renderProductPath" else ""
+        prim = stage.GetPrimAtPath(path) if path.startswith("/") else None
+        if prim and prim.GetTypeName() != "RenderProduct":
+            message = f"{node.path}.inputs:{name}: {path} is a prim, not a render product; connect it to"
+            problems.append(Problem(f"{message} IsaacCreateRenderProduct with cameraPrim {path}", mark))
+    return problems
+
+
 def flat_scans_of_3d(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Graph]) -> list[Problem]:
     """A line for each flat scan whose lidar has an emitter out of the plane, as far as the file says which lidar it is:
     the cameraPrim of the one node that makes its render product. None where such errors are logged only.

@@ -127,3 +127,19 @@ def test_a_flat_scan_of_a_3d_lidar_is_told_before_anything_runs(folder, graph):
     assert not (folder / "out").exists()
     assert graph("check", "flat.yaml").code == 0
     assert graph("check", "product.yaml").code == 0  # logs it at run time, and goes on
+
+
+def test_a_prim_where_a_render_product_belongs_is_told(folder, graph):
+    text = FLAT.format(config="Example_Rotary_2D", parity="documented")
+    text = text.replace("flat: IsaacCompute", "flat: {type: IsaacCompute").replace(
+        "FlatScan\n", "FlatScan, inputs: {renderProductPath: /World/Lidar}}\n"
+    )
+    (folder / "prim.yaml").write_text(text[: text.rindex("    connections")])
+
+    result = graph("check", "prim.yaml")
+
+    assert result.code == 2
+    assert result.err == (
+        "prim.yaml:11:59: /World/Frames/flat.inputs:renderProductPath: /World/Lidar is a prim, not a render product; "
+        "connect it to IsaacCreateRenderProduct with cameraPrim /World/Lidar\n"
+    )
