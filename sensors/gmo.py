@@ -228,6 +228,8 @@ def _locked(array: np.ndarray) -> np.ndarray:
 
 def _bytes_of(data: Any) -> np.ndarray:
     array = np.ascontiguousarray(data.numpy() if hasattr(data, "numpy") else data)
+    if array.dtype.hasobject:
+        raise ValueError(f"a {type(data).__name__} holds no bytes")
     return array.reshape(-1).view(np.uint8)
 
 

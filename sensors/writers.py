@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import inspect
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
@@ -36,6 +37,12 @@ class WriterSpec:
 def _debug_draw(**options: Any) -> Writer:
     from .drawing import PointCloudDrawing
 
+    known = inspect.signature(PointCloudDrawing).parameters
+    for name in options:
+        if name not in known:
+            near = difflib.get_close_matches(name, known, n=1)
+            hint = f'did you mean "{near[0]}"?' if near else f"it has {', '.join(known)}"
+            raise ValueError(f"it has no option {name!r}; {hint}")
     return PointCloudDrawing(**options)
 
 

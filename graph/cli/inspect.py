@@ -172,7 +172,7 @@ def _header(gmo: Any) -> dict[str, Any]:
             "orientation_ijkw": pose.orientation.tolist(),
             "posM": pose.posM.tolist(),
         }
-    found["filledAuxMembers"] = [bit.name for bit in gmo.filledAuxMembers]
+    found["filledAuxMembers"] = [bit.name for bit in gmo.filledAuxMembers] or ["NONE"]
     if gmo.auxType:
         found |= {"scanComplete": gmo.scanComplete, "azimuthOffset_deg": gmo.azimuthOffset}
     return found

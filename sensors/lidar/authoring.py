@@ -66,6 +66,8 @@ class Lidar:
         attributes = dict(attributes or {})
         self.path, existed = _resolve(self.app.stage, path)
         schemas = list(schemas or ())
+        for name in on_prim.unknown_schemas(schemas):
+            self._warn("unknown-schema", f"there is no API schema {name}; nothing comes of it", name)
         if existed:
             self._check_wrapped()
             on_prim.apply_schemas(self.prim, schemas)
@@ -103,6 +105,10 @@ class Lidar:
         app = app if app is not None else App.current()
         if config is not None and usd_path is not None:
             raise SensorValueError(f"{path}: give config or usd_path, not both")
+        for name, value, kinds in (("config", config, (str,)), ("variant", variant, (str, Mapping))):
+            if value is not None and not isinstance(value, kinds):
+                also = ", or a mapping of variant sets to names" if Mapping in kinds else ""
+                raise SensorValueError(f"{path}: {name} {value!r} is no name{also}")
         if config is not None:
             _write_config(app.stage, path, config, variant)
         elif usd_path is not None:
@@ -204,8 +210,11 @@ class Lidar:
             if self.prim.GetAttribute(name) or (created and kind):
                 try:
                     on_prim.write(self.prim, name, kind or "token", value)
-                except Exception as error:
-                    raise SensorValueError(f"{self.path}.{name} cannot be {value!r} ({error})") from error
+                except UserError as error:
+                    raise SensorValueError(error.problems) from error
+                except Exception as error:  # whatever numpy and USD raise for values of other types
+                    wanted = self.prim.GetAttribute(name).GetTypeName() if self.prim.GetAttribute(name) else kind
+                    raise SensorValueError(f"{self.path}.{name} cannot be {value!r}: its type is {wanted}") from error
             elif kind:
                 on_prim.write(self.prim, name, kind, value)
             else:
@@ -275,7 +284,11 @@ def _reference(stage: Usd.Stage, path: str, usd_path: str, variant: Variant) -> 
     prim.GetReferences().AddReference(str(Path(usd_path).resolve()))
     for set_name, name in ({"sensor": variant} if isinstance(variant, str) else dict(variant or {})).items():
         if not prim.GetVariantSets().HasVariantSet(set_name):
-            raise SensorValueError(f"{usd_path} has no variant set {set_name}")
+            there = ", ".join(prim.GetVariantSets().GetNames()) or "none"
+            raise SensorValueError(f"{usd_path} has no variant set {set_name}; there are: {there}")
+        names = prim.GetVariantSet(set_name).GetVariantNames()
+        if name not in names:
+            raise SensorValueError(f"{usd_path} has no {set_name} variant {name!r}; there are: {', '.join(names)}")
         prim.GetVariantSet(set_name).SetVariantSelection(name)
     for candidate in Usd.PrimRange(prim, Usd.TraverseInstanceProxies()):
         if candidate.GetTypeName() == PRIM_TYPE:

@@ -143,6 +143,14 @@ def apply_schemas(prim: Usd.Prim, names: list[str]) -> None:
             prim.AddAppliedSchema(name)
 
 
+def unknown_schemas(names: list[str]) -> list[str]:
+    """Those of the names ("Name" or "Name:instance") that no API schema has."""
+    from graph.sim.usd import Usd
+
+    registry = Usd.SchemaRegistry()
+    return [name for name in names if not registry.FindAppliedAPIPrimDefinition(name.rpartition(":")[0] or name)]
+
+
 def write(prim: Usd.Prim, name: str, kind: str, value: Any) -> None:
     """Sets an attribute, creating it with the USD type `kind` where neither the schema nor the prim has it.
 

@@ -14,6 +14,7 @@ from sensors.products import render_product
 from sensors.writers import WRITERS, WriterSpec
 
 CHANNELS = "_replicator:rendervar:GenericModelOutput:channels"
+CORE = "omni:sensor:Core:"
 
 
 @pytest.fixture
@@ -60,12 +61,35 @@ def test_translations_are_local_and_positions_are_world(app, shape):
         ({"orientations": [0, 0, 0, 0]}, "cannot be zero"),
         ({"tick_rate": -1.0}, "give a rate in Hz"),
         ({"tick_rate": float("nan")}, "give a rate in Hz"),
+        (
+            {"attributes": {f"{CORE}farRangeM": "far"}},
+            "farRangeM cannot be 'far': its type is float$",
+        ),
+        ({"attributes": {f"{CORE}maxReturns": 1.5}}, "maxReturns is a whole number; 1.5 does not fit"),
     ],
 )
 def test_wrong_arguments_are_value_errors_and_user_errors(app, options, message):
     for kind in (ValueError, UserError):
         with pytest.raises(kind, match=message):
             Lidar("/World/Lidar", **options)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"config": 3}, "/World/Lidar: config 3 is no name"),
+        ({"config": "OS1", "variant": 3}, "/World/Lidar: variant 3 is no name, or a mapping"),
+    ],
+)
+def test_what_is_no_name_is_told(app, options, message):
+    with pytest.raises(ValueError, match=message):
+        Lidar.create("/World/Lidar", **options)
+
+
+def test_a_schema_that_nobody_has_is_warned_of(app):
+    Lidar("/World/Lidar", schemas=["OmniSensorGenericLidarCoreEmitterStateAPI:s002", "NoSuchAPI"])
+
+    assert [(warning.code, warning.where) for warning in app.warnings] == [("unknown-schema", "/World/Lidar.NoSuchAPI")]
 
 
 def test_wrapping_checks_the_prims_type(app):
@@ -173,6 +197,26 @@ def test_an_asset_is_referenced_as_the_prim_or_below_it(app, tmp_path, suffix, e
 
     assert lidar.path == expected
     assert lidar.config.ticks_per_scan == 3200
+
+
+@pytest.mark.parametrize(
+    ("variant", "message"),
+    [
+        ("slow", "has no sensor variant 'slow'; there are: fast, wide"),
+        ({"speed": "fast"}, "has no variant set speed; there are: sensor"),
+    ],
+)
+def test_a_variant_that_an_asset_does_not_have_is_refused_with_those_it_has(app, tmp_path, variant, message):
+    path = tmp_path / "asset.usda"
+    asset = Usd.Stage.CreateNew(str(path))
+    asset.SetDefaultPrim(asset.DefinePrim("/Sensor", "OmniLidar"))
+    variants = asset.GetDefaultPrim().GetVariantSets().AddVariantSet("sensor")
+    for name in ("fast", "wide"):
+        variants.AddVariant(name)
+    asset.GetRootLayer().Save()
+
+    with pytest.raises(ValueError, match=message):
+        Lidar.create("/World/Sensor", usd_path=str(path), variant=variant, app=app)
 
 
 def test_an_asset_without_a_lidar_is_refused(app, tmp_path):

@@ -152,6 +152,15 @@ def test_wrong_arguments_are_named(options, message):
         PointCloudDrawing(**options)
 
 
+def test_an_argument_that_the_writer_does_not_have_is_told_with_what_is_near():
+    with weightless() as app:
+        lidar = Lidar.create("/World/Lidar", config="RPLIDAR_S2E", app=app)
+        writer = rep.writers.get("RtxSensorDebugDrawPointCloud").initialize(colour=WHITE)
+
+        with pytest.raises(ValueError, match=r"it has no option 'colour'; did you mean \"color\"\?"):
+            writer.attach(rep.create_render_product(lidar.path))
+
+
 def test_a_sensor_draws_each_of_its_frames(tmp_path):
     with weightless() as app:
         add_box(app, "/World/Room", 10.0, (0, 0, 0))

@@ -116,7 +116,8 @@ def damaged(offset, dtype, value):
         (140_737_488_355_328, "no buffer handle"),
         (0, "no buffer handle"),
         ("text", "empty GenericModelOutput"),
-        (object(), "empty GenericModelOutput"),
+        (object(), "an? object holds no bytes"),
+        ({}, "a dict holds no bytes"),
     ],
 )
 def test_anything_else_warns_and_gives_an_empty_output(data, message):
