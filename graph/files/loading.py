@@ -163,7 +163,8 @@ def _validated(
         except ValidationError as error:
             errors = error.errors(include_url=False)
         if not dropped:
-            problems += messages.problems_of(errors, source, root)
+            told = {problem.mark for problem in problems}  # a scalar that could not be read stands for nothing
+            problems += [one for one in messages.problems_of(errors, source, root) if one.mark not in told]
         locations = messages.locations_of(errors)
         dropped += locations
         root = tree.without(root, locations)

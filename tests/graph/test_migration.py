@@ -1,5 +1,7 @@
 """Old ids and attributes: mapped on load, said once."""
 
+import time
+
 import pytest
 
 from graph.declaration import Attribute
@@ -104,3 +106,16 @@ def test_values_that_meant_nothing_in_an_old_version_are_left_out():
     assert upgraded(kind, 1, {"usdTimecode": -1, "name": "x"}) == {"name": "x"}
     assert upgraded(kind, 1, {"usdTimecode": 5}) == {"usdTimecode": 5}
     assert upgraded(kind, 3, {"usdTimecode": -1}) == {"usdTimecode": -1}
+
+
+def test_many_nodes_of_a_renamed_type_are_migrated_in_one_pass(registry):
+    def seconds(count):
+        nodes = tuple(NodeSpec(f"n{i}", "omni.isaac.core_nodes.IsaacReadSimulationTime") for i in range(count))
+        feeds = tuple(ConnectionSpec("t.y", f"n{i}.execIn") for i in range(count))
+        spec = FileSpec(graphs=(GraphSpec("/G", nodes, feeds),))
+        began = time.process_time()
+        assert len(migrate(spec, registry).graphs[0].nodes) == count
+        return time.process_time() - began
+
+    seconds(100)
+    assert seconds(20_000) < 40 * max(seconds(2_000), 0.01)

@@ -21,6 +21,8 @@ from graph.errors import Problem, UserError
 
 MAX_NESTING = 256
 """Brackets that may be open at once in a text layer."""
+_SHALLOW = 100
+"""Brackets of a file that cannot nest too deeply, whatever the limit of its kind."""
 
 _OPAQUE = re.compile(
     rb'"""(?:[^\\]|\\.)*?"""|\'\'\'(?:[^\\]|\\.)*?\'\'\'|"(?:[^"\\\n]|\\.)*"|\'(?:[^\'\\\n]|\\.)*\''
@@ -181,7 +183,7 @@ def nesting(data: bytes) -> int:
     """How many brackets of any kind are open at most; strings, comments and asset paths do not count."""
     import numpy as np
 
-    if sum(map(data.count, (b"{", b"(", b"["))) <= MAX_NESTING:
+    if sum(map(data.count, (b"{", b"(", b"["))) <= _SHALLOW:
         return 0
     steps = np.zeros(256, np.int8)
     steps[list(b"{([")] = 1

@@ -1,5 +1,7 @@
 import json
 
+import pytest
+
 GOOD = """\
 tickgraph: 1
 scene: {prims: {/World/Ball: {type: Sphere, radius: 0.5}}}
@@ -143,3 +145,57 @@ def test_a_prim_where_a_render_product_belongs_is_told(folder, graph):
         "prim.yaml:11:59: /World/Frames/flat.inputs:renderProductPath: /World/Lidar is a prim, not a render product; "
         "connect it to IsaacCreateRenderProduct with cameraPrim /World/Lidar\n"
     )
+
+
+def test_a_scene_that_is_refused_is_one_problem_and_not_one_for_each_prim(folder, graph):
+    (folder / "far.yaml").write_text(
+        "tickgraph: 1\nscene: {usd: ../../elsewhere/s.usda}\ngraphs:\n  /G:\n    nodes:\n"
+        "      a: {type: ROS2PublishTransformTree, inputs: {targetPrims: /World/Robot}}\n"
+    )
+    [line] = graph("check", "far.yaml").err.splitlines()
+    assert line.startswith("far.yaml:2:14: scene.usd: ")
+
+
+def test_a_clash_of_rates_is_one_problem(folder, graph):
+    (folder / "z.yaml").write_text("tickgraph: 1\nclock: {experience: zero_delay, physics_hz: 120, loop_hz: 60}\n")
+    assert len(graph("check", "z.yaml").err.splitlines()) == 1
+
+
+def test_no_other_type_is_offered_for_one_that_cannot_work_here(folder, graph):
+    (folder / "c.yaml").write_text(
+        "tickgraph: 1\ngraphs:\n  /G:\n    nodes:\n"
+        "      a: isaacsim.ros2.bridge.ROS2CameraHelper\n      b: OnMouseInput\n"
+    )
+    assert graph("check", "c.yaml").err.splitlines() == [
+        'c.yaml:5:7: node "a": no node type "isaacsim.ros2.bridge.ROS2CameraHelper": cameras are not rendered here; '
+        "--skip-unknown runs the rest of the file",
+        'c.yaml:6:7: node "b": no node type "OnMouseInput": there is no window here; '
+        "--skip-unknown runs the rest of the file",
+    ]
+
+
+MISMATCHES = {
+    ("ConstantDouble3", "value", "Delay", "duration"): "(double); take a component with BreakVector3",
+    ("ConstantDouble", "value", "IsaacReadWorldPose", "prim"): "(target)",
+    ("ConstantBool", "value", "Delay", "duration"): "(double); convert it with ToDouble",
+    ("ConstantInt", "value", "PrintText", "text"): "(string); convert it with ToString",
+    ("ConstantDouble", "value", "AckermannController", "execIn"): "execution and data do not mix",
+    ("ConstantDouble", "value", "ROS2PublishJointState", "targetPrim"): "(target)",
+    ("ConstantDouble", "value", "IsaacArticulationController", "velocityCommand"): (
+        "(double[]); make an array with ConstructArray"
+    ),
+    ("DifferentialController", "velocityCommand", "Delay", "duration"): "(double); take an element with ArrayIndex",
+    ("ConstantDouble", "value", "ROS2PublishOdometry", "position"): "(vectord[3]); make one with MakeVector3",
+    ("ConstantString", "value", "ROS2PublishTransformTree", "targetPrims"): "(target); convert it with ToTarget",
+}
+
+
+@pytest.mark.parametrize("ends", MISMATCHES)
+def test_types_that_cannot_meet_are_told_with_the_node_that_leads_from_one_to_the_other(folder, graph, ends):
+    source, output, target, entry = ends
+    (folder / "m.yaml").write_text(
+        f"tickgraph: 1\ngraphs:\n  /G:\n    nodes: {{a: {source}, b: {target}}}\n"
+        f"    connections: [a.{output} -> b.{entry}]\n"
+    )
+    lines = [line for line in graph("check", "m.yaml").err.splitlines() if line.startswith("m.yaml:5:19: ")]
+    assert [line.endswith(MISMATCHES[ends]) for line in lines] == [True], lines

@@ -212,3 +212,12 @@ def test_a_misspelt_required_key_is_one_problem():
 def test_many_problems_are_found_in_little_time():
     nodes = "".join(f"      n{i}: {{typ: X}}\n" for i in range(2000))
     assert len(problems(f"tickgraph: 1\ngraphs:\n  /G:\n    nodes:\n{nodes}")) == 2000
+
+
+def test_a_number_that_cannot_be_read_is_one_problem():
+    assert problems("tickgraph: 1\nduration: 1e400\n") == ["2:11: 1e400 is larger than any double."]
+
+
+def test_rates_that_zero_delay_cannot_run_are_one_problem():
+    text = "tickgraph: 1\nclock: {experience: zero_delay, physics_hz: 120, loop_hz: 60}\n"
+    assert problems(text) == ["2:33: clock: zero_delay needs physics_hz = loop_hz, found 120 and 60; give one of them."]

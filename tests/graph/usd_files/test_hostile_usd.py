@@ -50,6 +50,8 @@ HOSTILE = {
     "deep prims": (HEAD + 'def "A" {\n' * 5000, "is nested deeper than 100 levels"),
     "deep lists": (HEAD + "[" * 60_000, "is nested deeper than 100 levels"),
     "deep metadata": (HEAD + "(" * 60_000, "is nested deeper than 100 levels"),
+    "one level too many": (HEAD + "".join(f'def "a{i}" {{\n' for i in range(101)) + "}\n" * 101, "deeper than 100"),
+    "no text of USD": (HEAD + ")]>\n", "x.usda:2:1: no USD text goes on like this: ')]>'"),
     "open comment": (HEAD + "/*" * 30_000, "2:"),
     "open texts": (HEAD + '"""a' * 15_000, "2:1:"),
     "references that multiply": (bomb("references"), "its references multiply into about"),
