@@ -43,22 +43,19 @@ def pose_matrices(positions: Floats, quaternions: Floats) -> Floats:
 
 def quaternion(rotation: Floats) -> Floats:
     """(3, 3) rotation to (4,) quaternion with w >= 0 (Shepperd: divides by the largest component)."""
-    trace = float(np.trace(rotation))
-    diagonal = np.diag(rotation)
-    squares = np.array([trace, *diagonal]) * 2 + 1 - trace
-    largest = int(np.argmax(squares))
-    q = np.empty(4)
-    q[largest] = squares[largest]
-    skew = [rotation[2, 1] - rotation[1, 2], rotation[0, 2] - rotation[2, 0], rotation[1, 0] - rotation[0, 1]]
+    (a, b, c), (d, e, f), (g, h, i) = rotation.tolist()  # nine numbers: plain floats are ten times as fast
+    squares = 1 + a + e + i, 1 + a - e - i, 1 - a + e - i, 1 - a - e + i
+    largest = squares.index(max(squares))
     if largest == 0:
-        q[1:] = skew
+        q = (squares[0], h - f, c - g, d - b)
+    elif largest == 1:
+        q = (h - f, squares[1], b + d, c + g)
+    elif largest == 2:
+        q = (c - g, b + d, squares[2], f + h)
     else:
-        i = largest - 1
-        q[0] = skew[i]
-        for j in {0, 1, 2} - {i}:
-            q[j + 1] = rotation[i, j] + rotation[j, i]
-    q /= np.linalg.norm(q)
-    return -q if q[0] < 0 else q
+        q = (d - b, c + g, f + h, squares[3])
+    length = sqrt(sum(x * x for x in q))
+    return np.array(q) / (-length if q[0] < 0 else length)
 
 
 def rigid_part(matrix: Floats) -> Floats:

@@ -11,8 +11,9 @@ import numpy as np
 
 from graph.sim import transforms
 from graph.sim.physics.compile import Base, Compiled, compile_world, write_options
+from graph.sim.physics.geoms import Shape
 from graph.sim.physics.library import mujoco
-from graph.sim.physics.model import World
+from graph.sim.physics.model import Volume, World
 from graph.sim.physics.solver import SolverOptions
 from graph.sim.scene.stage import Warn
 
@@ -26,16 +27,23 @@ _NOT_OF_DEFAULTS = frozenset(
 _NUMBERS = (bool, int, float, np.ndarray)
 
 
-def compile_scene(scene: MjcfScene, world: World, dt: Fraction, options: SolverOptions, warn: Warn) -> Compiled:
+def compile_scene(
+    scene: MjcfScene,
+    world: World,
+    dt: Fraction,
+    options: SolverOptions,
+    warn: Warn,
+    volumes: dict[Shape, Volume] | None = None,
+) -> Compiled:
     """The model of a scene with time step `dt` [s] and what `world` adds to it.
 
-    options: None of one keeps the model's own.
+    options: None of one keeps the model's own. volumes: see `measured`.
     """
     given = {body.path: body for body in world.given}
     bodies = tuple(given.get(body.path, body) for body in scene.bodies())
     if world.bodies or world.colliders or world.joints or world.grippers:
         base = Base(_grown(scene), bodies, scene.joints(), scene.start)
-        compiled = compile_world(world, dt, options, warn, base)
+        compiled = compile_world(world, dt, options, warn, base, volumes)
     else:
         model = copy.copy(scene.model)
         model.opt.timestep = float(dt)

@@ -14,7 +14,8 @@ if TYPE_CHECKING:
 
     from .compile import Compiled
     from .engine import Physics as Physics
-    from .model import World
+    from .geoms import Shape
+    from .model import Volume, World
 
 
 def build_physics(
@@ -46,13 +47,15 @@ def build_physics(
     from .read_world import read_world
     from .solver import chosen
 
+    volumes: dict[Shape, Volume] = {}
+
     def compiled(world: World, dt: Fraction, warn: Warn) -> Compiled:
         options = chosen(fidelity).over(world.options)
         if mjcf is None:
-            return compile_world(world, dt, options, warn)
+            return compile_world(world, dt, options, warn, volumes=volumes)
         from graph.sim.mjcf.playing import compile_scene
 
-        return compile_scene(mjcf, world, dt, options, warn)
+        return compile_scene(mjcf, world, dt, options, warn, volumes)
 
     world = read_world(scan, warn)
     if not scan.dynamic and not world.softs and not (mjcf and mjcf.model.nv):

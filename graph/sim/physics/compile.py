@@ -17,7 +17,7 @@ from graph.sim.transforms import Floats
 from .bounces import NO_RESTITUTION, Restitution
 from .contacts import add_pairs, plan_contacts
 from .filters import bits
-from .geoms import Grip, Meshes, add_geom, compiled, measured, new_spec, still
+from .geoms import Grip, Meshes, Shape, add_geom, compiled, measured, new_spec, still
 from .library import mujoco
 from .masses import Inertia, body_inertia
 from .materials import Touch
@@ -59,9 +59,17 @@ class Base:
     start: Start | None = None
 
 
-def compile_world(world: World, dt: Fraction, options: SolverOptions, warn: Warn, base: Base | None = None) -> Compiled:
+def compile_world(
+    world: World,
+    dt: Fraction,
+    options: SolverOptions,
+    warn: Warn,
+    base: Base | None = None,
+    volumes: dict[Shape, Volume] | None = None,
+) -> Compiled:
     """Build the MuJoCo model; with a `base` add to that one, whose gravity and options count where `options` has none.
 
+    volumes: see `measured`.
     Raises UserError, naming what it can, where MuJoCo refuses the world.
     """
     forest = grow_forest(world, warn)
@@ -73,7 +81,7 @@ def compile_world(world: World, dt: Fraction, options: SolverOptions, warn: Warn
     # A divergence must leave its state to be looked at.
     spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
     meshes = Meshes(spec)
-    usable = measured(world.colliders, warn)
+    usable = measured(world.colliders, warn, volumes)
     colliders = [collider for collider, _ in usable]
     given = {body.path: body.model_name for body in world.given}
     handles = _add_bodies(spec, forest, usable, given, warn)
@@ -166,14 +174,12 @@ def _weld_roots(forest: Forest) -> dict[str, str | None]:
 def _meeting(colliders: list[Collider], roots: dict[str, str | None], world: World) -> Callable[[int, int], bool]:
     """Whether two colliders can meet: not of the same body, nor of bodies that are welded or kept apart."""
     apart = kept_apart(world)
+    root = [None if each.body is None else roots.get(each.body, each.body) for each in colliders]
+    owner = [each.body or each.still for each in colliders]
 
     def meet(first: int, second: int) -> bool:
-        pair = [colliders[first], colliders[second]]
-        root = [None if each.body is None else roots.get(each.body, each.body) for each in pair]
-        if root[0] == root[1]:
-            return False
-        a, b = (each.body or each.still for each in pair)
-        return (min(a, b), max(a, b)) not in apart
+        a, b = owner[first], owner[second]
+        return root[first] != root[second] and ((a, b) if a < b else (b, a)) not in apart
 
     return meet
 

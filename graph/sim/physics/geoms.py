@@ -95,10 +95,19 @@ def add_geom(parent: Any, collider: Collider, meshes: Meshes, name: str, grip: G
     return geom
 
 
-def measured(colliders: Iterable[Collider], warn: Warn) -> list[tuple[Collider, Volume]]:
-    """Colliders that MuJoCo can build, each with its volume: a model of each alone, at density 1, tells."""
+Shape = tuple[Any, ...]
+"""What the volume of a collider follows from."""
+
+
+def measured(
+    colliders: Iterable[Collider], warn: Warn, known: dict[Shape, Volume] | None = None
+) -> list[tuple[Collider, Volume]]:
+    """Colliders that MuJoCo can build, each with its volume: a model of each alone, at density 1, tells.
+
+    known: volumes of before; those of these colliders afterwards.
+    """
     out = []
-    known: dict[tuple[Any, ...], Volume] = {}
+    before, now = {} if known is None else known, dict[Shape, Volume]()
     for collider in colliders:
         if collider.kind == "plane":
             out.append((collider, Volume(0.0, np.zeros(3), np.zeros((3, 3)))))
@@ -108,21 +117,29 @@ def measured(colliders: Iterable[Collider], warn: Warn) -> list[tuple[Collider, 
             continue
         points = b"" if collider.vertices is None else collider.vertices.tobytes()
         key = (collider.kind, collider.size, collider.pose.tobytes(), points)
-        if key not in known:
-            spec = new_spec()
-            try:
-                add_geom(spec.worldbody.add_body(), collider, Meshes(spec), "only", Grip(1.0), density=1.0)
-                model = spec.compile()
-            except ValueError as error:
-                words = " ".join(str(error).partition("Element name")[0].split()).removeprefix("Error: ")
-                warn("bad-collider", collider.path, f"nothing hits it: {words}")
-                continue
-            axes = transforms.rotation_matrices(model.body_iquat[1])
-            with np.errstate(over="ignore", invalid="ignore"):  # body_inertia tells what came of it
-                tensor = axes @ np.diag(model.body_inertia[1]) @ axes.T
-            known[key] = Volume(float(model.body_mass[1]), model.body_ipos[1].copy(), tensor)
-        out.append((collider, known[key]))
+        volume = now.get(key) or before.get(key) or _volume(collider, warn)
+        if volume is not None:
+            now[key] = volume
+            out.append((collider, volume))
+    if known is not None:
+        known.clear()
+        known.update(now)
     return out
+
+
+def _volume(collider: Collider, warn: Warn) -> Volume | None:
+    spec = new_spec()
+    try:
+        add_geom(spec.worldbody.add_body(), collider, Meshes(spec), "only", Grip(1.0), density=1.0)
+        model = spec.compile()
+    except ValueError as error:
+        words = " ".join(str(error).partition("Element name")[0].split()).removeprefix("Error: ")
+        warn("bad-collider", collider.path, f"nothing hits it: {words}")
+        return None
+    axes = transforms.rotation_matrices(model.body_iquat[1])
+    with np.errstate(over="ignore", invalid="ignore"):  # body_inertia tells what came of it
+        tensor = axes @ np.diag(model.body_inertia[1]) @ axes.T
+    return Volume(float(model.body_mass[1]), model.body_ipos[1].copy(), tensor)
 
 
 def still(colliders: Iterable[Collider], roots: dict[str, str | None]) -> NDArray[np.bool_]:

@@ -6,7 +6,6 @@ import math
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from graph.sim.scene.scan import Scan
 from graph.sim.scene.stage import Warn
 from graph.sim.usd import EARLIEST, UsdPhysics, UsdShade
 
@@ -86,9 +85,8 @@ def bound_material(prim: Any) -> Any:
     return UsdPhysics.MaterialAPI(material.GetPrim())
 
 
-def read_material(scan: Scan, prim: Any, warn: Warn) -> Material:
-    """The material of a collider. Of the two frictions, one that is not authored is as the other."""
-    api = bound_material(prim)
+def read_material(api: Any, warn: Warn) -> Material:
+    """A UsdPhysics.MaterialAPI (None: nothing is bound). Of the two frictions, one not authored is as the other."""
     if api is None:
         return PLAIN
     material = api.GetPrim()

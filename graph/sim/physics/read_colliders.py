@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -33,14 +35,20 @@ _TO_Z = {"X": [[0, 0, 1], [1, 0, 0], [0, 1, 0]], "Y": [[0, 1, 0], [0, 0, 1], [1,
 """Rotations whose third column is the axis: they turn shapes along Z to lie along X or Y."""
 
 
-def read_colliders(scan: Scan, filters: Filters, warn: Warn) -> tuple[Collider, ...]:
+def read_colliders(
+    scan: Scan, filters: Filters, warn: Warn, known: Mapping[str, Sequence[Collider]]
+) -> tuple[Collider, ...]:
     """All enabled colliders, each in the frame of its body if that can move, else in the world.
 
-    filters: what keeps them apart.
+    filters: what keeps them apart. known: those of moving bodies whose shapes and masses are as they were.
     """
     found: list[Collider] = []
     for prim in scan.colliders:
-        found.extend(_Reader(scan, prim, filters, warn).read())
+        if prim.path not in known:
+            found.extend(_Reader(scan, prim, filters, warn).read())
+        elif known[prim.path]:
+            surface = {**_surface(scan, prim.prim, warn), "mask": filters.masks.get(prim.path, 0)}
+            found.extend(replace(collider, **surface) for collider in known[prim.path])
     return tuple(found)
 
 
@@ -239,8 +247,8 @@ def _facing(normal: Floats, origin: Floats) -> Floats:
 def _surface(scan: Scan, prim: Any, warn: Warn) -> dict[str, Any]:
     """What the bound physics material gives."""
     api = bound_material(prim)
-    out: dict[str, Any] = {"material": read_material(scan, prim, warn)}
-    return out if api is None else {**out, "material_density": _density(scan, api.GetDensityAttr())}
+    density = None if api is None else _density(scan, api.GetDensityAttr())
+    return {"material": read_material(api, warn), "material_density": density}
 
 
 def _density(scan: Scan, attribute: Any) -> float | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -31,9 +32,10 @@ _NAMED: tuple[str, ...] = ("PhysicsJoint", "PhysicsFixedJoint", "PhysicsRevolute
 _NAMED += ("PhysicsSphericalJoint", "PhysicsDistanceJoint")
 
 
-def read_joints(scan: Scan, warn: Warn) -> tuple[Joint, ...]:
-    """Joints with at least one body that can move; the others have nothing to do."""
-    return tuple(joint for prim in scan.joints if (joint := _joint(scan, prim, warn)))
+def read_joints(scan: Scan, warn: Warn, known: Mapping[str, Joint]) -> tuple[Joint, ...]:
+    """Joints with at least one body that can move; the others have nothing to do. `known` ones are not read again."""
+    found = (known.get(prim.path) or _joint(scan, prim, warn) for prim in scan.joints)
+    return tuple(joint for joint in found if joint)
 
 
 def _joint(scan: Scan, prim: JointPrim, warn: Warn) -> Joint | None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -15,7 +17,7 @@ from graph.sim.usd import EARLIEST, UsdGeom, UsdPhysics
 
 from .attributes import authored, kilograms_per_unit, quaternion_of, value_of, vector
 from .filters import read_filters
-from .model import Body, World
+from .model import Body, Collider, Joint, World
 from .read_colliders import read_colliders
 from .read_grippers import read_grippers
 from .read_joints import read_joints, read_mimics
@@ -25,17 +27,34 @@ from .solver import authored_options
 EARTH_GRAVITY = 9.81
 
 
-def read_world(scan: Scan, warn: Warn) -> World:
+@dataclass(frozen=True)
+class Known:
+    """Parts of a world, by path, that are as they were when they were read: taken over, not read again.
+
+    Of colliders only the shapes: what they are made of and what they meet is read.
+    """
+
+    bodies: Mapping[str, Body] = field(default_factory=dict)
+    joints: Mapping[str, Joint] = field(default_factory=dict)
+    colliders: Mapping[str, Sequence[Collider]] = field(default_factory=dict)
+
+
+NOTHING = Known()
+
+
+def read_world(scan: Scan, warn: Warn, known: Known = NOTHING) -> World:
     """Everything of the scan that moves, or that something moving can hit."""
     _say_several_scenes(scan, warn)
     filters = read_filters(scan, warn)
-    joints = read_joints(scan, warn)
+    joints = read_joints(scan, warn, known.joints)
     return World(
         gravity=read_gravity(scan),
         bodies=tuple(
-            _body(scan, body, warn) for path, body in scan.bodies.items() if path in scan.moving and not body.given
+            known.bodies.get(path) or _body(scan, body, warn)
+            for path, body in scan.bodies.items()
+            if path in scan.moving and not body.given
         ),
-        colliders=read_colliders(scan, filters, warn),
+        colliders=read_colliders(scan, filters, warn, known.colliders),
         joints=joints,
         filtered=filters.apart,
         grippers=read_grippers(scan, warn),

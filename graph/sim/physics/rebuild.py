@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,7 +13,7 @@ from graph.sim.transforms import Floats
 
 from .engine import Physics
 from .model import Collider, World
-from .read_world import read_world
+from .read_world import Known, read_world
 
 
 def rebuild(
@@ -39,7 +38,7 @@ def rebuild(
         for number, path in enumerate(physics.body_paths)
         if path in scan.bodies and path in rest
     }
-    world = _with_old_parts(read_world(scan, warn), old, same)
+    world = read_world(scan, warn, _parts(old, same))
     compiled_from_elsewhere = frozenset(physics.body_paths).difference(rest)
     physics.adopt(physics.compile(world, physics.dt, warn), same | compiled_from_elsewhere)
     physics.world = world
@@ -104,26 +103,14 @@ def _related(path: str, touched: tuple[str, ...]) -> bool:
     )
 
 
-def _with_old_parts(world: World, old: World, same: frozenset[str]) -> World:
-    """The world with the very bodies, joints and colliders that the untouched mechanisms had."""
-    bodies = {body.path: body for body in old.bodies}
-    joints = {joint.path: joint for joint in old.joints}
+def _parts(old: World, same: frozenset[str]) -> Known:
+    """The very bodies, joints and colliders of the untouched mechanisms: their rest poses stay to the last bit."""
     colliders: dict[str, list[Collider]] = {}
     for collider in old.colliders:
         if collider.body in same:
             colliders.setdefault(collider.path, []).append(collider)
-    kept: list[Collider] = []
-    for collider in world.colliders:
-        if collider.body not in same:
-            kept.append(collider)
-        else:
-            kept.extend(colliders.pop(collider.path, ()))
-    return replace(
-        world,
-        bodies=tuple(bodies[body.path] if body.path in same else body for body in world.bodies),
-        joints=tuple(
-            joints[joint.path] if joint.path in joints and same.issuperset(filter(None, joint.bodies)) else joint
-            for joint in world.joints
-        ),
-        colliders=tuple(kept),
+    return Known(
+        {body.path: body for body in old.bodies if body.path in same},
+        {joint.path: joint for joint in old.joints if same.issuperset(filter(None, joint.bodies))},
+        colliders,
     )

@@ -11,12 +11,12 @@ import numpy as np
 from graph.errors import RunError
 from graph.sim import transforms
 from graph.sim.transforms import Floats
-from graph.sim.usd import EARLIEST, UsdGeom
+from graph.sim.usd import EARLIEST, Usd, UsdGeom
 
 from .live_attributes import apply_live
-from .roles import StageRoles
+from .roles import StageRoles, role_of
 from .scan import scan_stage
-from .stage_watch import StageWatch, describe
+from .stage_watch import PROTOTYPE, StageWatch, describe
 
 if TYPE_CHECKING:
     from graph.sim.app import App
@@ -100,13 +100,26 @@ class LiveStage:
                 del watch.shapes[path]
                 self._app.forget_geometry()
             elif prim not in paths:
-                words.append(f"{prim} got another {name}")
+                words.append(f"{self._shown(prim)} got another {name}")
                 paths.add(prim)
         return words, paths
 
+    def _shown(self, prim: str) -> str:
+        """A prim's path; of one that instances share, the path in one of them."""
+        if not prim.startswith(PROTOTYPE):
+            return prim
+        root, _, rest = prim[1:].partition("/")
+        instances = self._app.stage.GetPrimAtPath(f"/{root}").GetInstances()
+        return f"{instances[0].GetPath()}/{rest}" if instances else prim
+
     def _collides(self, prim: str) -> bool:
-        """Whether physics has read the shape of a prim."""
-        return self._app.simulation.physics is not None and "PhysicsCollisionAPI" in self.roles.roles.get(prim, "")
+        """Whether physics has read the shape of a prim, or of one below a part that instances share."""
+        if self._app.simulation.physics is None:
+            return False
+        if not prim.startswith(PROTOTYPE):
+            return "PhysicsCollisionAPI" in self.roles.roles.get(prim, "")
+        shared = self._app.stage.GetPrimAtPath(prim)
+        return any("PhysicsCollisionAPI" in role_of(each) for each in Usd.PrimRange(shared))
 
     def _say_what_waits(self) -> None:
         for path in self.watch.physics:
@@ -208,7 +221,9 @@ class LiveStage:
 
     def _renew(self) -> None:
         self._app.forget_geometry()
-        self.roles = self.watch.roles = StageRoles(self._app.stage)
+        # what physics writes to the stage itself is not watched
+        known = self.roles.renew(self.watch.touched) if self._fabric.enabled else StageRoles(self._app.stage)
+        self.roles = self.watch.roles = known
         poses = self._poses()
         self.origin = {path: self.origin.get(path, pose) for path, pose in poses.items()}
 

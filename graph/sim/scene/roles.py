@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import copy
 from bisect import bisect_left
+from collections.abc import Iterable
 from functools import lru_cache
 from typing import Any
 
@@ -26,11 +28,33 @@ class StageRoles:
 
     def __init__(self, stage: Any) -> None:
         self._stage = stage
-        xforms = UsdGeom.XformCache(EARLIEST)
-        place = xforms.GetLocalToWorldTransform
         self.roles: dict[str, str] = {}
         self._places: dict[str, Any] = {}
-        for prim in stage.Traverse(Usd.TraverseInstanceProxies()):
+        self._read(stage.Traverse(Usd.TraverseInstanceProxies()))
+
+    def renew(self, touched: Iterable[str]) -> StageRoles:
+        """The roles of now, when only what is at and below some paths may have changed since these were read."""
+        stage, changed = self._stage, sorted(touched)
+        if any(path == "/" or path.startswith("/__Prototype") for path in changed):  # one of all its instances
+            return StageRoles(stage)
+        roots: list[str] = []
+        for path in changed:
+            if not roots or not path.startswith(f"{roots[-1]}/"):
+                roots.append(path)
+        out = copy.copy(self)
+        below = tuple(f"{root}/" for root in roots)
+        gone = frozenset(roots)
+        out.roles = {path: role for path, role in self.roles.items() if path not in gone and not path.startswith(below)}
+        out._places = {path: at for path, at in self._places.items() if path not in gone and not path.startswith(below)}
+        for root in roots:
+            prim = stage.GetPrimAtPath(root)
+            if prim and _seen(prim):
+                out._read(Usd.PrimRange(prim, Usd.TraverseInstanceProxies()))
+        return out
+
+    def _read(self, prims: Iterable[Any]) -> None:
+        place = UsdGeom.XformCache(EARLIEST).GetLocalToWorldTransform
+        for prim in prims:
             path = prim.GetPath().pathString
             self._places[path] = place(prim)
             role = role_of(prim)

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
 from graph.sim import transforms
 from graph.sim.transforms import Floats
-from graph.sim.usd import EARLIEST, Usd, UsdGeom, UsdPhysics
+from graph.sim.usd import EARLIEST, Tf, Usd, UsdGeom, UsdPhysics
 
 from .stage import meters_per_unit
 
@@ -166,22 +167,24 @@ def scan_stage(
     colliders: list[Any] = []
     joints: list[Any] = []
     for prim in stage.Traverse(Usd.TraverseInstanceProxies()):
-        if prim.IsA(UsdPhysics.Joint):
+        name = str(prim.GetTypeName())
+        kind = _kind(name)
+        if kind == "joint":
             if not prim.HasAttribute(GIVEN):
                 joints.append(prim)
             if prim.HasAPI(UsdPhysics.ArticulationRootAPI):
                 scan.articulation_roots.append(str(prim.GetPath()))
             continue
-        if prim.IsA(UsdPhysics.Scene):
+        if kind == "scene":
             scan.scenes.append(prim)
             continue
-        if prim.GetTypeName() == GRIPPER:
+        if name == GRIPPER:
             scan.grippers.append(prim)
             continue
-        if prim.GetTypeName() in SOFT_TYPES and not SOFT.isdisjoint(prim.GetPrimTypeInfo().GetAppliedAPISchemas()):
+        if name in SOFT_TYPES and not SOFT.isdisjoint(prim.GetPrimTypeInfo().GetAppliedAPISchemas()):
             scan.soft.append(prim)
             continue
-        varies = _transform_varies(scan, prim)
+        varies = kind == "placed" and _transform_varies(scan, prim)
         if promoted and (path := str(prim.GetPath())) in promoted:
             scan.bodies[path] = BodyPrim(path, prim, kinematic=True)
         if not prim.GetAppliedSchemas():
@@ -213,12 +216,22 @@ def scan_stage(
 
 def _transform_varies(scan: Scan, prim: Any) -> bool:
     """Whether a prim's own transform has several time samples; notes too where it does not count from the parent."""
-    if not prim.IsA(UsdGeom.Xformable) or not prim.HasAttribute("xformOpOrder"):
+    if not prim.HasAttribute("xformOpOrder"):
         return False
     xform = UsdGeom.Xformable(prim)
     if xform.GetResetXformStack():
         scan.resets.add(str(prim.GetPath()))
     return bool(xform.TransformMightBeTimeVarying())
+
+
+@lru_cache(maxsize=1024)
+def _kind(name: str) -> str:
+    """Of a type of prims: joint, scene, placed (it may have a transform of its own) or nothing of these."""
+    kind = Usd.SchemaRegistry.GetTypeFromName(name)
+    for word, base in (("joint", UsdPhysics.Joint), ("scene", UsdPhysics.Scene), ("placed", UsdGeom.Xformable)):
+        if kind and kind.IsA(Tf.Type(base)):
+            return word
+    return ""
 
 
 def _add_animated(scan: Scan, prim: Any) -> None:

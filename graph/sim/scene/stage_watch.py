@@ -48,6 +48,9 @@ SHAPE = frozenset(
 LOOKS = ("visibility", "purpose", "material:binding", "semantics:", "semantic:")
 """Beginnings of the names of properties that only rays look at; they count from the next scan on."""
 
+PROTOTYPE = "/__Prototype"
+"""How the paths of what native instances share begin."""
+
 _VALUES = frozenset(("default", "timeSamples", "targetPaths", "spline"))
 
 
@@ -70,6 +73,8 @@ class StageWatch:
         self.collecting = False
         """Whether transforms wait in `transforms` until somebody asks for them."""
         self.transforms: dict[str, bool] = {}
+        self.touched: set[str] = set()
+        """Prims below which something was written since the last `clear`, wherever it was dealt with."""
         self.failure: BaseException | None = None
         """What went wrong where nobody could be told."""
         self._callback = _weak(self)
@@ -82,9 +87,8 @@ class StageWatch:
 
     def clear(self) -> None:
         """Everything has been dealt with."""
-        for found in (self.structure, self.shapes, self.physics):
+        for found in (self.structure, self.shapes, self.physics, self.transforms, self.touched):
             found.clear()
-        self.transforms.clear()
         self.looks, self.failure = False, None
 
     def close(self) -> None:
@@ -99,11 +103,13 @@ class StageWatch:
         for path in notice.GetResyncedPaths():
             if not path.IsPropertyPath():
                 self.structure[path.pathString] = None
+                self.touched.add(path.pathString)
             elif _VALUES.intersection(notice.GetChangedFields(path)) or not self.stage.GetObjectAtPath(path):
                 self._property(path, moved)
         for path in notice.GetChangedInfoOnlyPaths():
             if path.IsPropertyPath() and _VALUES.intersection(notice.GetChangedFields(path)):
                 self._property(path, moved)
+        self.touched.update(moved)
         if self.collecting:
             for path, surely in moved.items():
                 self.transforms[path] = surely or self.transforms.get(path, False)
@@ -116,7 +122,10 @@ class StageWatch:
 
     def _property(self, path: Any, moved: dict[str, bool]) -> None:
         name, prim = path.name, path.GetPrimPath().pathString
-        if name.startswith("xformOp"):
+        if prim.startswith(PROTOTYPE):
+            if name.startswith("xformOp") or name in SHAPE:
+                self.shapes[path.pathString] = None
+        elif name.startswith("xformOp"):
             moved[prim] = moved.get(prim, False) or not name.startswith(("xformOp:scale", "xformOpOrder"))
         elif name in SHAPE:
             if prim in self.roles.roles:

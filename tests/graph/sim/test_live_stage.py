@@ -8,7 +8,7 @@ import pytest
 from graph.errors import RunError, UserError
 from graph.sim import App
 from graph.sim.scene.stage import open_stage
-from graph.sim.usd import Gf, UsdGeom, UsdPhysics, UsdShade
+from graph.sim.usd import Gf, Sdf, UsdGeom, UsdPhysics, UsdShade
 
 PRIMS = {
     "/World/Ground": {"type": "Plane"},
@@ -578,3 +578,65 @@ def test_a_play_that_fails_leaves_the_stage_as_it_was(fabric):
         copy.SetInstanceable(False)
         app.play()
         app.update()
+
+
+SLIDE = {
+    "/World/Floor": {"type": "Cube", "size": 1.0, "scale": [40, 40, 1], "translate": [0, 0, -0.5]},
+    "/World/Sled": {"type": "Cube", "size": 1.0, "scale": [1, 1, 0.2], "translate": [0, 0, 0.1], "rigid_body": True,
+                    "velocity": [3, 0, 0]},
+    "/World/Other": {"type": "Cube", "size": 1.0, "translate": [0, 9, 0.5], "rigid_body": True},
+}  # fmt: skip
+
+
+def test_a_material_that_is_made_slippery_counts_for_bodies_left_alone():
+    with playing(prims=SLIDE) as app:
+        with app.edit(when_playing="recompile") as stage:
+            material = UsdShade.Material.Define(stage, "/World/Ice")
+            UsdPhysics.MaterialAPI.Apply(material.GetPrim()).CreateDynamicFrictionAttr(0.5)
+            for path in ("/World/Floor", "/World/Sled"):
+                UsdShade.MaterialBindingAPI.Apply(stage.GetPrimAtPath(path)).Bind(material, materialPurpose="physics")
+        app.update(6)
+        with app.edit(when_playing="recompile") as stage:
+            UsdPhysics.MaterialAPI(stage.GetPrimAtPath("/World/Ice")).GetDynamicFrictionAttr().Set(0.0)
+        tensors = app.simulation.tensors
+        row = tensors.body_paths.index("/World/Sled")
+        before = tensors.linear_velocities[row, 0]
+        app.update(30)
+        assert 0.5 < before < 3
+        assert tensors.linear_velocities[row, 0] == pytest.approx(before, abs=1e-6)
+
+
+def test_collision_groups_that_come_while_playing_count_for_bodies_left_alone():
+    with playing(prims=SLIDE) as app:
+        with app.edit(when_playing="recompile") as stage:
+            groups = [UsdPhysics.CollisionGroup.Define(stage, f"/World/Group{name}") for name in "AB"]
+            groups[0].CreateFilteredGroupsRel().AddTarget(groups[1].GetPath())
+            for group, member in zip(groups, ("/World/Other", "/World/Floor"), strict=True):
+                group.GetCollidersCollectionAPI().CreateIncludesRel().AddTarget(member)
+        app.update(60)
+        assert place(app, "/World/Other")[2] == pytest.approx(0.5 - 9.81 / 2, abs=0.1)  # a second of falling
+        assert place(app, "/World/Sled")[2] == pytest.approx(0.1, abs=0.01)
+
+
+def test_what_instances_share_is_refused_and_compiled_like_a_prim_of_its_own():
+    prims = {"/World/Ball": {"type": "Sphere", "radius": 0.5, "translate": [0, 0, 3], "rigid_body": True}}
+    with App(physics_hz=240, loop_hz=60) as app:
+        app.add_prims(prims)
+        part = UsdGeom.Cube.Define(app.stage, "/Shared/Part")
+        UsdPhysics.CollisionAPI.Apply(part.GetPrim())
+        app.stage.GetPrimAtPath("/Shared").SetSpecifier(Sdf.SpecifierClass)
+        for number in range(2):
+            instance = UsdGeom.Xform.Define(app.stage, f"/World/Instance{number}")
+            UsdGeom.XformCommonAPI(instance).SetTranslate((9.0 * number, 0, 0))
+            instance.GetPrim().GetReferences().AddInternalReference("/Shared")
+            instance.GetPrim().SetInstanceable(True)
+        app.play()
+        app.update(2)
+        part.GetSizeAttr().Set(1.0)
+        with pytest.raises(RunError, match=r"/World/Instance[01]/Part got another size"):
+            app.update()
+        part.GetSizeAttr().Set(2.0)
+        with app.edit(when_playing="recompile"):
+            UsdGeom.XformCommonAPI(part).SetTranslate((0, 0, 1))
+        app.update(120)
+        assert place(app, "/World/Ball")[2] == pytest.approx(2.5, abs=0.01)
