@@ -81,7 +81,7 @@ def plan_updates(app: App) -> Iterator[Step]:
 
     settings, rate = app.settings, app.simulation.steps_per_second
     timeline = Timeline(settings)
-    timeline.set_end_time(Fraction(app.timeline.get_end_time()))
+    timeline.set_range(app.timeline.start_time, app.timeline.end_time)
     timeline.set_looping(app.timeline.is_looping())
     timeline.play()
     timeline.commit()

@@ -58,7 +58,7 @@ class App(Drivers, World):
         wall_clock: WallClock | None = None,
         when_playing: str | None = None,
     ) -> None:
-        from .scene.stage import meters_per_unit, open_stage, physics_scene_rate, register_schemas
+        from .scene.stage import meters_per_unit, open_stage, physics_scene_rate, register_schemas, time_range
 
         self.fidelity = fidelity if isinstance(fidelity, Fidelity) else Fidelity.from_mapping(fidelity or {})
         refuse_unavailable(experience, parity, self.fidelity)
@@ -95,6 +95,8 @@ class App(Drivers, World):
         self.bus = MessageBus()
         self._make_world(checked_choice(when_playing or str(self.settings.get(keys.WHEN_PLAYING))))
         self.timeline = Timeline(self.settings, self._on_change)
+        if played := time_range(stage, self.warn):
+            self.timeline.set_range(*played)
         self.simulation = ManagedSimulation(self, physics_rate)
         if authored == 0 and physics_hz is None and self.fidelity.physics_hz is None:
             self.simulation.refuse_rate_zero()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from fractions import Fraction
@@ -103,6 +104,23 @@ def meters_per_unit(stage: Any) -> float:
     if not 0 < value < float("inf"):
         raise UserError(f"{scene_name(stage)}: metersPerUnit is {value:g}; it must be greater than 0.")
     return value
+
+
+def time_range(stage: Any, warn: Warn = ignore_warning) -> tuple[Fraction, Fraction] | None:
+    """Start and end [s] of the time codes that the stage says it plays; None where it names none, or no span.
+
+    A range that ends before it starts, or nowhere, is warned of (`time-range-ignored`).
+    """
+    if not stage.HasAuthoredMetadata("endTimeCode"):
+        return None
+    rate = Fraction(str(stage.GetTimeCodesPerSecond()))
+    codes = float(stage.GetStartTimeCode()), float(stage.GetEndTimeCode())
+    if not all(map(math.isfinite, codes)) or codes[1] < codes[0]:
+        message = f"its time codes run from {codes[0]:g} to {codes[1]:g}; it plays as if it named none"
+        warn("time-range-ignored", scene_name(stage), message)
+        return None
+    start, end = (Fraction(str(code)) / rate for code in codes)
+    return (start, end) if start < end else None
 
 
 def up_axis(stage: Any) -> str:

@@ -18,7 +18,7 @@ from graph.errors import UserError
 from graph.sim import settings as keys
 from graph.sim.settings import Settings
 
-from .clocks import Counter
+from .playhead import Playhead
 
 State = Literal["stopped", "playing", "paused"]
 Change = Literal["play", "resume", "pause", "stop"]
@@ -27,7 +27,7 @@ Tick = Callable[[Fraction, Fraction], object]
 DEFAULT_END_TIME_CODE = 1_000_000
 
 
-class Timeline:
+class Timeline(Playhead):
     """Timeline of one App. `on_change` is told of each state change at the moment it takes effect."""
 
     def __init__(self, settings: Settings, on_change: Callable[[Change], None] = lambda change: None) -> None:
@@ -42,10 +42,7 @@ class Timeline:
         self._state: State = "stopped"
         self._pending: list[State] = []
         self._rate = settings.rate(keys.TIME_CODES_PER_SECOND)
-        self._start = Fraction(0)
-        self._end = DEFAULT_END_TIME_CODE / self._rate
-        self._clock = Counter(Fraction(1, 60))
-        self._looping = True
+        super().__init__(DEFAULT_END_TIME_CODE / self._rate)
         self._auto_update = True
         self._fixed = False
         self._skipped = 0
@@ -55,10 +52,6 @@ class Timeline:
         for path in (keys.FAST_MODE, keys.TARGET_FRAMERATE):
             settings.subscribe(path, lambda value: self._count_skips())
         self._count_skips()
-        # The count of the clock's present segment beyond which the end time is passed.
-        self._limit = 0
-        self._limit_base: Fraction | None = None
-        self._limit_step: Fraction | None = None
 
     def play(self) -> None:
         """Asks for playing from the next update (or `commit()`) on."""
@@ -96,44 +89,6 @@ class Timeline:
     def is_paused(self) -> bool:
         """Neither playing nor stopped."""
         return self._state == "paused"
-
-    @property
-    def current_time(self) -> Fraction:
-        """The exact time [s]."""
-        return self._clock.time
-
-    def get_current_time(self) -> float:
-        """The time [s]."""
-        return float(self._clock.time)
-
-    def set_current_time(self, time: float | Fraction) -> None:
-        """Moves to `time` [s]."""
-        self._clock.set(exact.duration(time))
-
-    def get_start_time(self) -> float:
-        """The time [s] that stop and loops go back to."""
-        return float(self._start)
-
-    def set_start_time(self, time: float | Fraction) -> None:
-        """Sets the start [s]."""
-        self._start = exact.duration(time)
-
-    def get_end_time(self) -> float:
-        """The time [s] at which the timeline loops or stops."""
-        return float(self._end)
-
-    def set_end_time(self, time: float | Fraction) -> None:
-        """Sets the end [s]."""
-        self._end = exact.duration(time)
-        self._limit_base = None
-
-    def is_looping(self) -> bool:
-        """Whether the end leads back to the start; else it stops."""
-        return self._looping
-
-    def set_looping(self, looping: bool) -> None:
-        """Chooses what happens at the end."""
-        self._looping = looping
 
     def set_auto_update(self, auto_update: bool) -> None:
         """False: the timeline holds still while playing."""
@@ -246,23 +201,6 @@ class Timeline:
         self._skips = 0 if fast else math.ceil(self._settings.rate(keys.TARGET_FRAMERATE) / self._rate) - 1
         self._skipped = min(self._skipped, self._skips)
 
-    def _move(self, step: Fraction) -> None:
-        clock = self._clock
-        clock.advance(step)
-        if clock.base is not self._limit_base or step is not self._limit_step:
-            self._limit_base, self._limit_step = clock.base, clock.step
-            self._limit = math.floor((self._end - clock.base) / clock.step)
-        if clock.count > self._limit:
-            self._at_end()
-
-    def _at_end(self) -> None:
-        length = self._end - self._start
-        if self._looping and length > 0:
-            self._clock.set(self._start + (self._clock.time - self._start) % length)
-        else:
-            self._clock.set(self._end)
-            self.stop()
-
     def _enter(self, state: State) -> None:
         before = self._state
         if state == before or (state == "paused" and before == "stopped"):
@@ -288,8 +226,8 @@ class Timeline:
             before = self._settings.rate(keys.RATE_LIMIT_FREQUENCY)
             users = self._settings.is_authored(keys.RATE_LIMIT_FREQUENCY)
             self.overwritten_rate_limit = before if users and before != frequency else None
-            if before != frequency:
-                self._settings.set(keys.RATE_LIMIT_FREQUENCY, _plain(frequency))
+            write = self._settings.set if users else self._settings.set_default
+            write(keys.RATE_LIMIT_FREQUENCY, _plain(frequency))
 
 
 _ZERO = Fraction(0)
