@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations
 from typing import TYPE_CHECKING, Any
@@ -62,33 +63,74 @@ def _clock_traps(app: App, steps: Sequence[Step]) -> Iterator[Trap]:
             f"{len(capped):,} of {len(steps):,} updates hold substeps back, the first in update {capped[0].index}: "
             "physics falls behind; lower minFrameRate, or 0 for no cap",
         )
-    lost = app.timeline.overwritten_rate_limit
+    if not settings.get(keys.PLAY_SIMULATIONS):
+        yield (
+            "physics-off",
+            keys.PLAY_SIMULATIONS,
+            "is false: physics does not step, so its clock stands and nothing ticks",
+        )
+    yield from _end_traps(app, moving)
+    yield from _limit_traps(app)
+
+
+def _end_traps(app: App, moving: Sequence[Step]) -> Iterator[Trap]:
+    """The end of the scene's time codes."""
+    line = app.timeline
+    length = line.end_time - line.start_time
+    passed = moving[0].timeline_dt * len(moving) if moving else 0
+    if line.is_looping() and 0 < length < passed:
+        times = math.ceil(passed / length) - 1
+        yield (
+            "timeline-loops",
+            "timeline",
+            f"the scene ends at {float(line.end_time):.6g} s (endTimeCode) and begins anew at "
+            f"{float(line.start_time):.6g} s, {times} times in this run; simulation time goes on",
+        )
+
+
+def _limit_traps(app: App) -> Iterator[Trap]:
+    """Where an update lasts another time on the wall clock than it moves the timeline by."""
+    from graph.sim import settings as keys
+
+    settings, line = app.settings, app.timeline
+    limit, codes = settings.rate(keys.RATE_LIMIT_FREQUENCY), line.time_codes_per_second
+    authored = settings.is_authored(keys.RATE_LIMIT_FREQUENCY)
+    if not settings.get(keys.FIXED_STEPPING):
+        if authored and app.run_loop.manual_mode and limit != app.loop_rate:
+            yield (
+                "rate-limit-alone",
+                keys.RATE_LIMIT_FREQUENCY,
+                f"an update moves by 1/{float(app.loop_rate):g} s whatever the limit is: at {float(limit):g} Hz time "
+                f"runs at {float(limit / app.loop_rate):.3g} x wall time; set loop_hz instead",
+            )
+        return
+    lost = line.overwritten_rate_limit
+    if lost is None and settings.get(keys.REWRITE_RATE_LIMIT) and not authored and app.loop_rate != limit:
+        lost = app.loop_rate
     if lost is not None:
         yield (
             "rate-limit-overwritten",
             keys.RATE_LIMIT_FREQUENCY,
-            f"play in fixed stepping replaced {float(lost):g} Hz by N x timeCodesPerSecond = "
-            f"{float(settings.rate(keys.RATE_LIMIT_FREQUENCY)):g} Hz; set {keys.TIME_CODES_PER_SECOND}, or "
-            "the limit after play",
+            f"play in fixed stepping replaced {float(lost):g} Hz by N x timeCodesPerSecond = {float(limit):g} Hz; set "
+            f"{keys.TIME_CODES_PER_SECOND}, or the limit after play",
         )
-    alone = settings.is_authored(keys.RATE_LIMIT_FREQUENCY) and not settings.is_authored(keys.TIME_CODES_PER_SECOND)
-    limit, codes = settings.rate(keys.RATE_LIMIT_FREQUENCY), app.timeline.time_codes_per_second
-    in_step = limit == codes * app.timeline.updates_per_frame or settings.get(keys.FAST_MODE)
-    if settings.get(keys.FIXED_STEPPING) and not in_step and not alone:
-        speed = limit / codes / app.timeline.updates_per_frame
-        yield (
-            "slow-motion" if speed < 1 else "fast-forward",
-            "clock",
-            f"fixed stepping moves by 1/{float(codes):g} s: at {float(limit):g} Hz time runs at {float(speed):.3g} x "
-            f"wall time; make the loop's rate a multiple of {float(codes):g} Hz, or set {keys.TIME_CODES_PER_SECOND}",
-        )
-    elif settings.get(keys.FIXED_STEPPING) and not in_step:
-        speed = limit / codes / app.timeline.updates_per_frame
+    if limit == codes * line.updates_per_frame or settings.get(keys.FAST_MODE):
+        return
+    speed = limit / codes / line.updates_per_frame
+    moves = f"fixed stepping moves by 1/{float(codes):g} s"
+    if authored and not settings.is_authored(keys.TIME_CODES_PER_SECOND):
         yield (
             "rate-limit-alone",
             keys.RATE_LIMIT_FREQUENCY,
-            f"fixed stepping moves by 1/{float(codes):g} s whatever the limit is: at {float(limit):g} Hz time runs at "
-            f"{float(speed):.3g} x wall time; set {keys.TIME_CODES_PER_SECOND} too",
+            f"{moves} whatever the limit is: at {float(limit):g} Hz time runs at {float(speed):.3g} x wall time; set "
+            f"{keys.TIME_CODES_PER_SECOND} too",
+        )
+    else:
+        yield (
+            "slow-motion" if speed < 1 else "fast-forward",
+            "clock",
+            f"{moves}: at {float(limit):g} Hz time runs at {float(speed):.3g} x wall time; make the loop's rate a "
+            f"multiple of {float(codes):g} Hz, or set {keys.TIME_CODES_PER_SECOND}",
         )
 
 

@@ -127,13 +127,16 @@ def test_fixed_stepping_faster_than_time_codes_moves_every_second_update(explain
     assert (clocks["timeline_every_updates"], clocks["timeline_step_s"], clocks["timeline_per_loop"]) == (2, "1/30", 1)
 
 
-def test_a_rate_limit_without_time_codes_is_a_trap_in_fixed_stepping_only(explain):
+def test_a_rate_limit_without_time_codes_is_a_trap(explain):
     limit = "--/app/runLoops/main/rateLimitFrequency=30"
     fixed = "--/app/player/useFixedTimeStepping=true"
     [(place, message)] = traps(explain("tickgraph: 1\n", limit, fixed)).items()
     assert place == ("rate-limit-alone", "/app/runLoops/main/rateLimitFrequency")
     assert "0.5 x wall time" in message
-    assert traps(explain("tickgraph: 1\n", limit)) == {}
+    [(place, message)] = traps(explain("tickgraph: 1\n", limit)).items()
+    assert place == ("rate-limit-alone", "/app/runLoops/main/rateLimitFrequency")
+    assert message.startswith("an update moves by 1/60 s whatever the limit is: at 30 Hz time runs at 0.5 x wall time")
+    assert traps(explain(clocked("loop_hz: 30"), limit)) == {}
     assert ("rate-limit-alone", place[1]) not in traps(
         explain("tickgraph: 1\n", limit, fixed, "--/app/stage/timeCodesPerSecond=30")
     )
@@ -388,6 +391,28 @@ def test_the_ratio_to_wall_time_is_told_and_slow_motion_is_a_trap(folder, graph,
 def test_a_rate_limit_that_play_overwrites_is_a_trap(explain):
     told = explain(clocked("experience: full, parity: isaacsim-6.0.1"), "--/app/runLoops/main/rateLimitFrequency=45")
     assert "replaced 45 Hz" in traps(told)["rate-limit-overwritten", "/app/runLoops/main/rateLimitFrequency"]
+
+
+def test_a_loop_rate_that_play_overwrites_is_a_trap(explain):
+    told = explain(clocked("loop_hz: 30, experience: full, parity: isaacsim-6.0.1"))
+    message = traps(told)["rate-limit-overwritten", "/app/runLoops/main/rateLimitFrequency"]
+    assert "replaced 30 Hz by N x timeCodesPerSecond = 60 Hz" in message
+
+
+def test_physics_switched_off_is_a_trap(explain):
+    told = explain(clocked("loop_hz: 60"), "--/app/player/playSimulations=false")
+    assert set(traps(told)) == {("physics-off", "/app/player/playSimulations")}
+
+
+@pytest.mark.parametrize(("end", "duration", "times"), [(24, 5, 4), (24, 4.5, 4), (120, 5, None), (100, 5, 1)])
+def test_a_scene_that_ends_before_the_run_does_is_a_trap(folder, explain, end, duration, times):
+    """24 time codes a second: the end is at end / 24 s, and a run of whole ends stands at the last."""
+    (folder / "s.usda").write_text(f"#usda 1.0\n(\n    timeCodesPerSecond = 24\n    endTimeCode = {end}\n)\n")
+    told = explain(f"tickgraph: 1\nscene: {{usd: s.usda}}\nduration: {duration}\n")
+    found = {code: message for (code, _), message in traps(told).items()}
+    assert set(found) == ({"timeline-loops"} if times else set())
+    if times:
+        assert f"begins anew at 0 s, {times} times in this run" in found["timeline-loops"]
 
 
 def test_what_is_told_without_multi_tick_rendering(folder, graph, explain):
