@@ -23,7 +23,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the command's options."""
     parser.epilog = f"What a test file may say: python -m pydoc graph.testing.model. {parser.epilog or ''}"
     parser.add_argument(
-        "files", metavar="FILE", nargs="+", type=Path, help="test file (*.test.yaml), or a folder of them"
+        "files",
+        metavar="FILE",
+        nargs="+",
+        type=Path,
+        help="test file (*.test.yaml), .ogn file with tests, or a folder of the former",
     )
     parser.add_argument(
         "-k", metavar="TEXT", dest="text", help="only cases whose file or name holds TEXT (upper or lower case)"
@@ -83,7 +87,7 @@ def test_files(paths: Sequence[Path]) -> list[Path]:
                 problems.append(Problem(f"{path}: there is no test file (*.test.yaml) in this folder"))
         elif not path.exists():
             problems.append(Problem(f"{path}: no such file or folder"))
-        elif not is_test_file(path):
+        elif not is_test_file(path) and path.suffix.lower() != ".ogn":
             problems.append(Problem(f"{path} is no test file; {_advice(path)}"))
         else:
             found.append(path)

@@ -1,4 +1,4 @@
-"""From the text of a `*.test.yaml` file to its cases, every problem with its place."""
+"""From the text of a `*.test.yaml` file (or an `.ogn` file with tests) to its cases, every problem with its place."""
 
 from __future__ import annotations
 
@@ -21,6 +21,7 @@ from graph.migration import migrate
 from graph.spec import FileSpec
 
 from . import messages, model
+from .ogn_cases import test_tree
 
 _JOINED = ("inputs", "pulses", "changes", "settings", "fidelity", "connect", "variables")
 _GRAPH_FILES = (".yaml", ".yml", ".json", ".usda", ".usd")
@@ -61,7 +62,10 @@ class CaseFile:
 
 
 def read_cases(path: str | Path, allow: Iterable[str | Path] = ()) -> CaseFile:
-    """Reads a test file; graph files that it names lie below its folder or below one of `allow`."""
+    """Reads a test file, or the tests of an `.ogn` file.
+
+    Graph files that it names lie below its folder or below one of `allow`.
+    """
     name, path = str(path), Path(path)
     try:
         with path.open("rb") as stream:
@@ -73,7 +77,8 @@ def read_cases(path: str | Path, allow: Iterable[str | Path] = ()) -> CaseFile:
 
 def parse_cases(data: bytes, name: str, path: Path, allow: Iterable[str | Path] = ()) -> CaseFile:
     """The cases of a text; `path` is where it lies, or would."""
-    kind = file_format(name) or "yaml"
+    ogn = name.lower().endswith(".ogn")
+    kind = "json" if ogn else file_format(name) or "yaml"
     problems: list[Problem] = []
     if not data.strip():
         return CaseFile(name, (), (Problem(_empty(), Mark(name, 1, 1)),))
@@ -85,6 +90,10 @@ def parse_cases(data: bytes, name: str, path: Path, allow: Iterable[str | Path] 
     if not isinstance(root, Map):
         problems.append(source.problem(at, f"{_start()}, found {described(root)}."))
         return CaseFile(name, (), tuple(problems))
+    if ogn:
+        root = test_tree(source, root, problems)
+        if not root["cases"]:
+            return CaseFile(name, (), tuple(problems))
     if model.KEY not in root and not any(key in model.CaseFile.model_fields for key in root):
         problems.append(source.problem(at, f'this is no test file: there is no "{model.KEY}" key; {_start()}.'))
         return CaseFile(name, (), tuple(problems))

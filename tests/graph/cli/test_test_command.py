@@ -185,3 +185,36 @@ def test_scripts_run_only_when_they_are_allowed(graph, folder, world):
     assert refused.out.splitlines()[-1] == "0 passed, 2 failed"
     assert refused.out.count("--allow-scripts") == 2
     assert graph("test", "a.test.yaml", "--allow-scripts").out.splitlines()[-1] == "2 passed, 0 failed"
+
+
+OGN = """\
+{"omni.graph.action.Branch": {
+  "description": "x",
+  "inputs": {"execIn": {"type": "execution"}, "condition": {"type": "bool"}},
+  "outputs": {"execTrue": {"type": "execution"}, "execFalse": {"type": "execution"}},
+  "tests": [
+    {"inputs:condition": true, "outputs:execTrue": 1, "outputs:execFalse": 0},
+    {"inputs": {"condition": false}, "outputs": {"execTrue": 1}, "gpu": false}
+  ]
+}}
+"""
+
+
+def test_the_tests_of_an_ogn_file_run_with_their_lines(graph, folder):
+    (folder / "OgnBranch.ogn").write_text(OGN)
+    result = graph("test", "OgnBranch.ogn")
+    lines = [line.partition(" (")[0] for line in result.out.splitlines()]
+    assert (result.code, lines[0]) == (1, "ok     OgnBranch.ogn: omni.graph.action.Branch test 0")
+    assert lines[2] == "       OgnBranch.ogn:7:50: fired execTrue: expected [0], got []"
+    assert lines[3] == "1 passed, 1 failed"
+
+
+def test_an_ogn_file_whose_tests_cannot_run_says_why(graph, folder):
+    (folder / "a.ogn").write_text('{"a.A": {"tests": [{"setup": {"nodes": []}, "inputs:a": 1}, 3]}}')
+    (folder / "b.ogn").write_text('{"a.B": {"description": "x"}}')
+    assert [line.partition(": ")[2] for line in graph("test", "a.ogn", "b.ogn").err.splitlines()] == [
+        'case "a.A test 0": no node type "a.A"',
+        '"setup" is nothing that can be tested here; write the test as a *.test.yaml file',
+        "a test is a mapping such as {inputs:a: 1, outputs:b: 2}",
+        '"a.B" has no list of tests; add "tests"',
+    ]
