@@ -15,6 +15,26 @@ from .robot_messages import ACKERMANN, IMU, ODOMETRY, ackermann, imu, odometry
 EXEC_IN = Attribute("execution", "publishes")
 IDENTITY = [0.0, 0.0, 0.0, 1.0]
 ZERO = [0.0, 0.0, 0.0]
+POSE_AND_VELOCITIES = {
+    "position": Attribute("vectord[3]", "position in the odom frame", default=ZERO, unit="m"),
+    "orientation": Attribute("quatd[4]", "orientation in the odom frame, x, y, z, w", default=IDENTITY),
+    "linearVelocity": Attribute("vectord[3]", "velocity along the robot's axes", default=ZERO, unit="m/s"),
+    "angularVelocity": Attribute("vectord[3]", "turn rate about the robot's axes", default=ZERO, unit="rad/s"),
+}
+"""Inputs of odometry publishers."""
+INERTIAL = {
+    "publishOrientation": Attribute("bool", "whether orientation is part of the message", default=True),
+    "publishLinearAcceleration": Attribute("bool", "whether acceleration is part of the message", default=True),
+    "publishAngularVelocity": Attribute("bool", "whether the turn rate is part of the message", default=True),
+    "orientation": Attribute("quatd[4]", "orientation, x, y, z, w", default=IDENTITY, optional=True),
+    "linearAcceleration": Attribute(
+        "vectord[3]", "proper acceleration along the sensor's axes", default=ZERO, optional=True, unit="m/s^2"
+    ),
+    "angularVelocity": Attribute(
+        "vectord[3]", "turn rate about the sensor's axes", default=ZERO, optional=True, unit="rad/s"
+    ),
+}
+"""Inputs of IMU publishers."""
 
 
 @node_type(
@@ -26,10 +46,7 @@ ZERO = [0.0, 0.0, 0.0]
         "odomFrameId": Attribute("string", "frame that the pose is given in", default="odom"),
         "chassisFrameId": Attribute("string", "frame of the robot, that velocities are given in", default="base_link"),
         "timeStamp": TIME_STAMP,
-        "position": Attribute("vectord[3]", "position in the odom frame", default=ZERO, unit="m"),
-        "orientation": Attribute("quatd[4]", "orientation in the odom frame, x, y, z, w", default=IDENTITY),
-        "linearVelocity": Attribute("vectord[3]", "velocity along the robot's axes", default=ZERO, unit="m/s"),
-        "angularVelocity": Attribute("vectord[3]", "turn rate about the robot's axes", default=ZERO, unit="rad/s"),
+        **POSE_AND_VELOCITIES,
         "robotFront": Attribute("vectord[3]", "the axis that points ahead", default=[1.0, 0.0, 0.0]),
         "publishRawVelocities": Attribute(
             "bool", "publish velocities as given; if not, along front, left and up", default=False
@@ -118,16 +135,7 @@ def publish_raw_transform_tree(db: Any) -> bool:
         "execIn": EXEC_IN,
         **publisher_inputs("imu", frame_id="sim_imu"),
         "timeStamp": TIME_STAMP,
-        "publishOrientation": Attribute("bool", "whether orientation is part of the message", default=True),
-        "publishLinearAcceleration": Attribute("bool", "whether acceleration is part of the message", default=True),
-        "publishAngularVelocity": Attribute("bool", "whether the turn rate is part of the message", default=True),
-        "orientation": Attribute("quatd[4]", "orientation, x, y, z, w", default=IDENTITY, optional=True),
-        "linearAcceleration": Attribute(
-            "vectord[3]", "proper acceleration along the sensor's axes", default=ZERO, optional=True, unit="m/s^2"
-        ),
-        "angularVelocity": Attribute(
-            "vectord[3]", "turn rate about the sensor's axes", default=ZERO, optional=True, unit="rad/s"
-        ),
+        **INERTIAL,
     },
     memory=Publisher,
 )

@@ -9,7 +9,7 @@ from nodes.isaac.clocks import stamp_ns
 from nodes.ros2.image_messages import IMAGE
 from nodes.ros2.images import CUDA_DEVICE, DATA_PTR, image_of
 from nodes.ros2.messages import CLOCK, clock
-from nodes.ros2.motion import IDENTITY, ZERO, imu_of
+from nodes.ros2.motion import INERTIAL, POSE_AND_VELOCITIES, imu_of
 from nodes.ros2.publishing import Publisher
 from nodes.ros2.robot_messages import IMU, JOINT_STATE, ODOMETRY, joint_state, odometry
 
@@ -62,10 +62,7 @@ def publish_joint_state(db: Any) -> bool:
     inputs={
         **endpoint_inputs(13337, 7),
         "timeStamp": TIME_STAMP,
-        "position": Attribute("vectord[3]", "position in the odom frame", default=ZERO, unit="m"),
-        "orientation": Attribute("quatd[4]", "orientation in the odom frame, x, y, z, w", default=IDENTITY),
-        "linearVelocity": Attribute("vectord[3]", "velocity along the robot's axes", default=ZERO, unit="m/s"),
-        "angularVelocity": Attribute("vectord[3]", "turn rate about the robot's axes", default=ZERO, unit="rad/s"),
+        **POSE_AND_VELOCITIES,
     },
     outputs={"execOut": SENT},
     memory=Publisher,
@@ -89,16 +86,7 @@ def publish_odometry(db: Any) -> bool:
         **endpoint_inputs(13337, 2),
         "timeStamp": TIME_STAMP,
         "frameId": Attribute("string", "frame of the message's header", default="sim_imu"),
-        "publishOrientation": Attribute("bool", "whether orientation is part of the message", default=True),
-        "publishLinearAcceleration": Attribute("bool", "whether acceleration is part of the message", default=True),
-        "publishAngularVelocity": Attribute("bool", "whether the turn rate is part of the message", default=True),
-        "orientation": Attribute("quatd[4]", "orientation, x, y, z, w", default=IDENTITY, optional=True),
-        "linearAcceleration": Attribute(
-            "vectord[3]", "proper acceleration along the sensor's axes", default=ZERO, optional=True, unit="m/s^2"
-        ),
-        "angularVelocity": Attribute(
-            "vectord[3]", "turn rate about the sensor's axes", default=ZERO, optional=True, unit="rad/s"
-        ),
+        **INERTIAL,
     },
     outputs={"execOut": SENT},
     memory=Publisher,
