@@ -30,8 +30,10 @@ RULES = {
 
 def sensors_of(app: App, seen: Observed, steps: Sequence[Step]) -> list[dict[str, Any]]:
     """Every sensor prim of the stage in its order, once for each of its render products; rendered ones first."""
+    from graph.sim.usd import Usd
+
     rendered, others = [], []
-    for prim in app.stage.Traverse():
+    for prim in app.stage.Traverse(Usd.TraverseInstanceProxies()):
         if prim.GetTypeName() not in SENSOR_TYPES:
             continue
         path = str(prim.GetPath())

@@ -77,10 +77,11 @@ _WARNING = ("code", "where", "message")
 
 def find_sensor(app: App, path: str | None) -> str:
     """The path of the sensor to look at. Raises UserError for a prim that is none, with the sensors there are."""
+    from graph.sim.usd import Usd
     from graph.suggest import did_you_mean
     from sensors.products import sensor_problem
 
-    prims = [str(prim.GetPath()) for prim in app.stage.Traverse()]
+    prims = [str(prim.GetPath()) for prim in app.stage.Traverse(Usd.TraverseInstanceProxies())]
     sensors = [prim for prim in prims if sensor_problem(app.stage, prim) is None]
     if path is None:
         if len(sensors) == 1:

@@ -210,8 +210,8 @@ class Lidar:
             if self.prim.GetAttribute(name) or (created and kind):
                 try:
                     on_prim.write(self.prim, name, kind or "token", value)
-                except UserError as error:
-                    raise SensorValueError(error.problems) from error
+                except SensorValueError:
+                    raise
                 except Exception as error:  # whatever numpy and USD raise for values of other types
                     wanted = self.prim.GetAttribute(name).GetTypeName() if self.prim.GetAttribute(name) else kind
                     raise SensorValueError(f"{self.path}.{name} cannot be {value!r}: its type is {wanted}") from error

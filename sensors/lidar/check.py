@@ -15,7 +15,9 @@ if TYPE_CHECKING:
 
 def lidar_problems(stage: Usd.Stage) -> Iterator[tuple[str, str]]:
     """(prim path, message) for each OmniLidar of the stage that describes no lidar there can be."""
-    for prim in stage.Traverse():
+    from graph.sim.usd import Usd
+
+    for prim in stage.Traverse(Usd.TraverseInstanceProxies()):
         if prim.GetTypeName() == "OmniLidar":
             for read in (read_config, read_tick_rate):
                 try:

@@ -12,6 +12,7 @@ import numpy as np
 from graph import exact
 from graph.errors import UserError
 from sensors.channels import AuxLevel
+from sensors.errors import SensorValueError
 
 from .attributes import attribute_types, attributes_of, config_from_attributes, whole
 from .config import EMITTER_FLOATS, EMITTER_INTEGERS, EmitterState, LidarConfig
@@ -120,7 +121,9 @@ def read_aux_level(prim: Usd.Prim) -> AuxLevel:
 
 
 def write_aux_level(prim: Usd.Prim, level: str) -> None:
-    """Authors the auxiliary level, always, also for NONE."""
+    """Authors the auxiliary level, always, also for NONE; raises as `write`."""
+    if prim.IsInstanceProxy() and read_aux_level(prim).name == level:
+        return
     write(prim, AUX_CHANNELS, "string[]", [level])
 
 
@@ -154,12 +157,20 @@ def unknown_schemas(names: list[str]) -> list[str]:
 def write(prim: Usd.Prim, name: str, kind: str, value: Any) -> None:
     """Sets an attribute, creating it with the USD type `kind` where neither the schema nor the prim has it.
 
-    Raises UserError for a fraction where the type is a whole number: USD would cut it off without a word.
+    Raises SensorValueError for a fraction where the type is a whole number, which USD would cut off without a word, and
+    for another value on a prim of an instance, which cannot be edited.
     """
     from graph.sim.usd import Gf, Sdf, Vt
 
+    if prim.IsInstanceProxy():
+        if prim.GetAttribute(name) and prim.GetAttribute(name).Get() == value:
+            return
+        raise SensorValueError(
+            f"{prim.GetPath()}: {name} cannot be set, the prim is part of an instance; set it in the instance's asset, "
+            "or make the instance instanceable = false"
+        )
     if kind in ("int", "uint") and value != int(value):
-        raise UserError(f"{prim.GetPath()}.{name} is a whole number; {value} does not fit")
+        raise SensorValueError(f"{prim.GetPath()}.{name} is a whole number; {value} does not fit")
     attribute = prim.GetAttribute(name)
     if not attribute:
         attribute = prim.CreateAttribute(name, Sdf.ValueTypeNames.Find(kind), custom=not name.startswith("omni:"))

@@ -126,6 +126,46 @@ def test_a_scene_with_several_sensors_or_none_asks_which(folder, graph):
     assert "it has none that can be rendered" in graph("inspect", "none.yaml").err
 
 
+ROBOT = """\
+#usda 1.0
+(
+    defaultPrim = "Robot"
+)
+def Xform "Robot"
+{
+    def OmniLidar "Lidar"
+    {
+        float omni:sensor:tickRate = 10
+    }
+}
+"""
+SCENE = """\
+#usda 1.0
+def Xform "World"
+{
+    def Xform "A" (
+        instanceable = true
+        references = @robot.usda@
+    )
+    {
+    }
+}
+"""
+
+
+def test_a_lidar_in_an_instance_is_found_and_only_its_level_cannot_be_set(folder, graph):
+    (folder / "robot.usda").write_text(ROBOT)
+    (folder / "scene.usda").write_text(SCENE)
+
+    assert told(graph, "scene.usda")["sensor"] == "/World/A/Lidar"
+    assert told(graph, "scene.usda", "--aux", "NONE")["header"]["auxType"] == "NONE"
+    refused = graph("inspect", "scene.usda", "--aux", "FULL")
+    assert refused.code == 2
+    assert refused.err.startswith("graph: /World/A/Lidar: ")
+    assert refused.err.endswith("set it in the instance's asset, or make the instance instanceable = false\n")
+    assert "/World/A/Lidar (OmniLidar)" in graph("explain", "scene.usda").out
+
+
 def test_a_clock_that_does_not_move_is_given_as_the_reason(folder, graph):
     (folder / "still.yaml").write_text(ROOM + "settings: {/app/player/playSimulations: false}\n")
     result = graph("inspect", "still.yaml", "--updates", "30")
