@@ -6,14 +6,14 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
 
-from graph.errors import UserError
 from graph.sim.timing.clocks import PhysicsClock, Reading
 
+from .product_list import ProductList
 from .products import RenderProduct
 from .schedule import NEVER, EveryUpdate, Tick, TickSchedule
 
 
-class SensorScheduler:
+class SensorScheduler(ProductList):
     """Render products in the order of their creation, ticked on the physics clock.
 
     With multi-tick rendering off there is no sensor clock of its own: `loop_time` (the run loop's time since the App
@@ -24,7 +24,7 @@ class SensorScheduler:
     def __init__(
         self, clock: PhysicsClock, capture: Callable[[], Any] | None, loop_time: Callable[[], Fraction]
     ) -> None:
-        self.products: dict[str, RenderProduct] = {}
+        super().__init__()
         self.new_frames: list[RenderProduct] = []
         """The products that delivered a frame in this update, in the order of their creation."""
         self.capture_state = capture
@@ -39,10 +39,7 @@ class SensorScheduler:
         """The step count after which `capture` is to be called."""
         self._clock = clock
         self._loop_time = loop_time
-        self._history: dict[str, RenderProduct] = {}
         self._began_at: Reading | Fraction | None = None
-        self._scheduled: list[RenderProduct] = []
-        self._eager: list[RenderProduct] = []
         self._next_due = NEVER
         self._rate: Fraction | None = None
         self._rendered_step = 0
@@ -50,7 +47,6 @@ class SensorScheduler:
         self._captures: list[tuple[int, int, RenderProduct]] = []
         self._pending: list[tuple[RenderProduct, Any]] = []
         self._held = True  # without multi-tick rendering: nothing was rendered in the update before
-        self._at_play: list[tuple[RenderProduct, list[Callable[[Any], object]]]] | None = None
 
     @property
     def time(self) -> Fraction:
@@ -69,30 +65,6 @@ class SensorScheduler:
         if began is None:
             return self.time
         return began.time if isinstance(began, Reading) else began
-
-    @property
-    def history(self) -> tuple[RenderProduct, ...]:
-        """Every product made so far, those removed or gone with a stop included; of one path the newest."""
-        return tuple(self._history.values())
-
-    def add(self, product: RenderProduct) -> RenderProduct:
-        """Takes a product from now on. Raises UserError if its path is taken."""
-        if product.path in self.products:
-            raise UserError(f"render product {product.path} exists already; use it or give the new one another path")
-        moment = self.moment
-        product.restart(moment if product.created_at is None else max(moment, product.created_at))
-        product.on_enabled = self._enabled_changed
-        self.products[product.path] = product
-        self._history[product.path] = product
-        self._sort_products()
-        return product
-
-    def remove(self, path: str) -> None:
-        """Takes a product away; its counts stay in `history`. An unknown path is ignored."""
-        product = self.products.pop(path, None)
-        if product is not None:
-            product.writers.clear()
-            self._sort_products()
 
     def begin_update(self, dt: Fraction) -> None:
         """Remembers the external time at the start of an update of `dt` [s] and ends the last update's frames."""
@@ -179,56 +151,11 @@ class SensorScheduler:
             return
         self._find_next_due()
 
-    def begin_play(self) -> None:
-        """Remembers the products and writers there are; only they outlive the next stop."""
-        self._at_play = [(product, list(product.writers)) for product in self.products.values()]
-
-    def end_play(self) -> None:
-        """Stop: products and writers made since play are gone, the others begin anew at external time 0."""
-        kept = self._at_play or []
-        self._at_play = None
+    def _forget_frames(self) -> None:
         self.new_frames, self._pending, self._held = [], [], True
         self._rendered_step, self._rendered_version = 0, self._clock.version
         if self._began_at is not None:
             self._began_at = self.time
-        for product in self.products.values():
-            product.new_frame = False
-        removed = [path for path, product in self.products.items() if all(product is not kept_ for kept_, _ in kept)]
-        for path in removed:
-            self.remove(path)
-        for product, writers in kept:
-            if self.products.get(product.path) is product:
-                product.writers[:] = writers
-                product.clear()
-                product.restart(self.time)
-                product.sensor.reset()
-        self._sort_products()
-
-    def restart(self) -> None:
-        """The external time is 0 again: every product begins anew."""
-        self.new_frames, self._pending, self._held = [], [], True
-        self._rendered_step, self._rendered_version = 0, self._clock.version
-        for product in self.products.values():
-            product.clear()
-            product.restart(self.time)
-            product.sensor.reset()
-        self._sort_products()
-
-    def _enabled_changed(self, product: RenderProduct) -> None:
-        if product.enabled:
-            product.restart(self.moment)
-            product.sensor.reset()
-        self._sort_products()
-
-    def _sort_products(self) -> None:
-        enabled = [product for product in self.products.values() if product.enabled]
-        self._scheduled = [product for product in enabled if isinstance(product.sensor.schedule, TickSchedule)]
-        self._eager = [
-            product
-            for product in enabled
-            if isinstance(product.sensor.schedule, EveryUpdate) or product.sensor.wants_updates
-        ]
-        self._bind()
 
     def _bind(self) -> None:
         self._rate = self._clock.rate
