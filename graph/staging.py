@@ -132,13 +132,16 @@ def flat_scans_of_3d(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Graph]) 
     from sensors.lidar.prim import read_config
 
     problems: list[Problem] = []
-    if spec.clock.parity != "documented":
+    flat = [
+        (node, author)
+        for node, author in _written_nodes(spec, graphs)
+        if node.type.id.endswith(".IsaacComputeRTXLidarFlatScan") and node.connected("renderProductPath")
+    ]
+    if not flat or spec.clock.parity != "documented":
         return problems
     cameras = {node: node.get(name) or () for node, name, _ in _given_inputs(spec, graphs) if name == "cameraPrim"}
-    for node, author in _written_nodes(spec, graphs):
+    for node, author in flat:
         makers = [source for source in node.sources if "cameraPrim" in source.names["inputs"]]
-        if not node.type.id.endswith(".IsaacComputeRTXLidarFlatScan") or not node.connected("renderProductPath"):
-            continue
         for path in cameras.get(makers[0], ()) if len(makers) == 1 else ():
             prim = stage.GetPrimAtPath(path)
             if not prim or prim.GetTypeName() != "OmniLidar":
