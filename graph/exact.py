@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 import struct
 from fractions import Fraction
 
@@ -21,8 +22,7 @@ def rate(value: int | float | str | Fraction, *, stored_as_float32: bool = False
         return Fraction(value)
     if isinstance(value, str):
         return _parse(value)
-    if not math.isfinite(value):
-        raise ValueError(f"{value!r} is not a finite number")
+    _check_finite(value)
     return Fraction(_shortest_float32(value) if stored_as_float32 else repr(float(value)))
 
 
@@ -37,14 +37,30 @@ def duration(value: int | float | str | Fraction) -> Fraction:
         return Fraction(value)
     if isinstance(value, str):
         return _parse(value)
-    if not math.isfinite(value):
-        raise ValueError(f"{value!r} is not a finite number")
+    _check_finite(value)
     return Fraction(value).limit_denominator(10**9)
 
 
 def nanoseconds(seconds: Fraction) -> int:
     """Seconds as a whole number of nanoseconds, ties to even."""
     return round(seconds * NANOSECONDS)
+
+
+def count(value: int, what: str) -> int:
+    """A number of things: `value` as a whole number. Raises TypeError unless it is one."""
+    try:
+        return operator.index(value)
+    except TypeError:
+        raise TypeError(f"{what} {value!r}: give a whole number") from None
+
+
+def _check_finite(value: float) -> None:
+    try:
+        finite = math.isfinite(value)
+    except TypeError:
+        raise ValueError(f"{value!r} is not a number") from None
+    if not finite:
+        raise ValueError(f"{value!r} is not a finite number")
 
 
 def _parse(text: str) -> Fraction:

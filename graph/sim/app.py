@@ -9,6 +9,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from graph import exact
 from graph.errors import RunError, UserError
 
 from . import settings as keys
@@ -216,6 +217,7 @@ class App(Drivers, World):
 
     def update(self, steps: int = 1) -> None:
         """Runs `steps` app updates, each through all phases; fewer once the run is asked to end."""
+        steps = exact.count(steps, "steps")
         self.check_drivable()
         self._updating = True
         try:

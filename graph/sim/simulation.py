@@ -6,6 +6,7 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
+from graph import exact
 from graph.errors import RunError
 
 from . import settings as keys
@@ -86,6 +87,7 @@ class Simulation(TimeQueries):
         `callback(i, steps)` is called after step i = 1, 2, ...; False ends it. Fabric follows anyhow where it is on;
         ValueError for `update_fabric` where it is off. Raises RunError while there is no world to step.
         """
+        steps = exact.count(steps, "steps")
         if not self.built:
             raise RunError("physics cannot step while the timeline is stopped; call app.play() first")
         if self._app.live is not None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any, cast
 
+from graph import exact
 from graph.errors import RunError, UserError
 
 from .async_updates import AsyncUpdates
@@ -66,6 +67,7 @@ class Drivers:
 
     def update_app(self, *, steps: int = 1, callback: StepCallback | None = None) -> None:
         """Runs `steps` app updates; `callback(i, steps)` after each, False ends them."""
+        steps = exact.count(steps, "steps")
         for done in range(1, steps + 1):
             self.update()
             if (callback is not None and callback(done, steps) is False) or self.exit_requested:
@@ -77,6 +79,7 @@ class Drivers:
 
     async def update_app_async(self, *, steps: int = 1, callback: StepCallback | None = None) -> None:
         """Awaits `steps` app updates; `callback(i, steps)` after each, False ends them."""
+        steps = exact.count(steps, "steps")
         for done in range(1, steps + 1):
             await self.next_update_async()
             if (callback is not None and callback(done, steps) is False) or self.exit_requested:
@@ -97,7 +100,8 @@ class Drivers:
             if path not in self.rendering.products:
                 known = ", ".join(self.rendering.products) or "none"
                 raise UserError(f"render product {path} does not exist; there are: {known}")
-        wanted = {path: self.rendering.products[path].frames + num_simulation_frames for path in paths}
+        more = exact.count(num_simulation_frames, "num_simulation_frames")
+        wanted = {path: self.rendering.products[path].frames + more for path in paths}
         while wanted := {path: frames for path, frames in wanted.items() if self._frames_of(path) < frames}:
             await self.next_update_async()
 

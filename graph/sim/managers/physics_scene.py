@@ -132,10 +132,13 @@ class PhysicsScene:
         """Sets gravity, (3,) in the world [stage units/s2]. Raises ValueError unless finite."""
         from graph.sim.usd import Gf
 
-        vector = Gf.Vec3f(*[float(each) for each in gravity])
+        try:
+            vector = Gf.Vec3f(*map(float, gravity))
+        except (TypeError, ValueError):
+            vector = Gf.Vec3f(float("nan"))
         magnitude = vector.GetLength()
         if not magnitude < float("inf"):
-            raise ValueError(f"gravity {tuple(vector)}: give three finite numbers")
+            raise ValueError(f"gravity {gravity!r}: give three finite numbers")
         if magnitude:
             self._author("physics:gravityDirection", "Vector3f", vector / magnitude)
         self._author("physics:gravityMagnitude", "Float", magnitude)

@@ -57,7 +57,7 @@ class Rendering(SensorScheduler):
         """
         step = exact.duration(dt)
         if step <= 0:
-            raise ValueError(f"dt {dt}: give a time step above 0 s")
+            raise ValueError(f"dt {dt}: give a time step above 0 s (1e-9 s at least)")
         app, settings = self._app, self._app.settings
         frequency = checked_rate(1 / step, "loop")
         app.loop.set_manual_step_size(step)

@@ -121,6 +121,10 @@ class TimeQueries:
 
 
 def _moment(time: ReferenceTime) -> Fraction | None:
-    if isinstance(time, tuple):
-        return Fraction(*time) if time[1] else None
-    return time
+    try:
+        if isinstance(time, tuple):
+            numerator, denominator = time
+            return Fraction(numerator, denominator) if denominator else None
+        return Fraction(time)
+    except (TypeError, ValueError, OverflowError):
+        raise ValueError(f"reference time {time!r}: give a fraction or (numerator, denominator)") from None

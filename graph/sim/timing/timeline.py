@@ -155,8 +155,8 @@ class Timeline(Playhead):
 
     def set_ticks_per_frame(self, ticks: int) -> None:
         """Sets how many tick events a frame has."""
-        if ticks < 1:
-            raise ValueError(f"{ticks} ticks per frame: give 1 or more")
+        if exact.count(ticks, "ticks per frame") < 1:
+            raise ValueError(f"ticks per frame {ticks}: give 1 or more")
         self._settings.set(keys.TICKS_PER_FRAME, ticks)
 
     def get_ticks_per_frame(self) -> int:
