@@ -34,6 +34,8 @@ MOST_PIXELS = 15
 class PointCloudDrawing:
     """Writes `<output_dir>/<sensor>_<frame>.png` for each frame it is called with; equal frames give equal bytes.
 
+    <sensor> is the prim's path with _ for each / and __ for each _, so that no two sensors share a picture.
+
     size: side of a point's square [m], at least a pixel. color: r, g, b, a from 0 to 1. doTransform: draw points in the
     world, not in the sensor's frame (points that are in world axes already stay). testMode: draw, but write nothing.
     view: one of `VIEWS`, without perspective. resolution: width, height [px]. center (x, y, z) [m] and span, the metres
@@ -79,7 +81,7 @@ class PointCloudDrawing:
     def __call__(self, frame: Frame) -> Path:
         """Draws a frame; returns where it is written. Raises RunError where it cannot be."""
         picture = self.draw(frame)
-        name = frame.sensor_path.strip("/").replace("/", "_") or "cloud"
+        name = frame.sensor_path.strip("/").replace("_", "__").replace("/", "_") or "cloud"
         file = self.folder / f"{name}_{frame.frame_id:06d}.png"
         if self._writes:
             self._write(picture, file)

@@ -114,6 +114,17 @@ def test_equal_frames_give_equal_files_named_by_sensor_and_frame(tmp_path):
         assert (image.size, image.mode) == ((960, 720), "RGB")
 
 
+def test_no_two_sensors_share_a_picture(tmp_path):
+    draw = PointCloudDrawing(output_dir=tmp_path)
+    names = []
+    for path in ("/World/A_B", "/World/A/B"):
+        frame = frame_of([[1, 1, 1]])
+        frame.sensor_path = path
+        names.append(draw(frame).name)
+
+    assert names == ["World_A__B_000000.png", "World_A_B_000000.png"]
+
+
 def test_the_older_names_of_the_writer_draw_alike(tmp_path):
     frame = frame_of([[3.0, 1.0, 0.5]])
     files = {
