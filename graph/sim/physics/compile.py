@@ -31,6 +31,11 @@ Start = Callable[[Any, Any], None]
 """Puts a model's data into the state that its scene starts in."""
 
 
+CROWD, CROWD_MEMORY, BODY_MEMORY = 1000, 2 << 30, 128 << 10
+"""MuJoCo's own estimate of what contacts need grows with the square of the bodies: more than this many get at least so
+many bytes, and so many each (resting boxes use 24 KiB). Memory that is not used is not taken from the system."""
+
+
 @dataclass(frozen=True)
 class Compiled:
     """The model, its bodies in its own order (the model's body 0 is the world) and its joints in stage order."""
@@ -112,6 +117,8 @@ def compile_world(
     for joint in joints:
         if joint.drive is not None:
             add_drive(spec, joint)
+    if spec.memory < 0 and len(forest.branches) > CROWD:
+        spec.memory = max(CROWD_MEMORY, len(forest.branches) * BODY_MEMORY)
     model = compiled(spec)
     bodies = tuple(branch.body for branch in forest.branches)
     _damp(model, bodies)

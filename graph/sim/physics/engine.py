@@ -276,16 +276,31 @@ class Physics:
         mujoco.mj_forward(self.model, self.data)
 
     def _start_joint(self, joint: Joint, velocities: dict[str, tuple[Floats, Floats]]) -> None:
+        """As the bodies move relative to each other; a centre of mass that moves otherwise turns them besides."""
         first, second = joint.bodies
-        if joint.kind in ("spherical", "fixed") or second not in velocities:
+        if joint.kind == "fixed" or second not in velocities:
             return
         rest = np.zeros(3), np.zeros(3)
         v1, w1 = velocities[second]
         v0, w0 = velocities.get(first or "", rest)
-        number = self.model.joint(joint.model_name).id
-        turn = self.data.xmat[self._index[second] + 1].reshape(3, 3)
+        joint_number, body = self.model.joint(joint.model_name).id, self._index[second] + 1
+        address = self.model.jnt_dofadr[joint_number]
+        turn = self.data.xmat[body].reshape(3, 3)
         axis = turn @ joint.frames[1][:3, joint.axis]
-        self.data.qvel[self.model.jnt_dofadr[number]] = axis @ (w1 - w0 if joint.kind == "revolute" else v1 - v0)
+        if joint.kind == "prismatic":
+            self.data.qvel[address] = axis @ (v1 - v0)
+            return
+        arm = self.data.xipos[body] - self.data.xanchor[joint_number]
+        spin = w1 - w0
+        if first not in velocities and v1.any():  # of a pair that flies, the common motion is not the joint's
+            missing = v1 - np.cross(w1, arm)
+            across = arm if joint.kind == "spherical" else arm - axis * (axis @ arm)
+            if across @ across > 1e-12:
+                spin = spin + np.cross(across, missing) / (across @ across)
+        if joint.kind == "spherical":
+            self.data.qvel[address : address + 3] = turn.T @ spin
+        else:
+            self.data.qvel[address] = axis @ spin
 
     def dof(self, joint: Joint) -> int:
         """Which coordinate of velocity a joint has."""

@@ -159,6 +159,18 @@ class FabricPoses(FabricValues):
         """(n, 6) of bodies' origins: linear [m/s], angular [rad/s], world axes; 0 for what is no moving body."""
         return (poses or self.capture()).velocities(paths)
 
+    def get_raw(self, path: str, attribute: str) -> Any:
+        """As `FabricValues.get_raw`; the points of what physics deforms are where it has them."""
+        if attribute == "points" and (path, attribute) not in self._values:
+            points = self.capture().points(path)
+            if points is not None:
+                from graph.sim.usd import Vt
+
+                inverse: Floats = np.asarray(np.linalg.inv(self.world_matrix(path)), dtype=np.float64)
+                local = transforms.transformed(inverse, points / self.meters_per_unit)
+                return Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(local, dtype=np.float32))
+        return super().get_raw(path, attribute)
+
     # -- still prims that users move ---------------------------------------------------------------------------------
 
     def set_frames(self, poses: Mapping[str, Floats], velocities: Mapping[str, Floats] | None = None) -> None:

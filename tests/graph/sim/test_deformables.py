@@ -241,3 +241,21 @@ def test_a_disabled_deformable_stays(soft):
     physics, warnings = soft(sheet(3, 3, 0.1, more="bool physxDeformable:deformableEnabled = 0"))
     assert physics is None
     assert warnings == []
+
+
+@pytest.mark.parametrize("fabric", ["on", "off"])
+def test_fabric_has_the_points_of_cloth_where_physics_has_them(fabric):
+    """Half a second of free fall: g t (t + dt) / 2 by semi-implicit steps."""
+    from graph.sim import App
+
+    stage = open_stage()
+    assert stage.GetRootLayer().ImportFromString(HEAD + sheet(3, 3, 0.1, at=(1, 2, 5)))
+    with App(stage=stage, physics_hz=240, loop_hz=60, fidelity={"fabric": fabric}) as app:
+        points = app.fabric.get_prim_at_path("/Cloth").get_attribute("points")
+        app.play()
+        app.update(30)
+        fallen = G * 0.5 * (0.5 + 1 / 240) / 2
+        assert np.array(points.get())[:, 2] == pytest.approx(np.full(9, -fallen), abs=1e-3)
+        assert np.array(app.fabric.get("/Cloth", "points"))[4] == pytest.approx([0.1, 0.1, -fallen], abs=1e-3)
+        app.stop()
+        assert np.array(points.get())[:, 2] == pytest.approx(np.zeros(9))

@@ -240,6 +240,19 @@ def test_a_ball_joint_swings_no_farther_than_its_cone(usda, cone):
     assert warnings == []
 
 
+@pytest.mark.parametrize(
+    ("velocity", "turn", "spin"),
+    [((0, 0, 0), (0, 90, 0), math.pi / 2), ((0, 0, -2), (0, 0, 0), 2.0), ((0, 0, -2), (0, math.degrees(2), 0), 2.0)],
+)
+@pytest.mark.parametrize("kind", ["Spherical", "Revolute"])
+def test_a_body_on_a_joint_starts_with_the_velocity_that_it_is_given(usda, kind, velocity, turn, spin):
+    """A metre from the joint, v = 2 m/s across is 2 rad/s, whether the turn, the velocity or both are written."""
+    more = values(f"vector3f physics:velocity = {velocity}", f"vector3f physics:angularVelocity = {turn}")
+    hinge = joint(kind, pos1=(-1, 0, 0), more=axis("Y") if kind == "Revolute" else "")
+    physics, _ = usda(body("A", (1, 0, 0), more=more) + hinge)
+    assert physics.velocities()[0] == pytest.approx([0, 0, -spin, 0, spin, 0], abs=1e-6)
+
+
 def test_a_cone_that_is_wider_one_way_lets_the_joint_swing_so(usda):
     """Y is the axis of the first angle: under gravity along -Z the rod turns about Y."""
     for first, second, most in ((10.0, 50.0, 10.0), (50.0, 10.0, 50.0)):
