@@ -178,3 +178,45 @@ def test_sub_rays_fill_the_cone_of_the_divergence_evenly():
     assert shape.max() < 1.0
     assert np.mean(shape < 0.25) == pytest.approx(0.25, abs=0.01)  # a quarter of them in a quarter of the area
     np.testing.assert_allclose([across.mean(), up.mean()], 0.0, atol=0.01)
+
+
+@pytest.mark.parametrize("most", [1, 2, 3, 5])
+@pytest.mark.parametrize("seed", range(5))
+def test_echoes_are_those_of_a_plain_loop_over_beams(most, seed):
+    rng = np.random.default_rng(seed)
+    beam = np.concatenate([np.flatnonzero(rng.random(40) < 0.8) for _ in range(6)])  # six sub-rays, one after another
+    distance = np.round(rng.uniform(1, 4, len(beam)), 1).astype(np.float32)  # with ties
+    light = rng.choice([0.1, 0.2, 0.5], len(beam)).astype(np.float32)
+    normals, surface = rng.random((len(beam), 3), np.float32), np.arange(len(beam), dtype=np.int32)
+    least, separation = 0.02, 0.25
+
+    found = form_echoes(
+        Candidates(beam, distance, light, normals, surface), separation=separation, least=least, most=most
+    )
+
+    expected = []
+    for number in range(40):
+        rows = sorted(np.flatnonzero(beam == number), key=lambda row: distance[row])
+        groups = []
+        for row in rows:
+            if groups and distance[row] - distance[groups[-1][-1]] <= separation:
+                groups[-1].append(row)
+            else:
+                groups.append([row])
+        energy = light.astype(float) / distance.astype(float) ** 2
+        totals = [(sum(energy[group]), group) for group in groups if sum(energy[group]) >= least]
+        strongest = max(range(len(totals)), key=lambda one: totals[one][0], default=0)
+        order = sorted(
+            range(len(totals)),
+            key=lambda one: (one != strongest, one != len(totals) - 1, one != 0, -totals[one][0]),
+        )
+        for one in sorted(order[:most]):
+            total, group = totals[one]
+            brightest = max(reversed(group), key=lambda row: energy[row])
+            expected.append((number, sum(energy[group] * distance[group]) / total, sum(light[group]), brightest))
+
+    assert found.beam.tolist() == [one[0] for one in expected]
+    assert found.surface.tolist() == [one[3] for one in expected]
+    np.testing.assert_array_equal(found.normals, normals[[one[3] for one in expected]])
+    np.testing.assert_allclose(found.distance, [one[1] for one in expected], rtol=1e-6)
+    np.testing.assert_allclose(found.light, [one[2] for one in expected], rtol=1e-6)
