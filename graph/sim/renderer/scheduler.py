@@ -39,7 +39,7 @@ class SensorScheduler(ProductList):
         """The step count after which `capture` is to be called."""
         self._clock = clock
         self._loop_time = loop_time
-        self._began_at: Reading | Fraction | None = None
+        self._began_at: Reading | Fraction | None = None  # or, on the loop's time, how long before it
         self._next_due = NEVER
         self._rate: Fraction | None = None
         self._rendered_step = 0
@@ -64,11 +64,11 @@ class SensorScheduler(ProductList):
         began = self._began_at
         if began is None:
             return self.time
-        return began.time if isinstance(began, Reading) else began
+        return began.time if isinstance(began, Reading) else self._loop_time() - began
 
     def begin_update(self, dt: Fraction) -> None:
         """Remembers the external time at the start of an update of `dt` [s] and ends the last update's frames."""
-        self._began_at = self._clock.reading() if self.multi_tick else self._loop_time() - dt
+        self._began_at = self._clock.reading() if self.multi_tick else dt
         if self.new_frames and not self.frames_later:
             self._end_frames()
 
@@ -155,7 +155,7 @@ class SensorScheduler(ProductList):
         self.new_frames, self._pending, self._held = [], [], True
         self._rendered_step, self._rendered_version = 0, self._clock.version
         if self._began_at is not None:
-            self._began_at = self.time
+            self._began_at = self._clock.reading() if self.multi_tick else Fraction(0)
 
     def _bind(self) -> None:
         self._rate = self._clock.rate
@@ -201,6 +201,8 @@ class SensorScheduler(ProductList):
                 self._deliver(product, schedule.repeat(self._clock.time))
 
     def _render_every_update(self) -> None:
+        if not self.products:
+            return
         time = self._loop_time()
         for product in tuple(self.products.values()):
             if not product.enabled:

@@ -36,7 +36,9 @@ class Counter:
     @property
     def time(self) -> Fraction:
         """The exact time [s]."""
-        return self.base + self.count * self.step
+        base, step = self.base, self.step  # one new fraction instead of two
+        ticks = base.numerator * step.denominator + self.count * step.numerator * base.denominator
+        return Fraction(ticks, base.denominator * step.denominator)
 
     def advance(self, step: Fraction, count: int = 1) -> None:
         """Adds `count` steps of `step` [s]."""
