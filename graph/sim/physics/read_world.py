@@ -105,6 +105,11 @@ def _body(scan: Scan, prim: BodyPrim, warn: Warn) -> Body:
             "bad-transform", prim.path, "the body's transform is flat or not finite; its rotation is not to be trusted."
         )
     local_scale = (transforms.inverse_rigid(transforms.rigid_part(world)) @ world)[:3, :3]
+    for attribute in (mass.GetMassAttr(), mass.GetDensityAttr()):
+        value = attribute.Get(EARLIEST) if attribute and attribute.HasAuthoredValue() else None
+        if value is not None and not 0 <= value < math.inf:
+            text = f"{attribute.GetName()} is {value:g}, not a number from 0; it counts as not written."
+            warn("bad-mass", prim.path, text)
     total = authored(mass.GetMassAttr())
     density = authored(mass.GetDensityAttr())
     center = vector(mass.GetCenterOfMassAttr())

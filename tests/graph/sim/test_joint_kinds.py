@@ -394,6 +394,13 @@ def test_armature_slows_what_a_torque_turns(usda):
     assert physics.articulation("/J").velocities == pytest.approx([10.0], rel=1e-6)
 
 
+@pytest.mark.parametrize("mass", ["-1", "nan", "inf"])
+def test_a_mass_that_is_none_is_said_and_counts_as_not_written(usda, mass):
+    physics, warnings = usda(body("A", mass=mass, inertia=(0, 0, 0)))
+    assert [(code, where) for code, where, _ in warnings if code == "bad-mass"] == [("bad-mass", "/A")]
+    assert physics.model.body_mass[1] == 1.0  # nothing else gives it one
+
+
 def test_an_authored_inertia_turns_as_it_says(usda):
     """A free body spun about its middle axis wobbles; about a principal axis it keeps its spin."""
     spin = "vector3f physics:angularVelocity = (0, 0, 360)"
