@@ -277,3 +277,26 @@ def test_output_that_cannot_be_written_is_one_line():
             [sys.executable, "-m", "graph", "nodes"], stdout=full, stderr=subprocess.PIPE, text=True, check=False
         )
     assert (done.returncode, done.stderr) == (1, "graph: No space left on device\n")
+
+
+def test_a_sensor_that_sees_nothing_is_said_so(tmp_path, capsys):
+    text = """\
+tickgraph: 1
+scene: {prims: {/World/Lidar: {type: OmniLidar, config: Example_Rotary_2D}}}
+graphs:
+  /World/G:
+    nodes:
+      tick: OnPlaybackTick
+      product: {type: IsaacCreateRenderProduct, inputs: {cameraPrim: /World/Lidar}}
+      scan: {type: ROS2RtxLidarHelper, inputs: {type: point_cloud, topicName: points}}
+    connections:
+      - tick.tick -> product.execIn
+      - product.execOut -> scan.execIn
+      - product.renderProductPath -> scan.renderProductPath
+"""
+    file = tmp_path / "empty.yaml"
+    file.write_text(text)
+
+    assert main(["run", str(file), "--updates", "12"]) == 0
+
+    assert "sensor-saw-nothing: /World/Lidar: no return in any of its 2 frames" in capsys.readouterr().err

@@ -63,6 +63,7 @@ def run(args: argparse.Namespace) -> int:
     from graph.sim.messages.bus import CountingSink
 
     from .report import build_report, print_table, to_json, warning_lines, write_report
+    from .silence import warn_of_blind_sensors
 
     show_log()
     sources = open_sources(args.play)
@@ -102,6 +103,7 @@ def run(args: argparse.Namespace) -> int:
         tracing.close()
         if player is not None:
             warn_unheard(app, player)
+        warn_of_blind_sensors(app)
         report = build_report(app, session.runner, counter, time.perf_counter() - started)
     if args.out:
         write_report(report, args.out)

@@ -41,6 +41,24 @@ def silent_parts(app: App, runner: GraphRunner) -> list[str]:
     return lines
 
 
+def warn_of_blind_sensors(app: App) -> None:
+    """Warns of each sensor that rendered and saw nothing in any of its frames."""
+    frames: dict[str, int] = {}
+    seen: set[str] = set()
+    for product in app.rendering.history:
+        path = product.camera_path
+        frames[path] = frames.get(path, 0) + product.frames
+        if product.elements:
+            seen.add(path)
+    for path, count in frames.items():
+        if count and path not in seen:
+            app.warn(
+                "sensor-saw-nothing",
+                path,
+                f"no return in any of its {count} frames; is something within its range, in its view and not excluded?",
+            )
+
+
 def is_publisher(node_type: NodeType) -> bool:
     """Whether nodes of this type send messages: they have a topic and an execution input, and give out no data."""
     inputs, outputs = node_type.inputs.values(), node_type.outputs.values()
