@@ -169,6 +169,17 @@ def _stamp_traps(links: Links) -> Iterator[Trap]:
                     "IsaacReadSimulationTime.simulationTime",
                 )
 
+    for node, incoming in links.into.items():
+        names = {link.input for link in incoming}
+        publishes = {"topicName", "timeStamp"} <= node.type.inputs.keys() and any(link.execution for link in incoming)
+        if publishes and "timeStamp" not in names and not node.get("timeStamp"):
+            yield (
+                "timestamp-unconnected",
+                f"{node.path}.inputs:timeStamp",
+                "nothing gives it a time, so all its messages are stamped 0; connect "
+                "IsaacReadSimulationTime.simulationTime",
+            )
+
 
 def _order_traps(links: Links) -> Iterator[Trap]:
     for node, output, targets in links.execution_outputs():

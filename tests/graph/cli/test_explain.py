@@ -419,3 +419,22 @@ def test_what_is_told_without_multi_tick_rendering(folder, graph, explain):
     told = explain(clocked("physics_hz: 60"), "--/rtx/hydra/supportMultiTickRate=false")
     assert told["clocks"]["multi_tick"] is False
     assert "multi-tick rendering is off" in graph("explain", "a.yaml", "--/rtx/hydra/supportMultiTickRate=false").out
+
+
+def test_a_publisher_without_a_time_is_a_trap(explain):
+    text = """\
+tickgraph: 1
+scene: {prims: {/World/Box: {type: Cube}}}
+graphs:
+  /World/G:
+    nodes:
+      tick: OnPlaybackTick
+      time: IsaacReadSimulationTime
+      bare: {type: ROS2PublishTransformTree, inputs: {targetPrims: [/World/Box]}}
+      clock: ROS2PublishClock
+    connections:
+      - tick.tick -> [bare.execIn, clock.execIn]
+      - time.simulationTime -> clock.timeStamp
+"""
+    traps = {(trap["code"], trap["where"]) for trap in explain(text)["traps"]}
+    assert traps == {("timestamp-unconnected", "/World/G/bare.inputs:timeStamp")}
