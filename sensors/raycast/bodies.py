@@ -97,20 +97,32 @@ class MovingMeshes:
             start += len(mesh.vertices)
         self._scene = TriangleScene(np.concatenate(vertices), np.concatenate(triangles))
 
-    def cast(self, rays: RayBundle, poses: np.ndarray, skip: np.ndarray | None, threads: int, nearest: Nearest) -> None:
+    def cast(
+        self,
+        rays: RayBundle,
+        anchor: np.ndarray,
+        poses: np.ndarray,
+        skip: np.ndarray | None,
+        threads: int,
+        nearest: Nearest,
+    ) -> None:
         """Adds hits with the bodies at `poses` (b, 4, 4) float64 [m]; skip: (m,) bool, meshes that are left out."""
         rotations = poses[self.bodies, :3, :3]
         places = self._places(rays, poses, rotations)
         seen = places.distance - places.radius <= rays.reach
         if skip is not None:
             seen &= ~skip
-        near = seen & self._near.small & (places.half > NEAR_RAD)
+        near = seen & self._near.small
+        if not self._near.few:
+            near &= places.half > NEAR_RAD
         if near.any():
+            around = places.half[near].max() > ALL_ROUND_RAD
+            windows = None if around else _windows(rays, places, np.flatnonzero(near))
+            gathered = near if not self._near.few else self._near.small if skip is None else self._near.small & ~skip
+            self._near.cast(rays, windows, np.flatnonzero(gathered), anchor, poses, threads, nearest)
             seen &= ~near
-            which = np.flatnonzero(near)
-            around = places.half[which].max() > ALL_ROUND_RAD
-            windows = None if around else _windows(rays, places, which)
-            self._near.cast(rays, windows, which, poses, threads, nearest)
+        if not seen.any():
+            return
         index, owner = _windows(rays, places, np.flatnonzero(seen))
         index, owner, directions, along = _narrowed(rays, index, owner, places, nearest.distance)
         if not len(index):

@@ -1,14 +1,14 @@
-"""Small moving meshes close to a sensor: put together to one scene where they are, so that each ray is cast but once.
+"""Small moving meshes that are few or close to a sensor: one scene of them all, so that each ray is cast but once.
 
 What is close takes up much of the view, and many such meshes, as the links of the robot that carries the sensor, would
-bring each ray into many cells (see `bodies`); rebuilding a few thousand triangles costs less. Which meshes count as
-near depends on where they are and how large, never on the rays or on who else casts.
+bring each ray into many cells (see `bodies`); rebuilding a few thousand triangles costs less. So it does where a world
+has but a few hundred that move. Which meshes are gathered depends on where they are and how large, never on the rays or
+on who else casts.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -26,15 +26,38 @@ NEAR_RAD = np.deg2rad(20.0)
 MOST_TRIANGLES = 2000
 """Larger meshes go into cells however near: the rays they get cost less than rebuilding them."""
 
+FEW_TRIANGLES = 600
+"""Of all small meshes together: up to so many are gathered wherever they are."""
+
+NEAR_ANCHOR_M = 64.0
+"""Up to here from the static scenes' anchor its frame is fine enough, and one scene serves all sensors."""
+
 FULL_CAST = 0.6
 """Share of the rays from which on picking them costs more than casting them all."""
 
 
-@dataclass(slots=True)
-class _Gathered:
-    scene: TriangleScene
-    surface: np.ndarray
-    """(t,) uint32, of each triangle."""
+class _Layout:
+    """Some of the meshes side by side: what does not change when they move."""
+
+    def __init__(self, entries: Sequence[Moving]) -> None:
+        counts = [len(entry.mesh.vertices) for entry in entries]
+        starts = np.cumsum([0, *counts[:-1]])
+        self.local = np.concatenate([np.asarray(entry.mesh.vertices, np.float64) for entry in entries])
+        self.owner = np.repeat(np.arange(len(entries)), counts)
+        self.bodies = np.array([entry.body for entry in entries], np.intp)
+        faces = [np.asarray(entry.mesh.triangles, np.uint32) for entry in entries]
+        self.triangles = np.concatenate([each + np.uint32(at) for each, at in zip(faces, starts, strict=True)])
+        surfaces = np.array([entry.surface for entry in entries], np.uint32)
+        self.surface = np.repeat(surfaces, [len(each) for each in faces])
+        """(t,) uint32, of each triangle."""
+
+    def scene(self, poses: np.ndarray, origin: np.ndarray) -> TriangleScene:
+        """The meshes with their bodies at `poses` (k, 4, 4) [m], about an origin."""
+        rotation = poses[self.owner, :3, :3]
+        world = (poses[:, :3, 3] - origin)[self.owner]
+        for column in range(3):
+            world += rotation[:, :, column] * self.local[:, column, None]
+        return TriangleScene(world.astype(np.float32), self.triangles, warm=False)
 
 
 class NearMeshes:
@@ -44,13 +67,18 @@ class NearMeshes:
         self._moving = moving
         self.small = np.array([len(entry.mesh.triangles) <= MOST_TRIANGLES for entry in moving])
         """(m,) bool, which of them may be near."""
-        self._latest: tuple[tuple[bytes, ...], _Gathered] | None = None
+        counts = np.array([len(entry.mesh.triangles) for entry in moving])
+        self.few = bool(counts[self.small].sum() <= FEW_TRIANGLES)
+        """Whether all that are small are gathered."""
+        self._layout: tuple[bytes, _Layout] | None = None
+        self._scene: tuple[tuple[bytes, ...], TriangleScene] | None = None
 
     def cast(
         self,
         rays: RayBundle,
         windows: tuple[np.ndarray, np.ndarray] | None,
         which: np.ndarray,
+        anchor: np.ndarray,
         poses: np.ndarray,
         threads: int,
         nearest: Nearest,
@@ -59,40 +87,48 @@ class NearMeshes:
 
         windows: the rays that may meet them, with repeats, and whose each is; None: all may.
         """
-        gathered = self._gathered(which, rays.origin, poses)
-        rays.start_at(np.zeros(3, np.float32))
-        index, table = None, rays.table
-        if windows is not None:
-            chosen = np.zeros(len(table), bool)
-            chosen[windows[0]] = True
-            index = np.flatnonzero(chosen)
-            if len(index) > FULL_CAST * len(table):
-                index = None
-            else:
-                table = np.take(table, index, axis=0, mode="clip")
-        found = gathered.scene.cast(table, threads)
+        frame = anchor if np.abs(rays.origin - anchor).max() < NEAR_ANCHOR_M else rays.origin
+        start = (rays.origin - frame).astype(np.float32)
+        index = None if windows is None else _chosen(windows[0], len(rays.table))
+        if index is None:
+            rays.start_at(start)
+            table = rays.table
+        elif len(index):
+            table = _started(rays, index, start)
+        else:
+            return
+        layout = self._layout_of(which)
+        found = self._scene_of(layout, which, poses[layout.bodies], frame).cast(table, threads)
         hit = np.flatnonzero(np.isfinite(found.distance))
-        surface = np.take(gathered.surface, found.triangle[hit])
+        surface = np.take(layout.surface, found.triangle[hit])
         target = hit if index is None else index[hit]
         nearest.add_some(target, found.distance[hit], surface, lambda rows: np.take(found.normals, hit[rows], axis=0))
 
-    def _gathered(self, which: np.ndarray, origin: np.ndarray, poses: np.ndarray) -> _Gathered:
-        entries = [self._moving[number] for number in which]
-        bodies = poses[[entry.body for entry in entries]]
-        key = (which.tobytes(), origin.tobytes(), bodies.tobytes())
-        if self._latest is None or self._latest[0] != key:
-            self._latest = None  # its scene goes before the next is made
-            self._latest = key, _gather(entries, bodies, origin)
-        return self._latest[1]
+    def _layout_of(self, which: np.ndarray) -> _Layout:
+        key = which.tobytes()
+        if self._layout is None or self._layout[0] != key:
+            self._layout = key, _Layout([self._moving[number] for number in which])
+        return self._layout[1]
+
+    def _scene_of(self, layout: _Layout, which: np.ndarray, poses: np.ndarray, origin: np.ndarray) -> TriangleScene:
+        key = (which.tobytes(), origin.tobytes(), poses.tobytes())
+        if self._scene is None or self._scene[0] != key:
+            self._scene = None  # the old scene goes before the next is made
+            self._scene = key, layout.scene(poses, origin)
+        return self._scene[1]
 
 
-def _gather(entries: Sequence[Moving], poses: np.ndarray, origin: np.ndarray) -> _Gathered:
-    vertices, triangles, start = [], [], 0
-    for entry, pose in zip(entries, poses, strict=True):
-        world = entry.mesh.vertices @ pose[:3, :3].T + (pose[:3, 3] - origin)
-        vertices.append(world.astype(np.float32))
-        triangles.append(np.asarray(entry.mesh.triangles, np.uint32) + np.uint32(start))
-        start += len(world)
-    counts = [len(each) for each in triangles]
-    surface = np.repeat(np.array([entry.surface for entry in entries], np.uint32), counts)
-    return _Gathered(TriangleScene(np.concatenate(vertices), np.concatenate(triangles), warm=False), surface)
+def _chosen(index: np.ndarray, count: int) -> np.ndarray | None:
+    """Each of some of `count` rays once, in order; None where all may as well be cast."""
+    chosen = np.zeros(count, bool)
+    chosen[index] = True
+    found = np.flatnonzero(chosen)
+    return None if len(found) > FULL_CAST * count else found
+
+
+def _started(rays: RayBundle, index: np.ndarray, start: np.ndarray) -> np.ndarray:
+    """The rays `index` (k, 6) float32 with their origins at `start` (3,), each with its own offset."""
+    table = np.take(rays.table, index, axis=0, mode="clip")
+    for axis in range(3):
+        table[:, axis] = start[axis] if rays.offsets is None else rays.offsets[index, axis] + start[axis]
+    return table

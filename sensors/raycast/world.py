@@ -81,7 +81,7 @@ class CastWorld:
             if index not in scenes.skip:
                 self._add_plane(nearest, index, plane, rays, body_poses)
         if self._moving is not None and body_poses is not None:
-            self._moving.cast(rays, body_poses, scenes.skipped_meshes, threads, nearest)
+            self._moving.cast(rays, anchor, body_poses, scenes.skipped_meshes, threads, nearest)
         if self._soft is not None:
             self._soft.cast(rays, poses, scenes.skip, threads, nearest)
         return nearest.hits()

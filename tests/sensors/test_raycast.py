@@ -226,15 +226,15 @@ def test_small_bodies_around_a_sensor_are_seen_as_they_are_when_they_stand_still
     assert np.mean(np.abs(seen.normals[agree] - fixed.normals[agree]).max(axis=1) < 1e-4) > 0.999
 
 
-def test_no_scene_is_built_when_something_moves(monkeypatch):
+def test_no_scene_is_built_when_a_mesh_of_many_triangles_moves(monkeypatch):
     places = {"now": pose_at(5.0, 0.0, 0.0)}
-    world = CastWorld([mesh(box((0.5, 0.5, 0.5)), "/World/B", "/World/B")], lambda _: places["now"][None])
+    world = CastWorld([mesh(sphere(0.5, 20), "/World/B", "/World/B")], lambda _: places["now"][None])
     built = []
     monkeypatch.setattr(triangles, "_open3d", lambda: built.append(1))
 
     for x in (5.0, 6.0, 7.0):
         places["now"] = pose_at(x, 0.0, 0.0)
-        assert world.cast(bundle((0, 0, 0), [[1, 0.01, 0]])).distance[0] == pytest.approx(x - 0.5, abs=1e-3)
+        assert world.cast(bundle((0, 0, 0), [[1, 0.01, 0]])).distance[0] == pytest.approx(x - 0.5, abs=1e-2)
 
     assert not built
 
