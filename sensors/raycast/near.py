@@ -65,9 +65,9 @@ class NearMeshes:
 
     def __init__(self, moving: Sequence[Moving]) -> None:
         self._moving = moving
-        self.small = np.array([len(entry.mesh.triangles) <= MOST_TRIANGLES for entry in moving])
-        """(m,) bool, which of them may be near."""
         counts = np.array([len(entry.mesh.triangles) for entry in moving])
+        self.small = counts <= MOST_TRIANGLES
+        """(m,) bool, which of them may be near."""
         self.few = bool(counts[self.small].sum() <= FEW_TRIANGLES)
         """Whether all that are small are gathered."""
         self._layout: tuple[bytes, _Layout] | None = None

@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 import gc
 import weakref
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -36,15 +35,6 @@ class TriangleHits:
     distance: np.ndarray
     triangle: np.ndarray
     normals: np.ndarray
-
-    @classmethod
-    def joined(cls, parts: Sequence[TriangleHits]) -> TriangleHits:
-        """Several casts one after the other."""
-        return cls(
-            np.concatenate([part.distance for part in parts]),
-            np.concatenate([part.triangle for part in parts]),
-            np.concatenate([part.normals for part in parts]),
-        )
 
 
 class TriangleScene:
