@@ -57,7 +57,7 @@ class Context:
     that a stop does not reset; frames_per_second: time codes per second; update: index of the app update; events: what
     nodes and scripts send each other; room: what their large values may take.
     warn: takes code, where and message of a warning. scripts: what a node does that would run code of the graph file:
-    fail, nothing, or run it (see `graph.scripts`).
+    fail, nothing, or run it (see `graph.scripts`). closing: whether the App is about to close.
     """
 
     app: Any = None
@@ -73,6 +73,7 @@ class Context:
     events: EventBus = field(default_factory=EventBus)
     room: Room = field(default_factory=Room)
     scripts: Scripts = "refuse"
+    closing: bool = False
 
     @classmethod
     def standalone(cls, loop_hz: float | str | Fraction = 60) -> Context:

@@ -40,6 +40,9 @@ class _Unset:
 UNSET: Any = _Unset()
 """No default was declared: the type's zero is used, and an open type must be connected or given a value."""
 
+CLOSING = "closing"
+"""The phase of events that come once, when the App is about to close."""
+
 Compute = Callable[[Any], "bool | None"]
 Resolve = Callable[[Any], Mapping[str, Any]]
 Specialize = Callable[[Any], "Compute | None"]
@@ -117,7 +120,8 @@ class NodeType:
     None for the common one; it may keep db.inputs and db.outputs, which last as long as the node.
     runs_code: its work is code that the graph file brings, which needs the user's leave (`Context.scripts`).
     volatile: reads more than its inputs (time, the world, variables), so a dirty_push graph always computes it.
-    phase: an event that comes with a phase of the App: on-demand graphs that hold it are evaluated in that phase.
+    phase: an event that comes with a phase of the App: on-demand graphs that hold it are evaluated in that phase; an
+    event of the phase `CLOSING` computes then only, in graphs of every stage.
     dynamic_inputs, dynamic_outputs: attributes that a file may add, by name template: `{n}` stands for digits,
     `{operand}` for `c`, `d` ... or a word with a number, `{x}` for any word, `{field}` for words joined by `:`, as in
     `input{n}`. origin: module:line of the declaration.

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from .context import Context
 from .controller.graph_set import GraphSet, bind, unbind
+from .declaration import CLOSING
 
 if TYPE_CHECKING:
     from graph.sim import App
@@ -49,6 +50,7 @@ class _Stages:
             for phase in dict.fromkeys(node.type.phase for node in graph.nodes.values()):
                 demanded.setdefault(phase, []).append(graph)
         demanded.pop("", None)
+        demanded.pop(CLOSING, None)
         return cls(
             (*of_stage.get("simulation", ()), *of_stage.get("pre_render", ())),
             tuple((graph, tuple(_frame_entries(graph))) for graph in of_stage.get("post_render", ())),
@@ -85,6 +87,7 @@ class GraphRunner:
             app.on("post_render_graphs", self._run_frames),
             app.on("play", self._played),
             app.on("stop", self._reset),
+            app.on("closing", self._close_down),
             app.on("close", self.close),
             app.settings.subscribe(INTERRUPTS_OFF, self._set_interrupts),
         ]
@@ -156,6 +159,18 @@ class GraphRunner:
         self.events.clear()
         for name in STOPS:
             self.events.send(f"stage:{name}", update=self._context.update)
+
+    def _close_down(self) -> None:
+        """Walks once from the events that come with the App's end; a graph that runs just now is left alone."""
+        self._context.follow(self._app)
+        self._context.closing = True
+        try:
+            for graph in self.graphs.values():
+                has_walk = any(node.type.phase == CLOSING for node in graph.nodes.values())
+                if has_walk and graph.evaluator == "execution" and not graph.running:
+                    graph.evaluate(self._context)
+        finally:
+            self._context.closing = False
 
     def _instance_prims(self) -> None:
         """Gives each graph an instance for every prim of the stage that has it."""

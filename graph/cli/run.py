@@ -100,6 +100,10 @@ def run(args: argparse.Namespace) -> int:
             _advance(app, updates, show_progress=not args.json and sys.stderr.isatty())
         except (RunError, KeyboardInterrupt) as error:
             failure = error
+        try:
+            app.tell_closing()
+        except RunError as error:
+            failure = failure or error
         tracing.close()
         if player is not None:
             warn_unheard(app, player)

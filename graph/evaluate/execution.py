@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from graph.db import RETURN, RETURNED, STARTED, Database
+from graph.declaration import CLOSING
 
 from .errors import RunawayError
 from .node import Node, upstream_data
@@ -27,16 +28,22 @@ class ExecutionEvaluator:
         self._graph = graph
         nodes = graph.nodes.values()
         events = [node for node in nodes if node.type.event is not None and node.type.compute is not None]
-        self._events = [node.db for node in sorted(events, key=lambda node: (node.type.event, node.index))]
+        ordered = [node.db for node in sorted(events, key=lambda node: (node.type.event, node.index))]
+        self._events = [db for db in ordered if db._node.type.phase != CLOSING]
+        self._at_the_end = [db for db in ordered if db._node.type.phase == CLOSING]
         # An edit makes a new evaluator of a graph in which nodes sleep.
         self._sleepers: list[Database] = [node.db for node in nodes if node.db.asleep]
         self._woken: list[Database] = []
         self._foreign: set[Graph] = set()
 
     def run(self, activations: Sequence[Activation]) -> None:
-        """Evaluates the graph once."""
+        """Evaluates the graph once; where the App is about to close, only the events of that."""
         self._share_context()
         try:
+            if self._graph.context.closing:
+                for db in self._at_the_end:
+                    self._walk(db, STARTED)
+                return
             for db in sorted(self._sleepers, key=lambda db: db._node.index):
                 if db.asleep:
                     self._walk(db, STARTED)

@@ -131,6 +131,7 @@ class App(Drivers, World):
         self._end_phase = phases["end"]
         self._physics_s = self._render_s = self._graph_s = 0.0
         self._updating = False
+        self._told_closing = False
         self._closed = False
 
     @classmethod
@@ -315,13 +316,32 @@ class App(Drivers, World):
                 self.free_world()
             raise
 
+    def tell_closing(self) -> None:
+        """Tells the "closing" subscribers, once, that the App is about to close: world and sinks are as they were.
+
+        `close` does so first; who reads results before that (a report, a recording) calls it ahead of reading them.
+        """
+        if not self._told_closing:
+            self._told_closing = True
+            self._subscribers["closing"]()
+
     def close(self) -> None:
-        """Stops, tells the "close" subscribers and closes the bus's sinks; each also when one before it fails."""
+        """Tells the "closing" subscribers, stops, tells the "close" subscribers and closes the bus's sinks.
+
+        Each also when one before it fails.
+        """
         if self._closed:
             return
         self._closed = True
         failure: BaseException | None = None
-        for action in (self.stop, *self._close_actions(), self.simulation.close, self.bus.close, self.fabric.close):
+        for action in (
+            self.tell_closing,
+            self.stop,
+            *self._close_actions(),
+            self.simulation.close,
+            self.bus.close,
+            self.fabric.close,
+        ):
             try:
                 action()
             except BaseException as error:
@@ -346,4 +366,8 @@ class App(Drivers, World):
             App._entered.reverse()
             App._entered.remove(self)
             App._entered.reverse()
-        self.close()
+        try:
+            self.close()
+        except RunError:
+            if error is None:  # what ended the run says more than what its end led to
+                raise

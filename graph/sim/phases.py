@@ -11,7 +11,7 @@ Unsubscribe = Callable[[], None]
 PHASES = ("timeline_state", "timeline", "physics", "simulation_graphs", "render", "post_render_graphs", "end")
 """The phases of one update, in the order they run."""
 
-EVENTS = ("physics_pre_step", "physics_post_step", "play", "pause", "resume", "stop", "close")
+EVENTS = ("physics_pre_step", "physics_post_step", "play", "pause", "resume", "stop", "closing", "close")
 
 
 class Subscribers:

@@ -45,6 +45,7 @@ def run_graph(
     record: Collection[str] | None = None,
     on_update: Callable[[int, GraphTrace], None] | None = None,
     catch: bool = False,
+    closes: bool = False,
     allow: Iterable[str | Path] = (),
     allow_scripts: bool = False,
     registry: Registry = DEFAULT,
@@ -61,7 +62,7 @@ def run_graph(
     stopped (clocks at 0, node state as at the start), to play again if it plays there. seed: of an App's random
     streams. record: the data attributes to keep the values of (default: all). on_update: called with the index and the
     trace so far before each update. catch: a failure of the run ends it and stands in `trace.error` instead of being
-    raised.
+    raised. closes: whether the App closes at the end, for OnClosing; what comes of it stands under update `updates`.
     allow: folders besides the file's own that it may name files in. allow_scripts: whether nodes may run code that the
     file brings (ScriptNode).
 
@@ -90,6 +91,7 @@ def run_graph(
         context = standalone_context(rate, warnings)
         context.scripts = "run" if allow_scripts else "refuse"
         step = _world_step(world, trace, playing) if world else _standalone_step(graphs, context, playing)
+        close_down = _world_end(world) if world else _standalone_end(graphs, context)
         stop = world.app.stop if world else partial(stop_standalone, graphs, context)
         try:
             for update in range(total):
@@ -102,6 +104,9 @@ def run_graph(
                 driver.end()
                 trace.note(update)
                 trace.updates += 1
+            if closes:
+                close_down(total)
+                trace.note(total)
         except RunError as error:
             trace.error = error
             if not catch:
@@ -156,6 +161,24 @@ def _world_step(world: Observed, trace: GraphTrace, playing: bool | Callable[[in
         app.update()
 
     return step
+
+
+def _standalone_end(graphs: list[Graph], context: Context) -> Callable[[int], None]:
+    def end(update: int) -> None:
+        context.closing = True
+        for graph in graphs:
+            if graph.evaluator == "execution":
+                graph.evaluate(context)
+
+    return end
+
+
+def _world_end(world: Observed) -> Callable[[int], None]:
+    def end(update: int) -> None:
+        world.update = update
+        world.app.tell_closing()
+
+    return end
 
 
 def _close(graphs: Iterable[Graph]) -> None:

@@ -164,6 +164,11 @@ class Setup(_Part):
         description="The updates before which the simulation is stopped: clocks at 0, all node state as at the start. "
         "It plays again in the same update, if it plays there.",
     )
+    closes: bool = Field(
+        default=False,
+        description="Whether the App closes at the end, for OnClosing; what comes of that stands under the update "
+        "after the last.",
+    )
     settings: dict[SettingPath, Setting] = Field(
         default_factory=dict, description="Settings of the App; they beat the file's.", json_schema_extra=PATH_KEYS
     )

@@ -97,6 +97,7 @@ def run_node(
     on_update: Callable[[int, Node], None] | None = None,
     interrupts: bool = False,
     catch: bool = False,
+    closes: bool = False,
     allow_scripts: bool = False,
     registry: Registry = DEFAULT,
 ) -> Trace:
@@ -113,7 +114,8 @@ def run_node(
     app: an App to run in, one app update for each update; it is played first if it is stopped. phase: the App's phase
     in which the node is evaluated. on_update: called with index and node before each update.
     interrupts: see `Graph.interrupts`. catch: a failure of the run ends it and stands in `trace.error` instead of being
-    raised. allow_scripts: whether a ScriptNode may run its script.
+    raised. closes: whether the App closes at the end, for OnClosing; what comes of it stands under update `updates`.
+    allow_scripts: whether a ScriptNode may run its script.
 
     Outputs are held against their declared types after every compute: a value that is not of its type raises
     AssertionError. Raises UserError for a wrong type id, name or value, and ComputeError when the node fails.
@@ -132,7 +134,9 @@ def run_node(
         context.app = app
 
     def evaluate(update: int) -> None:
-        if app is None:
+        if context.closing:
+            pass
+        elif app is None:
             context.is_playing = playing(update) if callable(playing) else playing
             context.advance()
         else:
@@ -142,7 +146,7 @@ def run_node(
         graph.nodes["probe"].db.memory.update = update
         graph.evaluate(context, activations)
         _record(trace, update)
-        trace.updates = update + 1
+        trace.updates = update + (not context.closing)
 
     try:
         if app is None:
@@ -152,6 +156,9 @@ def run_node(
                 evaluate(update)
         else:
             _run_in_app(app, phase, updates, evaluate, node, on_update)
+        if closes:
+            context.closing = True
+            evaluate(updates)
     except RunError as error:
         trace.error = error
         if not catch:

@@ -89,6 +89,7 @@ def _run_graph(case: Case, options: Options) -> Seen:
         app=setup.world,
         playing=_playing(case),
         stops=frozenset(setup.stops),
+        closes=setup.closes,
         settings=options.settings,
         seed=setup.seed or 0,
         record=[*setup.expect.outputs, *setup.expect.values],
@@ -143,6 +144,7 @@ def _run_node(case: Case, options: Options) -> Seen:
             app=world.app if world else None,
             on_update=before,
             catch=True,
+            closes=setup.closes,
             allow_scripts=options.allow_scripts,
             registry=options.registry,
         )

@@ -1,10 +1,11 @@
-"""The run itself."""
+"""The run itself: its end, and what is done then."""
 
 from __future__ import annotations
 
 from typing import Any
 
 from graph import Attribute, node_type
+from graph.declaration import CLOSING
 
 
 @node_type(
@@ -15,3 +16,19 @@ from graph import Attribute, node_type
 def exit_application(db: Any) -> None:
     """End the run after this update: recordings are finished, `graph run` reports and exits with 0."""
     db.app.exit_requested = True
+
+
+@node_type(
+    "omni.graph.action.OnClosing",
+    version=2,
+    event=True,
+    phase=CLOSING,
+    outputs={"execOut": Attribute("execution", "fires once, when the App is about to close")},
+)
+def on_closing(db: Any) -> None:
+    """Fire once when the App is about to close: at the end of `graph run`, at `App.close()`.
+
+    Nothing else of the graph starts then. The world, the nodes' values and the recordings are as the last update left
+    them: a playing timeline stops only afterwards, and what is written to the stage meanwhile goes with that stop.
+    """
+    db.fire("execOut")
