@@ -20,9 +20,10 @@ _PLAIN = (bool, int, float, str)
 class DirtyPushEvaluator:
     """Computes, in dependency order, the nodes whose inputs changed since they last computed.
 
-    The first evaluation computes all. Later ones compute the nodes that were set from outside, those that read more
-    than their inputs (`NodeType.always_dirty`), and what lies behind an output that got another value. Plain values
-    are compared; arrays, lists and bundles count as changed whenever their node has computed.
+    The first evaluation computes all. Later ones compute the nodes that were set from outside to another value or asked
+    for (`Node.request_compute`), those that read more than their inputs (`NodeType.always_dirty`), and what lies behind
+    an output that got another value. Plain values are compared; arrays, lists and bundles that a node writes count as
+    changed.
     """
 
     def __init__(self, graph: Graph) -> None:

@@ -132,7 +132,7 @@ class Node(FamiliarNode):
         return getattr(getattr(self.db, prefix), python_name(short), None)
 
     def set(self, name: str, value: Any) -> None:
-        """Sets an input or state attribute, now and for every start after a stop.
+        """Sets an input or state attribute, now and for every start after a stop. A value that it has is no change.
 
         Raises KeyError for an unknown name and ValueError for a value that is not of its type or that a connection
         would overwrite.
@@ -155,10 +155,13 @@ class Node(FamiliarNode):
             raise ValueError(f"{self.path}.{full}: {wrong}")
         self._initial = {**self._initial, full: value}
         self.graph.written[self.name, full] = value
-        setattr(getattr(self.db, prefix), python_name(short), value)
+        values, attribute = getattr(self.db, prefix), python_name(short)
+        changed = not _equal(getattr(values, attribute), value)
+        setattr(values, attribute, value)
         if full in self._passes:
             self._passes[full]()
-        self.graph.touched(self)
+        if changed:
+            self.graph.touched(self)
         for instance in self.graph.instances.values():
             instance.nodes[self.name].set(full, instance.resolved(value))
 
@@ -328,3 +331,10 @@ def upstream_data(node: Node) -> tuple[Database, ...]:
             pending += source.sources
     computed = (one for one in found if one.type.compute is not None and one.graph.evaluator == "execution")
     return tuple(one.db for one in sorted(computed, key=lambda one: one.rank))
+
+
+def _equal(before: Any, now: Any) -> bool:
+    """Whether a value set from outside is the one that is there, of the same type and shape."""
+    if hasattr(now, "dtype"):
+        return hasattr(before, "dtype") and before.shape == now.shape and bool((before == now).all())
+    return type(before) is type(now) and bool(before == now)

@@ -147,3 +147,18 @@ def test_all_evaluators_give_what_the_formula_gives(library, graph, evaluator):
             if target == rank:
                 expected[rank] += expected[source] * (1 if side == "a" else 2)
     assert [made.node(f"n{rank}").get("sum") for rank in range(count)] == expected
+
+
+def test_setting_the_value_that_is_there_is_no_change_to_a_lazy_graph(build, journal, playing):
+    graph = build({"a": ("test.Inc", {"a": 3}), "b": "test.Inc"}, ["a.y -> b.a"], "dirty_push")
+    graph.evaluate(playing)
+    journal.clear()
+    graph.node("a").set("a", 3)
+    graph.evaluate(playing)
+    assert journal.take() == []
+    graph.node("a").request_compute()
+    graph.evaluate(playing)
+    assert journal.take() == ["a"]
+    graph.node("a").set("a", 4)
+    graph.evaluate(playing)
+    assert journal.take() == ["a", "b"]
