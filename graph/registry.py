@@ -1,8 +1,12 @@
-"""Which node types exist: those of the `nodes` package, then those that installed packages add by entry point."""
+"""Which node types exist: those of the `nodes` package, then those that installed packages add by entry point.
+
+A shipped type is known by name only until it is asked for; then its module is imported.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from importlib import import_module, metadata
 
 from .absent import why_absent
@@ -31,8 +35,9 @@ class Registry:
     """Node types by id and by short name: the id's last part, with or without a leading `Ogn`."""
 
     def __init__(self, *, shipped: bool = False) -> None:
-        self._types: dict[str, NodeType] = {}
-        self._short: dict[str, list[NodeType]] = {}
+        # A shipped type that nobody has asked for yet is the name of the module that registers it.
+        self._types: dict[str, NodeType | str] = {}
+        self._short: dict[str, list[str]] = {}
         self._broken: dict[str, str] = {}
         # Only the default registry fills itself, at the first look-up.
         self._to_load = shipped
@@ -40,14 +45,20 @@ class Registry:
     def add(self, node_type: NodeType) -> None:
         """Registers a type. Raises UserError, naming both origins, if its id is taken."""
         taken = self._types.get(node_type.id)
-        if taken is not None:
+        if isinstance(taken, str) and node_type.origin.rpartition(":")[0] != taken:
+            taken = self._loaded(node_type.id)
+        if isinstance(taken, NodeType):
             raise UserError(
                 f'node type "{node_type.id}" is registered twice: by {taken.origin} and by {node_type.origin}; '
                 "give one of them another id"
             )
-        self._types[node_type.id] = node_type
-        for name in _short_names(node_type):
-            self._short.setdefault(name, []).append(node_type)
+        self._note(node_type.id, node_type)
+
+    def _note(self, type_id: str, known: NodeType | str) -> None:
+        if type_id not in self._types:
+            for name in _short_names(type_id):
+                self._short.setdefault(name, []).append(type_id)
+        self._types[type_id] = known
 
     def add_broken(self, name: str, problem: str) -> None:
         """Notes that the type of that short name has a declaration that cannot be used, and what is wrong with it."""
@@ -61,14 +72,14 @@ class Registry:
         """
         self._load()
         if name in self._types:
-            return self._types[name]
+            return self._loaded(name)
         candidates = self._short.get(name, [])
-        shipped = [one for one in candidates if one.shipped]
+        shipped = [one for one in candidates if self._shipped(one)]
         for group in (shipped, candidates):
             if len(group) == 1:
-                return group[0]
+                return self._loaded(group[0])
         if candidates:
-            ids = " or ".join(f'"{one.id}"' for one in candidates)
+            ids = " or ".join(f'"{one}"' for one in candidates)
             raise UnknownNodeTypeError(f'node type "{name}" is ambiguous; write {ids}')
         if broken := self._broken.get(_bare(name)):
             raise UnknownNodeTypeError(f'node type "{name}" cannot be used: {broken}')
@@ -82,7 +93,7 @@ class Registry:
     def all(self) -> list[NodeType]:
         """Every registered type, sorted by id."""
         self._load()
-        return [self._types[name] for name in sorted(self._types)]
+        return [self._loaded(name) for name in sorted(self._types)]
 
     def __contains__(self, name: str) -> bool:
         self._load()
@@ -91,35 +102,59 @@ class Registry:
     def __iter__(self) -> Iterator[NodeType]:
         return iter(self.all())
 
+    def _loaded(self, type_id: str) -> NodeType:
+        """The type of a known id; its module is imported at the first call."""
+        known = self._types[type_id]
+        if isinstance(known, str):
+            import_module(known)
+            registered = DEFAULT._types[type_id]  # where shipped modules register, whoever asks for them
+            if isinstance(registered, str):
+                raise LookupError(f'{known} is to register the node type "{type_id}", and does not')
+            known = self._types[type_id] = registered
+        return known
+
+    def _shipped(self, type_id: str) -> bool:
+        known = self._types[type_id]
+        return isinstance(known, str) or known.shipped
+
     def _load(self) -> None:
         if not self._to_load:
             return
         self._to_load = False
-        import_module(SHIPPED)
-        for entry in sorted(metadata.entry_points(group=ENTRY_POINTS), key=lambda entry: (entry.name, entry.value)):
-            try:
+        for module, ids in import_module(SHIPPED).TYPES.items():
+            home = f"{SHIPPED}.{module}"
+            for type_id in ids:
+                taken = self._types.get(type_id)
+                if taken is None:
+                    self._note(type_id, home)
+                elif isinstance(taken, NodeType) and not taken.shipped:
+                    import_module(home)  # says whose id it is
+        installed = metadata.entry_points()
+        for entry in _in_order(installed.select(group=ENTRY_POINTS)):
+            with _importing(entry):
                 entry.load()
-            except UserError:
-                raise
-            except Exception as error:
-                raise UserError(
-                    f'the node package "{entry.name}" ({entry.value}) cannot be imported: {error}; '
-                    "repair or uninstall it"
-                ) from error
-        self._load_ogn_packages()
-
-    def _load_ogn_packages(self) -> None:
-        """Registers the types that installed packages declare by `.ogn` files."""
-        for entry in sorted(metadata.entry_points(group=OGN_ENTRY_POINTS), key=lambda entry: (entry.name, entry.value)):
+        for entry in _in_order(installed.select(group=OGN_ENTRY_POINTS)):
             from .ogn import register_package
 
-            try:
+            with _importing(entry, ImportError):
                 register_package(self, entry.name, entry.value)
-            except ImportError as error:
-                raise UserError(
-                    f'the node package "{entry.name}" ({entry.value}) cannot be imported: {error}; '
-                    "repair or uninstall it"
-                ) from error
+
+
+def _in_order(entries: Iterable[metadata.EntryPoint]) -> list[metadata.EntryPoint]:
+    return sorted(entries, key=lambda entry: (entry.name, entry.value))
+
+
+@contextmanager
+def _importing(entry: metadata.EntryPoint, failure: type[Exception] = Exception) -> Iterator[None]:
+    """Tells which package could not be imported; a UserError passes as it is."""
+    try:
+        yield
+    except UserError:
+        raise
+    except failure as error:
+        raise UserError(
+            f'the node package "{entry.name}" ({entry.value}) cannot be imported: {error}; repair or uninstall it'
+        ) from error
 
 
 def _bare(name: str) -> str:
@@ -127,8 +162,8 @@ def _bare(name: str) -> str:
     return name.rpartition(".")[2].removeprefix("Ogn")
 
 
-def _short_names(node_type: NodeType) -> set[str]:
-    short = node_type.short_name
+def _short_names(type_id: str) -> set[str]:
+    short = type_id.rpartition(".")[2]
     return {short, short.removeprefix("Ogn"), f"Ogn{short}"}
 
 

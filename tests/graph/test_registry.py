@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from importlib import import_module
+from pathlib import Path
 
 import pytest
 
 from graph import Attribute, NodeType, UserError, declare, node_type
 from graph.declaration import names_in_order
-from graph.registry import Registry, UnknownNodeTypeError
+from graph.registry import DEFAULT, Registry, UnknownNodeTypeError
 
 
 def of(type_id, origin):
@@ -52,6 +54,42 @@ def test_a_second_type_of_one_id_names_both_origins():
     declare("a.B", "doc", registry=registry)
     with pytest.raises(UserError, match=r'"a.B" is registered twice: by .*test_registry:\d+ and by .*:\d+'):
         declare("a.B", "doc", registry=registry)
+
+
+def test_the_index_of_the_library_names_every_type_where_it_is_registered():
+    """What a module registers and the index does not name cannot be found; so a new type goes into `nodes.TYPES`."""
+    import nodes
+
+    for path in sorted(Path(nodes.__file__).parent.rglob("*.py")):
+        import_module(".".join(("nodes", *path.relative_to(Path(nodes.__file__).parent).with_suffix("").parts)))
+    registered: dict[str, set[str]] = {}
+    for one in DEFAULT.all():
+        if one.shipped:
+            registered.setdefault(one.origin.rpartition(":")[0].removeprefix("nodes."), set()).add(one.id)
+    assert {module: set(ids) for module, ids in nodes.TYPES.items()} == registered
+
+
+def test_a_type_costs_the_import_of_its_own_module_only():
+    code = (
+        "import sys\nfrom graph.registry import DEFAULT\nassert 'Countdown' in DEFAULT and 'Branch' in DEFAULT\n"
+        "found = lambda: [name for name in sys.modules if name.count('.') == 2 and name.startswith('nodes.')]\n"
+        "assert found() == [], found()\nassert DEFAULT.get('Countdown').id == 'omni.graph.action.Countdown'\n"
+        "print(*found())"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert (done.stderr, done.stdout) == ("", "nodes.action.latent\n")
+
+
+@pytest.mark.parametrize("first", ["", "DEFAULT.get('Branch')\n", "assert 'Branch' in DEFAULT\n"])
+def test_an_id_of_the_library_is_taken_before_its_module_is_imported(first):
+    code = (
+        "from graph import declare\nfrom graph.registry import DEFAULT\n"
+        f"{first}declare('omni.graph.action.Branch', 'mine')\nDEFAULT.get('Once')\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert 'node type "omni.graph.action.Branch" is registered twice: by ' in done.stderr
+    assert "nodes.action.flow:" in done.stderr
+    assert "__main__:" in done.stderr
 
 
 def test_the_decorator_keeps_the_function_and_its_docstring():
