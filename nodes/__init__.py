@@ -61,6 +61,11 @@ TYPES: Mapping[str, tuple[str, ...]] = {
         "omni.graph.action.SyncGate",
         "omni.graph.action.RationalTimeSyncGate",
     ),
+    "data.angles": (
+        "omni.graph.nodes.ToDeg",
+        "omni.graph.nodes.ToRad",
+        "omni.graph.nodes.ATan2",
+    ),
     "data.arithmetic": (
         "omni.graph.nodes.Add",
         "omni.graph.nodes.Subtract",
@@ -142,6 +147,9 @@ TYPES: Mapping[str, tuple[str, ...]] = {
     "data.conversions": (
         "omni.graph.nodes.ToDouble",
         "omni.graph.nodes.ToString",
+        "omni.graph.nodes.ToFloat",
+        "omni.graph.nodes.ToHalf",
+        "omni.graph.nodes.ToUint64",
     ),
     "data.functions": (
         "omni.graph.nodes.Sin",
@@ -172,6 +180,12 @@ TYPES: Mapping[str, tuple[str, ...]] = {
         "omni.graph.nodes.SelectIf",
     ),
     "data.materials": ("omni.graph.nodes.WritePrimMaterial",),
+    "data.powers": (
+        "omni.graph.nodes.Exponent",
+        "omni.graph.nodes.NthRoot",
+        "omni.graph.nodes.ConstantE",
+        "omni.graph.nodes.ConstantPi",
+    ),
     "data.prim_attributes": (
         "omni.graph.nodes.ReadPrimAttribute",
         "omni.graph.nodes.WritePrimAttribute",
@@ -188,6 +202,25 @@ TYPES: Mapping[str, tuple[str, ...]] = {
         "omni.graph.nodes.FindPrims",
     ),
     "data.render_entry": ("omni.graph.nodes.GpuInteropRenderProductEntry",),
+    "data.signs": (
+        "omni.graph.nodes.Absolute",
+        "omni.graph.nodes.Negate",
+        "omni.graph.nodes.FMod",
+        "omni.graph.nodes.IsZero",
+        "omni.graph.nodes.AnyZero",
+        "omni.graph.nodes.EachZero",
+    ),
+    "data.strings": (
+        "omni.graph.nodes.StartsWith",
+        "omni.graph.nodes.EndsWith",
+        "omni.graph.nodes.CapitalizeString",
+        "omni.graph.nodes.GetStringLength",
+        "omni.graph.nodes.FindString",
+        "omni.graph.nodes.InsertString",
+        "omni.graph.nodes.ReplaceString",
+        "omni.graph.nodes.SplitString",
+        "omni.graph.nodes.IsEmpty",
+    ),
     "data.text": (
         "omni.graph.nodes.BuildString",
         "omni.graph.nodes.ToToken",

@@ -36,6 +36,33 @@ def renamed(name: str, output: str, element: str) -> Resolve:
     return resolve
 
 
+def real_like(name: str, output: str) -> Resolve:
+    """The output has the type of the input, but in doubles where that is whole."""
+
+    def resolve(known: Any) -> Answer:
+        given = known[f"inputs:{name}"]
+        if given is None or given.storage in DECIMALS:
+            return {} if given is None else {f"outputs:{output}": given}
+        real = TYPES["double"] if given.count == 1 else concrete_type(f"double[{given.count}]")
+        return {f"outputs:{output}": real.array_of() if given.array else real}
+
+    return resolve
+
+
+def signed(name: str, output: str) -> Resolve:
+    """The output has the type of the input. Raises ValueError for a type without negative numbers."""
+
+    def resolve(known: Any) -> Answer:
+        given = known[f"inputs:{name}"]
+        if given is None:
+            return {}
+        if given.storage in ("uchar", "uint", "uint64"):
+            raise ValueError(f"{known.end(name)} has no negative numbers; convert it to a type that has")
+        return {f"outputs:{output}": given}
+
+    return resolve
+
+
 def whole_of(name: str, output: str) -> Resolve:
     """The output is made of ints in the shape of the input. Raises ValueError for a matrix."""
 

@@ -253,3 +253,28 @@ def double_of(known: Any) -> Answer:
     if name not in TYPES or TYPES[name].square != given.square:
         raise ValueError(f"{given} cannot have the role {wanted}")
     return {"outputs:converted": TYPES[f"{name}[]"] if given.array else TYPES[name]}
+
+
+REAL_ROLES = ("None", "Color", "Normal", "Point", "Quaternion", "TexCoord", "Vector")
+"""What ToFloat and ToHalf can make of a value: matrices, frames and time codes are doubles."""
+
+
+def real_of(storage: str) -> Resolve:
+    """ToFloat, ToHalf: as `double_of`, in another storage."""
+
+    def resolve(known: Any) -> Answer:
+        given = known["inputs:value"]
+        if given is None:
+            return {}
+        wanted = known.value("role")
+        if wanted != "None":
+            name = f"{_ROLES[wanted]}{storage[0]}[{given.count}]"
+        else:
+            name = storage if given.count == 1 else f"{storage}[{given.count}]"
+        if name not in TYPES or given.square:
+            raise ValueError(
+                f"{given} cannot become {storage}" + ("" if wanted == "None" else f" in the role {wanted}")
+            )
+        return {"outputs:converted": TYPES[f"{name}[]"] if given.array else TYPES[name]}
+
+    return resolve

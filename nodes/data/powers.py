@@ -1,0 +1,98 @@
+"""Powers, roots and logarithms, element by element; e and pi."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+from graph import Attribute, node_type
+
+from .like_inputs import real_like
+from .numbers import settled
+
+NUMERICS = ("numerics",)
+
+
+def _real(db: Any, name: str, output: str, function: Callable[[Any], Any]) -> None:
+    """Writes function(value), calculated in doubles, in the type of the output.
+
+    A result that no real number is (a root of a negative number) is nan, one that is too large infinite.
+    """
+    import numpy as np
+
+    from graph.values import dtype_of
+
+    value = np.asarray(getattr(db.inputs, name), float)
+    with np.errstate(all="ignore"):
+        result = function(value)
+        kind = settled(db, output)
+        result = result if kind is None or not result.ndim else result.astype(dtype_of(kind.component))
+    setattr(db.outputs, output, result if result.ndim else result.item())
+
+
+@node_type(
+    "omni.graph.nodes.Exponent",
+    version=1,
+    inputs={
+        "base": Attribute(NUMERICS, "what is multiplied with itself"),
+        "exponent": Attribute("int", "how often; the reciprocal where negative", default=2),
+    },
+    outputs={"result": Attribute(NUMERICS, "base to the power of the exponent; double where the base is whole")},
+    resolve=real_like("base", "result"),
+)
+def exponent(db: Any) -> None:
+    """Raise numbers to a whole power; matrices element by element."""
+    power = float(db.inputs.exponent)
+    _real(db, "base", "result", lambda value: value**power)
+
+
+@node_type(
+    "omni.graph.nodes.NthRoot",
+    version=1,
+    inputs={
+        "nthRoot": Attribute("int", "which root: 2 is the square root, 3 the cube root", default=2),
+        "value": Attribute(NUMERICS, "what the root is taken of"),
+    },
+    outputs={"result": Attribute(NUMERICS, "the root; double where the value is whole")},
+    resolve=real_like("value", "result"),
+)
+def nth_root(db: Any) -> None:
+    """Take a root: an even one of a negative number is nan, an odd one negative, the 0th infinite."""
+    import numpy as np
+
+    which = db.inputs.nthRoot
+
+    def root(value: Any) -> Any:
+        if which == 0:
+            return np.full_like(value, math.inf)
+        if which % 2 == 0:
+            return value ** (1 / which)
+        return np.sign(value) * (np.cbrt(np.abs(value)) if which == 3 else np.abs(value) ** (1 / which))
+
+    _real(db, "value", "result", root)
+
+
+@node_type(
+    "omni.graph.nodes.ConstantE",
+    version=1,
+    inputs={"exponent": Attribute("double", "the power that e is raised to", default=1.0)},
+    outputs={"value": Attribute("double", "e to that power")},
+)
+def constant_e(db: Any) -> None:
+    """Give e (2.718...) or a power of it; one that no double can hold is infinite."""
+    try:
+        db.outputs.value = math.exp(db.inputs.exponent)
+    except OverflowError:
+        db.outputs.value = math.inf
+
+
+@node_type(
+    "omni.graph.nodes.ConstantPi",
+    version=1,
+    inputs={"factor": Attribute("double", "how many times pi", default=1.0)},
+    outputs={"value": Attribute("double", "factor x pi")},
+)
+def constant_pi(db: Any) -> None:
+    """Give pi (3.141...) or a multiple of it."""
+    db.outputs.value = db.inputs.factor * math.pi

@@ -1,0 +1,156 @@
+"""Texts looked into, cut and changed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from graph import Attribute, node_type
+
+from .like_inputs import same_type
+
+TEXT = ("string", "token")
+_FORMS: dict[str, Callable[[str], str]] = {
+    "UpperCase": str.upper,
+    "LowerCase": str.lower,
+    "Capitalize": lambda text: text[:1].upper() + text[1:],
+    "Title": lambda text: " ".join(word[:1].upper() + word[1:] for word in text.split(" ")),
+}
+
+
+@node_type(
+    "omni.graph.nodes.StartsWith",
+    version=1,
+    inputs={
+        "prefix": Attribute("string", "what it may begin with", default=""),
+        "value": Attribute("string", "the text", default=""),
+    },
+    outputs={"isPrefix": Attribute("bool", "whether it does")},
+)
+def starts_with(db: Any) -> None:
+    """Tell whether a text begins with another."""
+    db.outputs.isPrefix = db.inputs.value.startswith(db.inputs.prefix)
+
+
+@node_type(
+    "omni.graph.nodes.EndsWith",
+    version=1,
+    inputs={
+        "suffix": Attribute("string", "what it may end with", default=""),
+        "value": Attribute("string", "the text", default=""),
+    },
+    outputs={"isSuffix": Attribute("bool", "whether it does")},
+)
+def ends_with(db: Any) -> None:
+    """Tell whether a text ends with another."""
+    db.outputs.isSuffix = db.inputs.value.endswith(db.inputs.suffix)
+
+
+@node_type(
+    "omni.graph.nodes.CapitalizeString",
+    version=1,
+    inputs={
+        "operation": Attribute(
+            "token", "how to write it", default="UpperCase", literal_only=True, allowed_tokens=tuple(_FORMS)
+        ),
+        "string": Attribute(TEXT, "the text"),
+    },
+    outputs={"string": Attribute(TEXT, "the text in that form")},
+    resolve=same_type("string", "string"),
+)
+def capitalize_string(db: Any) -> None:
+    """Write a text in capitals, without any, or with one at its start (Capitalize) or at each word's (Title)."""
+    db.outputs.string = _FORMS[db.inputs.operation](db.inputs.string)
+
+
+@node_type(
+    "omni.graph.nodes.GetStringLength",
+    version=1,
+    inputs={"string": Attribute(TEXT, "the text")},
+    outputs={"length": Attribute("int", "its characters")},
+)
+def get_string_length(db: Any) -> None:
+    """Count the characters of a text."""
+    db.outputs.length = len(db.inputs.string)
+
+
+@node_type(
+    "omni.graph.nodes.FindString",
+    version=1,
+    inputs={
+        "pos": Attribute("int", "where to begin, from 0", default=0, minimum=0),
+        "string": Attribute(TEXT, "the text to look in"),
+        "value": Attribute(TEXT, "the text to look for"),
+    },
+    outputs={"index": Attribute("int", "where it first stands; -1 where it does not")},
+)
+def find_string(db: Any) -> None:
+    """Find a text in another."""
+    db.outputs.index = db.inputs.string.find(db.inputs.value, max(db.inputs.pos, 0))
+
+
+@node_type(
+    "omni.graph.nodes.InsertString",
+    version=1,
+    inputs={
+        "index": Attribute("int", "before which character; one beyond either end means that end", default=0),
+        "string": Attribute(TEXT, "the text"),
+        "value": Attribute(TEXT, "what goes into it"),
+    },
+    outputs={"string": Attribute(TEXT, "both together")},
+    resolve=same_type("string", "string"),
+)
+def insert_string(db: Any) -> None:
+    """Put a text into another."""
+    text, value = db.inputs.string, db.inputs.value
+    index = min(max(db.inputs.index, 0), len(text))
+    db.claim((len(text) + len(value)) * 4)
+    db.outputs.string = text[:index] + value + text[index:]
+
+
+@node_type(
+    "omni.graph.nodes.ReplaceString",
+    version=1,
+    inputs={
+        "replace": Attribute(TEXT, "what to replace"),
+        "replaceAll": Attribute("bool", "whether to replace it wherever it stands", default=False),
+        "string": Attribute(TEXT, "the text"),
+        "value": Attribute(TEXT, "what to put there; an empty one takes it out"),
+    },
+    outputs={"string": Attribute(TEXT, "the text with the other in its place")},
+    resolve=same_type("string", "string"),
+)
+def replace_string(db: Any) -> None:
+    """Replace a part of a text, where it first stands or everywhere; an empty part is not found."""
+    text, part, value = db.inputs.string, db.inputs.replace, db.inputs.value
+    count = text.count(part) if part and db.inputs.replaceAll else 1 if part else 0
+    db.claim((len(text) + count * len(value)) * 4)
+    db.outputs.string = text.replace(part, value, count)
+
+
+@node_type(
+    "omni.graph.nodes.SplitString",
+    version=1,
+    inputs={
+        "delimiter": Attribute("string", "what stands between the parts", default=""),
+        "string": Attribute("string", "the text", default=""),
+    },
+    outputs={"elements": Attribute("token[]", "its parts, in order")},
+)
+def split_string(db: Any) -> None:
+    """Take a text apart where a delimiter stands; without one it is a single part."""
+    text, delimiter = db.inputs.string, db.inputs.delimiter
+    db.outputs.elements = text.split(delimiter) if delimiter else [text]
+
+
+@node_type(
+    "omni.graph.nodes.IsEmpty",
+    version=1,
+    inputs={"input": Attribute("any", "a text or an array")},
+    outputs={"isEmpty": Attribute("bool", "whether there is nothing in it")},
+)
+def is_empty(db: Any) -> None:
+    """Tell whether a text has no characters or an array no elements; a number or tuple is never empty."""
+    value, kind = db.inputs.input, str(db.input_type("input"))
+    counted = isinstance(value, (str, list, dict)) or kind.endswith("[]")
+    db.outputs.isEmpty = counted and len(value) == 0
