@@ -1,4 +1,4 @@
-"""Native libraries that Python packages link but do not ship, and how each gets onto a machine.
+"""How Open3D is imported: the native libraries that it links but does not ship, and what of it waits.
 
 Open3D links `libusb-1.0`, `libGL`, `libEGL` and `libX11`. The first comes inside the PyPI package `libusb-package`
 and only has to be loaded before Open3D; the others come from the system.
@@ -9,7 +9,11 @@ from __future__ import annotations
 import ctypes
 import importlib
 import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import partial
 from types import ModuleType
+from typing import Any
 
 from graph.errors import UserError
 
@@ -40,9 +44,39 @@ def import_open3d() -> ModuleType:
         raise UserError(f"Open3D needs {', '.join(missing)}, which this machine lacks. Run: {INSTALL_HINT}")
     load_libusb()
     try:
-        return importlib.import_module("open3d")
+        with _later("open3d.visualization.draw_plotly"):  # a web server with IPython: half of Open3D's import
+            return importlib.import_module("open3d")
     except ImportError as error:
         raise UserError(f"Open3D does not import ({error}). Run `graph doctor` to see what is missing.") from error
+
+
+class _Later(ModuleType):
+    """Stands for a module of functions that its package takes over; the first call of one imports the module."""
+
+    def __getattr__(self, name: str) -> Callable[..., Any]:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        function = partial(self._call, name)
+        setattr(self, name, function)
+        return function
+
+    def _call(self, name: str, *args: Any, **kwargs: Any) -> Any:
+        real = importlib.import_module(self.__name__)
+        package = sys.modules[self.__name__.rpartition(".")[0]]
+        for taken in (taken for taken, value in self.__dict__.items() if isinstance(value, partial)):
+            setattr(package, taken, getattr(real, taken))
+        return getattr(real, name)(*args, **kwargs)
+
+
+@contextmanager
+def _later(name: str) -> Iterator[None]:
+    """What is imported inside gets a stand-in for the module of functions `name`."""
+    stand_in = sys.modules.setdefault(name, _Later(name))
+    try:
+        yield
+    finally:
+        if isinstance(stand_in, _Later):
+            del sys.modules[name]
 
 
 def load_libusb() -> None:
