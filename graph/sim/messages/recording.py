@@ -8,7 +8,7 @@ from __future__ import annotations
 import signal
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import FrameType
 from typing import Any, BinaryIO
@@ -28,7 +28,8 @@ class McapSink:
     """Writes every message it receives to the MCAP file `path`, which it opens at the first one.
 
     Chunks hold at most 1 MB before compression (a larger message gets a chunk of its own) and reach the file as they
-    fill; `close` finishes the file. A Ctrl-C never splits a chunk: it is honoured once the chunk is written.
+    fill; `close` finishes the file. A Ctrl-C never splits a chunk: it is honoured once the chunk is written. A file
+    that takes no more, as on a full disk, is cut back to its whole chunks and finished; every later `write` raises.
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -39,13 +40,17 @@ class McapSink:
         self._schemas: dict[str, int] = {}
         self._pending: list[tuple[Message, bytes]] = []
         self._pending_bytes = 0
+        self._whole_bytes = 0
         self._closed = False
+        self._failure = ""
 
     def advertise(self, topic: str, type_name: str) -> None:
         """Nothing to do: a channel is written with its first message."""
 
     def write(self, message: Message) -> None:
         """Records one message. Raises RunError if the file cannot be written."""
+        if self._failure:
+            raise RunError(self._failure)
         if self._closed:
             raise RunError(f"{self.path}: the recording is closed; a message on {message.topic} came too late")
         data = serialize(message.message, message.type_name)
@@ -68,6 +73,8 @@ class McapSink:
                 stamp = message.stamp_ns
                 writer.add_message(self._channel(writer, message), stamp, data, stamp, message.sequence & 0xFFFFFFFF)
             writer.flush()  # type: ignore[no-untyped-call]
+            assert self._file is not None
+            self._whole_bytes = self._file.tell()
 
     def close(self) -> None:
         """Finishes the file: index and summary. Calling it twice is harmless."""
@@ -123,7 +130,22 @@ class McapSink:
         try:
             yield
         except OSError as error:
-            raise RunError(f"{self.path}: {error.strerror or error}; what was written before is kept") from error
+            self._closed = True
+            self._failure = f"{self.path}: {error.strerror or error}; what was written before is kept"
+            self._finish_short()
+            raise RunError(self._failure) from error
+
+    def _finish_short(self) -> None:
+        from .torn_recording import finish
+
+        self._pending.clear()
+        # Closing may once more fail to write what is buffered; a device such as /dev/full cannot be cut.
+        with suppress(OSError):
+            if self._file is not None:
+                self._file.close()
+        with suppress(OSError):
+            if self._whole_bytes:
+                finish(self.path, self._whole_bytes)
 
 
 @contextmanager

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import textwrap
+from contextlib import contextmanager
 from io import BytesIO
 from pathlib import Path
 
@@ -181,6 +182,83 @@ def test_a_file_that_cannot_be_made_is_the_users_error(tmp_path):
 def test_a_full_disk_is_a_run_error():
     with pytest.raises(RunError, match="No space left"):
         record(Path("/dev/full"), ten_clocks_and_clouds)
+
+
+@contextmanager
+def no_file_above(size):
+    resource = pytest.importorskip("resource")
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+def noise(ns, points):
+    message = cloud(ns, points)
+    message.data[:] = np.random.default_rng(ns).integers(0, 256, 16 * points, np.uint8)  # nothing to compress
+    return message
+
+
+def test_a_file_that_takes_no_more_is_finished_after_its_last_whole_chunk(tmp_path):
+    path = tmp_path / "run.mcap"
+    sink, bus = McapSink(path), MessageBus()
+    bus.subscribe(sink)
+    with no_file_above(2_400_000):  # clouds of 160 kB: two chunks of six fit, the third tears at 0.47 MB
+        for n in range(1, 19):
+            bus.publish("/points", CLOUD, noise(n, 10_000), n)
+        with pytest.raises(RunError, match="File too large; what was written before is kept"):
+            bus.publish("/points", CLOUD, noise(19, 10_000), 19)
+        with pytest.raises(RunError, match="File too large"):
+            bus.publish("/clock", CLOCK, clock(1), 1)
+        sink.close()
+    with path.open("rb") as file:
+        reader = make_reader(file, validate_crcs=True)
+        assert [message.sequence for _, _, message in reader.iter_messages()] == list(range(1, 13))
+    with path.open("rb") as file:
+        statistics = make_reader(file).get_summary().statistics
+    assert (statistics.message_count, statistics.chunk_count) == (12, 2)
+    assert (statistics.message_start_time, statistics.message_end_time) == (1, 12)
+
+
+def test_a_file_finished_after_tearing_is_the_file_of_what_fitted(tmp_path):
+    def publish(count):
+        def run(bus):
+            for n in range(1, count + 1):
+                bus.publish("/points", CLOUD, noise(n, 10_000), n)
+
+        return run
+
+    whole = record(tmp_path / "whole.mcap", publish(12))
+    with no_file_above(2_400_000), pytest.raises(RunError):
+        record(tmp_path / "torn.mcap", publish(13 + 6))
+    torn = tmp_path / "torn.mcap"
+
+    def read(path):
+        with path.open("rb") as file:
+            reader = make_reader(file)
+            summary = reader.get_summary()
+            return summary.chunk_indexes, summary.channels, summary.schemas, summary.statistics
+
+    assert read(torn) == read(whole)
+
+
+def test_where_not_even_the_summary_fits_the_whole_chunks_are_left(tmp_path):
+    path = tmp_path / "run.mcap"
+    sink, bus = McapSink(path), MessageBus()
+    bus.subscribe(sink)
+    for n in range(1, 8):
+        bus.publish("/points", CLOUD, noise(n, 10_000), n)
+    size = path.stat().st_size
+    with no_file_above(size + 100), pytest.raises(RunError):
+        sink.close()
+    assert path.stat().st_size == size
+    read = []
+    with pytest.raises(EndOfFile), path.open("rb") as file:  # noqa: PT012
+        for _, _, message in NonSeekingReader(file).iter_messages(log_time_order=False):
+            read.append(message.sequence)
+    assert read == list(range(1, 7))
 
 
 def test_an_interrupt_between_or_inside_writes_leaves_a_finished_file(tmp_path):
