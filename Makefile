@@ -4,8 +4,11 @@
 
 VENV := .venv
 BIN := $(VENV)/bin
-PIP := $(BIN)/python -m pip --disable-pip-version-check
+# Errors only: a mirror or proxy of one's own makes pip warn without end.
+PIP := $(BIN)/python -m pip --quiet --quiet --disable-pip-version-check
 PINS := .ci/constraints.txt
+# Where PYTHONDONTWRITEBYTECODE is set, every start would compile what it imports.
+COMPILE := $(BIN)/python -m compileall -q graph nodes sensors
 SOURCES := graph nodes sensors tests graphs
 
 .PHONY: run test lint bench clean system-libraries
@@ -34,13 +37,15 @@ system-libraries: $(VENV)/python.stamp
 # The build backend is pinned and installed like any other package, so that no step resolves versions on its own.
 $(VENV)/python.stamp: $(PINS)
 	@python=$$(.ci/find-python) && echo "$$python -m venv $(VENV)" && "$$python" -m venv $(VENV)
-	$(PIP) install --quiet -c $(PINS) hatchling editables
+	$(PIP) install -c $(PINS) hatchling editables
 	@touch $@
 
 $(VENV)/run.stamp: $(VENV)/python.stamp pyproject.toml $(PINS)
-	$(PIP) install --quiet -c $(PINS) --no-build-isolation --editable .
+	$(PIP) install -c $(PINS) --no-build-isolation --editable .
+	$(COMPILE)
 	@touch $@
 
 $(VENV)/dev.stamp: $(VENV)/python.stamp pyproject.toml $(PINS)
-	$(PIP) install --quiet -c $(PINS) --no-build-isolation --editable '.[dev]'
+	$(PIP) install -c $(PINS) --no-build-isolation --editable '.[dev]'
+	$(COMPILE)
 	@touch $@ $(VENV)/run.stamp

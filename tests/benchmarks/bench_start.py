@@ -2,35 +2,58 @@
 
 from __future__ import annotations
 
+import compileall
+import os
+import shutil
 import statistics
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from measure import Row, ratio, seconds
 
 TITLE = "Start (whole processes)"
 ROOT = Path(__file__).parents[2]
+PACKAGES = ("graph", "nodes", "sensors")
 IMPORTS = ("-c", "import numpy; from pxr import Usd, UsdPhysics")
-CHECK = ("-m", "graph", "check", "graphs/yard.yaml")
-QUICKSTART = ("-m", "graph", "run", "graphs/quickstart.yaml", "--updates", "60")
+CHECK = ("-m", "graph", "check", str(ROOT / "graphs" / "yard.yaml"))
+QUICKSTART = ("-m", "graph", "run", str(ROOT / "graphs" / "quickstart.yaml"), "--updates", "60")
 
 
 def measure(quick: bool) -> Iterator[Row]:
     """The check of the yard as a multiple of the bare imports, and a short run in seconds."""
     rounds = 3 if quick else 11
-    times = ratio(lambda: python(*CHECK), lambda: python(*IMPORTS), rounds, warm_up=1)
-    yield Row("graph check graphs/yard.yaml / importing numpy and pxr", times, 3.0)
-    python(*QUICKSTART)
-    run = statistics.median(seconds(lambda: python(*QUICKSTART)) for _ in range(rounds))
-    yield Row("graph run graphs/quickstart.yaml --updates 60", run, 4.0, "s")
-    bare = statistics.median(seconds(lambda: python("-m", "graph", "--help")) for _ in range(rounds))
-    yield Row("graph --help", bare, None, "s")
+    with packages(compiled=True) as ready, packages(compiled=False) as bare:
+        for folder, how in ((ready, ""), (bare, ", no byte code of ours")):
+            check = ratio(lambda at=folder: python(at, *CHECK), lambda at=folder: python(at, *IMPORTS), rounds, 1)
+            yield Row(f"graph check graphs/yard.yaml / importing numpy and pxr{how}", check, 3.0)
+        python(ready, *QUICKSTART)
+        run = statistics.median(seconds(lambda: python(ready, *QUICKSTART)) for _ in range(rounds))
+        yield Row("graph run graphs/quickstart.yaml --updates 60", run, 4.0, "s")
+        help_ = statistics.median(seconds(lambda: python(ready, "-m", "graph", "--help")) for _ in range(rounds))
+        yield Row("graph --help", help_, None, "s")
 
 
-def python(*arguments: str) -> None:
-    """Run this interpreter on `arguments`, from the repository's root."""
-    done = subprocess.run([sys.executable, *arguments], cwd=ROOT, capture_output=True, text=True, check=False)
+@contextmanager
+def packages(*, compiled: bool) -> Iterator[Path]:
+    """A folder with our packages as they are, and their byte code or none, whatever the checkout has of it."""
+    with TemporaryDirectory() as name:
+        folder = Path(name)
+        for package in PACKAGES:
+            shutil.copytree(ROOT / package, folder / package, ignore=shutil.ignore_patterns("__pycache__"))
+        if compiled:
+            compileall.compile_dir(folder, quiet=1)
+        yield folder
+
+
+def python(folder: Path, *arguments: str) -> None:
+    """Run this interpreter on `arguments` with the packages of `folder`, writing no byte code."""
+    settings = {**os.environ, "PYTHONPATH": str(folder), "PYTHONDONTWRITEBYTECODE": "1"}
+    done = subprocess.run(
+        [sys.executable, *arguments], cwd=folder, env=settings, capture_output=True, text=True, check=False
+    )
     if done.returncode:
         raise RuntimeError(f"python {' '.join(arguments)} ended with {done.returncode}: {done.stderr.strip()}")
