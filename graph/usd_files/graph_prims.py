@@ -16,15 +16,13 @@ from .node_prims import (
     KEY,
     NODE_TYPES,
     PREFIXES,
-    RawAttribute,
     RawNode,
-    read_node,
-    read_properties,
 )
-from .values import plain
+from .properties import RawAttribute, properties_of
 
 COMPOUND = "omni.graph.nodes.CompoundSubgraph"
 _VARIABLE = "graph:variable:"
+_SETTINGS = ("evaluator:type", "evaluationMode", "pipelineStage")
 _GRAPHS = "omniGraphs"
 """The relationship of a prim that has graphs of its own (OmniGraphAPI)."""
 _EVALUATORS: dict[str, Evaluator] = {"execution": "execution", "push": "push", "dirty_push": "dirty_push"}
@@ -45,6 +43,8 @@ class RawGraph:
     """A graph prim with everything below it that is a node; nodes inside compounds are among `nodes`."""
 
     path: str
+    stage: Any
+    """The stage, without which nothing of it could be read."""
     evaluator: Evaluator = "push"
     pipeline_stage: PipelineStage = "simulation"
     variables: list[RawAttribute] = field(default_factory=list)
@@ -96,11 +96,10 @@ def read_graphs(stage: Any, tell: Tell) -> list[RawGraph]:
 
 def _variables_of(prim: Any) -> dict[str, Any]:
     """The variable values that a prim gives the graphs it has."""
-    return {
-        variable_name(one): restored(one.value, one.custom)
-        for one in read_properties(prim)
-        if one.name.startswith(_VARIABLE) and one.value is not None
-    }
+    properties = properties_of(prim, prim.GetPath())
+    found = [properties.find(name) for name in properties.names() if name.startswith(_VARIABLE)]
+    values = ((one, one.value) for one in found)
+    return {variable_name(one): restored(value, one.custom) for one, value in values if value is not None}
 
 
 def _some(count: int, noun: str) -> str:
@@ -133,7 +132,7 @@ def _over_of_node(prim: Any) -> bool:
 
 
 def _graph_and_nested(prim: Any, predicate: Any, tell: Tell) -> Iterator[RawGraph]:
-    graph = RawGraph(str(prim.GetPath()))
+    graph = RawGraph(str(prim.GetPath()), prim.GetStage())
     nested: list[Any] = []
     _settings(prim, graph, tell)
     _collect(prim, graph, "", nested, predicate)
@@ -150,7 +149,7 @@ def _collect(prim: Any, graph: RawGraph, prefix: str, nested: list[Any], predica
         path = child.GetPath()
         name = f"{before}{path.name}"
         if is_node(child):
-            node = read_node(child, path, name)
+            node = RawNode(child, path, name)
             subgraph = _subgraph(child, node)
             if subgraph is None:
                 graph.nodes.append(node)
@@ -186,11 +185,12 @@ def _subgraph(prim: Any, node: RawNode) -> Any | None:
 def _settings(prim: Any, graph: RawGraph, tell: Tell) -> None:
     values: dict[str, Any] = {}
     for holder in (prim, *(child for child in prim.GetChildren() if child.GetTypeName() == "ComputeGraphSettings")):
-        for attribute in read_properties(holder):
-            if attribute.name.startswith(_VARIABLE):
-                graph.variables.append(attribute)
-            elif attribute.value is not None:
-                values[attribute.name] = attribute.value
+        properties = properties_of(holder, holder.GetPath())
+        for name in properties.names():
+            if name.startswith(_VARIABLE):
+                graph.variables.append(properties.find(name))
+            elif name in _SETTINGS and (value := properties.find(name).value) is not None:
+                values[name] = value
     evaluator = str(values.get("evaluator:type") or "push")
     if evaluator in _GONE_EVALUATORS:
         graph.evaluator = _GONE_EVALUATORS[evaluator]
@@ -211,7 +211,7 @@ def _settings(prim: Any, graph: RawGraph, tell: Tell) -> None:
             f'{graph.path} has the unknown pipeline stage "{stage}"; it runs with the simulation',
         )
     graph.pipeline_stage = _STAGES.get(stage, "simulation")
-    custom = plain(prim.GetCustomDataByKey(KEY)) if prim.HasCustomData() else None
+    custom = properties_of(prim, prim.GetPath()).custom(KEY)
     graph.custom = custom if isinstance(custom, dict) else {}
     if prim.GetTypeName() == "ComputeGraph":
         tell(

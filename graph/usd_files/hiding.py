@@ -15,7 +15,8 @@ from graph.spec import FileSpec, GraphSpec, NodeSpec
 from .custom_data import texts
 from .graph_prims import RawGraph, read_graphs, variable_name
 from .json_values import kept
-from .node_prims import KEY, RawAttribute, RawNode
+from .node_prims import KEY, RawNode
+from .properties import RawAttribute
 from .values import from_usd
 
 _VARIABLE = "graph:variable:"
@@ -126,7 +127,7 @@ class Hiding:
         from graph.sim.usd import Sdf
 
         prop = prim.properties.get(raw.name)
-        if raw.sdf_type == "rel" and raw.value:
+        if raw.is_relationship and raw.value:
             if prop is None:
                 prop = Sdf.RelationshipSpec(prim, raw.name)
             if isinstance(prop, Sdf.RelationshipSpec) and not prop.targetPathList.isExplicit:
@@ -140,7 +141,7 @@ class Hiding:
         """No value but that of the layer; where the scene's customData holds one, the layer's says which counts."""
         from graph.sim.usd import Sdf
 
-        if raw.sdf_type == "rel":
+        if raw.is_relationship:
             return
         prop = prim.properties.get(raw.name)
         if raw.value is not None and (

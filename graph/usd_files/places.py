@@ -102,10 +102,14 @@ class PlacedMark(Mark):
     _path: str
     _found: Mark | None
 
+    __setattr__ = (
+        object.__setattr__
+    )  # not frozen as other marks are: there are hundreds of thousands, and one finds itself
+
     def __init__(self, text: Text, path: str) -> None:
-        object.__setattr__(self, "_text", text)
-        object.__setattr__(self, "_path", path)
-        object.__setattr__(self, "_found", None)
+        self._text = text
+        self._path = path
+        self._found = None
 
     @property
     def file(self) -> str:
@@ -126,8 +130,8 @@ class PlacedMark(Mark):
         if self._found is None:
             line, column = self._text.line_and_column(self._path)
             name = self._text.name if line else f"{self._text.name}<{self._path.removesuffix('.connect')}>"
-            object.__setattr__(self, "_found", Mark(name, line, column))
-        return self._found  # type: ignore[return-value]
+            self._found = Mark(name, line, column)
+        return self._found
 
     def _key(self) -> tuple[str, int, int]:
         return self.file, self.line, self.column

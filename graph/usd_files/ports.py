@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from .node_prims import RawAttribute, RawNode
+from .node_prims import RawNode
+from .properties import RawAttribute
 
 
 class Ports:
@@ -65,14 +66,14 @@ class Ports:
 
 def sources_of(attribute: RawAttribute) -> tuple[str, ...]:
     """What an attribute is connected from; the targets of a relationship that are attributes of nodes are, too."""
-    if attribute.sdf_type != "rel":
+    if not attribute.is_relationship:
         return attribute.sources
-    return tuple(source for target in attribute.value or () if (source := as_source(target)))
+    return tuple(source for target in attribute.value if (source := as_source(target)))
 
 
 def targets_of(attribute: RawAttribute) -> list[Any]:
     """The targets of a relationship that are prims."""
-    return [target for target in attribute.value or () if not as_source(target)]
+    return [target for target in attribute.value if not as_source(target)]
 
 
 def as_source(target: str) -> str | None:

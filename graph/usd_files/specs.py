@@ -5,15 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
+from graph.declaration import Attribute
 from graph.errors import Mark
-from graph.migration import upgraded
+from graph.migration import MEANT_NOTHING, migrated_type, upgraded
 from graph.registry import DEFAULT
 from graph.spec import ConnectionSpec, GraphSpec, NodeSpec, VariableSpec
+from graph.types import Type
 
 from .graph_prims import RawGraph, Tell, variable_name
 from .json_values import decoded, restored
-from .node_prims import KEY, RawAttribute, RawNode, ogn_type
+from .node_prims import KEY, PREFIXES, RawNode, ogn_type
 from .ports import Ports, sources_of, targets_of
+from .properties import RawAttribute, extended_in
 
 MarkOf = Callable[[str], Mark]
 """The mark of a path on the stage."""
@@ -26,24 +29,46 @@ def graph_specs(graphs: Sequence[RawGraph], mark_of: MarkOf, tell: Tell) -> tupl
     )
     homes = {node.path: (graph.path, node.name) for graph in graphs for node in graph.nodes}
     homes |= {compound.path: (graph.path, compound.name) for graph in graphs for compound in graph.compounds}
-    return tuple(_graph(graph, ports, homes, mark_of, tell) for graph in graphs)
+    settled = _Settled()
+    return tuple(_graph(graph, ports, homes, settled, mark_of, tell) for graph in graphs)
+
+
+class _Settled(dict[str, Mapping[str, Attribute]]):
+    """By type id as a file has it, the attributes by full name of which the type leaves nothing open."""
+
+    def __missing__(self, type_id: str) -> Mapping[str, Attribute]:
+        present = migrated_type(type_id)[0]
+        known = DEFAULT.get(present) if present in DEFAULT else None
+        groups = (("inputs", known.inputs), ("outputs", known.outputs), ("state", known.state)) if known else ()
+        self[type_id] = found = {
+            f"{prefix}:{name}": one
+            for prefix, group in groups
+            for name, one in group.items()
+            if isinstance(one.parsed, Type)
+        }
+        return found
 
 
 def _graph(
-    graph: RawGraph, ports: Ports, homes: Mapping[str, tuple[str, str]], mark_of: MarkOf, tell: Tell
+    graph: RawGraph,
+    ports: Ports,
+    homes: Mapping[str, tuple[str, str]],
+    settled: Mapping[str, Mapping[str, Attribute]],
+    mark_of: MarkOf,
+    tell: Tell,
 ) -> GraphSpec:
     connections = [
         connection
         for node in graph.nodes
         for attribute in node.attributes
-        if attribute.sources or attribute.sdf_type == "rel"
-        for connection in _connections(graph.path, node, attribute, ports, homes, mark_of, tell)
+        if (sources := sources_of(attribute))
+        for connection in _connections(graph.path, node, attribute.name, sources, ports, homes, mark_of, tell)
     ]
     listed = graph.custom.get("removedVariables")
     removed = set(listed) if isinstance(listed, list) else set()
     return GraphSpec(
         graph.path,
-        tuple(_node(node, ports, mark_of) for node in graph.nodes),
+        tuple(_node(node, ports, {} if node.custom else settled[node.type], mark_of) for node in graph.nodes),
         tuple(_in_written_order(connections, graph.custom.get("connections"))),
         graph.evaluator,
         graph.pipeline_stage,
@@ -80,32 +105,41 @@ def _written_type(variable: RawAttribute) -> str:
     return noted if isinstance(noted, str) else ogn_type(variable) or variable.sdf_type
 
 
-def _node(node: RawNode, ports: Ports, mark_of: MarkOf) -> NodeSpec:
+def _node(node: RawNode, ports: Ports, settled: Mapping[str, Attribute], mark_of: MarkOf) -> NodeSpec:
+    """The node; what the file says of attributes that its type settles is read only where it counts."""
     inputs: dict[str, Any] = {}
     marks: dict[str, Mark] = {}
     types: dict[str, str] = {}
     for attribute in node.attributes:
-        declared = ogn_type(attribute)
-        if declared is not None:
-            types[attribute.name] = declared
-        if attribute.name.startswith("outputs:"):
+        name = attribute.name
+        output = name.startswith("outputs:")
+        known = settled.get(name)
+        if known is None:
+            declared = ogn_type(attribute)
+            if declared is not None:
+                types[name] = declared
+        elif output or known.is_execution:
             continue
-        value, written = _value(attribute), f"{node.path}.{attribute.name}"
+        if output:
+            continue
+        custom = attribute.custom
+        if known is not None and custom.get("isExecution"):
+            types[name] = "execution"
+        value, written = _value(attribute, custom), f"{node.path}.{name}"
         for source in sources_of(attribute) if ports else ():
             port = None if ports.behind(source) else ports.value(source)
             if port is not None:  # nothing feeds the compound's port, so its own value reaches the node
-                value, written = _value(port), written + ".connect"
+                value, written = _value(port, port.custom), written + ".connect"
                 break
         if value is not None:
-            key = attribute.name.removeprefix("inputs:")
+            key = name.removeprefix("inputs:")
             inputs[key] = value
             marks[key] = mark_of(written)
     if node.custom:  # our own writer notes which attributes are not of the type, and what USD has no names for
         types = {str(full): str(one) for full, one in _mapping(node.custom, "attributes").items()}
         inputs.update(_mapping(node.custom, "inputs"))
-    return NodeSpec(
-        node.name, _type_as_written(node), upgraded(node.type, node.version, inputs), mark_of(node.path), marks, types
-    )
+    given = upgraded(node.type, node.version, inputs) if node.type in MEANT_NOTHING else inputs
+    return NodeSpec(node.name, _type_as_written(node), given, mark_of(node.path), marks, types)
 
 
 def _type_as_written(node: RawNode) -> str:
@@ -121,59 +155,61 @@ def _mapping(custom: Mapping[str, Any], name: str) -> dict[str, Any]:
     return found if isinstance(found, dict) else {}
 
 
-def _value(attribute: RawAttribute) -> Any:
-    """What the file gives the attribute; None for nothing."""
+def _value(attribute: RawAttribute, custom: Mapping[str, Any]) -> Any:
+    """What the file gives the attribute, whose customData is `custom`; None for nothing."""
     value: Any = None
-    if attribute.is_execution:
+    if custom.get("isExecution"):
         pass  # control, no data
-    elif attribute.sdf_type == "rel":
+    elif attribute.is_relationship:
         targets = targets_of(attribute)
         value = (targets[0] if len(targets) == 1 else targets) if targets else None
     else:
         value = attribute.value
-        extended = {} if _says_nothing(attribute) else attribute.extended
+        extended = extended_in(custom) if custom and not _says_nothing(custom) else {}
         if extended.get("attrValue") is not None and attribute.sdf_type == "token":
             value = extended["attrValue"]
             if isinstance(extended.get("resolvedType"), str):
                 value = {"type": extended["resolvedType"], "value": value}
-    return restored(value, attribute.custom)
+    return restored(value, custom) if custom else value
 
 
-def _says_nothing(attribute: RawAttribute) -> bool:
+def _says_nothing(custom: Mapping[str, Any]) -> bool:
     """Whether our own writer noted that a value of a layer below counts no more."""
-    ours = attribute.custom.get(KEY)
+    ours = custom.get(KEY)
     return isinstance(ours, dict) and ours.get("noValue") is True
 
 
 def _connections(
     graph: str,
     node: RawNode,
-    attribute: RawAttribute,
+    attribute: str,
+    sources: Sequence[str],
     ports: Ports,
     homes: Mapping[str, tuple[str, str]],
     mark_of: MarkOf,
     tell: Tell,
 ) -> Iterator[ConnectionSpec]:
-    place = f"{node.path}.{attribute.name}.connect"
-    for written in sources_of(attribute):
+    """The connections that lead from `sources` to an attribute."""
+    place = f"{node.path}.{attribute}.connect"
+    for written in sources:
         for source in ports.behind(written):
             owner, _, name = source.rpartition(".")
             home = homes.get(owner)
-            if home is None or not name.startswith(("outputs:", "inputs:", "state:")):
+            if home is None or not name.startswith(PREFIXES):
                 reason = "that is no node of a graph" if home is None else "that is no attribute of a node"
-                tell("usd-lost-connection", place, f"{node.path}.{attribute.name} is fed by {source}, but {reason}")
+                tell("usd-lost-connection", place, f"{node.path}.{attribute} is fed by {source}, but {reason}")
                 continue
-            if attribute.name.startswith("outputs:"):
-                tell("usd-lost-connection", place, f"{node.path}.{attribute.name} is an output that {source} feeds")
+            if attribute.startswith("outputs:"):
+                tell("usd-lost-connection", place, f"{node.path}.{attribute} is an output that {source} feeds")
                 continue
             start = f"{home[1]}.{shortened(name, 'outputs:')}" if home[0] == graph else f"{owner}.{name}"
-            yield ConnectionSpec(start, f"{node.name}.{shortened(attribute.name, 'inputs:')}", mark_of(place))
+            yield ConnectionSpec(start, f"{node.name}.{shortened(attribute, 'inputs:')}", mark_of(place))
 
 
 def shortened(name: str, prefix: str) -> str:
     """An attribute's name without the prefix that goes without saying, unless what is left would be misread."""
     short = name.removeprefix(prefix)
-    return name if short.startswith(("inputs:", "outputs:", "state:")) else short
+    return name if short.startswith(PREFIXES) else short
 
 
 def _in_written_order(connections: list[ConnectionSpec], noted: Any) -> list[ConnectionSpec]:

@@ -205,3 +205,12 @@ def test_a_node_whose_prim_came_with_a_missing_asset_does_not_stop_the_others(us
     path = usda(body)
     assert main(["run", str(path), "--updates", "5", "--json"]) == 0
     assert main(["run", str(path), "--updates", "5", "--on-error", "stop"]) == 1
+
+
+def test_a_value_that_a_layer_below_has_for_another_type_is_left_out(usda):
+    usda('over "G"\n{\nover "n"\n{\ntoken inputs:value = "x"\n}\n}\n', name="below.usda")
+    node = a_node("n", CONSTANT, "double inputs:value")
+    loaded = load_graph(usda(graph_text(node), head="subLayers = [@below.usda@]"))
+    assert [(code, where.rpartition("/")[2]) for code, where, _ in loaded.spec.notes] == [
+        ("value-left-out", "scene.usda:9:8")
+    ]

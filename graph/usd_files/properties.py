@@ -1,0 +1,224 @@
+"""The properties of one prim as they are written: values, types, sources and targets; nothing is judged here.
+
+Every call into USD costs as much as ten lines of Python, and a large file has half a million properties, most of which
+say no more than their node's type does. So a property is read when somebody asks for it, and only what is asked for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from graph.sim.usd import EARLIEST, Sdf, Usd
+
+from .values import from_usd, plain
+
+_NOTHING: Mapping[str, Any] = {}
+
+
+class RawAttribute:
+    """A property, to be read as long as its stage is there."""
+
+    __slots__ = ("name",)
+    name: str
+    is_relationship = False
+
+    @property
+    def sdf_type(self) -> str:
+        """The Sdf type name; "rel" for a relationship."""
+        raise NotImplementedError
+
+    @property
+    def value(self) -> Any:
+        """Plain data; None where none is authored. The list of targets for a relationship."""
+        raise NotImplementedError
+
+    @property
+    def sources(self) -> tuple[str, ...]:
+        """The property paths that an attribute is connected from, composed and absolute."""
+        raise NotImplementedError
+
+    @property
+    def custom(self) -> Mapping[str, Any]:
+        """Its customData as plain data."""
+        raise NotImplementedError
+
+    @property
+    def is_execution(self) -> bool:
+        """Whether the file itself marks it as execution; inputs of old files are not marked."""
+        return bool(self.custom.get("isExecution"))
+
+    @property
+    def extended(self) -> Mapping[str, Any]:
+        """What the file says of an extended attribute, see `extended_in`."""
+        return extended_in(self.custom)
+
+
+def extended_in(custom: Mapping[str, Any]) -> Mapping[str, Any]:
+    """What the customData of an extended attribute says of it: attrType, resolvedType, attrValue."""
+    nested = custom.get("omni")
+    inner = nested.get("graph") if isinstance(nested, dict) else None
+    found = dict(inner) if isinstance(inner, dict) else {}
+    for key in ("attrType", "resolvedType", "attrValue"):
+        if f"omni:graph:{key}" in custom:
+            found[key] = custom[f"omni:graph:{key}"]
+    return found
+
+
+class Properties:
+    """The properties that are authored on one prim."""
+
+    def names(self) -> Sequence[str]:
+        """Their names, in order."""
+        raise NotImplementedError
+
+    def find(self, name: str) -> RawAttribute:
+        """The one of that name, which is there."""
+        raise NotImplementedError
+
+    def custom(self, key: str) -> Any:
+        """What the prim's customData holds under a key, as plain data; None for nothing."""
+        raise NotImplementedError
+
+
+def properties_of(prim: Any, path: Any) -> Properties:
+    """The properties of a prim, whose path is `path`: as its layer has them if one alone wrote it, else composed."""
+    stack = prim.GetPrimStack()
+    if len(stack) == 1 and stack[0].path == path:
+        return _Written(prim, path, stack[0])
+    return _Composed(prim)
+
+
+class _Written(Properties):
+    """What one layer says of a prim of which no other says anything."""
+
+    __slots__ = ("_find", "_path", "_prim", "_spec")
+
+    def __init__(self, prim: Any, path: Any, spec: Any) -> None:
+        self._prim, self._path, self._spec = prim, path, spec
+        self._find = spec.layer.GetPropertyAtPath
+
+    def names(self) -> Sequence[str]:
+        names: Sequence[str] = self._spec.GetInfo("properties")  # as quick again as `properties`
+        return names
+
+    def find(self, name: str) -> RawAttribute:
+        spec = self._find(self._path.AppendProperty(name))
+        kind = _WrittenRelationship if type(spec) is Sdf.RelationshipSpec else _WrittenAttribute
+        return kind(name, spec, self._prim)
+
+    def custom(self, key: str) -> Any:
+        return plain(self._prim.GetCustomDataByKey(key)) if self._spec.HasInfo("customData") else None
+
+
+class _WrittenAttribute(RawAttribute):
+    __slots__ = ("_prim", "_spec")
+
+    def __init__(self, name: str, spec: Any, prim: Any) -> None:
+        self.name = name
+        self._spec = spec
+        self._prim = prim
+
+    @property
+    def sdf_type(self) -> str:
+        return str(self._spec.typeName)
+
+    @property
+    def value(self) -> Any:
+        spec = self._spec
+        value = spec.default
+        if value is None and spec.HasInfo("timeSamples"):
+            value = self._prim.GetAttribute(self.name).Get(EARLIEST)
+        return None if value is None else _plain(value, str(spec.typeName))
+
+    @property
+    def sources(self) -> tuple[str, ...]:
+        spec = self._spec
+        if not spec.HasInfo("connectionPaths"):
+            return ()
+        return tuple([path.pathString for path in spec.GetInfo("connectionPaths").GetAppliedItems()])
+
+    @property
+    def custom(self) -> Mapping[str, Any]:
+        spec = self._spec
+        return (plain(spec.GetInfo("customData")) or _NOTHING) if spec.HasInfo("customData") else _NOTHING
+
+
+class _WrittenRelationship(_WrittenAttribute):
+    __slots__ = ()
+    is_relationship = True
+    sdf_type = "rel"
+    sources = ()
+
+    @property
+    def value(self) -> Any:
+        spec = self._spec
+        listed = spec.GetInfo("targetPaths").GetAppliedItems() if spec.HasInfo("targetPaths") else ()
+        return [path.pathString for path in listed]
+
+
+class _Composed(Properties):
+    """What several layers, or arcs, say of a prim together."""
+
+    __slots__ = ("_prim",)
+
+    def __init__(self, prim: Any) -> None:
+        self._prim = prim
+
+    def names(self) -> Sequence[str]:
+        names: Sequence[str] = self._prim.GetAuthoredPropertyNames()
+        return names
+
+    def find(self, name: str) -> RawAttribute:
+        prop = self._prim.GetProperty(name)
+        return (_ComposedRelationship if isinstance(prop, Usd.Relationship) else _ComposedAttribute)(name, prop)
+
+    def custom(self, key: str) -> Any:
+        return plain(self._prim.GetCustomDataByKey(key)) if self._prim.HasCustomData() else None
+
+
+class _ComposedAttribute(RawAttribute):
+    __slots__ = ("_property",)
+
+    def __init__(self, name: str, prop: Any) -> None:
+        self.name = name
+        self._property = prop
+
+    @property
+    def sdf_type(self) -> str:
+        return str(self._property.GetTypeName())
+
+    @property
+    def value(self) -> Any:
+        value = self._property.Get(EARLIEST)
+        return None if value is None else _plain(value, self.sdf_type)
+
+    @property
+    def sources(self) -> tuple[str, ...]:
+        prop = self._property
+        return tuple(map(str, prop.GetConnections())) if prop.HasAuthoredConnections() else ()
+
+    @property
+    def custom(self) -> Mapping[str, Any]:
+        prop = self._property
+        return (plain(prop.GetCustomData()) or _NOTHING) if prop.HasCustomData() else _NOTHING
+
+
+class _ComposedRelationship(_ComposedAttribute):
+    __slots__ = ()
+    is_relationship = True
+    sdf_type = "rel"
+    sources = ()
+
+    @property
+    def value(self) -> Any:
+        return [str(path) for path in self._property.GetTargets()]
+
+
+def _plain(value: Any, sdf: str) -> Any:
+    if type(value) is Sdf.ValueBlock:
+        return None
+    try:
+        return from_usd(value, sdf)
+    except (TypeError, ValueError, AttributeError, OverflowError):  # layers that disagree about the attribute's type
+        return plain(value)
