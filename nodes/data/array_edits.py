@@ -37,14 +37,7 @@ def array_get_size(db: Any) -> None:
 )
 def array_find_value(db: Any) -> None:
     """Find the first element that equals a value."""
-    array, value = db.inputs.array, db.inputs.value
-    if isinstance(array, list):
-        db.outputs.index = array.index(value) if value in array else -1
-        return
-    import numpy as np
-
-    same = np.atleast_1d(array == value).reshape(len(array), -1).all(axis=1) if len(array) else np.zeros(0, bool)
-    db.outputs.index = int(same.argmax()) if same.any() else -1
+    db.outputs.index = next(iter(places_of(db.inputs.array, db.inputs.value)), -1)
 
 
 @node_type(
@@ -68,8 +61,8 @@ def array_set_index(db: Any) -> None:
     if not -len(array) <= index < length:
         fit = "; set resizeToFit or correct it" if index > 0 else ""
         db.fail(f"input index is {index}, but the array has {len(array)} elements{fit}")
-    result = _resized(db, array, length)
-    result[index] = _element(db)
+    result = resized(db, array, length)
+    result[index] = element_for(db, "value")
     db.outputs.array = result
 
 
@@ -89,9 +82,9 @@ def array_insert_value(db: Any) -> None:
     array, index = db.inputs.array, db.inputs.index
     length = len(array)
     position = min(max(index if index >= 0 else index + length, 0), length)
-    result = _resized(db, array, length + 1)
+    result = resized(db, array, length + 1)
     result[position + 1 :] = array[position:]
-    result[position] = _element(db)
+    result[position] = element_for(db, "value")
     db.outputs.array = result
 
 
@@ -107,7 +100,7 @@ def array_resize(db: Any) -> None:
     size = db.inputs.newSize
     if size < 0:
         db.fail(f"input newSize is {size}; give it 0 or more")
-    db.outputs.array = _resized(db, db.inputs.array, size)
+    db.outputs.array = resized(db, db.inputs.array, size)
 
 
 @node_type(
@@ -130,7 +123,7 @@ def append_array(db: Any) -> None:
     db.outputs.array = np.concatenate(arrays)
 
 
-def _resized(db: Any, array: Any, size: int) -> Any:
+def resized(db: Any, array: Any, size: int) -> Any:
     """A copy of the array, cut off or filled up with zeros (empty texts); identities for matrices are not zeros."""
     each = 8 if isinstance(array, list) else array.dtype.itemsize * math.prod(array.shape[1:])
     db.claim(size * each)
@@ -143,13 +136,23 @@ def _resized(db: Any, array: Any, size: int) -> Any:
     return result
 
 
-def _element(db: Any) -> Any:
-    """The value as an element of the array."""
-    value_type, array_type = db.input_type("value"), db.input_type("array")
+def element_for(db: Any, name: str) -> Any:
+    """The value of an input as an element of the array."""
+    value_type, array_type = db.input_type(name), db.input_type("array")
     if value_type is None or array_type is None:
-        return db.inputs.value
+        return getattr(db.inputs, name)
     convert: Callable[[Any], Any] | None = converter(concrete_type(value_type), concrete_type(array_type).element)
     try:
-        return db.inputs.value if convert is None else convert(db.inputs.value)
+        return getattr(db.inputs, name) if convert is None else convert(getattr(db.inputs, name))
     except ValueError as error:
-        return db.fail(f"input value: {error}")
+        return db.fail(f"input {name}: {error}")
+
+
+def places_of(array: Any, value: Any) -> list[int]:
+    """Positions of the elements that equal a value."""
+    if isinstance(array, list):
+        return [place for place, one in enumerate(array) if one == value]
+    import numpy as np
+
+    same = np.atleast_1d(array == value).reshape(len(array), -1).all(axis=1) if len(array) else np.zeros(0, bool)
+    return [int(place) for place in np.flatnonzero(same)]

@@ -125,14 +125,24 @@ def edited_array(known: Any) -> Answer:
 
 def searched_array(known: Any) -> Answer:
     """An open `value` is an element of the array. Raises ValueError where it can be none."""
+    return _element_input(known, "value")
+
+
+def filled_array(known: Any) -> Answer:
+    """The output is an array like the input; an open `fillValue` is one of its elements."""
     array = known["inputs:array"]
-    if array is None or "inputs:value" not in known:
+    return {} if array is None else {"outputs:array": array, **_element_input(known, "fillValue")}
+
+
+def _element_input(known: Any, name: str) -> Answer:
+    array = known["inputs:array"]
+    if array is None or f"inputs:{name}" not in known:
         return {}
-    value = known["inputs:value"]
+    value = known[f"inputs:{name}"]
     if value is None:
-        return {"inputs:value": array.element}
+        return {f"inputs:{name}": array.element}
     if not convertible(value, array.element):
-        raise ValueError(f"input value is {value}, which cannot go into {array}")
+        raise ValueError(f"input {name} is {value}, which cannot go into {array}")
     return {}
 
 

@@ -74,6 +74,29 @@ def nth_root(db: Any) -> None:
 
 
 @node_type(
+    "omni.graph.nodes.Logarithm",
+    version=1,
+    inputs={
+        "base": Attribute("double", "what is raised to the logarithm: above 0, but not 1", default=10.0),
+        "value": Attribute(NUMERICS, "numbers above 0"),
+    },
+    outputs={"result": Attribute(NUMERICS, "the logarithm; double where the value is whole")},
+    resolve=real_like("value", "result"),
+)
+def logarithm(db: Any) -> None:
+    """Give the power that the base must be raised to for the value; a value that is not above 0 fails."""
+    import numpy as np
+
+    base, value = db.inputs.base, np.asarray(db.inputs.value)
+    if not base > 0 or base == 1:
+        db.fail(f"input base is {base}; it must be above 0 and not 1")
+    if not (value > 0).all():
+        db.fail("input value holds a number that is not above 0; it has no logarithm")
+    function = {2.0: np.log2, 10.0: np.log10}.get(base, lambda one: np.log(one) / math.log(base))
+    _real(db, "value", "result", function)
+
+
+@node_type(
     "omni.graph.nodes.ConstantE",
     version=1,
     inputs={"exponent": Attribute("double", "the power that e is raised to", default=1.0)},

@@ -35,7 +35,7 @@ def get_matrix4_quaternion(db: Any) -> None:
     """Give the rotation of a transformation without its scale, as a quaternion with w >= 0."""
     from nodes.isaac.poses import quaternions_xyzw
 
-    rotations = _rotations(db.inputs.matrix)
+    rotations = rotations_of(db.inputs.matrix)[0]
     quaternions = quaternions_xyzw(rotations)
     db.outputs.quaternion = quaternions if db.inputs.matrix.ndim == 3 else quaternions[0]
 
@@ -57,7 +57,7 @@ def get_matrix4_rotation(db: Any) -> None:
     order = db.inputs.rotationOrder
     if order not in ORDERS:
         db.fail(f"input rotationOrder is {order!r}; it must be one of {' '.join(ORDERS)}")
-    angles = angles_of(_rotations(db.inputs.matrix), order)
+    angles = angles_of(rotations_of(db.inputs.matrix)[0], order)
     db.outputs.rotation = angles if db.inputs.matrix.ndim == 3 else angles[0]
 
 
@@ -83,8 +83,27 @@ def angles_of(rotations: Any, order: str) -> Any:
     return np.degrees(angles)
 
 
-def _rotations(matrices: Any) -> Any:
-    """Column-vector rotation matrices (n, 3, 3) without scale, of row-vector matrices (4, 4), (n, 4, 4) or 3 x 3."""
+def rotations_of_angles(angles: Any, order: str) -> Any:
+    """Column-vector rotation matrices (n, 3, 3) of angles about x, y, z [deg], (n, 3), that turn in this order."""
+    import numpy as np
+
+    sines, cosines = np.sin(np.radians(angles)), np.cos(np.radians(angles))
+    whole = np.tile(np.eye(3), (len(angles), 1, 1))
+    for name in order:
+        axis = "XYZ".index(name)
+        one, other = (axis + 1) % 3, (axis + 2) % 3
+        turn = np.tile(np.eye(3), (len(angles), 1, 1))
+        turn[:, one, one] = turn[:, other, other] = cosines[:, axis]
+        turn[:, other, one], turn[:, one, other] = sines[:, axis], -sines[:, axis]
+        whole = turn @ whole
+    return whole
+
+
+def rotations_of(matrices: Any) -> tuple[Any, Any]:
+    """Column-vector rotation matrices (n, 3, 3) without scale, and scales (n, 3).
+
+    Of row-vector matrices (4, 4), (n, 4, 4) or 3 x 3.
+    """
     import numpy as np
 
     from nodes.isaac.poses import rotations_and_scales
@@ -92,4 +111,4 @@ def _rotations(matrices: Any) -> Any:
     given = matrices.reshape(-1, *matrices.shape[-2:])
     columns = np.tile(np.eye(4), (len(given), 1, 1))
     columns[:, :3, :3] = given[:, :3, :3].transpose(0, 2, 1)
-    return rotations_and_scales(columns)[0]
+    return rotations_and_scales(columns)
