@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from sensors.optics import Optics, optics_of
-from sensors.raycast.rays import Hits, RayBundle, RayCaster
+from sensors.raycast.rays import Hits, RayBundle, RayCaster, RayMemory
 from sensors.raycast.windows import RayGrid
 
 from .aim import Aim, moving_aim, turned_back
@@ -70,7 +70,7 @@ class Scanner:
         count = len(pattern)
         self._columns = np.ascontiguousarray(pattern.directions.T)
         self._table = np.empty((count, 6), np.float32)
-        self._written = np.full(4, np.nan, np.float32)
+        self._memory = RayMemory()
         self._world = np.empty((3, count), np.float32)
         self._cosine, self._term = np.empty(count, np.float32), np.empty(count, np.float32)
         self._kept: dict[int, np.ndarray] = {}
@@ -217,6 +217,7 @@ class Scanner:
             for axis in range(3):
                 table[:, 3 + axis] = world[axis]
             self._turned_by = None
+            self._memory.forget()
             return aim, swing + shot.moves.swing(shot.pose)
         rotation = shot.pose[:3, :3]
         whole = exact and rows.start == 0 and rows.stop == len(self.pattern)
@@ -224,6 +225,7 @@ class Scanner:
         if key is None or key != self._turned_by:
             self._turn(table, columns, rotation.astype(np.float32))
             self._turned_by = key
+            self._memory.forget()
         offsets = None if origins is None else turned_back(origins, rotation.T.astype(np.float32))
         return Aim(shot.pose, world, offsets), swing
 
@@ -238,7 +240,7 @@ class Scanner:
             first=shot.rows.start,
             swing=swing,
             columns=aim.directions,
-            written=self._written,
+            memory=self._memory,
         )
 
     def _cast(self, bundle: RayBundle, shot: Shot, *, normals: bool) -> Hits:

@@ -77,6 +77,7 @@ class MovingMeshes:
             for entry, at in zip(moving, centre, strict=True)
         ]
         self.radii = np.array(radii) * (1 + 1e-6) + 1e-6
+        self._lengths = self.radii.astype(np.float32)
         self._near = NearMeshes(moving)
         self._build(moving, centre)
 
@@ -88,7 +89,7 @@ class MovingMeshes:
         order = np.arange(len(first))
         cells = PITCH * (np.stack([order % side, order // side % side, order // side**2], axis=1) - (side - 1) / 2)
         cell_of = dict(zip(first, cells, strict=True))
-        self._cells = np.array([cell_of[entry.mesh.unique_key] for entry in moving], np.float32)
+        self._cells = np.array([cell_of[entry.mesh.unique_key] for entry in moving])
         vertices, triangles, start = [], [], 0
         for cell, at in zip(cells, first.values(), strict=True):
             mesh = moving[at].mesh
@@ -124,17 +125,20 @@ class MovingMeshes:
         if not seen.any():
             return
         index, owner = _windows(rays, places, np.flatnonzero(seen))
-        index, owner, directions, along = _narrowed(rays, index, owner, places, nearest.distance)
+        before = (places.distance - places.radius - 1e-3).astype(np.float32)
+        ahead = np.flatnonzero(np.take(nearest.distance, index) > np.take(before, owner))  # what is hit before is hit
+        index, owner = index[ahead], owner[ahead]
         if not len(index):
             return
-        local, entry = self._into_cells(rays, index, owner, directions, along, places, rotations)
+        turns = np.ascontiguousarray(np.moveaxis(rotations, 0, -1), np.float32)
+        local, entry = self._into_cells(rays, index, owner, places, rotations, turns)
         found = self._scene.cast(local, threads)
         own = np.flatnonzero(found.distance <= BEYOND)
         index, owner = index[own], owner[own]
-        distance = found.distance[own] * self.radii.astype(np.float32)[owner] + entry[own]
+        distance = (found.distance[own] + entry[own]) * np.take(self._lengths, owner)
 
         def normals(rows: np.ndarray) -> np.ndarray:
-            return turn_each(np.take(found.normals, own[rows], axis=0), rotations.astype(np.float32), owner[rows])
+            return turn_each(np.take(found.normals, own[rows], axis=0), turns, owner[rows])
 
         nearest.add_some(index, distance, self.surfaces[owner], normals)
 
@@ -159,33 +163,34 @@ class MovingMeshes:
         rays: RayBundle,
         index: np.ndarray,
         owner: np.ndarray,
-        directions: list[np.ndarray],
-        along: np.ndarray,
         places: Places,
         rotations: np.ndarray,
+        turns: np.ndarray,
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Rays (k, 6) float32 in their owners' cells, lengths in radii; and where they enter, (k,) float32 [m].
+        """Rays (k, 6) float32 in their owners' cells, and where they enter, (k,) float32; both in radii.
 
-        along: (k,) float32 [m], the way along each ray to what is nearest of the owner's centre. The shift between the
-        frames is worked out in float64.
+        turns: (3, 3, m) float32, the rotations. The shift between the frames is worked out in float64.
         """
-        start = -(np.swapaxes(rotations, 1, 2) @ places.towards[:, :, None])[:, :, 0]
-        offsets = None if rays.offsets is None else np.take(rays.offsets, index, axis=0, mode="clip")
+        towards = places.towards / self.radii[:, None]
+        start = self._cells - (np.swapaxes(rotations, 1, 2) @ towards[:, :, None])[:, :, 0]
+        shift, ways = start.T.astype(np.float32), towards.T.astype(np.float32)
+        directions = [np.take(column, index) for column in rays.directions]
+        entry = _dot([np.take(way, owner) for way in ways], directions)  # to what is nearest of the owner's centre
+        offsets = None if rays.offsets is None else list(np.take(rays.offsets, index, axis=0, mode="clip").T)
+        scale = None if offsets is None else np.take((1 / self.radii).astype(np.float32), owner)
         if offsets is not None:
-            along = along - _dot(directions, list(offsets.T))
-        entry = np.maximum(along - np.take((BEFORE * self.radii).astype(np.float32), owner), np.float32(0))
-        scale = np.take((1 / self.radii).astype(np.float32), owner)
+            entry -= _dot(directions, offsets) * scale
+        entry -= np.float32(BEFORE)
+        np.maximum(entry, np.float32(0), out=entry)
         local = np.empty((len(index), 6), np.float32)
         for axis in range(3):
-            turn = [np.take(rotations[:, row, axis].astype(np.float32), owner) for row in range(3)]
+            turn = [np.take(turns[row, axis], owner) for row in range(3)]
+            at = np.take(shift[axis], owner)
+            if offsets is not None:
+                at += _dot(turn, offsets) * scale
             towards = _dot(turn, directions)
             local[:, 3 + axis] = towards
-            at = np.take(start[:, axis].astype(np.float32), owner)
-            if offsets is not None:
-                at += _dot(turn, list(offsets.T))
-            at += np.multiply(towards, entry, out=towards)
-            at *= scale
-            local[:, axis] = at + np.take(self._cells[:, axis], owner)
+            np.add(at, np.multiply(towards, entry, out=towards), out=local[:, axis])
         return local, entry
 
 
@@ -197,22 +202,6 @@ def _windows(rays: RayBundle, places: Places, which: np.ndarray) -> tuple[np.nda
         inside = np.flatnonzero((index >= rays.first) & (index < rays.first + len(rays.table)))
         index, owner = index[inside] - rays.first, owner[inside]
     return index, which[owner]
-
-
-def _narrowed(
-    rays: RayBundle, index: np.ndarray, owner: np.ndarray, places: Places, blocked: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, list[np.ndarray], np.ndarray]:
-    """Rays that lie in their owner's cone and are not stopped before its sphere: index, owner, directions by axis, and
-    the way along each to what is nearest of the owner's centre [m].
-    """
-    nearest = (places.distance - places.radius - 1e-3).astype(np.float32)
-    ahead = np.flatnonzero(np.take(blocked, index) > np.take(nearest, owner))
-    index, owner = index[ahead], owner[ahead]
-    directions = [np.take(column, index) for column in rays.directions]
-    along = _dot([np.take(places.towards[:, axis].astype(np.float32), owner) for axis in range(3)], directions)
-    least = np.where(places.half < np.pi, np.cos(np.minimum(places.half, np.pi)), -2.0) * places.distance
-    near = np.flatnonzero(along >= np.take(least.astype(np.float32), owner))
-    return index[near], owner[near], [column[near] for column in directions], along[near]
 
 
 def _dot(first: Sequence[np.ndarray], second: Sequence[np.ndarray]) -> np.ndarray:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .nearest import Nearest
+from .picked import cast_picked
 from .rays import RayBundle
 from .triangles import TriangleScene
 
@@ -90,19 +91,10 @@ class NearMeshes:
         frame = anchor if np.abs(rays.origin - anchor).max() < NEAR_ANCHOR_M else rays.origin
         start = (rays.origin - frame).astype(np.float32)
         index = None if windows is None else _chosen(windows[0], len(rays.table))
-        if index is None:
-            rays.start_at(start)
-            table = rays.table
-        elif len(index):
-            table = _started(rays, index, start)
-        else:
-            return
-        layout = self._layout_of(which)
-        found = self._scene_of(layout, which, poses[layout.bodies], frame).cast(table, threads)
-        hit = np.flatnonzero(np.isfinite(found.distance))
-        surface = np.take(layout.surface, found.triangle[hit])
-        target = hit if index is None else index[hit]
-        nearest.add_some(target, found.distance[hit], surface, lambda rows: np.take(found.normals, hit[rows], axis=0))
+        if index is None or len(index):
+            layout = self._layout_of(which)
+            scene = self._scene_of(layout, which, poses[layout.bodies], frame)
+            cast_picked(rays, index, start, scene, layout.surface, threads, nearest)
 
     def _layout_of(self, which: np.ndarray) -> _Layout:
         key = which.tobytes()
@@ -124,11 +116,3 @@ def _chosen(index: np.ndarray, count: int) -> np.ndarray | None:
     chosen[index] = True
     found = np.flatnonzero(chosen)
     return None if len(found) > FULL_CAST * count else found
-
-
-def _started(rays: RayBundle, index: np.ndarray, start: np.ndarray) -> np.ndarray:
-    """The rays `index` (k, 6) float32 with their origins at `start` (3,), each with its own offset."""
-    table = np.take(rays.table, index, axis=0, mode="clip")
-    for axis in range(3):
-        table[:, axis] = start[axis] if rays.offsets is None else rays.offsets[index, axis] + start[axis]
-    return table

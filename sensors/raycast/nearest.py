@@ -41,9 +41,12 @@ class Nearest:
         assert self._number is not None
         return Hits(distance, self._normals if self._with_normals else None, self._number, self._surface_of)
 
-    def add_static(self, found: TriangleHits) -> None:
-        """The cast of all rays at what stands still, before any other."""
+    def add_static(self, found: TriangleHits, kept: bool) -> None:
+        """The cast of all rays at what stands still, before any other; kept: somebody has it for the next time."""
         self._distance, self._normals, self._number = found.distance, found.normals, found.triangle
+        if kept:
+            self._distance, self._number = self._distance.copy(), self._number.copy()
+            self._normals = self._normals.copy() if self._with_normals else None
 
     def add_plane(self, distance: np.ndarray, normal: np.ndarray, surface: int) -> None:
         """Distances (n,) of all rays to one flat surface."""
@@ -60,16 +63,22 @@ class Nearest:
         distance: np.ndarray,
         surfaces: np.ndarray,
         normals: Callable[[np.ndarray], np.ndarray],
+        *,
+        once: bool = False,
     ) -> None:
-        """Hits of the rays `index` (k,), which may come several times, with the surfaces (k,) uint32.
+        """Hits of the rays `index` (k,), each of which may come several times unless `once`, with the surfaces (k,)
+        uint32.
 
         normals: gives the unit normals (m, 3), world axes, of some of them.
         """
         rows = np.flatnonzero(distance < np.take(self.distance, index))
         distance, index = distance[rows], index[rows]
-        np.minimum.at(self.distance, index, distance)
-        won = np.flatnonzero(distance == np.take(self.distance, index))[::-1]  # of equals the first is written last
-        index, rows = index[won], rows[won]
+        if once:
+            self.distance[index] = distance
+        else:
+            np.minimum.at(self.distance, index, distance)
+            won = np.flatnonzero(distance == np.take(self.distance, index))[::-1]  # of equals the first is written last
+            index, rows = index[won], rows[won]
         self._mark(index, surfaces[rows])
         if self._with_normals:
             assert self._normals is not None
@@ -80,13 +89,13 @@ class Nearest:
         self._number[rows] = surfaces + self._first
 
 
-def turn_each(vectors: np.ndarray, rotations: np.ndarray, owner: np.ndarray) -> np.ndarray:
-    """Vectors (n, 3), each by its owner's rotation (m, 3, 3), column by column."""
+def turn_each(vectors: np.ndarray, turns: np.ndarray, owner: np.ndarray) -> np.ndarray:
+    """Vectors (n, 3), each by its owner's rotation; turns: (3, 3, m) float32 of all owners. Column by column."""
     out = np.empty(vectors.shape, np.float32)
     columns = np.ascontiguousarray(vectors.T)
     for row in range(3):
-        turned = np.take(rotations[:, row, 0], owner) * columns[0]
+        turned = np.take(turns[row, 0], owner) * columns[0]
         for axis in (1, 2):
-            turned += np.take(rotations[:, row, axis], owner) * columns[axis]
+            turned += np.take(turns[row, axis], owner) * columns[axis]
         out[:, row] = turned
     return out

@@ -8,11 +8,35 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from .triangles import TriangleHits
 from .windows import RayGrid
 
 NO_SURFACE = -1
 NOTHING = np.uint32(2**32 - 1)
 """The number of what a ray hits that hits nothing."""
+
+
+@dataclass(slots=True)
+class RayMemory:
+    """What a caster remembers of rays whose table is used again; whoever writes directions into it calls `forget`.
+
+    start: (3,) float32, where the first `rows` rays start, as they stand in the table; None: not known. cast: what was
+    last cast at a scene that stands still, with the start and the number of rays; met: what it met, kept from the
+    second time on that it is the same.
+    """
+
+    start: np.ndarray | None = None
+    rows: int = 0
+    cast: tuple[int, bytes, int] | None = None
+    met: TriangleHits | None = None
+
+    def holds(self, start: np.ndarray, count: int) -> bool:
+        """Whether the first `count` rays in the table start at `start`."""
+        return self.rows >= count and self.start is not None and self.start.tobytes() == start.tobytes()
+
+    def forget(self) -> None:
+        """The rays are others now."""
+        self.cast = self.met = None
 
 
 @dataclass(slots=True)
@@ -26,8 +50,7 @@ class RayBundle:
     may be left out. grid: a `RayGrid` of directions of which the bundle's are those from `first` on; only a speed-up.
     swing: the largest angle [rad] between a direction and its place in the grid.
     columns: (3, n) float32, contiguous, the directions once more, by axis; worked out if not given.
-    written: (4,) float32 that belongs to the table's memory, at first NaN: the origin that its first rows hold, and of
-    how many; None where the caller does not keep the table.
+    memory: that of the table; None where the table is not used again.
     """
 
     origin: np.ndarray
@@ -39,7 +62,7 @@ class RayBundle:
     first: int = 0
     swing: float = 0.0
     columns: np.ndarray | None = None
-    written: np.ndarray | None = None
+    memory: RayMemory | None = None
 
     @property
     def directions(self) -> np.ndarray:
@@ -54,13 +77,13 @@ class RayBundle:
 
     def start_at(self, start: np.ndarray) -> None:
         """Writes the ray origins, `start` (3,) float32 plus the offsets; does nothing where they stand already."""
-        count, known = len(self.table), self.written
-        if known is not None and self.offsets is None and known[3] >= count and np.array_equal(known[:3], start):
+        count, memory = len(self.table), self.memory
+        if self.offsets is None and memory is not None and memory.holds(start, count):
             return
         for axis in range(3):  # by columns: five times as fast as rows of three
             self.table[:, axis] = start[axis] if self.offsets is None else self.offsets[:, axis] + start[axis]
-        if known is not None:
-            known[:3], known[3] = start, count if self.offsets is None else 0
+        if memory is not None:
+            memory.start, memory.rows = start, count if self.offsets is None else 0
 
 
 @dataclass(slots=True)

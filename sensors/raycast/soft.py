@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .nearest import Nearest
+from .picked import cast_picked
 from .rays import RayBundle
 from .triangles import TriangleScene
 from .windows import RayGrid
@@ -40,15 +41,7 @@ class SoftMeshes:
         points = [np.asarray(self._points_of(mesh, state), np.float64) for _, mesh in meshes]
         scene, surface = self._scene(meshes, points, rays.origin)
         index = _window(rays, np.concatenate(points) - rays.origin)
-        if index is not None and not len(index):
-            return
-        rays.start_at(np.zeros(3, np.float32))
-        table = rays.table if index is None else np.take(rays.table, index, axis=0, mode="clip")
-        found = scene.cast(table, threads)
-        hit = np.flatnonzero(np.isfinite(found.distance))
-        target = hit if index is None else index[hit]
-        which = np.take(surface, found.triangle[hit])
-        nearest.add_some(target, found.distance[hit], which, lambda rows: np.take(found.normals, hit[rows], axis=0))
+        cast_picked(rays, index, np.zeros(3, np.float32), scene, surface, threads, nearest)
 
     def _scene(
         self, meshes: Sequence[tuple[int, Mesh]], points: Sequence[np.ndarray], origin: np.ndarray

@@ -1,13 +1,23 @@
-"""Which rays lie in which cones: directions sorted into cells of azimuth and elevation."""
+"""Which rays lie in which cones: directions sorted into bands of elevation and, in those, cells of azimuth."""
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 
-PER_DEGREE = 2
-"""Cells per degree, both ways."""
+COLUMNS = 720
+"""Cells of a band."""
 
-COLUMNS = 360 * PER_DEGREE
+PER_DEGREE = COLUMNS // 360
+
+BANDS_PER_DEGREE = (50, 2)
+"""Of a lidar's rows each has its band; where that makes more than `MOST_BANDS` they are as wide as the cells."""
+
+MOST_BANDS = 512
+BAND_EDGE_DEG = 0.0071
+"""Bands begin so far off round numbers, at which elevations like to lie."""
+
 MARGIN_DEG = 0.01
 """Windows are this much wider than they need be, so that rounding loses no ray."""
 
@@ -20,13 +30,22 @@ class RayGrid:
 
     def __init__(self, local: np.ndarray) -> None:
         x, y, z = local.astype(np.float64).T
-        row = _cell(np.rad2deg(np.arctan2(z, np.hypot(x, y))))
+        elevation = np.rad2deg(np.arctan2(z, np.hypot(x, y)))
+        band = _bands(elevation)
         column = np.clip(_cell(np.rad2deg(np.arctan2(y, x))) + COLUMNS // 2, 0, COLUMNS - 1)
-        self._lowest = int(row.min()) if len(row) else 0
-        self._rows = int(row.max()) - self._lowest + 1 if len(row) else 0
-        cell = (row - self._lowest) * COLUMNS + column
-        self._index = np.argsort(cell, kind="stable")
-        self._start = np.concatenate([[0], np.cumsum(np.bincount(cell, minlength=self._rows * COLUMNS))])
+        order = np.lexsort((column, band))
+        count = int(band.max()) + 1 if len(band) else 0
+        ends = np.searchsorted(band[order], np.arange(count + 1))
+        rows = [order[start:end] for start, end in itertools.pairwise(ends)]
+        # Each band stands there twice, so that a window across the seam is one run as well.
+        self._index = np.concatenate([each for row in rows for each in (row, row)] or [order])
+        filled = np.bincount(band * COLUMNS + column, minlength=count * COLUMNS).reshape(count, COLUMNS)
+        self._start = 2 * ends[:-1, None] + np.cumsum(np.concatenate([0 * filled[:, :1], filled, filled], 1), axis=1)
+        self._low = np.array([elevation[row].min() for row in rows])
+        self._high = np.array([elevation[row].max() for row in rows])
+        middle = np.deg2rad(self._low + self._high) / 2
+        self._sine, self._cosine = np.sin(middle), np.maximum(np.cos(middle), 1e-12)
+        self._reach = np.deg2rad(self._high - self._low) / 2
         self.rotation: np.ndarray = np.eye(3)
         self.count = len(local)
         """Number of directions."""
@@ -37,50 +56,44 @@ class RayGrid:
         axes: (m, 3) float64, of any length, world axes; half: (m,) [rad], half the angle of each cone: from pi on all
         rays. Sorted by owner; a ray comes once for each cone that it may lie in.
         """
-        half, elevation, azimuth = self._angles(axes, half)
-        low = np.clip(_cell(elevation - half) - self._lowest, 0, self._rows)
-        high = np.clip(_cell(elevation + half) - self._lowest, -1, self._rows - 1)
-        owner, first, last = _columns(azimuth, _width(elevation, half))
-        segment, row = _expand(low[owner], np.maximum(high - low + 1, 0)[owner])
-        base = row * COLUMNS
-        start, end = self._start[base + first[segment]], self._start[base + last[segment] + 1]
-        which, position = _expand(start, end - start)
-        return self._index[position], owner[segment][which]
-
-    def _angles(self, axes: np.ndarray, half: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Half angle, elevation and azimuth [deg] of cones."""
         x, y, z = (axes @ self.rotation).T
-        wide = np.minimum(np.rad2deg(half) + MARGIN_DEG, 180.0)
-        return wide, np.rad2deg(np.arctan2(z, np.hypot(x, y))), np.rad2deg(np.arctan2(y, x))
+        elevation, azimuth = np.arctan2(z, np.hypot(x, y)), np.rad2deg(np.arctan2(y, x))
+        middle, wide = np.rad2deg(elevation), np.rad2deg(half) + MARGIN_DEG
+        first = np.searchsorted(self._high, middle - wide)
+        last = np.searchsorted(self._low, middle + wide, side="right")
+        owner, band = _expand(first, np.maximum(last - first, 0))
+        width = self._width(elevation, half, owner, band)
+        centre = np.take(azimuth, owner)
+        low = _cell(centre - width)
+        span = np.minimum(_cell(centre + width) - low, COLUMNS - 1)
+        low = (low + COLUMNS // 2) % COLUMNS
+        start, end = self._start[band, low], self._start[band, low + span + 1]
+        which, position = _expand(start, end - start)
+        return np.take(self._index, position), np.take(owner, which)
+
+    def _width(self, elevation: np.ndarray, half: np.ndarray, owner: np.ndarray, band: np.ndarray) -> np.ndarray:
+        """Half the azimuth [deg] that the cone `owner` takes up in a band: by the spherical law of cosines."""
+        within = np.minimum(np.take(half, owner) + np.take(self._reach, band) + np.deg2rad(MARGIN_DEG), np.pi)
+        above = np.cos(within) - np.take(np.sin(elevation), owner) * np.take(self._sine, band)
+        cosine = above / (np.take(np.maximum(np.cos(elevation), 1e-12), owner) * np.take(self._cosine, band))
+        return np.asarray(np.rad2deg(np.arccos(np.clip(cosine, -1.0, 1.0))) + MARGIN_DEG)
+
+
+def _bands(elevation: np.ndarray) -> np.ndarray:
+    """The band of each elevation [deg], numbered upwards, none of them empty."""
+    for per_degree in BANDS_PER_DEGREE:
+        found, band = np.unique(np.floor((elevation + BAND_EDGE_DEG) * per_degree), return_inverse=True)
+        if len(found) <= MOST_BANDS:
+            break
+    return band
 
 
 def _cell(degrees: np.ndarray) -> np.ndarray:
     return np.asarray(np.floor(degrees * PER_DEGREE), np.int64)
 
 
-def _width(elevation: np.ndarray, half: np.ndarray) -> np.ndarray:
-    """Half the azimuth [deg] that a cone takes up: all round where it reaches the pole."""
-    polar = np.abs(elevation) + half >= 89.9
-    sine = np.sin(np.deg2rad(np.minimum(half, 90.0))) / np.maximum(np.cos(np.deg2rad(elevation)), 1e-9)
-    return np.where(polar, 180.0, np.rad2deg(np.arcsin(np.minimum(sine, 1.0))) + MARGIN_DEG)
-
-
-def _columns(azimuth: np.ndarray, width: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(owner, first, last) runs of columns, sorted by owner; a window that crosses the seam is two runs."""
-    low = _cell(azimuth - width) + COLUMNS // 2
-    high = _cell(azimuth + width) + COLUMNS // 2
-    around = high - low >= COLUMNS - 1
-    low[around], high[around] = 0, COLUMNS - 1
-    below, above = np.flatnonzero(low < 0), np.flatnonzero(high >= COLUMNS)
-    owner = np.concatenate([np.arange(len(low)), below, above])
-    first = np.concatenate([np.maximum(low, 0), low[below] + COLUMNS, np.zeros(len(above), np.int64)])
-    last = np.concatenate([np.minimum(high, COLUMNS - 1), np.full(len(below), COLUMNS - 1), high[above] - COLUMNS])
-    order = np.argsort(owner, kind="stable")
-    return owner[order], first[order], last[order]
-
-
 def _expand(start: np.ndarray, count: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(number of the run, value) of every value in the runs start .. start + count - 1, run after run."""
     run = np.repeat(np.arange(len(count)), count)
     offset = start - (np.cumsum(count) - count)
-    return run, np.arange(len(run)) + offset[run]
+    return run, np.arange(len(run)) + np.take(offset, run)

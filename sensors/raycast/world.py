@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections import OrderedDict
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -15,11 +16,13 @@ from .nearest import Nearest
 from .planes import cast_plane
 from .rays import NO_SURFACE, Hits, RayBundle
 from .soft import PointsOf, SoftMeshes
-from .triangles import TriangleScene
+from .triangles import TriangleHits, TriangleScene
 
 GRID_M = 1000.0
 """Scenes are built around the points of this grid, each sensor using the one nearest to it: rays and vertices are
 shifted in float64 before they are rounded to float32, so precision is the same everywhere in the world."""
+
+_numbers = itertools.count()
 
 KEPT_SCENES = 32
 """Static scenes kept for (anchor, exclude) pairs; the one not used for longest goes first."""
@@ -74,8 +77,8 @@ class CastWorld:
         threads = self._threads()
         nearest = Nearest(len(rays.table), scenes.surface_of, scenes.triangles, normals=normals)
         if scenes.static:
-            rays.start_at((rays.origin - anchor).astype(np.float32))
-            nearest.add_static(scenes.static.cast(rays.table, threads))
+            start = (rays.origin - anchor).astype(np.float32)
+            nearest.add_static(*scenes.cast(scenes.static, rays, start, threads))
         body_poses = self._poses(poses) if self.bodies and self._poses else None
         for index, plane in self._planes:
             if index not in scenes.skip:
@@ -119,6 +122,7 @@ class _Scenes:
 
     def __init__(self, world: CastWorld, anchor: np.ndarray, exclude: frozenset[str]) -> None:
         surfaces = world.surfaces
+        self._number = next(_numbers)  # tells it from all others, also from those that are gone
         self.skip = frozenset(i for i, s in enumerate(surfaces) if exclude and excluded(str(s.path), exclude))
         static = [
             (i, s)
@@ -144,3 +148,22 @@ class _Scenes:
             self.static = TriangleScene(np.concatenate(vertices), np.concatenate(triangles))
         moving = world.moving_surfaces
         self.skipped_meshes = np.isin(moving, list(self.skip)) if self.skip and len(moving) else None
+
+    def cast(
+        self, static: TriangleScene, rays: RayBundle, start: np.ndarray, threads: int
+    ) -> tuple[TriangleHits, bool]:
+        """What rays that start at `start` (3,) float32 meet of what stands still, and whether that is kept.
+
+        From the second time on that the same rays come from the same place, what they met is kept: a sensor that keeps
+        still is not cast again at what does.
+        """
+        memory = rays.memory
+        cast = self._number, start.tobytes(), len(rays.table)
+        again = memory is not None and rays.offsets is None and memory.cast == cast
+        if again and memory is not None and memory.met is not None:
+            return memory.met, True
+        rays.start_at(start)
+        found = static.cast(rays.table, threads)
+        if memory is not None and rays.offsets is None:
+            memory.cast, memory.met = cast, found if again else None
+        return found, again

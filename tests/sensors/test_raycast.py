@@ -5,11 +5,13 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from graph.errors import RunError
 from graph.sim.geometry.collect import Mesh, Plane
 from sensors.raycast import triangles
-from sensors.raycast.rays import RayBundle
+from sensors.raycast.rays import RayBundle, RayMemory
 from sensors.raycast.windows import RayGrid
 from sensors.raycast.world import CastWorld
 
@@ -224,6 +226,97 @@ def test_small_bodies_around_a_sensor_are_seen_as_they_are_when_they_stand_still
     agree = both & (seen.surfaces() == fixed.surfaces())
     assert agree.sum() > 0.999 * both.sum()
     assert np.mean(np.abs(seen.normals[agree] - fixed.normals[agree]).max(axis=1) < 1e-4) > 0.999
+
+
+ROWS_OF_A_LIDAR = [
+    [np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)]
+    for a in np.linspace(-np.pi, np.pi, 91)
+    for e in np.deg2rad([-90, -60, -16, -1, 0, 1, 15, 89.99, 90])
+]
+
+
+@pytest.mark.parametrize("directions", [ROWS_OF_A_LIDAR, fan(3000)], ids=["in rows", "anywhere"])
+@given(
+    axes=st.lists(st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda v: math.hypot(*v) > 0.1), min_size=1, max_size=4),
+    half=st.floats(0, math.pi + 0.1),
+    turn=st.floats(-math.pi, math.pi),
+)
+def test_a_window_has_each_ray_in_its_cone_and_none_twice(directions, axes, half, turn):
+    local = np.asarray(directions, np.float32)
+    local /= np.linalg.norm(local, axis=1, keepdims=True)
+    grid = RayGrid(local)
+    grid.rotation = pose_at(0, 0, 0, turn)[:3, :3]
+
+    index, owner = grid.near(np.array(axes), np.full(len(axes), half))
+
+    assert np.all(np.diff(owner) >= 0)
+    for number, axis in enumerate(axes):
+        found = index[owner == number]
+        cosine = local.astype(float) @ (grid.rotation.T @ axis) / math.hypot(*axis)
+        assert len(set(found)) == len(found)
+        assert set(np.flatnonzero(np.arccos(np.clip(cosine, -1, 1)) <= half)) <= set(found)
+
+
+@pytest.fixture
+def casts(monkeypatch):
+    """How many rays each cast had."""
+    found, cast = [], triangles.TriangleScene.cast
+
+    def counted(self, rays, threads):
+        found.append(len(rays))
+        return cast(self, rays, threads)
+
+    monkeypatch.setattr(triangles.TriangleScene, "cast", counted)
+    return found
+
+
+def test_rays_that_keep_still_are_cast_twice_at_what_does_and_then_no_more(casts):
+    place = {"now": pose_at(0.0, 0.0, 0.0)}
+    world = CastWorld(
+        [mesh(box(20.0)), mesh(box(0.5), "/World/B/m", "/World/B"), Plane("/World/P", None, (0, 0, -3), (0, 0, 1))],
+        lambda _: place["now"][None],
+    )
+    rays = bundle((0, 0, 0), fan(), ordered=True)
+    rays.memory = RayMemory()
+    whole = []
+    for step in range(5):
+        place["now"] = pose_at(3.0 + step, 2.0, 0.0)
+        casts.clear()
+        hits = world.cast(rays, normals=True)
+        whole.append(casts.count(len(rays.table)))
+        fresh = world.cast(bundle((0, 0, 0), fan(), ordered=True), normals=True)
+        for name in ("distance", "normals", "number"):
+            np.testing.assert_array_equal(getattr(hits, name), getattr(fresh, name))
+
+    assert whole == [1, 1, 0, 0, 0]
+
+
+def test_rays_that_turn_or_start_elsewhere_or_miss_out_something_are_cast_anew(casts):
+    world = CastWorld([mesh(box(20.0)), mesh(box(1.0, (5.0, 0.0, 0.0)), "/World/Pole")])
+    rays = bundle((0, 0, 0), fan())
+    rays.memory = RayMemory()
+
+    def distances():
+        casts.clear()
+        return world.cast(rays).distance, casts.count(len(rays.table))
+
+    for _ in range(2):
+        distances()
+    assert distances()[1] == 0
+    rays.origin = np.array([1.0, 0.0, 0.0])
+    moved, count = distances()
+    assert count == 1
+    np.testing.assert_array_equal(moved, world.cast(bundle((1, 0, 0), fan())).distance)
+    rays.exclude = frozenset({"/World/Pole"})
+    through, count = distances()
+    assert count == 1
+    np.testing.assert_array_equal(through, world.cast(bundle((1, 0, 0), fan(), rays.exclude)).distance)
+    rays.table[:, 3:6] *= -1
+    rays.columns = None
+    rays.memory.forget()
+    turned, count = distances()
+    assert count == 1
+    np.testing.assert_array_equal(turned, world.cast(bundle((1, 0, 0), -fan(), rays.exclude)).distance)
 
 
 def test_no_scene_is_built_when_a_mesh_of_many_triangles_moves(monkeypatch):

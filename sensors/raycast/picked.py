@@ -1,0 +1,48 @@
+"""Some rays of a bundle, cast at one scene."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .nearest import Nearest
+from .rays import RayBundle
+from .triangles import TriangleScene
+
+
+def cast_picked(
+    rays: RayBundle,
+    index: np.ndarray | None,
+    start: np.ndarray,
+    scene: TriangleScene,
+    surface: np.ndarray,
+    threads: int,
+    nearest: Nearest,
+) -> None:
+    """Adds what rays meet in a scene whose triangles have the surfaces (t,) uint32.
+
+    index: (k,) rays that may meet anything, each once; None: all may. start: (3,) float32 [m], where the bundle's
+    origin lies in the scene's frame.
+    """
+    if index is None:
+        rays.start_at(start)
+        table = rays.table
+    elif len(index):
+        table = _started(rays, index, start)
+    else:
+        return
+    found = scene.cast(table, threads)
+    hit = np.flatnonzero(np.isfinite(found.distance))
+
+    def normals(rows: np.ndarray) -> np.ndarray:
+        return np.asarray(np.take(found.normals, hit[rows], axis=0))
+
+    target = hit if index is None else index[hit]
+    nearest.add_some(target, found.distance[hit], np.take(surface, found.triangle[hit]), normals, once=True)
+
+
+def _started(rays: RayBundle, index: np.ndarray, start: np.ndarray) -> np.ndarray:
+    """The rays `index` (k, 6) float32 with their origins at `start` (3,), each with its own offset."""
+    table = np.take(rays.table, index, axis=0, mode="clip")
+    for axis in range(3):
+        table[:, axis] = start[axis] if rays.offsets is None else rays.offsets[index, axis] + start[axis]
+    return np.asarray(table)
