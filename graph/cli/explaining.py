@@ -51,7 +51,7 @@ def explain(session: Session, file: str | Path) -> dict[str, Any]:
 
 
 def _topics(session: Session) -> list[dict[str, Any]]:
-    """The topics announced so far, and those of publishers that have not come to it (type None)."""
+    """The topics announced so far, and those of publishers that have not come to it (type None where none is told)."""
     from nodes.ros2.publishing import topic_name
 
     bus = session.app.bus
@@ -61,7 +61,8 @@ def _topics(session: Session) -> list[dict[str, Any]]:
     known = {owner for _, owners in found.values() for owner in owners}
     for node in (node for graph in session.runner.graphs.values() for node in graph.nodes.values()):
         if node.path not in known and "Publish" in node.type.short_name and "topicName" in node.type.inputs:
-            found.setdefault(topic_name(node.db, node.path), (None, []))[1].append(node.path)
+            type_name = getattr(node.db.memory, "type_name", "") or None
+            found.setdefault(topic_name(node.db, node.path), (type_name, []))[1].append(node.path)
     return [
         {"topic": name, "type": type_name, "publishers": owners, "heard_in_file": bus.is_listened_to(name)}
         for name, (type_name, owners) in found.items()

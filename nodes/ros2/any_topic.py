@@ -45,9 +45,10 @@ def publish_any(db: Any) -> bool:
     """Publish a message of any type: its fields are the inputs that the file adds, those left out are zero or empty."""
     memory = db.memory
     if memory.fields is None:
-        memory.fields = Fields(required_type(db), db.dynamic_input_names())
+        memory.type_name = required_type(db)
+        memory.fields = Fields(memory.type_name, db.dynamic_input_names())
     fields = memory.fields
-    topic = subscribed_topic(db, fields.message)
+    topic = subscribed_topic(db)
     if topic is None:
         return False
     db.app.bus.publish(topic, fields.message, fields.read(db), _now(db))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 from graph import Attribute, node_type
@@ -32,10 +32,15 @@ def _inputs(topic: str) -> dict[str, Attribute]:
     }
 
 
-@node_type("isaacsim.ros2.bridge.ROS2PublishBbox2D", version=1, inputs=_inputs("bbox2d"), memory=Publisher)
+@node_type(
+    "isaacsim.ros2.bridge.ROS2PublishBbox2D",
+    version=1,
+    inputs=_inputs("bbox2d"),
+    memory=partial(Publisher, DETECTIONS_2D),
+)
 def publish_boxes_2d(db: Any) -> bool:
     """Publish `vision_msgs/Detection2DArray`: centre and size [px] of each box by semantic id."""
-    topic = subscribed_topic(db, DETECTIONS_2D)
+    topic = subscribed_topic(db)
     if topic is None:
         return False
     box, position, pose = (_type(f"vision_msgs/msg/{name}") for name in ("BoundingBox2D", "Point2D", "Pose2D"))
@@ -50,12 +55,17 @@ def publish_boxes_2d(db: Any) -> bool:
     return True
 
 
-@node_type("isaacsim.ros2.bridge.ROS2PublishBbox3D", version=1, inputs=_inputs("bbox3d"), memory=Publisher)
+@node_type(
+    "isaacsim.ros2.bridge.ROS2PublishBbox3D",
+    version=1,
+    inputs=_inputs("bbox3d"),
+    memory=partial(Publisher, DETECTIONS_3D),
+)
 def publish_boxes_3d(db: Any) -> bool:
     """Publish `vision_msgs/Detection3DArray`: centre, orientation, size [m] of each box by semantic id."""
     import numpy as np
 
-    topic = subscribed_topic(db, DETECTIONS_3D)
+    topic = subscribed_topic(db)
     if topic is None:
         return False
     rows = _rows(db, BOX_3D)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 from graph import Attribute, node_type
@@ -19,11 +20,11 @@ from .publishing import Publisher, publisher_inputs, subscribed_topic
         **publisher_inputs("clock"),
         "timeStamp": Attribute("double", "the time to publish", default=0.0, unit="s"),
     },
-    memory=Publisher,
+    memory=partial(Publisher, CLOCK),
 )
 def publish_clock(db: Any) -> bool:
     """Publish `rosgraph_msgs/Clock`; a time read from one of the App's clocks is published to the exact nanosecond."""
-    topic = subscribed_topic(db, CLOCK)
+    topic = subscribed_topic(db)
     if topic is None:
         return False
     nanoseconds = stamp_ns(db.app, db.inputs.timeStamp)

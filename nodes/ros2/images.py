@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 from graph import Attribute, node_type
@@ -38,11 +39,11 @@ PLUMB_BOB = "plumb_bob"
         "bufferSize": Attribute("uint", "size of dataPtr; not needed, the handle knows", unit="bytes"),
         "format": Attribute("uint64", "pixel format of dataPtr; not needed, encoding says it"),
     },
-    memory=Publisher,
+    memory=partial(Publisher, IMAGE),
 )
 def publish_image(db: Any) -> bool:
     """Publish `sensor_msgs/Image`; without pixels (before the first frame) nothing is sent."""
-    topic = subscribed_topic(db, IMAGE)
+    topic = subscribed_topic(db)
     if topic is None:
         return False
     nanoseconds = stamp_ns(db.app, db.inputs.timeStamp)
@@ -96,11 +97,11 @@ def pixels(db: Any) -> Any:
         "bufferSize": Attribute("uint64", "size of dataPtr; not needed, the handle knows", default=0, unit="bytes"),
         "input_format": Attribute("token", "how the image is encoded", default="h264", allowed_tokens=("h264",)),
     },
-    memory=Publisher,
+    memory=partial(Publisher, COMPRESSED),
 )
 def publish_compressed_image(db: Any) -> bool:
     """Publish `sensor_msgs/CompressedImage`; without data nothing is sent."""
-    topic = subscribed_topic(db, COMPRESSED)
+    topic = subscribed_topic(db)
     if topic is None:
         return False
     data = pixels(db)
@@ -128,11 +129,11 @@ def publish_compressed_image(db: Any) -> bool:
         "physicalDistortionModel": Attribute("token", f"distortion model; empty is {PLUMB_BOB}"),
         "physicalDistortionCoefficients": Attribute("float[]", "its coefficients; empty is no distortion"),
     },
-    memory=Publisher,
+    memory=partial(Publisher, CAMERA_INFO),
 )
 def publish_camera_info(db: Any) -> bool:
     """Publish `sensor_msgs/CameraInfo`."""
-    topic = subscribed_topic(db, CAMERA_INFO)
+    topic = subscribed_topic(db)
     if topic is None:
         return False
     inputs = db.inputs

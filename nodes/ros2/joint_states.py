@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from graph import Attribute, node_type
@@ -42,11 +43,11 @@ class _Joints(Publisher):
             "float", "stamp of the message where timeStamp is 0 and not connected", default=0.0, unit="s"
         ),
     },
-    memory=_Joints,
+    memory=partial(_Joints, JOINT_STATE),
 )
 def publish_joint_state(db: Any) -> bool:
     """Publish `sensor_msgs/JointState` in rad and m: the joints that the inputs give, else those of targetPrim."""
-    topic = subscribed_topic(db, JOINT_STATE)
+    topic = subscribed_topic(db)
     if topic is None:
         return False
     inputs = db.inputs

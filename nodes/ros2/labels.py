@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from functools import partial
 from typing import Any
 
 from graph import Attribute, node_type
@@ -29,11 +30,11 @@ CLASS = "class:"
         "semantics": Attribute("token[]", "kinds of the labels; not part of the message"),
         "idToLabels": Attribute("string", "JSON of ids to labels; where set, ids and labels are not read"),
     },
-    memory=Publisher,
+    memory=partial(Publisher, STRING),
 )
 def publish_semantic_labels(db: Any) -> bool:
     """Publish `std_msgs/String`: JSON of ids to labels, with the stamp as time_stamp."""
-    topic = subscribed_topic(db, STRING)
+    topic = subscribed_topic(db)
     if topic is None:
         return False
     content = _content(db)
@@ -75,11 +76,11 @@ def _content(db: Any) -> dict[str, Any]:
         ),
         "bufferSize": Attribute("uint", "size of dataPtr; not needed, the handle knows", default=0, unit="bytes"),
     },
-    memory=Publisher,
+    memory=partial(Publisher, STRING),
 )
 def publish_object_id_map(db: Any) -> bool:
     """Publish `std_msgs/String`: JSON of 128-bit object ids to prim paths; without a map nothing is sent."""
-    topic = subscribed_topic(db, STRING)
+    topic = subscribed_topic(db)
     if topic is None:
         return False
     found = handles.resolve(db.inputs.dataPtr) if db.inputs.dataPtr else None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from graph import Attribute, node_type
@@ -52,11 +53,11 @@ INERTIAL = {
             "bool", "publish velocities as given; if not, along front, left and up", default=False
         ),
     },
-    memory=Publisher,
+    memory=partial(Publisher, ODOMETRY),
 )
 def publish_odometry(db: Any) -> bool:
     """Publish `nav_msgs/Odometry`. Its x axis of motion is robotFront, z the stage's up, y to the left."""
-    topic = subscribed_topic(db, ODOMETRY)
+    topic = subscribed_topic(db)
     if topic is None:
         return False
     inputs = db.inputs
@@ -107,13 +108,13 @@ class _Static(Publisher):
             "bool", "publish once, and again when it changed, on tf_static where topicName is tf", default=False
         ),
     },
-    memory=_Static,
+    memory=partial(_Static, TRANSFORMS),
 )
 def publish_raw_transform_tree(db: Any) -> bool:
     """Publish `tf2_msgs/TFMessage` with the one transform that the inputs give."""
     inputs, memory = db.inputs, db.memory
     static = inputs.staticPublisher
-    topic = subscribed_topic(db, TRANSFORMS, "tf_static" if static and inputs.topicName == "tf" else None)
+    topic = subscribed_topic(db, "tf_static" if static and inputs.topicName == "tf" else None)
     if topic is None:
         return False
     x, y, z = inputs.translation.tolist()
@@ -137,11 +138,11 @@ def publish_raw_transform_tree(db: Any) -> bool:
         "timeStamp": TIME_STAMP,
         **INERTIAL,
     },
-    memory=Publisher,
+    memory=partial(Publisher, IMU),
 )
 def publish_imu(db: Any) -> bool:
     """Publish `sensor_msgs/Imu`; what is switched off is marked absent by covariance[0] = -1."""
-    topic = subscribed_topic(db, IMU)
+    topic = subscribed_topic(db)
     if topic is None:
         return False
     nanoseconds = stamp_ns(db.app, db.inputs.timeStamp)
@@ -174,11 +175,11 @@ def imu_of(db: Any, nanoseconds: int) -> Any:
         "acceleration": Attribute("double", "change of speed; 0 is at once", default=0.0, unit="m/s^2"),
         "jerk": Attribute("double", "change of acceleration; 0 is at once", default=0.0, unit="m/s^3"),
     },
-    memory=Publisher,
+    memory=partial(Publisher, ACKERMANN),
 )
 def publish_ackermann_drive(db: Any) -> bool:
     """Publish `ackermann_msgs/AckermannDriveStamped`."""
-    topic = subscribed_topic(db, ACKERMANN)
+    topic = subscribed_topic(db)
     if topic is None:
         return False
     inputs = db.inputs

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from graph import Attribute, node_type
@@ -38,7 +39,7 @@ if TYPE_CHECKING:
             "float[2]", "azimuths of the first and the last beam", default=[0.0, 0.0], unit="deg"
         ),
     },
-    memory=Publisher,
+    memory=partial(Publisher, LASER_SCAN),
 )
 def publish_laser_scan(db: Any) -> bool:
     """Publish `sensor_msgs/LaserScan`; empty beams are +inf, angle_max is the last beam's (or as the profile says)."""
@@ -46,7 +47,7 @@ def publish_laser_scan(db: Any) -> bool:
     for name in ("horizontalFov", "horizontalResolution"):
         if not getattr(inputs, name) > 0:
             db.fail(f"input {name} is {getattr(inputs, name):g} deg; give it a positive angle")
-    topic = subscribed_topic(db, LASER_SCAN)
+    topic = subscribed_topic(db)
     if topic is None:
         return False
     ranges, intensities = _of_frame(db) if inputs.dataPtr else _of_row(db)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 from graph import Attribute, node_type
@@ -54,14 +55,14 @@ def _buffer_inputs() -> dict[str, Attribute]:
         "bufferSize": Attribute("uint", "size of dataPtr; the handle knows it", unit="bytes"),
         **_buffer_inputs(),
     },
-    memory=Publisher,
+    memory=partial(Publisher, POINT_CLOUD),
 )
 def publish_point_cloud(db: Any) -> bool:
     """Publish `sensor_msgs/PointCloud2`: x, y, z and each quantity whose output flag and handle are both set."""
     inputs = db.inputs
     if inputs.cudaDeviceIndex != -1:
         db.fail(f"input cudaDeviceIndex is {inputs.cudaDeviceIndex}; buffers are in host memory, leave it at -1")
-    topic = subscribed_topic(db, POINT_CLOUD)
+    topic = subscribed_topic(db)
     if topic is None:
         return False
     points = _buffer(db, "dataPtr") if inputs.dataPtr else inputs.data

@@ -37,12 +37,13 @@ TIME_STAMP = Attribute("double", "stamp of the message", default=0.0, unit="s")
 
 @dataclass(slots=True)
 class Publisher:
-    """Memory of a publishing node: the topic it announced."""
+    """Memory of a publishing node: the type of its messages, the topic it announced."""
 
+    type_name: str = ""
     topic: str = ""
 
 
-def subscribed_topic(db: Any, type_name: str, name: str | None = None) -> str | None:
+def subscribed_topic(db: Any, name: str | None = None) -> str | None:
     """The node's absolute topic if somebody listens to it, else None; announces the topic at the first compute.
 
     name: what to publish on instead of the input topicName.
@@ -51,7 +52,7 @@ def subscribed_topic(db: Any, type_name: str, name: str | None = None) -> str | 
     bus = db.app.bus
     if not memory.topic:
         memory.topic = topic_name(db, db.path, name)
-        bus.advertise(memory.topic, type_name, db.path)
+        bus.advertise(memory.topic, memory.type_name, db.path)
     topic: str = memory.topic
     return topic if bus.has_subscribers(topic) else None
 

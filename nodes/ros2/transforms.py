@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 from graph import Attribute, node_type
@@ -39,7 +40,7 @@ class _Tree(Publisher):
         "translations": Attribute("double[3][]", f"positions in the parent frame, {GIVEN}", optional=True, unit="m"),
         "orientations": Attribute("double[4][]", f"rotations, quaternions x, y, z, w, {GIVEN}", optional=True),
     },
-    memory=_Tree,
+    memory=partial(_Tree, TRANSFORMS),
 )
 def publish_transform_tree(db: Any) -> bool:
     """Publish `tf2_msgs/TFMessage`: the targets' poses in the parent, in metres and x, y, z, w quaternions.
@@ -48,7 +49,7 @@ def publish_transform_tree(db: Any) -> bool:
     """
     inputs = db.inputs
     static = inputs.staticPublisher
-    topic = subscribed_topic(db, TRANSFORMS, "tf_static" if static and inputs.topicName == "tf" else None)
+    topic = subscribed_topic(db, "tf_static" if static and inputs.topicName == "tf" else None)
     if topic is None:
         return False
     poses = _given(db) if len(inputs.childFrames) else _of_prims(db)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 from graph import Attribute, node_type
@@ -21,11 +22,11 @@ from .transport import SENT, TIME_STAMP, endpoint_inputs, listened_topic
     version=1,
     inputs={**endpoint_inputs(50008, 2985021151), "timeStamp": TIME_STAMP},
     outputs={"execOut": SENT},
-    memory=Publisher,
+    memory=partial(Publisher, CLOCK),
 )
 def publish_clock(db: Any) -> bool:
     """Send the time, as `rosgraph_msgs/Clock`."""
-    topic = listened_topic(db, CLOCK)
+    topic = listened_topic(db)
     if topic is None:
         return False
     nanoseconds = stamp_ns(db.app, db.inputs.timeStamp)
@@ -43,11 +44,11 @@ def publish_clock(db: Any) -> bool:
         "jointEfforts": Attribute("double[]", "efforts, one per joint", default=[], unit="N m or N"),
     },
     outputs={"execOut": SENT},
-    memory=Publisher,
+    memory=partial(Publisher, JOINT_STATE),
 )
 def publish_joint_state(db: Any) -> bool:
     """Send joint values, as `sensor_msgs/JointState` without names."""
-    topic = listened_topic(db, JOINT_STATE)
+    topic = listened_topic(db)
     if topic is None:
         return False
     inputs = db.inputs
@@ -65,11 +66,11 @@ def publish_joint_state(db: Any) -> bool:
         **POSE_AND_VELOCITIES,
     },
     outputs={"execOut": SENT},
-    memory=Publisher,
+    memory=partial(Publisher, ODOMETRY),
 )
 def publish_odometry(db: Any) -> bool:
     """Send a pose and velocities, as `nav_msgs/Odometry` in frame odom of base_link."""
-    topic = listened_topic(db, ODOMETRY)
+    topic = listened_topic(db)
     if topic is None:
         return False
     inputs = db.inputs
@@ -89,11 +90,11 @@ def publish_odometry(db: Any) -> bool:
         **INERTIAL,
     },
     outputs={"execOut": SENT},
-    memory=Publisher,
+    memory=partial(Publisher, IMU),
 )
 def publish_imu(db: Any) -> bool:
     """Send inertial readings, as `sensor_msgs/Imu`."""
-    topic = listened_topic(db, IMU)
+    topic = listened_topic(db)
     if topic is None:
         return False
     nanoseconds = stamp_ns(db.app, db.inputs.timeStamp)
@@ -122,11 +123,11 @@ def publish_imu(db: Any) -> bool:
         "format": Attribute("uint64", "pixel format of dataPtr; not needed, encoding says it", default=0),
         "sendCudaBuffer": Attribute("bool", "leave pixels on the device; here they are in host memory", default=True),
     },
-    memory=Publisher,
+    memory=partial(Publisher, IMAGE),
 )
 def publish_image(db: Any) -> bool:
     """Send an image, as `sensor_msgs/Image`; without pixels (before the first frame) nothing is sent."""
-    topic = listened_topic(db, IMAGE)
+    topic = listened_topic(db)
     if topic is None:
         return False
     nanoseconds = stamp_ns(db.app, db.inputs.timeStamp)

@@ -32,6 +32,6 @@ def topic_of(db: Any) -> str:
     return f"/ucx/port_{int(db.inputs.port)}/tag_{int(db.inputs.tag)}"
 
 
-def listened_topic(db: Any, type_name: str) -> str | None:
+def listened_topic(db: Any) -> str | None:
     """The node's topic if somebody listens to it, else None; announces it at the first compute."""
-    return subscribed_topic(db, type_name, topic_of(db))
+    return subscribed_topic(db, topic_of(db))

@@ -310,7 +310,12 @@ def test_publishers_that_wait_for_a_frame_are_among_the_topics(explain):
             "publishers": ["/World/G/cloud"],
             "heard_in_file": False,
         },
-        {"topic": "/late", "type": None, "publishers": ["/World/Post/scan"], "heard_in_file": False},
+        {
+            "topic": "/late",
+            "type": "sensor_msgs/msg/LaserScan",
+            "publishers": ["/World/Post/scan"],
+            "heard_in_file": False,
+        },
     ]
 
 
