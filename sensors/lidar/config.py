@@ -163,7 +163,7 @@ class LidarConfig:
 
     @property
     def ticks_per_second(self) -> Fraction:
-        """The firing rate, or the scan rate where a profile fires slower than it scans."""
+        """The firing rate, or the scan rate where a solid-state profile fires slower than it scans."""
         return max(self.pattern_firing_rate_hz, self.scan_rate_base_hz)
 
     @property
@@ -196,6 +196,11 @@ class LidarConfig:
             problems.append(f"scanRateBaseHz = {float(self.scan_rate_base_hz):g} Hz; the slowest scan is 0.466 Hz")
         if self.pattern_firing_rate_hz <= 0:
             problems.append("patternFiringRateHz must be above 0")
+        elif self.is_rotary and self.pattern_firing_rate_hz < self.scan_rate_base_hz:
+            problems.append(
+                f"patternFiringRateHz = {float(self.pattern_firing_rate_hz):g} is below scanRateBaseHz = "
+                f"{float(self.scan_rate_base_hz):g}: a rotary lidar would not fire once a turn"
+            )
         if not 0 <= self.near_range_m < self.far_range_m:
             problems.append(f"the range is {self.near_range_m:g} to {self.far_range_m:g} m; near must be below far")
         if len(self.ranges_min_m) != len(self.ranges_max_m):

@@ -39,6 +39,11 @@ _EMITTER_ARRAYS = {
 }
 
 
+def firing_rate_key(profile: Mapping[str, Any]) -> str:
+    """What a profile calls its rate of ticks: the name since Isaac Sim 6.0, which counts where both are, or before."""
+    return "patternFiringRateHz" if "patternFiringRateHz" in profile else "reportRateBaseHz"
+
+
 class ProfileReader:
     """Converts the fields of a profile and collects what is wrong with them, each at its place in `text`."""
 
@@ -160,6 +165,10 @@ class ProfileReader:
             self._wrong(("numberOfEmitters",), f"is {listed}, but {count} are listed")
         if count and profile.get("emitterStateCount") not in (None, len(states)):
             self._wrong(("emitterStateCount",), f"is {profile['emitterStateCount']}, but {len(states)} are listed")
+        firing, scan = fields["pattern_firing_rate_hz"], fields["scan_rate_base_hz"]
+        if not self.problems and fields["scan_type"] == "ROTARY" and firing < scan:
+            key = firing_rate_key(profile)
+            self._wrong((key,), f"is {float(firing):g}, below scanRateBaseHz = {float(scan):g}: no tick in a turn")
         lines = fields["num_rays_per_line"]
         if count and lines and sum(lines) != count:
             self._wrong(("numRaysPerLine",), f"sums to {sum(lines)} for {count} emitters")

@@ -11,7 +11,7 @@ from typing import Any
 from graph.errors import Mark, Problem, UserError
 
 from .config import MIN_SCAN_RATE_HZ, LidarConfig
-from .profile_values import ProfileReader
+from .profile_values import ProfileReader, firing_rate_key
 
 MAX_BYTES = 64 << 20
 _NUMBERS = {
@@ -91,7 +91,8 @@ def parse_profile(document: Any, name: str, text: str = "") -> LidarConfig:
     fields: dict[str, Any] = {"name": str(document.get("name", Path(name).stem))}
     fields["scan_type"] = reader.scan_type(profile.get("scanType", "rotary"))
     fields["scan_rate_base_hz"] = reader.rate("scanRateBaseHz", profile.get("scanRateBaseHz", 10), MIN_SCAN_RATE_HZ)
-    fields["pattern_firing_rate_hz"] = reader.rate("reportRateBaseHz", profile.get("reportRateBaseHz", 36000))
+    rate = firing_rate_key(profile)
+    fields["pattern_firing_rate_hz"] = reader.rate(rate, profile.get(rate, 36000))
     for key, field in _NUMBERS.items():
         if key in profile:
             fields[field] = reader.number(key, profile[key])

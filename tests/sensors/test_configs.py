@@ -123,6 +123,12 @@ def test_null_in_a_profile_is_as_if_it_were_left_out():
     assert (config.scan_type, config.max_returns, config.pattern_firing_rate_hz) == ("ROTARY", 2, 36000)
 
 
+def test_a_profile_may_name_its_rate_of_ticks_as_isaac_sim_6_does():
+    profile = {**PROFILE["profile"], "patternFiringRateHz": 75}
+
+    assert parse_profile({"profile": profile}, "mine").ticks_per_scan == 10  # 75 / 7.5
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
@@ -154,6 +160,7 @@ def test_null_in_a_profile_is_as_if_it_were_left_out():
         ),
         ({"ranges": [{"min": 1, "max": 5}, {"min": 5, "max": 5}]}, r"ranges\[1\] is 5 to 5 m; min .* below max"),
         ({"maxReturns": 256}, "maxReturns is 256; it is from 1 to 255"),
+        ({"reportRateBaseHz": 7}, "reportRateBaseHz is 7, below scanRateBaseHz = 7.5: no tick in a turn"),
     ],
 )
 def test_a_bad_profile_says_which_field(change, message):
