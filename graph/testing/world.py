@@ -13,7 +13,7 @@ from graph.spec import FileSpec
 
 if TYPE_CHECKING:
     from graph.sim import App
-    from graph.sim.messages.bus import Message
+    from graph.sim.messages.message import Message
 
 
 @dataclass(slots=True)

@@ -9,19 +9,9 @@ from typing import Any, Protocol
 
 from graph.errors import RunError
 
+from .message import Message
 from .services import Services
 from .subscriptions import Subscription
-
-
-@dataclass(frozen=True, slots=True)
-class Message:
-    """One published message; `stamp_ns` is simulation time, `sequence` counts from 1 on its topic since play."""
-
-    topic: str
-    type_name: str
-    message: Any
-    stamp_ns: int
-    sequence: int
 
 
 class Sink(Protocol):

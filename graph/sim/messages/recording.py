@@ -17,7 +17,7 @@ from mcap.writer import CompressionType, Writer  # noqa: TID253
 
 from graph.errors import RunError, UserError
 
-from .bus import Message
+from .message import Message
 from .ros_types import definition, serialize
 
 CHUNK_BYTES = 1_000_000
