@@ -11,7 +11,7 @@ from graph.types import Type
 from graph.values import dtype_of
 
 from .numbers import aligned, input_type, settled
-from .promotion import common_type
+from .promotion import common_type, promoted
 
 DECIMALS = ("decimals",)
 
@@ -27,7 +27,7 @@ DECIMALS = ("decimals",)
         "target": Attribute(DECIMALS, "where it is to go"),
     },
     outputs={"result": Attribute(("numerics",), "where it is after the step")},
-    resolve=lambda known: _between(known, "current", "target"),
+    resolve=promoted("result", "current", "target"),
 )
 def interpolate_to(db: Any) -> None:
     """Go a step towards a target: by the share 1 - (1 - s)^exponent of the way, s = speed x deltaSeconds within 0 to 1.
@@ -123,11 +123,6 @@ def interpolator(db: Any) -> None:
     if (np.diff(knots) < 0).any():
         db.fail("input knots does not rise; sort knots and values by knots")
     db.outputs.value = float(np.interp(db.inputs.param, knots, values))
-
-
-def _between(known: Any, *names: str) -> Mapping[str, Type]:
-    types = [known[f"inputs:{name}"] for name in names]
-    return {} if None in types else {"outputs:result": common_type(types)}
 
 
 def _slerp(start: Any, end: Any, share: float) -> Any:

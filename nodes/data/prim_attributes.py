@@ -11,7 +11,7 @@ from graph.types import TYPES, Type
 from graph.values import coerce, shown
 
 from . import usd_values
-from .stage_prims import PRIM, USE_PATH, find_attribute, find_prim, path_of
+from .stage_prims import PRIM, USE_PATH, edited_layer, find_attribute, find_prim, path_of
 
 NAME = Attribute("token", "name of the attribute, such as xformOp:translate", default="")
 HANDLE = Attribute("uint64", "kept for files that carry it; unused")
@@ -110,7 +110,8 @@ def write_prim_attribute(db: Any) -> bool:
     if not db.inputs.usdWriteBack or fabric.change_stamp(path, name) >= 0:
         fabric.set(path, name, value)
     if db.inputs.usdWriteBack and attribute.Get() != value:
-        _write(db, attribute, value)
+        with edited_layer(db):
+            attribute.Set(value)
         failure = db.app.live.take_failure() if db.app.live is not None else None
         if failure is not None:
             db.fail(str(failure))
@@ -157,17 +158,3 @@ def _coerced(db: Any, value: Any, type_: Type, message: str) -> Any:
         return coerce(type_, value)
     except ValueError as error:
         return db.fail(f"{message}: {error}")
-
-
-def _write(db: Any, attribute: Any, value: Any) -> None:
-    from graph.sim.usd import Usd
-
-    stage, wanted = db.app.stage, db.inputs.layerIdentifier
-    if not wanted:
-        attribute.Set(value)
-        return
-    layers = [one for one in stage.GetLayerStack() if wanted in (one.identifier, one.GetDisplayName())]
-    if not layers:
-        db.fail(f'input layerIdentifier is "{wanted}", which is no layer of the stage; clear it or correct it')
-    with Usd.EditContext(stage, Usd.EditTarget(layers[0])):
-        attribute.Set(value)

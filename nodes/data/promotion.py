@@ -57,11 +57,11 @@ def _common_tuple(shaped: list[Type], storage: str) -> Type:
     return concrete_type(f"{role}{storage[0]}[{first.count}]")
 
 
-def promoted(output: str) -> Resolve:
-    """The output has the common type of all inputs."""
+def promoted(output: str, *names: str) -> Resolve:
+    """The output has the common type of these inputs, of all where none are named."""
 
     def resolve(known: Any) -> Answer:
-        types = _tuples_of_one_size(known)
+        types = _tuples_of_one_size(known, *names)
         return {output: common_type(types)} if types else {}
 
     return resolve
@@ -83,16 +83,17 @@ def quotient(output: str) -> Resolve:
     return resolve
 
 
-def input_types(known: Any) -> list[Type]:
-    """The types of all inputs, or none while one of them is open."""
-    types = [known[name] for name in known if name.startswith("inputs:")]
+def input_types(known: Any, *names: str) -> list[Type]:
+    """The types of these inputs, of all where none are named; none while one of them is open."""
+    chosen = [f"inputs:{name}" for name in names] or [name for name in known if name.startswith("inputs:")]
+    types = [known[name] for name in chosen]
     return [] if None in types else types
 
 
-def _tuples_of_one_size(known: Any) -> list[Type]:
+def _tuples_of_one_size(known: Any, *chosen: str) -> list[Type]:
     """As `input_types`. Raises ValueError, naming both inputs and their sources, for tuples of different size."""
-    types = input_types(known)
-    names = [name.removeprefix("inputs:") for name in known if name.startswith("inputs:")]
+    types = input_types(known, *chosen)
+    names = list(chosen) or [name.removeprefix("inputs:") for name in known if name.startswith("inputs:")]
     shaped = [(name, one) for name, one in zip(names, types, strict=False) if one.count > 1]
     for name, one in shaped[1:]:
         if (one.count, one.square) != (shaped[0][1].count, shaped[0][1].square):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import AbstractContextManager, nullcontext
 from typing import Any
 
 from graph import Attribute
@@ -11,13 +12,14 @@ PRIM = Attribute("target", "the prim, unless usePath is set", optional=True)
 USE_PATH = Attribute("bool", "whether primPath names the prim instead of the input prim", default=False, optional=True)
 
 
-def path_of(db: Any) -> str:
-    """The path that `prim`, or `primPath` with `usePath`, names. Fails the node where that is not just one."""
+def path_of(db: Any, name: str = "primPath") -> str:
+    """The path that `prim`, or with `usePath` the input `name`, names. Fails the node where that is not just one."""
     inputs = db.inputs
     if inputs.usePath:
-        if not inputs.primPath:
-            db.fail("input primPath is empty; give it the path of a prim, or clear usePath")
-        return str(inputs.primPath)
+        path = getattr(inputs, name)
+        if not path:
+            db.fail(f"input {name} is empty; give it the path of a prim, or clear usePath")
+        return str(path)
     return only_target(db, "prim", inputs.prim)
 
 
@@ -48,3 +50,19 @@ def find_attribute(db: Any, prim: Any, name: str) -> Any:
         known = [str(one.GetName()) for one in prim.GetAttributes()]
         db.fail(f'{prim.GetPath()} has no attribute "{name}"{did_you_mean(name, known)}')
     return attribute
+
+
+def edited_layer(db: Any) -> AbstractContextManager[Any]:
+    """The layer that `layerIdentifier` names as the stage's edit target. Fails the node where there is none such."""
+    from graph.sim.usd import Usd
+
+    stage, wanted = db.app.stage, db.inputs.layerIdentifier
+    named = {"<Session Layer>": stage.GetSessionLayer(), "<Root Layer>": stage.GetRootLayer()}
+    if not wanted:
+        return nullcontext()
+    layers = [one for one in stage.GetLayerStack() if wanted in (one.identifier, one.GetDisplayName())]
+    layer = named.get(wanted) or next(iter(layers), None)
+    if layer is None:
+        db.fail(f'input layerIdentifier is "{wanted}", which is no layer of the stage; clear it or correct it')
+    edit: AbstractContextManager[Any] = Usd.EditContext(stage, Usd.EditTarget(layer))
+    return edit

@@ -1,0 +1,177 @@
+"""Relationships of prims, read and written by name; what variants a prim has."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from graph import Attribute, node_type
+
+from .stage_prims import edited_layer, find_prim, only_target, path_of
+
+NAME = Attribute("token", "name of the relationship", default="")
+PRIM = Attribute("target", "the prim")
+
+
+def _targets(db: Any, path: str) -> list[str] | None:
+    """What the relationship `name` of that prim names; None, with a warning, where the prim is missing."""
+    prim = find_prim(db, path)
+    if prim is None:
+        return None
+    name = _name(db)
+    if not prim.HasRelationship(name):
+        db.fail(f'{prim.GetPath()} has no relationship "{name}"')
+    return [str(target) for target in prim.GetRelationship(name).GetTargets()]
+
+
+def _name(db: Any) -> str:
+    if not db.inputs.name:
+        db.fail("input name is empty; give it the name of a relationship")
+    return str(db.inputs.name)
+
+
+@node_type(
+    "omni.graph.nodes.ReadPrimRelationship",
+    version=1,
+    volatile=True,
+    inputs={"name": NAME, "prim": PRIM},
+    outputs={"value": Attribute("target", "what the relationship names")},
+)
+def read_prim_relationship(db: Any) -> bool:
+    """Read a relationship; a missing prim leaves the output as it is."""
+    targets = _targets(db, only_target(db, "prim", db.inputs.prim))
+    if targets is None:
+        return False
+    db.outputs.value = targets
+    return True
+
+
+@node_type(
+    "omni.graph.nodes.GetPrimRelationship",
+    version=3,
+    volatile=True,
+    inputs={
+        "name": NAME,
+        "path": Attribute("token", "path of the prim where usePath is set", optional=True),
+        "prim": Attribute("target", "the prim, unless usePath is set", optional=True),
+        "usePath": Attribute("bool", "whether path names the prim instead of the input prim", default=False),
+    },
+    outputs={"paths": Attribute("token[]", "the paths that the relationship names")},
+)
+def get_prim_relationship(db: Any) -> bool:
+    """Read a relationship as paths; ReadPrimRelationship is its successor. A missing prim leaves the output."""
+    targets = _targets(db, path_of(db, "path"))
+    if targets is None:
+        return False
+    db.outputs.paths = targets
+    return True
+
+
+@node_type(
+    "omni.graph.nodes.WritePrimRelationship",
+    version=1,
+    inputs={
+        "execIn": Attribute("execution", "writes the relationship"),
+        "layerIdentifier": Attribute(
+            "token", "layer of the stage to write to; none means its edit target", default="", optional=True
+        ),
+        "name": NAME,
+        "prim": PRIM,
+        "usdWriteBack": Attribute(
+            "bool", "whether the stage gets it; relationships are nowhere else, so it must be true", default=True
+        ),
+        "value": Attribute("target", "what it is to name"),
+    },
+    outputs={"execOut": Attribute("execution", "follows once it is written")},
+)
+def write_prim_relationship(db: Any) -> bool:
+    """Write a relationship, which is made where it is missing; a missing prim is passed by."""
+    prim = find_prim(db, only_target(db, "prim", db.inputs.prim))
+    if prim is None:
+        return False
+    if not db.inputs.usdWriteBack:
+        db.fail("input usdWriteBack is false, but relationships live on the stage only; set it to true")
+    name = _name(db)
+    with edited_layer(db):
+        relationship = prim.GetRelationship(name) or prim.CreateRelationship(name)
+        if not relationship.SetTargets(list(db.inputs.value)):
+            db.fail(f"{prim.GetPath()}.{name} cannot name {list(db.inputs.value)}; give it absolute paths")
+    db.fire("execOut")
+    return True
+
+
+SET_NAME = Attribute("token", "name of the variant set", default="")
+
+
+def _variant_sets(db: Any) -> Any:
+    """The prim's variant sets; None, with a warning, where the prim is missing."""
+    prim = find_prim(db, only_target(db, "prim", db.inputs.prim))
+    return None if prim is None else prim.GetVariantSets()
+
+
+def _variant_set(db: Any) -> Any:
+    """The variant set that `variantSetName` names. Fails the node where the prim has none such."""
+    sets, name = _variant_sets(db), db.inputs.variantSetName
+    if sets is not None and not sets.HasVariantSet(name):
+        db.fail(f'{db.inputs.prim[0]} has no variant set "{name}"; it has {", ".join(sets.GetNames()) or "none"}')
+    return None if sets is None else sets.GetVariantSet(name)
+
+
+@node_type(
+    "omni.graph.nodes.HasVariantSet",
+    version=2,
+    volatile=True,
+    inputs={"prim": PRIM, "variantSetName": SET_NAME},
+    outputs={"exists": Attribute("bool", "whether the prim has that variant set")},
+)
+def has_variant_set(db: Any) -> None:
+    """Tell whether a prim has a variant set; one that is not there has none."""
+    sets = _variant_sets(db)
+    db.outputs.exists = sets is not None and bool(sets.HasVariantSet(db.inputs.variantSetName))
+
+
+@node_type(
+    "omni.graph.nodes.GetVariantSetNames",
+    version=2,
+    volatile=True,
+    inputs={"prim": PRIM},
+    outputs={"variantSetNames": Attribute("token[]", "its variant sets")},
+)
+def get_variant_set_names(db: Any) -> bool:
+    """List the variant sets of a prim; a missing prim leaves the output as it is."""
+    sets = _variant_sets(db)
+    if sets is None:
+        return False
+    db.outputs.variantSetNames = list(sets.GetNames())
+    return True
+
+
+@node_type(
+    "omni.graph.nodes.GetVariantNames",
+    version=2,
+    volatile=True,
+    inputs={"prim": PRIM, "variantSetName": SET_NAME},
+    outputs={"variantNames": Attribute("token[]", "the variants that can be chosen")},
+)
+def get_variant_names(db: Any) -> bool:
+    """List the variants of a variant set; a missing prim leaves the output as it is."""
+    chosen = _variant_set(db)
+    if chosen is None:
+        return False
+    db.outputs.variantNames = list(chosen.GetVariantNames())
+    return True
+
+
+@node_type(
+    "omni.graph.nodes.GetVariantSelection",
+    version=2,
+    volatile=True,
+    inputs={"prim": PRIM, "variantSetName": SET_NAME},
+    outputs={"variantName": Attribute("token", "the variant chosen; empty where none is")},
+)
+def get_variant_selection(db: Any) -> bool:
+    """Tell which variant of a variant set is chosen; a missing prim leaves the output as it is."""
+    chosen = _variant_set(db)
+    if chosen is None:
+        return False
+    db.outputs.variantName = chosen.GetVariantSelection()
+    return True
