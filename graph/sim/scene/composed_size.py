@@ -7,7 +7,7 @@ arcs bring in: at most a few times too many.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Set
 from typing import Any
 
 LEAST = 100_000
@@ -18,18 +18,23 @@ GROWTH = 20
 _ARCS = ("references", "payload", "inheritPaths", "specializes")
 
 
-def too_many_prims(root: Any) -> int:
+Expressions = Mapping[tuple[str, str], Set[str]]
+"""The paths that each variable expression comes to, by the layer that has it."""
+
+
+def too_many_prims(root: Any, expressions: Expressions | None = None) -> int:
     """The number of prims that a root layer (`Sdf.Layer`) would compose if it is out of all proportion, else 0.
 
     Layers that are not open count nothing; prims that are instances of one prototype count once.
     """
-    estimate = _Estimate()
+    estimate = _Estimate(expressions or {})
     prims = estimate.of_stack(root, "/")
     return prims if prims > LEAST + GROWTH * estimate.written else 0
 
 
 class _Estimate:
-    def __init__(self) -> None:
+    def __init__(self, expressions: Expressions) -> None:
+        self._expressions = expressions
         self._known: dict[tuple[str, str], int] = {}
         self._stacks: dict[str, list[Any]] = {}
         self._prototypes: set[str] = set()
@@ -88,18 +93,20 @@ class _Estimate:
         return known
 
     def _named(self, layer: Any, author: Any, edits: Any) -> Iterator[tuple[Any, str]]:
-        from graph.sim.usd import Sdf
-
         for item in edits.GetAppliedItems():
             asset = getattr(item, "assetPath", "")
             path = getattr(item, "primPath", item)
-            target = layer
-            if asset:
-                target = Sdf.Layer.Find(Sdf.ComputeAssetPathRelativeToLayer(author, asset))
-            if target is None:
-                continue
-            wanted = str(path) or f"/{target.defaultPrim}"
-            yield target, self._existing(target, wanted)
+            for target in self._open(author, asset) if asset else (layer,):
+                wanted = str(path) or f"/{target.defaultPrim}"
+                yield target, self._existing(target, wanted)
+
+    def _open(self, author: Any, asset: str) -> list[Any]:
+        """The open layers that an asset path in a layer names: one, or several if it is an expression, or none."""
+        from graph.sim.usd import Sdf
+
+        paths = self._expressions.get((author.identifier, asset))
+        found = map(Sdf.Layer.Find, paths or (Sdf.ComputeAssetPathRelativeToLayer(author, asset),))
+        return [layer for layer in found if layer is not None]
 
     def _existing(self, layer: Any, path: str) -> str:
         """The path, or its nearest parent that a layer says something of: what is below comes with that one's arcs."""
@@ -109,17 +116,15 @@ class _Estimate:
 
     def _stack(self, layer: Any) -> list[Any]:
         """A layer and its sublayers, each once."""
-        from graph.sim.usd import Sdf
-
         if layer.identifier not in self._stacks:
             found = {layer.identifier: layer}
             pending = [layer]
             while pending:
                 one = pending.pop()
                 for asset in one.subLayerPaths:
-                    below = Sdf.Layer.Find(Sdf.ComputeAssetPathRelativeToLayer(one, asset))
-                    if below is not None and below.identifier not in found:
-                        found[below.identifier] = below
-                        pending.append(below)
+                    for below in self._open(one, asset):
+                        if below.identifier not in found:
+                            found[below.identifier] = below
+                            pending.append(below)
             self._stacks[layer.identifier] = list(found.values())
         return self._stacks[layer.identifier]

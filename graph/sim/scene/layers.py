@@ -13,11 +13,14 @@ import zipfile
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 from graph.errors import Problem, UserError
+
+from .expressions import Variables, as_key, evaluated, stack_variables
 
 MAX_NESTING = 256
 """Brackets that may be open at once in a text layer."""
@@ -36,13 +39,36 @@ _BINARY = (b"PXR-USDC", b"PK\x03\x04")
 _SCENE_SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
 
 
-def check_scene(file: Path, roots: Sequence[Path], warn: Callable[[str, str, str], None]) -> list[Any]:
+@dataclass(frozen=True, slots=True)
+class _Wanted:
+    """A layer to look at: its path, the layer that asks for it, the variables of the layer stack that does."""
+
+    path: str
+    by: str
+    variables: Variables
+    sublayer: bool
+    """Whether it belongs to the layer stack of the one that asks; else it is the root of its own."""
+
+    def key(self) -> tuple[str, str, bool]:
+        return self.path, as_key(self.variables), self.sublayer
+
+
+def check_scene(
+    file: Path,
+    roots: Sequence[Path],
+    warn: Callable[[str, str, str], None],
+    *,
+    variables: Variables | None = None,
+    sublayer: bool = False,
+) -> list[Any]:
     """Walk the scene's layers breadth first, opening none that is not below one of `roots` (links resolved).
 
-    Returns the layers; as long as they are held, opening the scene does not read them again. Raises UserError with
-    every problem: no such file, a file outside the roots, a relative path that leads out of them (whether or not
-    anything is there), a text layer nested deeper than `MAX_NESTING`, a layer that cannot be read, references that
-    multiply beyond all bounds. What else a layer asks for but does not exist gives `usd-missing-asset`, a line a layer.
+    Returns the layers; as long as they are held, opening the scene does not read them again. `variables` are those of
+    the layer stack that the file is put into, as a reference or as a `sublayer`; variable expressions in asset paths
+    are followed. Raises UserError with every problem: no such file, a file outside the roots, a relative path that
+    leads out of them (whether or not anything is there), a text layer nested deeper than `MAX_NESTING`, a USD file
+    that is there and cannot be read, references that multiply beyond all bounds. What else a layer asks for and does
+    not exist, or is of another format, gives `usd-missing-asset`, a line a layer.
     """
     from graph.sim.usd import Ar, Sdf
 
@@ -53,52 +79,79 @@ def check_scene(file: Path, roots: Sequence[Path], warn: Callable[[str, str, str
     if file.suffix.lower() not in _SCENE_SUFFIXES:
         raise UserError(f"{file}: not a USD file; its name must end in {', '.join(_SCENE_SUFFIXES)}.")
     allowed = [root.expanduser().resolve() for root in roots]
-    problems: list[Problem] = []
+    problems: dict[Problem, None] = {}
     missing: dict[str, dict[str, str]] = {}
-    seen = {str(file)}
-    layers: list[Any] = []
-    references = False
-    queue = deque([(str(file), "")])
+    layers: dict[str, Any] = {}
+    contents: dict[str, tuple[Iterable[str], bool]] = {}
+    expressions: dict[tuple[str, str], set[str]] = {}
+    first = _Wanted(str(file), "", variables or {}, sublayer)
+    seen = {first.key()}
+    queue = deque([first])
     while queue:
-        path, wanted_by = queue.popleft()
+        wanted = queue.popleft()
+        path, wanted_by = wanted.path, wanted.by
         on_disk = Path(Ar.SplitPackageRelativePathOuter(path)[0] if Ar.IsPackageRelativePath(path) else path)
-        problem = _refused(on_disk, allowed, wanted_by)
-        if problem:
-            problems.append(Problem(problem))
-            continue
-        with quiet(warn, path):
-            layer, reason = _open_layer(path)
-        if layer is None:
-            if not wanted_by:
-                raise UserError(reason if reason.startswith(path) else f"{file}: USD cannot read this file; {reason}")
-            missing.setdefault(wanted_by, {})[path] = f"{path} cannot be read as a USD layer ({reason})"
-            continue
-        layers.append(layer)
-        assets, has_arcs = _dependencies(layer) if _may_compose(on_disk) else ((), False)
-        references = references or has_arcs
-        for asset in filter(None, assets):
-            anchored = Sdf.ComputeAssetPathRelativeToLayer(layer, asset)
-            found = glob.glob(re.sub("#+", "*", anchored)) if "#" in asset else [Ar.GetResolver().Resolve(anchored)]
+        if path not in layers:
+            problem = _refused(on_disk, allowed, wanted_by)
+            if problem:
+                problems[Problem(problem)] = None
+                continue
+            with quiet(warn, path):
+                layer, reason = _open_layer(path)
+            if layer is None:
+                if not wanted_by:
+                    raise UserError(
+                        reason if reason.startswith(path) else f"{file}: USD cannot read this file; {reason}"
+                    )
+                if on_disk.suffix.lower() in _SCENE_SUFFIXES:
+                    said = reason if reason.startswith(path) else f"{path}: USD cannot read this file; {reason}"
+                    text = f"{said.rstrip('.')} ({wanted_by} asks for it). Repair it, or take out what names it."
+                    problems[Problem(text)] = None
+                else:
+                    missing.setdefault(wanted_by, {})[path] = f"{path} cannot be read as a USD layer ({reason})"
+                continue
+            layers[path] = layer
+            contents[path] = _dependencies(layer) if _may_compose(on_disk) else ((), False)
+        layer = layers[path]
+        stack = wanted.variables if wanted.sublayer else stack_variables(layer, wanted.variables)
+        sublayers = frozenset(layer.subLayerPaths)
+        for asset in filter(None, contents[path][0]):
+            plain, complaint = evaluated(asset, stack)
+            if not plain:
+                if complaint:
+                    missing.setdefault(layer.identifier, {})[asset] = complaint
+                continue
+            anchored = Sdf.ComputeAssetPathRelativeToLayer(layer, plain)
+            found = glob.glob(re.sub("#+", "*", anchored)) if "#" in plain else [Ar.GetResolver().Resolve(anchored)]
             for resolved in map(str, found):
                 if not resolved:
-                    problem = _climbs_out(asset, on_disk, allowed, layer.identifier)
+                    problem = _climbs_out(plain, on_disk, allowed, layer.identifier)
                     if problem:
-                        problems.append(Problem(problem))
+                        problems[Problem(problem)] = None
                     else:
-                        missing.setdefault(layer.identifier, {})[asset] = f"{asset} does not exist"
-                elif resolved not in seen:
-                    seen.add(resolved)
-                    queue.append((resolved, layer.identifier))
+                        complaint = complaint or f"{plain} does not exist"
+                        missing.setdefault(layer.identifier, {})[asset] = complaint
+                    continue
+                if plain is not asset:
+                    expressions.setdefault((layer.identifier, asset), set()).add(resolved)
+                more = _Wanted(resolved, layer.identifier, stack, asset in sublayers)
+                if more.key() not in seen:
+                    seen.add(more.key())
+                    queue.append(more)
+        if len(seen) > MOST_WAYS * (len(layers) + len(problems) + 1) and stack:
+            raise UserError(f"{file}: its expression variables make its references multiply; remove some.")
     if problems:
-        raise UserError(problems)
+        raise UserError(list(problems))
     for wanted_by, assets in missing.items():
         left_out = "it is" if len(assets) == 1 else "they are"
         warn("usd-missing-asset", wanted_by, f"{_listed(list(assets.values()))}; {left_out} left out.")
-    if references and (prims := too_many_prims(layers[0])):
+    if any(arcs for _, arcs in contents.values()) and (prims := too_many_prims(layers[str(file)], expressions)):
         raise UserError(f"{file}: its references multiply into about {float(prims):.0e} prims; remove some.")
-    return layers
+    return list(layers.values())
 
 
+MOST_WAYS = 100
+"""In how many ways a layer may be reached, on the average, where variables tell them apart."""
 LISTED = 8
 """Entries that a line names."""
 

@@ -82,7 +82,7 @@ def _reference(context: PrimContext, prim: Any, keys: Keys, name: str, done: set
     if not isinstance(keys[name], str):
         raise ValueError(f"{keys[name]!r} is not the name of a USD file")
     file = (context.folder / Path(keys[name]).expanduser()).absolute()
-    check_scene(file, context.roots, context.warn)
+    check_scene(file, context.roots, context.warn, variables=context.stage.GetRootLayer().expressionVariables)
     layer = Sdf.Layer.FindOrOpen(str(file))
     roots = [root.name for root in layer.rootPrims]
     if layer.HasDefaultPrim():

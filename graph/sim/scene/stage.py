@@ -56,7 +56,7 @@ def open_stage(
         UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
         return stage
     from .layers import check_scene, quiet
-    from .stage_faults import check_metadata, repair_transforms
+    from .stage_faults import check_metadata, repair_transforms, tell_assumed_units
 
     file = Path(path).expanduser().absolute()
     roots = [file.parent] if allow_roots is None else [Path(each) for each in allow_roots]
@@ -70,6 +70,7 @@ def open_stage(
         stage = Usd.Stage.Open(root)
         checked.clear()
     check_metadata(stage)
+    tell_assumed_units(stage, warn)
     repair_transforms(stage, warn)
     return stage
 
@@ -80,7 +81,8 @@ def add_scene(stage: Any, path: Path, roots: Iterable[str | Path], warn: Warn = 
 
     from .layers import check_scene, quiet
 
-    checked = check_scene(path, [Path(each) for each in roots], warn)
+    variables = stage.GetRootLayer().expressionVariables
+    checked = check_scene(path, [Path(each) for each in roots], warn, variables=variables, sublayer=True)
     with quiet(warn, str(path)):
         layer = Sdf.Layer.FindOrOpen(str(path))
         if layer is None:

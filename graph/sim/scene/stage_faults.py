@@ -27,6 +27,26 @@ def check_metadata(stage: Any) -> None:
         raise UserError(problems)
 
 
+def tell_assumed_units(stage: Any, warn: Warn) -> None:
+    """Warn (`units-assumed`) where the scene's root layer leaves units or up axis to USD's own, which are few robots'.
+
+    A layer without anything that has a place (graphs only, say) needs none.
+    """
+    assumed = {}
+    if not UsdGeom.StageHasAuthoredMetersPerUnit(stage):
+        assumed["metersPerUnit = 1"] = f"{UsdGeom.GetStageMetersPerUnit(stage):g} m a unit"
+    if not stage.HasAuthoredMetadata("upAxis"):
+        assumed['upAxis = "Z"'] = f"{UsdGeom.GetStageUpAxis(stage)} up"
+    if assumed and any(prim.IsA(UsdGeom.Imageable) for prim in stage.TraverseAll()):
+        names = " and ".join(name.partition(" ")[0] for name in assumed)
+        warn(
+            "units-assumed",
+            scene_name(stage),
+            f"its root layer authors no {names}, so USD takes {' and '.join(assumed.values())}; author what is meant "
+            f"in its metadata, such as {', '.join(assumed)}.",
+        )
+
+
 def repair_transforms(stage: Any, warn: Warn) -> None:
     """Overrule, in the root layer, every `xformOpOrder` that USD cannot work with: the ops it does not know are left
     out, with a warning `bad-transform-op`.

@@ -17,6 +17,9 @@ def nested(depth):
     return "".join(f'def "p{i}"\n{{\n' for i in range(depth)) + "}\n" * depth
 
 
+METRES = '(\n metersPerUnit = 1\n upAxis = "Z"\n)\n'
+
+
 class Warnings(list):
     def __call__(self, code, where, message):
         self.append((code, message))
@@ -133,6 +136,126 @@ def test_missing_assets_are_warnings_and_cycles_end(tmp_path):
 
 def test_a_reference_within_the_same_file_asks_for_nothing(tmp_path):
     warnings = Warnings()
-    stage = open_stage(write(tmp_path / "a.usda", 'def Cube "A" {}\ndef "B" (references = </A>) {}\n'), warn=warnings)
+    text = METRES + 'def Cube "A" {}\ndef "B" (references = </A>) {}\n'
+    stage = open_stage(write(tmp_path / "a.usda", text), warn=warnings)
     assert stage.GetPrimAtPath("/B").GetTypeName() == "Cube"
     assert warnings == []
+
+
+def broken(folder):
+    return write(folder / "broken.usda", 'def Xform "W"\n{{\n')
+
+
+@pytest.mark.parametrize(
+    "arc",
+    [
+        'def "W" (references = @./broken.usda@) {}',
+        'def "W" (payload = @./broken.usda@) {}',
+        "(subLayers = [@broken.usda@])",
+    ],
+)
+def test_a_layer_that_is_there_and_broken_is_an_error_with_its_line_and_who_asks(tmp_path, arc):
+    broken(tmp_path)
+    with pytest.raises(
+        UserError, match=r"^\S*broken\.usda:3:\d+: Expected .*\(\S*a\.usda asks for it\)\. Repair it"
+    ) as error:
+        open_stage(write(tmp_path / "a.usda", arc + "\n"))
+    assert len(error.value.problems) == 1
+
+
+def test_what_is_no_usd_file_by_its_name_is_left_out_like_what_is_missing(tmp_path):
+    (tmp_path / "model.obj").write_text("v 0 0 0\n")
+    warnings = Warnings()
+    assert open_stage(write(tmp_path / "a.usda", 'def "W" (references = @./model.obj@) {}\n'), warn=warnings)
+    ((_, message),) = [one for one in warnings if one[0] == "usd-missing-asset"]
+    assert "model.obj cannot be read as a USD layer" in message
+
+
+VARIABLES = '(\n expressionVariables = {{ {} }}\n defaultPrim = "W"\n)\n'
+BY_EXPRESSION = 'def "W" (references = @`"./${X}.usda"`@) {}\n'
+
+
+def test_a_variable_expression_is_followed_as_usd_follows_it(tmp_path):
+    write(tmp_path / "part.usda", '(\n defaultPrim = "P"\n)\ndef Sphere "P" {}\n')
+    warnings = Warnings()
+    scene = write(tmp_path / "a.usda", VARIABLES.format('string X = "part"') + BY_EXPRESSION)
+    assert open_stage(scene, warn=warnings).GetPrimAtPath("/W").GetTypeName() == "Sphere"
+    assert [one for one in warnings if one[0] != "units-assumed"] == []
+
+
+def test_an_expression_that_leads_out_of_the_folder_is_refused(tmp_path):
+    write(tmp_path / "out.usda", 'def "O" {}\n')
+    scene = write(tmp_path / "in" / "a.usda", VARIABLES.format('string X = "../out"') + BY_EXPRESSION)
+    with pytest.raises(UserError, match=r"out\.usda lies outside .*a\.usda asks for it"):
+        open_stage(scene)
+
+
+@pytest.mark.parametrize(
+    ("above", "own", "led_to"),
+    [
+        ('string X = "one"', 'string X = "two"', "Cube"),
+        ("", 'string X = "two"', "Sphere"),
+        ('string X = "one"', "", "Cube"),
+    ],
+    ids=["the referencing layer wins", "a referenced layer has its own", "variables reach down"],
+)
+def test_variables_count_as_usd_counts_them(tmp_path, above, own, led_to):
+    """So what is checked is what USD opens: the other one lies outside the folder."""
+    folder = tmp_path / "in"
+    for name, kind in (("one", "Cube"), ("two", "Sphere")):
+        place = folder if kind == led_to else tmp_path
+        write(place / f"{name}.usda", f'(\n defaultPrim = "P"\n)\ndef {kind} "P" {{}}\n')
+        if place is tmp_path:
+            (folder / f"{name}.usda").parent.mkdir(exist_ok=True)
+            (folder / f"{name}.usda").symlink_to(place / f"{name}.usda")
+    write(folder / "middle.usda", VARIABLES.format(own) + BY_EXPRESSION)
+    scene = write(folder / "a.usda", VARIABLES.format(above) + 'def "W" (references = @./middle.usda@) {}\n')
+    assert open_stage(scene).GetPrimAtPath("/W").GetTypeName() == led_to
+
+
+def test_variables_of_a_sublayer_do_not_count(tmp_path):
+    write(tmp_path / "under.usda", VARIABLES.format('string X = "part"') + BY_EXPRESSION)
+    write(tmp_path / "part.usda", '(\n defaultPrim = "P"\n)\ndef Sphere "P" {}\n')
+    warnings = Warnings()
+    stage = open_stage(write(tmp_path / "a.usda", "(\n subLayers = [@under.usda@]\n)\n"), warn=warnings)
+    assert stage.GetPrimAtPath("/W").GetTypeName() == ""
+    said = './${X}.usda does not exist (the variable expression `"./${X}.usda"`; no expressionVariables give X)'
+    assert ("usd-missing-asset", f"{said}; it is left out.") in warnings
+
+
+@pytest.mark.parametrize(
+    ("expression", "said"),
+    [
+        ('`"./${X.usda"`', "the variable expression `\"./${X.usda\"` is wrong: Missing ending '}' at character 7"),
+        ("`${X}`", "the variable expression `${X}` gives 3, which is no path"),
+    ],
+)
+def test_an_expression_that_gives_no_path_is_told_as_one(tmp_path, expression, said):
+    warnings = Warnings()
+    text = VARIABLES.format("int64 X = 3") + f'def "W" (references = @{expression}@) {{}}\n'
+    open_stage(write(tmp_path / "a.usda", text), warn=warnings)
+    assert ("usd-missing-asset", f"{said}; it is left out.") in warnings
+
+
+def test_expressions_do_not_hide_references_that_multiply(tmp_path):
+    body = "".join(
+        f'def "P{i}"\n{{\n def "A" (references = @`"${{X}}"`@</P{i + 1}>) {{}}\n'
+        f' def "B" (references = @`"${{X}}"`@</P{i + 1}>) {{}}\n}}\n'
+        for i in range(40)
+    )
+    scene = write(tmp_path / "a.usda", VARIABLES.format('string X = "./a.usda"') + body + 'def "P40" {}\n')
+    with pytest.raises(UserError, match="its references multiply into about"):
+        open_stage(scene)
+
+
+def test_variables_that_tell_ever_more_layers_apart_are_refused(tmp_path):
+    """Each of 14 layers names all the others and a variable of its own: 2^13 sets of variables."""
+    names = [f"l{i}" for i in range(14)]
+    for name in names:
+        arcs = ", ".join(f"@./{other}.usda@" for other in names if other != name)
+        write(
+            tmp_path / f"{name}.usda",
+            VARIABLES.format(f'string {name} = "x"') + f'def "W" (references = [{arcs}]) {{}}\n',
+        )
+    with pytest.raises(UserError, match="its expression variables make its references multiply"):
+        open_stage(tmp_path / "l0.usda")

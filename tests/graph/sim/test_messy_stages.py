@@ -1,3 +1,5 @@
+import re
+
 import pytest
 
 from graph.errors import UserError
@@ -59,13 +61,14 @@ def test_a_relative_path_that_comes_back_into_the_folder_is_only_missing(tmp_pat
 
 def test_missing_assets_are_one_line_a_layer_and_urls_are_among_them(tmp_path):
     wanted = "[@gone.usd@, @/nowhere/abs.usd@, @omniverse://server/x.usd@, @https://example.com/y.usd@]"
-    (tmp_path / "broken.usda").write_text("#usda 1.0\n((((\n")
-    file = scene(tmp_path, f'def "P" ( references = {wanted} )\n{{\n}}\n' + CUBE, "subLayers = [@broken.usda@]")
+    file = scene(tmp_path, f'def "P" ( references = {wanted} )\n{{\n}}\n' + CUBE, "subLayers = [@sub/layer.usda@]")
     parts, warnings = opened(file)
     assert [part.path for part in parts] == ["/Box"]
     ((code, where, message),) = warnings
     assert (code, where) == ("usd-missing-asset", str(file))
-    assert all(name in message for name in ("gone.usd", "/nowhere/abs.usd", "://server/x.usd", "y.usd", "broken.usda"))
+    assert all(
+        name in message for name in ("gone.usd", "/nowhere/abs.usd", "://server/x.usd", "y.usd", "sub/layer.usda")
+    )
 
 
 @pytest.mark.parametrize(
@@ -83,6 +86,33 @@ def test_cycles_and_references_to_nothing_are_one_line(tmp_path, body):
     ((code, _, message),) = warnings
     assert code == "usd-composition"
     assert not any(inside in message for inside in ("\n", "instantiating", "0x", "session"))
+
+
+@pytest.mark.parametrize(
+    ("meta", "said"),
+    [
+        (
+            "",
+            "no metersPerUnit and upAxis, so USD takes 0.01 m a unit and Y up; author .* metersPerUnit = 1, upAxis = ",
+        ),
+        ("metersPerUnit = 0.01", 'no upAxis, so USD takes Y up; author .* such as upAxis = "Z"'),
+        ('upAxis = "Y"', "no metersPerUnit, so USD takes 0.01 m a unit; author .* such as metersPerUnit = 1"),
+        ('metersPerUnit = 0.01\n upAxis = "Y"', ""),
+    ],
+)
+def test_units_that_the_scene_does_not_author_are_said_once(tmp_path, meta, said):
+    file = tmp_path / "a.usda"
+    file.write_text(f"#usda 1.0\n({meta}\n)\n{CUBE}")
+    _, warnings = opened(file)
+    assert [(code, where) for code, where, _ in warnings] == ([("units-assumed", str(file))] if said else [])
+    assert all(re.search(said, message) for _, _, message in warnings)
+
+
+def test_layers_without_anything_that_has_a_place_need_no_units(tmp_path):
+    file = tmp_path / "a.usda"
+    file.write_text('#usda 1.0\ndef OmniGraph "G"\n{\n}\n')
+    assert opened(file) == ((), [])
+    assert opened(None)[1] == []
 
 
 def test_an_op_that_usd_does_not_know_is_left_out(tmp_path):

@@ -10,6 +10,8 @@ from graph.sim import App
 
 SCENE = """#usda 1.0
 (
+    metersPerUnit = 0.01
+    upAxis = "Y"
     METADATA
 )
 def Xform "World"

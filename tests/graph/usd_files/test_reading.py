@@ -78,7 +78,7 @@ CONSTANT = "omni.graph.nodes.ConstantDouble"
 
 
 def test_a_saved_graph_is_read_with_settings_values_targets_and_connections(usda):
-    path = usda(DRIVE)
+    path = usda(DRIVE, head='metersPerUnit = 1\n upAxis = "Z"')
     spec = load(path)
     [graph] = spec.graphs
     assert (graph.path, graph.evaluator, graph.pipeline_stage) == ("/World/ActionGraph", "execution", "simulation")

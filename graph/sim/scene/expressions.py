@@ -1,0 +1,45 @@
+"""Asset paths that are variable expressions, such as @`"./${ROBOT}.usda"`@.
+
+USD puts in what the root layer of a layer stack says of its variables (`expressionVariables`), and over that what the
+layer stacks say that reference it. So what a path comes to depends on how its layer was reached.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+Variables = Mapping[str, Any]
+"""The variables of a layer stack by name: texts, numbers, truths and lists."""
+
+
+def stack_variables(layer: Any, above: Variables) -> Variables:
+    """The variables of the layer stack whose root is `layer` (`Sdf.Layer`), where those `above` bring it in."""
+    own = layer.expressionVariables
+    return {**own, **above} if own else above
+
+
+def as_key(variables: Variables) -> str:
+    """Equal for equal variables."""
+    return repr(sorted((name, repr(value)) for name, value in variables.items())) if variables else ""
+
+
+def evaluated(asset: str, variables: Variables) -> tuple[str, str]:
+    """The path that an asset path stands for, and what is to be said of the expression if there is nothing.
+
+    A plain path is itself, with nothing to say. The path is "" where the expression asks for nothing, or is wrong.
+    """
+    from graph.sim.usd import Sdf
+
+    if not Sdf.VariableExpression.IsExpression(asset):
+        return asset, ""
+    result = Sdf.VariableExpression(asset).Evaluate(dict(variables))
+    if result.errors:
+        return "", f"the variable expression {asset} is wrong: {'; '.join(result.errors)}"
+    if result.value is None or result.value == "":
+        return "", ""
+    if not isinstance(result.value, str):
+        return "", f"the variable expression {asset} gives {result.value!r}, which is no path"
+    unset = sorted(set(result.usedVariables) - set(variables))
+    why = f"; no expressionVariables give {', '.join(unset)}" if unset else ""
+    return result.value, f"{result.value} does not exist (the variable expression {asset}{why})"
