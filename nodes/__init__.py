@@ -438,6 +438,7 @@ TYPES: Mapping[str, tuple[str, ...]] = {
         "isaacsim.sensors.physics.IsaacReadEffortSensor",
         "isaacsim.sensors.physics.IsaacReadJointState",
     ),
+    "sensing.raycast": ("isaacsim.sensors.physics.IsaacReadRaycastSensor",),
     "ucx.publishers": (
         "isaacsim.ucx.nodes.UCXPublishClock",
         "isaacsim.ucx.nodes.UCXPublishJointState",

@@ -153,3 +153,21 @@ def test_importing_graph_loads_nothing_heavy():
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.stderr == ""
     assert done.stdout.strip() == "module 'graph' has no attribute 'nonsense'"
+
+
+def test_a_type_is_there_or_known_to_be_absent_but_never_both():
+    from graph.absent import ABSENT
+
+    assert not [name for name in ABSENT if name in DEFAULT]
+
+
+def test_every_type_of_the_facts_table_is_there_or_says_why_not():
+    import json
+
+    from graph.absent import ABSENT
+
+    facts = json.loads((Path(__file__).parents[1] / "nodes" / "data" / "node_attributes.json").read_text())
+    # Compounds are flattened into their graph when it is read.
+    assert [name for name in facts if name not in DEFAULT and name not in ABSENT] == [
+        "omni.graph.nodes.CompoundSubgraph"
+    ]
