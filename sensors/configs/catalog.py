@@ -163,6 +163,10 @@ def load(config: str, variant: Variant = None, *, base: Path | None = None, root
     A relative path starts at `base` (else the working directory); with `roots` the file must lie below one of them.
     Raises UserError.
     """
+    if not isinstance(config, str):
+        raise UserError("a lidar config is text: a name, or the path of a profile's .json file")
+    if not isinstance(variant, (str, Mapping, NoneType)):
+        raise UserError("a variant is text, or a mapping from variant sets to choices")
     if not config.lower().endswith(".json"):
         return find(config, variant)
     from sensors.lidar.vendor import load_profile

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,39 +23,49 @@ def surface_velocities(app: App, sensor_path: str, in_world: bool) -> Velocities
     """
 
     def measure(
-        surfaces: np.ndarray, points: Callable[[np.ndarray], np.ndarray], poses: Any
-    ) -> tuple[np.ndarray, np.ndarray]:
+        surfaces: np.ndarray, levers: Callable[[], np.ndarray], origin: np.ndarray, poses: Any
+    ) -> tuple[np.ndarray, np.ndarray] | None:
         world = cast_world(app)
         poses = poses or app.fabric.capture()
-        carrier = None if in_world else _carrier(app, sensor_path)
         body = np.take(world.body_of, surfaces, mode="clip")
-        rows = np.flatnonzero(body >= 0) if carrier is None else np.arange(len(surfaces))
-        if not len(rows):
-            return rows, np.zeros((0, 3))
-        at, body = points(rows), body[rows]
-        found = np.zeros((len(rows), 3))
         moving = np.flatnonzero(body >= 0)
+        carrier = None if in_world else _carrier(app, sensor_path)
+        if carrier is None and not len(moving):
+            return None
+        lever = levers()
+        found = np.zeros((3, len(moving)), np.float32)
         if len(moving):
-            twists, origins = _twists(app, world.bodies, poses)
-            found[moving] = _at(twists[body[moving]], at[moving] - origins[body[moving]])
-        if carrier is not None:
-            twists, origins = _twists(app, (carrier,), poses)
-            found -= _at(np.broadcast_to(twists, (len(rows), 6)), at - origins)
-        return rows, found
+            twists = _twists_at(app, world.bodies, origin, poses)
+            found = _at([np.take(column, body[moving]) for column in twists], np.take(lever, moving, axis=1))
+        if carrier is None:
+            return moving, found.T
+        relative = -_at(list(_twists_at(app, (carrier,), origin, poses)[:, 0]), lever)
+        relative[:, moving] += found
+        return np.arange(len(surfaces)), relative.T
 
     return measure
 
 
-def _twists(app: App, bodies: tuple[str, ...], poses: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Linear and angular velocities (n, 6) and origins (n, 3) of bodies [m/s, rad/s, m], world axes."""
+def _twists_at(app: App, bodies: tuple[str, ...], place: np.ndarray, poses: Any) -> np.ndarray:
+    """(6, n) float32 linear [m/s] and angular [rad/s] velocities, along world axes, that bodies have at a place (3,)
+    float64 [m] if they reach so far.
+    """
+    twists = np.array(poses.velocities(bodies))
     origins = np.asarray(app.fabric.rigid_matrices(bodies, poses))[:, :3, 3]
-    return np.asarray(poses.velocities(bodies)), origins
+    twists[:, :3] += np.cross(twists[:, 3:], place - origins)
+    return np.ascontiguousarray(twists.T, np.float32)
 
 
-def _at(twists: np.ndarray, lever: np.ndarray) -> np.ndarray:
-    """v + w x r, written out by columns."""
-    (vx, vy, vz, wx, wy, wz), (x, y, z) = twists.T, lever.T
-    return np.stack([vx + wy * z - wz * y, vy + wz * x - wx * z, vz + wx * y - wy * x], axis=1)
+def _at(twist: Sequence[np.ndarray], lever: np.ndarray) -> np.ndarray:
+    """v + w x r: (3, n) float32 of six numbers or columns, and levers (3, n)."""
+    out = np.empty(lever.shape, np.float32)
+    for axis in range(3):
+        i, j = (axis + 1) % 3, (axis + 2) % 3
+        column = out[axis]
+        np.multiply(lever[j], twist[3 + i], out=column)
+        column -= lever[i] * twist[3 + j]
+        column += twist[axis]
+    return out
 
 
 def _carrier(app: App, path: str) -> str | None:

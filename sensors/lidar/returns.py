@@ -18,9 +18,10 @@ from .output import Output
 from .pattern import Pattern
 from .receiver import Receiver
 
-Velocities = Callable[[np.ndarray, Callable[[np.ndarray], np.ndarray], Any], tuple[np.ndarray, np.ndarray]]
-"""Surfaces (k,) hit, a function from rows to hit points (m, 3) float64 [m, world], a state -> the rows that move (m,)
-and their velocities (m, 3) float64 [m/s], along world axes."""
+Velocities = Callable[[np.ndarray, Callable[[], np.ndarray], np.ndarray, Any], tuple[np.ndarray, np.ndarray] | None]
+"""Surfaces (k,) hit, what gives the levers (3, k) float32 [m, world axes] from an origin to the hit points, that origin
+(3,) float64 [m, world], a state -> the rows that move (m,) and their velocities (m, 3) float32 [m/s], along world axes;
+None where nothing does."""
 
 SurfaceTable = Callable[[], np.ndarray]
 """One row for every surface: encoded materials (n,) uint32, or ids (n, 16) uint8."""
@@ -174,27 +175,30 @@ class Returns:
         measure = self._measure
         if measure is None or not len(found):
             return found
-        rows, world = measure(self._surfaces(), self._world_points, self._shot.poses)
-        found[rows] = self._output.vectors(world, self._aim, self._index[rows])
+        measured = measure(self._surfaces(), self._levers, self._aim.pose[:3, 3], self._shot.poses)
+        if measured is not None:
+            rows, world = measured
+            found[rows] = self._output.vectors(world, self._aim, self._index[rows])
         if self._invalid is not None:
             found[self._invalid] = 0.0
         return found
 
-    def _world_points(self, rows: np.ndarray) -> np.ndarray:
-        points = self._along_beams()[rows]
-        if self._pattern.origins is not None:
-            points += self._of_pattern(self._pattern.origins)[rows]
-        return self._aim.to_world(points, self._index[rows])
+    def _levers(self) -> np.ndarray:
+        """From the sensor's position to the hit points, (3, k) float32 [m], world axes."""
+        out = np.empty((3, len(self._index)), np.float32)
+        for axis in range(3):
+            np.take(self._world[axis], self._index, out=out[axis], mode="clip")
+            out[axis] *= self._range
+            if self._aim.offsets is not None:
+                out[axis] += np.take(self._aim.offsets[:, axis], self._index, mode="clip")
+        return out
 
     def _of_surface(self, name: str) -> np.ndarray:
-        """Rows of a surface table; 0 where nothing was hit."""
-        channel = CHANNELS[name]
-        shape = (len(self._index), channel.width) if channel.width > 1 else len(self._index)
-        found = np.zeros(shape, channel.dtype)
-        surface = self._surfaces()
-        hit = np.flatnonzero(surface >= 0)
-        found[hit] = np.take(self._tables[name](), surface[hit], axis=0, mode="clip")
-        return found
+        """Rows of a surface table; 0 where there is no return."""
+        found = np.take(self._tables[name](), self._surfaces(), axis=0, mode="clip")
+        if self._invalid is not None:
+            found[self._invalid] = 0
+        return np.asarray(found, CHANNELS[name].dtype)
 
     def _surfaces(self) -> np.ndarray:
         """The surface of each return, (k,) int32; `NO_SURFACE` where there is none."""

@@ -22,6 +22,10 @@ MARGIN_DEG = 0.01
 """Windows are this much wider than they need be, so that rounding loses no ray."""
 
 
+ROUNDING = 1e-9
+"""Of cosines, so that a band about the pole that a cone just reaches lies in it all round."""
+
+
 class RayGrid:
     """Directions by azimuth and elevation, to find at once those in any number of cones.
 
@@ -74,7 +78,7 @@ class RayGrid:
     def _width(self, elevation: np.ndarray, half: np.ndarray, owner: np.ndarray, band: np.ndarray) -> np.ndarray:
         """Half the azimuth [deg] that the cone `owner` takes up in a band: by the spherical law of cosines."""
         within = np.minimum(np.take(half, owner) + np.take(self._reach, band) + np.deg2rad(MARGIN_DEG), np.pi)
-        above = np.cos(within) - np.take(np.sin(elevation), owner) * np.take(self._sine, band)
+        above = np.cos(within) - np.take(np.sin(elevation), owner) * np.take(self._sine, band) - ROUNDING
         cosine = above / (np.take(np.maximum(np.cos(elevation), 1e-12), owner) * np.take(self._cosine, band))
         return np.asarray(np.rad2deg(np.arccos(np.clip(cosine, -1.0, 1.0))) + MARGIN_DEG)
 
