@@ -87,6 +87,18 @@ def test_an_unknown_variant_lists_the_variants():
         find("OS1", "OS1_REV9")
 
 
+@pytest.mark.parametrize("config", [0, True, 1.5, None, ["OS1"], {"OS1": 1}])
+def test_a_config_that_is_no_text_is_told(config):
+    with pytest.raises(UserError, match="a lidar config is text"):
+        load(config)
+
+
+@pytest.mark.parametrize("variant", [0, True, ["OS1_REV6_32ch10hz512res"]])
+def test_a_variant_that_is_neither_text_nor_choices_is_told(variant):
+    with pytest.raises(UserError, match="a variant is text"):
+        load("OS1", variant)
+
+
 PROFILE = {
     "class": "sensor",
     "_comment1": "anything",
