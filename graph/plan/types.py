@@ -188,6 +188,7 @@ def settle_types(drafts: Sequence[Draft], links: Sequence[Link], report: Report)
     connected nor set is reported.
     """
     _Settling(drafts, links, report).run()
+    unknowable: set[Draft] | None = None
     for link in links:
         source, target = link.source.types[link.source_name], link.target.types[link.target_name]
         if source is not None and target is not None:
@@ -195,6 +196,10 @@ def settle_types(drafts: Sequence[Draft], links: Sequence[Link], report: Report)
         else:
             meet = source is None and (target is None or not _closed_to(link, target))
         if not meet and not link.execution:
+            if source is None:
+                unknowable = _behind_cycles(links) if unknowable is None else unknowable
+                if link.source in unknowable:
+                    continue  # the cycle is what is told
             ends = link.ends_with_types()
             report(f"{ends[0]} cannot feed {ends[1]}{way_between(source, _asked_of(link))}", link.mark)
     for draft in drafts:
@@ -209,6 +214,24 @@ def settle_types(drafts: Sequence[Draft], links: Sequence[Link], report: Report)
                     draft.unset = message
                 else:
                     report(f"{draft.label}: {message}", draft.spec.mark)
+
+
+def _behind_cycles(links: Sequence[Link]) -> set[Draft]:
+    """The nodes that lie on a cycle of data, or get theirs from one."""
+    waits: dict[Draft, int] = {}
+    readers: dict[Draft, list[Draft]] = {}
+    for link in links:
+        if not link.execution and not link.source_name.startswith("inputs:"):
+            waits[link.target] = waits.get(link.target, 0) + 1
+            readers.setdefault(link.source, []).append(link.target)
+    ready = [draft for draft in readers if draft not in waits]
+    while ready:
+        for reader in readers.get(ready.pop(), ()):
+            waits[reader] -= 1
+            if not waits[reader]:
+                del waits[reader]
+                ready.append(reader)
+    return set(waits)
 
 
 def _asked_of(link: Link) -> Type | None:

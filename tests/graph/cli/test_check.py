@@ -199,3 +199,18 @@ def test_types_that_cannot_meet_are_told_with_the_node_that_leads_from_one_to_th
     )
     lines = [line for line in graph("check", "m.yaml").err.splitlines() if line.startswith("m.yaml:5:19: ")]
     assert [line.endswith(MISMATCHES[ends]) for line in lines] == [True], lines
+
+
+def test_a_cycle_is_one_line_whatever_its_types_would_have_been(folder, graph):
+    """Types that only the cycle could settle are no mistake of their own, neither in it nor behind it."""
+    (folder / "cycle.yaml").write_text(
+        "tickgraph: 1\ngraphs:\n  /World/G:\n    nodes: {tick: OnPlaybackTick, a: Add, b: Add, c: Add, out: PrintText}\n"
+        "    connections:\n      - tick.tick -> out.execIn\n      - a.sum -> [b.a, b.b]\n      - b.sum -> [a.a, a.b]\n"
+        "      - b.sum -> [c.a, c.b]\n      - c.sum -> out.text\n"
+    )
+    result = graph("check", "cycle.yaml")
+    assert result.code == 2
+    assert result.err.splitlines() == [
+        "cycle.yaml:8:19: data goes round in a cycle: a.outputs:sum -> b.inputs:a, b.outputs:sum -> a.inputs:a. "
+        "Remove one of these connections, or pass the value on by a variable"
+    ]
