@@ -30,6 +30,7 @@ from .evaluating import evaluate_all
 from .graph_set import GraphSet, graphs_of, present_set
 from .handles import Compound, Variable
 from .keys import GraphEvaluationMode, GraphPipelineStage, Keys, PrimExposureType, TypedValue
+from .model import Model
 from .specs import new_spec
 
 P = ParamSpec("P")
@@ -99,11 +100,8 @@ class Controller:
         OmniGraphValueError where only values are wrong; then nothing has changed.
         """
         graphs: GraphSet = self.graphs
-        spec = graphs.current_spec(path) if (path := find.existing(graphs, graph_id)) else new_spec(graphs, graph_id)
         with collector_paused():
-            work = Edit(graphs, spec)
-            work.collect({} if edit_commands is None else edit_commands)
-            graph, prims = work.apply()
+            work, graph, prims = _edited(graphs, graph_id, {} if edit_commands is None else edit_commands)
         latest = graphs.latest(graph.path) or graph
 
         def made(name: str) -> Any:
@@ -257,6 +255,27 @@ class Controller:
     async def evaluate(self: Any, graph_id: Any = None) -> None:
         """`evaluate_sync` for scripts that await it."""
         self.evaluate_sync(graph_id)
+
+
+def _edited(graphs: GraphSet, graph_id: Any, commands: Mapping[str, Any]) -> tuple[Edit, Graph, list[Any]]:
+    """The edit, made: in place where its effect is small, else by compiling the graph anew."""
+    path = find.existing(graphs, graph_id)
+    model = graphs.lasting_model(path) if path else None
+    if model is not None:
+        work = Edit(graphs, model)
+        done = None
+        try:
+            work.collect(commands)
+            done = work.apply_in_place()
+        finally:
+            if done is None:
+                graphs.forget(path)
+        if done is not None:
+            return work, *done
+    spec = graphs.current_spec(path) if path else new_spec(graphs, graph_id)
+    work = Edit(graphs, Model(spec, graphs.registry))
+    work.collect(commands)
+    return work, *work.apply()
 
 
 def _value_of(controller: Any, attribute: Any, node: Any) -> Any:

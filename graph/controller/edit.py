@@ -10,7 +10,7 @@ from graph.errors import Mark, Problem, UserError
 from graph.evaluate import Graph, Node
 from graph.migration import migrated_type
 from graph.registry import UnknownNodeTypeError
-from graph.spec import ConnectionSpec, GraphSpec, VariableSpec
+from graph.spec import ConnectionSpec, VariableSpec
 from graph.suggest import did_you_mean
 from graph.types import concrete_type
 from graph.values import shown
@@ -32,10 +32,11 @@ class _ToldError(Exception):
 class Edit:
     """Collects what one call of `Controller.edit` changes. Nothing is changed before `apply`."""
 
-    def __init__(self, graphs: GraphSet, spec: GraphSpec) -> None:
+    def __init__(self, graphs: GraphSet, model: Model) -> None:
+        """model: of the graph to edit."""
         self._graphs = graphs
-        self._models = {spec.path: Model(spec, graphs.registry)}
-        self._main = self._models[spec.path]
+        self._models = {model.path: model}
+        self._main = model
         self._problems: list[Problem] = []
         self._value_marks: set[int] = set()
         self._marks: set[int] = set()
@@ -71,6 +72,14 @@ class Edit:
                 except (TypeError, ValueError):
                     message = f"{shown(entry)} is no entry of {key.upper()}; write {FORMS[key]}"
                     self._problems.append(Problem(message, mark))
+
+    def apply_in_place(self) -> tuple[Graph, list[Any]] | None:
+        """Makes an edit that only adds and sets where it has its effect; None, and nothing is changed, if that does not
+        do: then the graph has to be compiled, or the edit is wrong.
+        """
+        patch = None if self._problems or len(self._models) > 1 else self._main.patch()
+        graph = self._graphs.patched(self._main, patch) if patch is not None else None
+        return None if graph is None else (graph, self._prims.apply())
 
     def apply(self) -> tuple[Graph, list[Any]]:
         """Compiles and applies; gives the graph and the prims. Raises OmniGraphError, with nothing changed."""
@@ -179,6 +188,7 @@ class Edit:
 
     def _delete_nodes(self, entry: Any, scope: str, mark: Mark) -> None:
         model, name = self._known_name(node_text(entry), scope)
+        model.changes.others = True
         inside = [one for one in model.nodes if one == name or one.startswith(f"{name}/")]
         gone = {f"{model.path}{separator}{one}" for separator in "/." for one in inside}
         for other in self._graphs.linked_with(model.path):
@@ -193,6 +203,7 @@ class Edit:
         if name in self._main.nodes or name in self._main.compounds:
             raise OmniGraphError(f'node "{name}" exists already in graph {self._main.path}; choose another name')
         if isinstance(kind, Mapping) or kind == COMPOUND:
+            self._main.changes.others = True
             self._main.compounds[name] = {}
             self._note_created(short, name)
             self.collect(kind if isinstance(kind, Mapping) else {}, f"{name}/{SUBGRAPH}/")
@@ -207,6 +218,7 @@ class Edit:
             raise OmniGraphError(f'node "{name}": {error}') from None
         self._main.nodes[name] = NodeModel(type_id, mark=mark)
         self._main.touched.add(name)
+        self._main.changes.nodes[name] = None
         self._note_created(short, name)
 
     def _note_created(self, short: str, name: str) -> None:
@@ -229,6 +241,7 @@ class Edit:
             raise OmniGraphError(f"{owner}.{full} exists already")
         node = model.change(name)
         node.attributes[full] = type_name(type_)
+        model.changes.others |= name not in model.changes.nodes
 
     def _declared(self, node: NodeModel, full: str) -> bool:
         prefix, _, name = full.partition(":")
@@ -241,6 +254,7 @@ class Edit:
         name, kind, *value = entry
         if name in self._main.variables:
             raise OmniGraphError(f'variable "{name}" exists already in graph {self._main.path}')
+        self._main.changes.others = True
         given = value[0] if value else None
         if isinstance(given, TypedValue):
             given = given.value
@@ -278,6 +292,7 @@ class Edit:
             for model in self._models.values():
                 ends = _seen_from(model, source), _seen_from(model, target)
                 if model.connections.pop(ends, None) is not None:
+                    model.changes.others = True
                     target[0].touched.add(target[1])
                     break
             else:
@@ -289,6 +304,7 @@ class Edit:
             ends = _seen_from(model, source), _seen_from(model, target)
             if ends not in model.connections:
                 model.connections[ends] = ConnectionSpec(*ends, mark)
+                model.changes.connections.append(ends)
                 model.touched.add(target[1])
 
     def _pairs(self, entry: Any, scope: str) -> list[tuple[tuple[Model, str, str], tuple[Model, str, str]]]:
@@ -309,6 +325,8 @@ class Edit:
                 node.marks.pop(bare, None)
             node.inputs[full] = plain_value(value, kind[0] if kind else None)
             node.marks[full] = mark
+            if name not in model.changes.nodes:
+                model.changes.values.append((name, full))
 
 
 def _seen_from(model: Model, end: tuple[Model, str, str]) -> str:

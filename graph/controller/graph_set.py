@@ -14,11 +14,13 @@ from graph.errors import Problem, UserError
 from graph.evaluate import Graph, Node
 from graph.evaluate.adopt import adopt
 from graph.plan import compile_graphs
+from graph.plan.patch import Patch, apply_patch
 from graph.registry import DEFAULT, Registry
 from graph.spec import GraphSpec, NodeSpec
 from graph.suggest import did_you_mean
 
 from .errors import OmniGraphError
+from .model import Model
 
 
 class GraphSet:
@@ -43,6 +45,8 @@ class GraphSet:
         self.registry = registry
         self._prepare = prepare
         self._waiting: dict[str, Graph] = {}
+        self._models: dict[str, Model] = {}
+        """What edits were made in place with, by path."""
         self._touched: dict[str, set[str]] = {}
 
     def latest(self, path: str) -> Graph | None:
@@ -79,6 +83,33 @@ class GraphSet:
         graph = self.latest(path)
         assert graph is not None
         return with_written(graph.spec, graph.written)
+
+    def lasting_model(self, path: str) -> Model | None:
+        """A model of a graph to be edited in place, which lasts from one such edit to the next; None if it runs.
+
+        Values that were set on the nodes need not stand in it. It has to be given up (`forget`) when an edit fails.
+        """
+        if self._waiting or self._runs(path):
+            return None
+        spec = self.graphs[path].spec
+        model = self._models.get(path)
+        if model is None or model.base is not spec:
+            model = self._models[path] = Model(spec, self.registry)
+        return model
+
+    def forget(self, path: str) -> None:
+        """Gives up a model that an edit was worked into which was not made."""
+        self._models.pop(path, None)
+
+    def patched(self, model: Model, patch: Patch) -> Graph | None:
+        """The graph of a lasting model, with a patch made in place; None, with nothing changed, if that does not do."""
+        graph = self.graphs[model.path]
+        if not apply_patch(graph, patch, self.registry):
+            return None
+        graph.spec = model.patched(patch)
+        for name, full, _ in patch.values:
+            graph.written.pop((name, full), None)  # the spec has it
+        return graph
 
     def problems(self, specs: Iterable[GraphSpec]) -> Sequence[Problem]:
         """What is wrong with the graphs of these specs; changes nothing."""
@@ -133,6 +164,7 @@ class GraphSet:
             )
         self.graphs.pop(path, None)
         self._waiting.pop(path, None)
+        self.forget(path)
         if self.app is not None:
             self.app.graphs.pop(path, None)
         graph.close()

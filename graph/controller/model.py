@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 from graph.errors import Mark
+from graph.plan.patch import Patch
 from graph.registry import Registry, UnknownNodeTypeError
 from graph.spec import ConnectionSpec, GraphSpec, NodeSpec, VariableSpec
 
@@ -29,6 +30,18 @@ class NodeModel:
     """The node as it was, while nothing of it has changed."""
 
 
+@dataclass(slots=True)
+class Changes:
+    """What one edit does to a model, as long as it only adds and sets."""
+
+    nodes: dict[str, None] = field(default_factory=dict)
+    connections: list[tuple[str, str]] = field(default_factory=list)
+    values: list[tuple[str, str]] = field(default_factory=list)
+    """Set on nodes that were there: the node and the attribute's full name."""
+    others: bool = False
+    """Whether it does more than that."""
+
+
 class Model:
     """An editable graph. Connections are kept by their ends: `node.outputs:x`, absolute where in another graph."""
 
@@ -46,6 +59,8 @@ class Model:
         self.compounds = {name: dict(ports) for name, ports in spec.compounds.items()}
         self._connections: dict[tuple[str, str], ConnectionSpec] | None = None
         self.touched: set[str] = set()
+        self.changes = Changes()
+        self._positions = {node.name: position for position, node in enumerate(spec.nodes)}
 
     @property
     def connections(self) -> dict[tuple[str, str], ConnectionSpec]:
@@ -117,6 +132,39 @@ class Model:
             if source.rpartition(".")[0] in names or target.rpartition(".")[0] in names:
                 del self.connections[source, target]
                 self.touched.add(target.rpartition(".")[0])
+
+    def patch(self) -> Patch | None:
+        """What the edit adds and sets, without its marks; None if it does more than that."""
+        changes = self.changes
+        if changes.others:
+            return None
+        for name in changes.nodes:
+            self.nodes[name].mark, self.nodes[name].marks = None, {}
+        for name, full in changes.values:
+            self.nodes[name].marks.pop(full, None)
+        return Patch(
+            [self._as_it_is(name) for name in changes.nodes],
+            [ConnectionSpec(*ends) for ends in changes.connections],
+            [(name, full, self.nodes[name].inputs[full]) for name, full in changes.values],
+        )
+
+    def patched(self, patch: Patch) -> GraphSpec:
+        """The spec with a patch that was made; the model goes on from there."""
+        nodes = [*self.base.nodes, *patch.nodes]
+        for node in patch.nodes:
+            self._positions[node.name] = len(self._positions)
+        for name, _, _ in patch.values:
+            nodes[self._positions[name]] = self._as_it_is(name)
+        connections = (*self.base.connections, *patch.connections)
+        self.base = replace(self.base, nodes=tuple(nodes), connections=connections)
+        self.changes = Changes()
+        self.touched = set()
+        return self.base
+
+    def _as_it_is(self, name: str) -> NodeSpec:
+        """A node's spec that later edits leave alone."""
+        node = self.nodes[name]
+        return NodeSpec(name, node.type, dict(node.inputs), node.mark, dict(node.marks), dict(node.attributes))
 
     def spec(self) -> GraphSpec:
         """What the graph is to be compiled from."""

@@ -60,6 +60,8 @@ class Graph(FamiliarGraph):
         self.variables = variables
         self.mark = spec.mark
         self.nodes: dict[str, Node] = {}
+        self.ranks = 0
+        """More than any of its nodes' ranks."""
         self.context = Context()
         self.on_error: Literal["stop", "continue"] = "stop"
         self.step_limit = 1_000_000
@@ -205,6 +207,11 @@ class Graph(FamiliarGraph):
         for instance in self.instances.values():
             instance.observe(wrap)
 
+    @property
+    def observed(self) -> bool:
+        """Whether anything was put in the place of its nodes' computes."""
+        return bool(self._wraps)
+
     def observe_as(self, other: Graph) -> None:
         """Has its computes observed like those of another graph."""
         for wrap in other._wraps:
@@ -215,11 +222,19 @@ class Graph(FamiliarGraph):
         if fresh.spec.pipeline_stage != self.spec.pipeline_stage:
             self.pipeline_stage = fresh.pipeline_stage
         self.spec, self.evaluator, self.mark = fresh.spec, fresh.evaluator, fresh.mark
-        self.starts, self.linked, self.written = fresh.starts, fresh.linked, {}
+        self.starts, self.linked, self.written, self.ranks = fresh.starts, fresh.linked, {}, fresh.ranks
         told = set(self.notes) if self._told else set()
         self.notes = tuple(note for note in fresh.notes if note not in told)
         self._told = False
         self._wrap(self._wraps)
+
+    def add(self, nodes: Mapping[str, Node], starts: Sequence[Copy]) -> None:
+        """Takes in new nodes, which come behind all others, and the copies among them."""
+        for node in nodes.values():
+            node.graph = self
+        self.nodes.update(nodes)
+        self.ranks += len(nodes)
+        self.starts += starts
 
     def _wrap(self, wraps: Sequence[Callable[[Node, Compute], Compute]]) -> None:
         for wrap in wraps:

@@ -14,7 +14,7 @@ from graph.types import Type
 from graph.values import coerce
 
 from .familiar import FamiliarNode
-from .wire import Copy, Wire, storage
+from .wire import Copy, Wire, all_of, storage
 
 if TYPE_CHECKING:
     from .graph import Graph
@@ -26,6 +26,7 @@ _FROM_FRESH = (
     "_fed",
     "_initial",
     "_passes",
+    "_pushes",
     "_wires_in",
     "added",
     "db",
@@ -48,6 +49,7 @@ class Node(FamiliarNode):
         "_fed",
         "_initial",
         "_passes",
+        "_pushes",
         "_used",
         "_wires_in",
         "added",
@@ -85,7 +87,8 @@ class Node(FamiliarNode):
         self._fed: frozenset[str] = frozenset()
         self._consumed: frozenset[str] = frozenset()
         self._passes: Mapping[str, Copy] = {}
-        self._wires_in: Mapping[str, int] = {}
+        self._pushes: list[Copy] = []
+        self._wires_in: Mapping[str, list[Wire]] = {}
         self._used = 0
         self.added: Mapping[str, Attribute] = {}
         """Attributes that the file added, by full name."""
@@ -165,6 +168,10 @@ class Node(FamiliarNode):
         for instance in self.graph.instances.values():
             instance.nodes[self.name].set(full, instance.resolved(value))
 
+    def initial(self, full: str) -> Any:
+        """The value that an attribute, named in full, starts with."""
+        return self._initial[full]
+
     def connected(self, name: str) -> bool:
         """Whether something feeds this input (or state), or leads away from this output."""
         full = self.full_name(name)
@@ -172,7 +179,7 @@ class Node(FamiliarNode):
 
     def wires_into(self, name: str) -> int:
         """How many connections lead to an execution input."""
-        return self._wires_in.get(f"inputs:{name}", 0)
+        return len(self._wires_in.get(f"inputs:{name}", ()))
 
     def consumed(self, name: str) -> bool:
         """Whether anything reads this output."""
@@ -228,18 +235,19 @@ class Node(FamiliarNode):
         consumed: frozenset[str],
         sources: tuple[Node, ...],
         readers: tuple[Node, ...],
-        push: Copy | None,
+        pushes: list[Copy],
         passes: Mapping[str, Copy],
-        wires_in: Mapping[str, int],
+        wires_in: Mapping[str, list[Wire]],
         unset: str,
     ) -> None:
         """Gives the node its connections: what feeds it, what it feeds, how its outputs and set inputs get there.
 
-        wires_in: how many wires lead to each execution input; unset: what keeps it from computing, "" for nothing.
+        wires_in: the wires that lead to each execution input; unset: what keeps it from computing, "" for nothing.
         """
         self._fed, self._consumed, self._passes, self._wires_in = fed, consumed, passes, wires_in
         self.sources, self.readers = sources, readers
-        self.db._push = push
+        self._pushes = pushes
+        self.db._push = all_of(pushes)
         # Found at the first compute: most nodes of a large graph may never be asked.
         self.db._pulls = True if sources else ()
         # Before any wire takes the compute up.
@@ -249,6 +257,41 @@ class Node(FamiliarNode):
         own = self.type.specialize and self.type.specialize(self.db)
         if own:
             self.db._compute = own
+
+    def lead_wire(self, output: str, target: Node, name: str) -> None:
+        """Adds a wire, behind all others of its execution output, to another node's input (full names)."""
+        self._add_connection(output, target, name)
+        wire = self.db._wires[output.partition(":")[2]]
+        wire.add(target.db, name.partition(":")[2])
+        target._wires_in = {**target._wires_in, name: [*target._wires_in.get(name, ()), wire]}
+
+    def lead_data(self, output: str, target: Node, name: str, copy: Copy) -> None:
+        """Adds a connection by which `copy` brings an output to another node's input (full names), and makes it."""
+        self._add_connection(output, target, name)
+        self.readers = tuple(dict.fromkeys((*self.readers, target)))
+        target.sources = tuple(dict.fromkeys((*target.sources, self)))
+        target._initial = {**target._initial, name: target.attribute(name).initial}
+        self._pushes.append(copy)
+        self.db._push = all_of(self._pushes)
+        for wires in self._wires_in.values():
+            for wire in wires:
+                wire.renew()
+        # Whoever computes the target on demand has to look for what is upstream again.
+        seen, pending = {target}, [target]
+        while pending:
+            node = pending.pop()
+            if node.sources:
+                node.db._pulls = True
+            if not node.type.has_execution:
+                fresh = [reader for reader in node.readers if reader not in seen]
+                seen.update(fresh)
+                pending += fresh
+        self.graph.starts.append(copy)
+        copy()
+
+    def _add_connection(self, output: str, target: Node, name: str) -> None:
+        self._consumed |= {output}
+        target._fed |= {name}
 
     def take(self, fresh: Node) -> bool:
         """Becomes what an edit made of it, and keeps what it has gathered: memory, state, outputs, sleep, counts.

@@ -41,6 +41,10 @@ class Wire:
         self.targets = tuple(step_to(db, name) for db, name in reversed(targets))
         self.only = self.targets[0] if len(self.targets) == 1 else None
 
+    def add(self, db: Database, name: str) -> None:
+        """Adds a target that is followed after the others."""
+        self.lead_to([*((step[0], step[1]) for step in reversed(self.targets)), (db, name)])
+
     def renew(self) -> None:
         """Takes up the present compute functions of the targets."""
         self.targets = tuple(step_to(db, cause) for db, cause, *_ in self.targets)

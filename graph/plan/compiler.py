@@ -101,6 +101,8 @@ def _compile(specs: Sequence[GraphSpec], registry: Registry, target: str = "") -
     settle_types(drafts, links, report)
     found = flows(links, report)
     rank(drafts, found, report)
+    for graph in graphs:
+        graph.ranks = len(drafts)
     starts: list[tuple[Draft, Any]] = [(draft, initial_values(draft, shapes[draft.type], report)) for draft in drafts]
     report.raise_if_any()
     for draft, initial in starts:

@@ -9,7 +9,7 @@ from typing import Any
 from graph.conversion import Converter, converter
 from graph.db import Database
 from graph.evaluate.node import Node
-from graph.evaluate.wire import Copy, all_of, copy_between
+from graph.evaluate.wire import Copy, Wire, all_of, copy_between
 
 from .connections import Link
 from .draft import Draft, Report
@@ -113,7 +113,7 @@ class _Wiring:
     passes: dict[str, list[Copy]]
     sources: dict[Node, None]
     readers: dict[Node, None]
-    wires: dict[str, int]
+    wires: dict[str, list[Wire]]
 
 
 def wire(drafts: Sequence[Draft], links: Sequence[Link], found: dict[End, Flow], report: Report) -> None:
@@ -124,8 +124,8 @@ def wire(drafts: Sequence[Draft], links: Sequence[Link], found: dict[End, Flow],
     wirings = {draft: _Wiring([], {}, {}, {}, {}) for draft in drafts}
     for link in links:
         if link.execution:
-            counted = wirings[link.target].wires
-            counted[link.target_name] = counted.get(link.target_name, 0) + 1
+            wire = link.source.node.db._wires[link.source_name.partition(":")[2]]
+            wirings[link.target].wires.setdefault(link.target_name, []).append(wire)
     for (target, name), flow in found.items():
         copy = _copy(flow, target, name)
         origin = wirings[flow.origin]
@@ -145,7 +145,7 @@ def wire(drafts: Sequence[Draft], links: Sequence[Link], found: dict[End, Flow],
             frozenset(draft.consumed),
             tuple(wiring.sources),
             tuple(wiring.readers),
-            all_of(wiring.pushes),
+            wiring.pushes,
             passes,
             wiring.wires,
             draft.unset,

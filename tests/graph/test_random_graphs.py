@@ -1,9 +1,12 @@
 """Promises over graphs that nobody thought of: order, laziness, and edits that equal a fresh compile."""
 
+from contextlib import suppress
+
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from graph import Attribute, Context, Controller, compile_graphs, node_type
+from graph import Attribute, Context, Controller, OmniGraphError, compile_graphs, node_type
+from graph.evaluate import RunawayError
 from graph.registry import Registry
 from graph.spec import ConnectionSpec, GraphSpec, NodeSpec
 
@@ -71,7 +74,7 @@ def spec_of(nodes, edges, values, evaluator, path="/R"):
 
 
 def outputs(graph):
-    return {name: node.get("outputs:y") for name, node in graph.nodes.items()}
+    return {name: node.get("outputs:y") for name, node in graph.nodes.items() if "y" in node.names["outputs"]}
 
 
 def by_hand(nodes, edges, values):
@@ -169,6 +172,85 @@ def test_edits_end_where_a_fresh_compile_begins(evaluator, before, after, data):
         assert outputs(one) == by_hand(wanted, new_edges, new_values)
     assert [node.rank for node in fresh.nodes.values()] == [node.rank for node in graph.nodes.values()]
     assert sorted(order) == sorted(wanted)
+
+
+def anatomy(graph):
+    """All that compiling decides, by node: order of computing, types, values to start with, who feeds whom and how."""
+    return {
+        node.name: (
+            node.rank,
+            node.index,
+            dict(node.types),
+            {full: node.initial(full) for full in node.types if not node.attribute(full).is_execution},
+            [(full, node.connected(full)) for full in node.types],
+            [one.name for one in node.sources],
+            [one.name for one in node.readers],
+            [(full, node.wires_into(full[7:])) for full in node.types if full.startswith("inputs:")],
+            {
+                name: [(step[0].path, step[1], step[3] is step[0]._push) for step in wire.targets]
+                for name, wire in node.db._wires.items()
+            },
+        )
+        for node in graph.nodes.values()
+    }
+
+
+NAMES = [f"n{i}" for i in range(6)]
+TYPE_OF = dict.fromkeys(NAMES[:3], "random.Mix") | dict.fromkeys(NAMES[3:5], "random.Step") | {"n5": "random.Tick"}
+ENDS = {"random.Mix": ["y"], "random.Step": ["one", "two", "y"], "random.Tick": ["tick"]}
+STARTS = {"random.Mix": ["a", "b", "own"], "random.Step": ["execIn", "a"], "random.Tick": ["execIn"]}
+
+
+@st.composite
+def single_edits(draw):
+    """One call of the Controller: the method and what it takes."""
+    kind = draw(st.sampled_from(["create_node", "connect", "connect", "set", "edit", "disconnect", "delete_node"]))
+    one, other = draw(st.sampled_from(NAMES)), draw(st.sampled_from(NAMES))
+    into = f"/R/{other}.inputs:{draw(st.sampled_from(STARTS[TYPE_OF[other]]))}"
+    if kind == "create_node":
+        return kind, (f"/R/{one}", TYPE_OF[one])
+    if kind == "delete_node":
+        return kind, (f"/R/{one}",)
+    if kind in ("connect", "disconnect"):
+        return kind, (f"/R/{one}.outputs:{draw(st.sampled_from(ENDS[TYPE_OF[one]]))}", into)
+    value = draw(st.integers(0, 9))
+    return (kind, (into, value)) if kind == "set" else (kind, ("/R", {K.SET_VALUES: [(into, value)]}))
+
+
+@settings(max_examples=80, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(
+    st.sampled_from(["push", "dirty_push", "execution"]),
+    st.booleans(),
+    st.lists(st.one_of(single_edits(), st.just(("evaluate_sync", ("/R",)))), max_size=30),
+)
+def test_single_edits_leave_what_a_fresh_compile_makes(evaluator, all_there, calls):
+    """Whether an edit was made in place or by compiling, done or refused: the graph is that of its spec."""
+    control = Controller(registry=LIBRARY)
+    graph = control.edit({"graph_path": "/R", "evaluator_name": evaluator})[0]
+    if all_there:
+        control.edit(graph, {K.CREATE_NODES: list(TYPE_OF.items())})
+    graph.step_limit = 50
+    for method, arguments in calls:
+        before = anatomy(graph), graph.spec, dict(graph.written)
+        try:
+            getattr(control, method)(*arguments)
+        except OmniGraphError:
+            assert (anatomy(graph), graph.spec, graph.written) == before
+        except RunawayError:
+            assert method == "evaluate_sync"
+    spec = control.graphs.current_spec("/R")
+    fresh = compile_graphs([spec], LIBRARY)[0]
+    assert anatomy(fresh) == anatomy(graph)
+    graph.reset()
+    seen = []
+    for one in (graph, fresh):
+        ORDER.clear()
+        one.step_limit = 50
+        for _ in range(2):
+            with suppress(RunawayError):  # wires may lead round
+                one.evaluate(Context.standalone())
+        seen.append((list(ORDER), outputs(one)))
+    assert seen[0] == seen[1]
 
 
 @st.composite
