@@ -120,8 +120,13 @@ class Registry:
     def _load(self) -> None:
         if not self._to_load:
             return
+        package = import_module(SHIPPED)
+        if not hasattr(package, "TYPES"):
+            raise UserError(
+                f'{package.__file__} hides the package "{SHIPPED}" of TickGraph, which has the node types; rename it'
+            )
         self._to_load = False
-        for module, ids in import_module(SHIPPED).TYPES.items():
+        for module, ids in package.TYPES.items():
             home = f"{SHIPPED}.{module}"
             for type_id in ids:
                 taken = self._types.get(type_id)
