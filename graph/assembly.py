@@ -25,10 +25,10 @@ from .staging import (
 if TYPE_CHECKING:
     from pxr import Usd
 
+    from .context import Scripts
     from .evaluate import Graph
     from .registry import Registry
     from .runner import GraphRunner, OnError
-    from .scripts import Scripts
     from .sim import App
 
 

@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import Any
+from typing import Any, Literal
 
 from . import exact
 from .events import EventBus
 from .room import Room
-from .scripts import Scripts
 
 
 @dataclass(slots=True)
@@ -46,6 +45,9 @@ class WarningLog:
 
 Warn = Callable[[str, str, str], None]
 """Takes code, where and message."""
+
+Scripts = Literal["refuse", "skip", "run"]
+"""What a node does that would run code of its graph file: fail, nothing, or run it."""
 
 
 @dataclass(slots=True)

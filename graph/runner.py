@@ -14,8 +14,8 @@ from .declaration import CLOSING
 if TYPE_CHECKING:
     from graph.sim import App
 
+    from .context import Scripts
     from .evaluate import Graph, Node
-    from .scripts import Scripts
 
 OnError = Literal["stop", "continue"]
 

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 from .errors import Problem
 
 if TYPE_CHECKING:
     from .evaluate import Graph
-
-Scripts = Literal["refuse", "skip", "run"]
-"""What a node does that would run code of its graph file: fail, nothing, or run it."""
 
 REFUSED = (
     "runs Python code that the graph file brings; if you trust the file, allow it by --allow-scripts "
