@@ -4,19 +4,24 @@ from __future__ import annotations
 
 import argparse
 import os
+import shlex
 import sys
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from graph.errors import UserError
-from graph.spec import FileSpec
+from graph.spec import FileSpec, Note
 
 from .arguments import add_allow
 from .printing import note_line
 
 _FORMATS = {".yaml": "yaml", ".yml": "yaml", ".json": "json", ".usda": "usd", ".usd": "usd", ".usdc": "usd"}
+
+
+LISTED = 8
+"""File names that a line lists."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -35,7 +40,7 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def convert(source: str, target: str, *, allow: Sequence[Path] = ()) -> tuple[tuple[str, str, str], ...]:
+def convert(source: str, target: str, *, allow: Sequence[Path] = ()) -> tuple[Note, ...]:
     """Writes the graph file `source` as `target`, in the format that its name ends in; returns what is odd about it.
 
     Nothing is written if anything is wrong: raises UserError with every problem of the file itself (graphs are not
@@ -70,7 +75,20 @@ def convert(source: str, target: str, *, allow: Sequence[Path] = ()) -> tuple[tu
         whole = text if same_format and text is not None else None
         written = whole or (json_document(moved) if kind == "json" else yaml_document(moved, comments))
         _write(Path(target), written.encode("utf-8", "surrogatepass"))
-    return spec.notes
+    return (*spec.notes, *_outside(moved, target))
+
+
+def _outside(document: Mapping[str, Any], target: str) -> Iterator[Note]:
+    """A note if the written file names files outside its own folder, which no command reads unasked."""
+    from graph.files.document import named_files
+
+    folder = Path(target).absolute().parent.resolve()
+    out = [name for name in named_files(document) if not (folder / name).resolve().is_relative_to(folder)]
+    if out:
+        folders = {Path(os.path.relpath((folder / name).resolve().parent)).as_posix(): None for name in out}
+        allow = " ".join(f"--allow {shlex.quote(each)}" for each in folders)
+        named = ", ".join(out[:LISTED]) + (f" and {len(out) - LISTED} more" if len(out) > LISTED else "")
+        yield "files-outside", target, f"it names {named}, outside its folder; give {allow} with it, or move the files"
 
 
 def _of_text(source: str) -> tuple[dict[str, Any], dict[str, str], str | None]:

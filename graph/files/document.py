@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -64,14 +64,20 @@ def _node(node: NodeSpec) -> Any:
 
 def relocated(document: Mapping[str, Any], old: Path, new: Path) -> dict[str, Any]:
     """The same with the files that it names relative to another folder."""
-    document = dict(document)
-    scene = document.get("scene")
-    if old.resolve() == new.resolve() or not isinstance(scene, Mapping):
-        return document
+    if old.resolve() == new.resolve():
+        return dict(document)
 
     def moved(text: Any) -> Any:
         return Path(os.path.relpath(old / text, new)).as_posix() if isinstance(text, str) else text
 
+    return _with_files(document, moved)
+
+
+def _with_files(document: Mapping[str, Any], moved: Callable[[Any], Any]) -> dict[str, Any]:
+    """The document with every file name in it replaced by what `moved` makes of it."""
+    scene = document.get("scene")
+    if not isinstance(scene, Mapping):
+        return dict(document)
     scene = dict(scene)
     for key in ("usd", "mjcf"):
         if key in scene:
@@ -81,7 +87,20 @@ def relocated(document: Mapping[str, Any], old: Path, new: Path) -> dict[str, An
     return {**document, "scene": scene}
 
 
-def _prim(prim: Any, moved: Any) -> Any:
+def named_files(document: Mapping[str, Any]) -> list[str]:
+    """The files that it names, as written, each once."""
+    found: dict[str, None] = {}
+
+    def note(text: Any) -> Any:
+        if isinstance(text, str):
+            found[text] = None
+        return text
+
+    _with_files(document, note)
+    return list(found)
+
+
+def _prim(prim: Any, moved: Callable[[Any], Any]) -> Any:
     if not isinstance(prim, Mapping):
         return prim
     prim = dict(prim)

@@ -121,9 +121,25 @@ def _property(prim: Any, name: str) -> Any:
         if match:
             apply_schema(prim, f"{schema}:{match.group(1)}")
             return _defined(prim, name)
-    near = difflib.get_close_matches(name, [*prim.GetPropertyNames(), *schemas], n=1)
-    hint = f'did you mean "{near[0]}"?' if near else f"its own are {', '.join(sorted(prim.GetPropertyNames()))}"
+    own = sorted(prim.GetPropertyNames())
+    near = ending_alike(prim, name) or next(iter(difflib.get_close_matches(name, [*own, *schemas], n=1)), None)
+    more = f" and {len(own) - LISTED} more" if len(own) > LISTED else ""
+    hint = f'did you mean "{near}"?' if near else f"its own are {', '.join(own[:LISTED])}{more}"
     raise ValueError(f"{prim.GetTypeName() or 'a prim without type'} has no attribute {name!r}; {hint}")
+
+
+LISTED = 12
+"""Names that a line lists."""
+
+
+def ending_alike(prim: Any, name: str) -> str | None:
+    """The one property whose last part is this name in some other case: `omni:sensor:tickRate` for tick_rate."""
+
+    def bare(text: str) -> str:
+        return text.rpartition(":")[2].replace("_", "").lower()
+
+    found = [str(known) for known in prim.GetPropertyNames() if bare(str(known)) == bare(name)]
+    return found[0] if len(found) == 1 else None
 
 
 def _defined(prim: Any, name: str) -> Any:

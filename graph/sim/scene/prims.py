@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import json
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from pathlib import Path
@@ -10,6 +11,7 @@ from typing import Any
 
 from graph.errors import Mark, Problem, UserError
 
+from .prim_attributes import ending_alike
 from .prim_keys import FINAL, KEYS, PrimContext, SensorConfig
 from .stage import Warn, ignore_warning
 
@@ -56,8 +58,9 @@ def _author(context: PrimContext, path: str, keys: Any, where: Where) -> list[Pr
     problem = _path_problem(path)
     if problem:
         return [Problem(problem, where(path))]
-    problems = [Problem(_unknown(path, key), where(path, key)) for key in keys if key not in KEYS]
     made = _attempt(where, path, "type", partial(context.define, path, keys.get("type"), "reference" in keys))
+    of = context.stage.GetPrimAtPath(path)
+    problems = [Problem(_unknown(path, key, keys[key], of), where(path, key)) for key in keys if key not in KEYS]
     if made:
         return problems + made
     prim = context.stage.GetPrimAtPath(path)
@@ -98,7 +101,11 @@ def _path_problem(path: str) -> str | None:
     return f"{path[:80]}... is deeper than {MAX_DEPTH} prims." if sdf.pathElementCount > MAX_DEPTH else None
 
 
-def _unknown(path: str, key: str) -> str:
-    near = difflib.get_close_matches(str(key), KEYS, n=1)
-    hint = f'did you mean "{near[0]}"?' if near else "set USD attributes under attributes."
+def _unknown(path: str, key: str, value: Any, prim: Any) -> str:
+    if prim and (attribute := ending_alike(prim, str(key))):
+        shown = json.dumps(value) if isinstance(value, (bool, int, float)) else "..."
+        hint = f'did you mean attributes: {{"{attribute}": {shown}}}?'
+    else:
+        near = difflib.get_close_matches(str(key), KEYS, n=1)
+        hint = f'did you mean "{near[0]}"?' if near else "set USD attributes under attributes."
     return f'{path}: there is no key "{key}"; {hint}'

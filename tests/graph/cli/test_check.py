@@ -204,7 +204,8 @@ def test_types_that_cannot_meet_are_told_with_the_node_that_leads_from_one_to_th
 def test_a_cycle_is_one_line_whatever_its_types_would_have_been(folder, graph):
     """Types that only the cycle could settle are no mistake of their own, neither in it nor behind it."""
     (folder / "cycle.yaml").write_text(
-        "tickgraph: 1\ngraphs:\n  /World/G:\n    nodes: {tick: OnPlaybackTick, a: Add, b: Add, c: Add, out: PrintText}\n"
+        "tickgraph: 1\ngraphs:\n  /World/G:\n"
+        "    nodes: {tick: OnPlaybackTick, a: Add, b: Add, c: Add, out: PrintText}\n"
         "    connections:\n      - tick.tick -> out.execIn\n      - a.sum -> [b.a, b.b]\n      - b.sum -> [a.a, a.b]\n"
         "      - b.sum -> [c.a, c.b]\n      - c.sum -> out.text\n"
     )

@@ -252,3 +252,18 @@ def test_the_scene_of_a_file_is_not_overwritten_by_its_conversion(tmp_path, caps
     assert main(["convert", str(tmp_path / "s.yaml"), str(scene)]) == 2
     assert "is the scene of" in capsys.readouterr().err
     assert scene.read_text().startswith('#usda 1.0\n\ndef Xform "World"')
+
+
+def test_a_file_that_names_files_outside_its_new_folder_says_what_to_allow(folder, graph):
+    for name in ("mine", "other"):
+        (folder / name).mkdir()
+    (folder / "mine" / "scene.usda").write_text('#usda 1.0\n(\n metersPerUnit = 1\n upAxis = "Z"\n)\n')
+    (folder / "mine" / "a.yaml").write_text("tickgraph: 1\nscene: {usd: scene.usda}\n")
+    assert graph("convert", "mine/a.yaml", "mine/b.yaml").err == ""
+    for name in ("other/a.yaml", "other/a.json", "other/a.usda"):
+        moved = graph("convert", "mine/a.yaml", name)
+        assert moved.code == 0
+        said = "it names ../mine/scene.usda, outside its folder; give --allow mine with it, or move the files"
+        assert moved.err == f"warning files-outside: {name}: {said}\n"
+        assert graph("check", name).code == 2
+        assert graph("check", name, "--allow", "mine").code == 0

@@ -269,3 +269,19 @@ def test_nothing_is_added_below_an_instance():
     assert problems({"/Copy/New": {"type": "Cube"}}, stage) == [
         "/Copy/New: type: /Copy is an instance; nothing can be added below it."
     ]
+
+
+def test_a_key_that_ends_an_attribute_s_name_is_told_where_that_is_written():
+    with pytest.raises(UserError) as caught:
+        author_prims(
+            open_stage(),
+            {
+                "/L": {"type": "OmniLidar", "tick_rate": 7.5, "translation": [0, 0, 1]},
+                "/M": {"type": "OmniLidar", "attributes": {"tickRate": 10}},
+            },
+        )
+    assert [problem.message for problem in caught.value.problems] == [
+        '/L: there is no key "tick_rate"; did you mean attributes: {"omni:sensor:tickRate": 7.5}?',
+        '/L: there is no key "translation"; did you mean "translate"?',
+        "/M: attributes: tickRate: OmniLidar has no attribute 'tickRate'; did you mean \"omni:sensor:tickRate\"?",
+    ]
