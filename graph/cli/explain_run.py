@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from .explain_links import Links
+from .frames import FrameSink
 
 if TYPE_CHECKING:
     from graph.assembly import Session
@@ -65,6 +66,8 @@ class Observed:
     """By latent node: in how many of the first updates it was triggered while it slept."""
     triggers: Counter[Node] = field(default_factory=Counter)
     """By latent node: in how many of the first updates it was triggered at all."""
+    frames: FrameSink = field(default_factory=FrameSink)
+    """What the transforms said that were published."""
 
 
 def observe(session: Session, links: Links) -> Observed:
@@ -77,6 +80,7 @@ def observe(session: Session, links: Links) -> Observed:
     app.on("render", lambda: _blindfold(app, seen), order=-1)
     heard = CountingSink()  # as in `graph run`, which records every topic
     app.bus.subscribe(heard)
+    app.bus.subscribe(seen.frames)
     app.play()
     while seen.updates < SHOWN_UPDATES or (seen.updates < MOST_UPDATES and any(map(_is_unmade, makers))):
         _update(app, nodes, links, seen)
@@ -95,6 +99,7 @@ def observe(session: Session, links: Links) -> Observed:
             [name for name in sensor.demand.consumers(sensor.aux_level) if name in computed] if computed else []
         )
     app.bus.unsubscribe(heard)
+    app.bus.unsubscribe(seen.frames)
     if not app.exit_requested:
         app.update(seen.updates)
     seen.products = {path: seen.products[path] for path in seen.demand}  # not those made since

@@ -37,6 +37,7 @@ def find_traps(
         *_stamp_traps(links),
         *_order_traps(links),
         *_latent_traps(seen),
+        *seen.frames.warnings(app.bus),
     ]
     found += [(one.code, one.where, one.message) for one in app.warnings]
     return list(dict.fromkeys(found))

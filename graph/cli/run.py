@@ -62,6 +62,7 @@ def run(args: argparse.Namespace) -> int:
     from graph.assembly import open_session
     from graph.sim.messages.bus import CountingSink
 
+    from .frames import FrameSink
     from .report import build_report, print_table, to_json, warning_lines, write_report
     from .silence import warn_of_blind_sensors
 
@@ -81,11 +82,12 @@ def run(args: argparse.Namespace) -> int:
     )
     app = session.app
     updates = _number_of_updates(args, session)
-    counter = CountingSink()
+    counter, frames = CountingSink(), FrameSink()
     with ExitStack() as cleanup:
         cleanup.enter_context(app)
         tracing = cleanup.enter_context(ExitStack())
         app.bus.subscribe(counter)
+        app.bus.subscribe(frames)
         player = play_into(app, sources) if sources else None
         started = time.perf_counter()
         # Physics is built here: a scene that has none that can be built is refused before anything is written.
@@ -108,6 +110,8 @@ def run(args: argparse.Namespace) -> int:
         if player is not None:
             warn_unheard(app, player)
         warn_of_blind_sensors(app)
+        for warning in frames.warnings(app.bus):
+            app.warn(*warning)
         report = build_report(app, session.runner, counter, time.perf_counter() - started)
     if args.out:
         write_report(report, args.out)
