@@ -1,4 +1,8 @@
+"""Makes the helpers beside these tests importable: `from noting_sensor import ...`."""
+
+import sys
 from fractions import Fraction
+from pathlib import Path
 
 import pytest
 
@@ -6,6 +10,8 @@ from graph.sim.physics import build_physics
 from graph.sim.scene.prims import author_prims
 from graph.sim.scene.stage import open_stage
 from graph.sim.usd import UsdGeom
+
+sys.path.insert(0, str(Path(__file__).parent))
 
 
 @pytest.fixture

@@ -7,39 +7,19 @@ from fractions import Fraction
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from noting_sensor import NotingLidar, NotingSensor, add
 
 from graph.errors import RunError, UserError
 from graph.sim import App, MemorySink, VirtualClock
 from graph.sim import settings as keys
 from graph.sim.phases import EVENTS, PHASES
-from graph.sim.renderer.rendering import NEW_FRAME, RenderProduct
-from graph.sim.renderer.schedule import EveryUpdate, TickSchedule
+from graph.sim.renderer.rendering import NEW_FRAME
 from graph.sim.scene.stage import open_stage
-
-
-class FakeSensor:
-    wants_updates = False
-
-    def __init__(self, rate=0):
-        self.rate = Fraction(rate)
-        self.schedule = TickSchedule(self.rate, accumulates=True) if rate else EveryUpdate()
-        self.ticks = []
-
-    def render(self, tick):
-        self.ticks.append(tick)
-        return {"end": tick.end}
-
-    def reset(self):
-        self.ticks = []
-
-
-def add(app, sensor, path="/Render/a"):
-    return app.rendering.add(RenderProduct(path, "/World/Sensor", (1, 1), sensor))
 
 
 def test_an_update_runs_its_phases_in_order():
     with App() as app:
-        add(app, FakeSensor())
+        add(app, NotingSensor())
         ran = []
         for phase in (*PHASES, *EVENTS):
             app.on(phase, lambda phase=phase: ran.append(phase))
@@ -84,8 +64,7 @@ def test_post_step_subscribers_below_zero_see_the_old_time_the_others_the_new():
 def test_graphs_read_the_time_after_physics_and_before_rendering():
     with App() as app:
         app.play()
-        sensor = FakeSensor()
-        add(app, sensor)
+        sensor = add(app, NotingSensor())
         seen = []
         app.on("simulation_graphs", lambda: seen.append((app.external_time, len(sensor.ticks))))
         app.update(2)
@@ -119,7 +98,7 @@ def test_a_subscriber_may_end_itself_while_it_runs():
 
 def test_post_render_graphs_run_only_with_a_new_frame():
     with App() as app:
-        add(app, FakeSensor(20))
+        add(app, NotingLidar(20))
         ran = []
         app.on("post_render_graphs", lambda: ran.append(app.update_index))
         app.play()
@@ -170,8 +149,7 @@ def test_simulation_trails_the_timeline_by_the_carry():
 
 def test_no_sensor_outputs_on_updates_without_a_step():
     with App(physics_hz=20) as app:
-        sensor = FakeSensor()
-        add(app, sensor)
+        sensor = add(app, NotingSensor())
         app.play()
         app.update(9)
         assert [tick.end for tick in sensor.ticks] == [Fraction(n, 20) for n in (1, 2, 3)]
@@ -269,13 +247,12 @@ def test_a_billion_steps_without_a_loop():
 
 def test_a_sensor_ticks_once_after_direct_steps_passed_its_grid():
     with App() as app:
-        sensor = FakeSensor(10)
-        product = add(app, sensor)
+        sensor = add(app, NotingLidar(10))
         app.play()
         app.simulation.step(steps=30)
         app.update()
         assert [tick.index for tick in sensor.ticks] == [5]
-        assert product.missed == 4
+        assert sensor.product.missed == 4
 
 
 def test_changing_the_physics_rate_while_playing():
@@ -357,8 +334,7 @@ def test_a_misspelt_setting_is_a_warning():
 
 def test_multi_tick_is_read_when_playing_starts():
     with App() as app:
-        sensor = FakeSensor(10)
-        add(app, sensor)
+        sensor = add(app, NotingLidar(10))
         app.settings.set(keys.MULTI_TICK, False)
         app.settings.set(keys.PLAY_SIMULATIONS, False)
         app.play()
@@ -433,8 +409,7 @@ def test_set_dt_refuses_what_is_no_step(dt):
 
 def test_render_is_an_update_without_physics():
     with App() as app:
-        sensor = FakeSensor()
-        add(app, sensor)
+        sensor = add(app, NotingSensor())
         app.play()
         app.update()
         app.rendering.render()
@@ -454,7 +429,7 @@ def test_render_restores_physics_also_when_it_fails():
 
 def test_new_frame_callbacks_by_order_and_id():
     with App() as app:
-        add(app, FakeSensor(30))
+        add(app, NotingLidar(30))
         heard = []
         first = app.rendering.register_callback(NEW_FRAME, callback=lambda event: heard.append("first"))
         app.rendering.register_callback(
@@ -462,7 +437,7 @@ def test_new_frame_callbacks_by_order_and_id():
         )
         app.play()
         app.update(2)
-        assert heard == [["/Render/a"], "first"]
+        assert heard == [["/Render/sensor"], "first"]
         app.rendering.deregister_callback(first)
         app.rendering.deregister_callback(99)
         assert [warning.code for warning in app.warnings] == ["unknown-callback"]
@@ -479,7 +454,7 @@ def test_bound_methods_are_held_weakly():
             Listener.heard += 1
 
     with App() as app:
-        add(app, FakeSensor(60))
+        add(app, NotingLidar(60))
         listener = Listener()
         app.rendering.register_callback(NEW_FRAME, callback=listener.listen)
         app.play()
@@ -491,13 +466,13 @@ def test_bound_methods_are_held_weakly():
 
 def test_writers_get_each_new_frame_before_the_graphs():
     with App() as app:
-        product = add(app, FakeSensor(30))
+        product = add(app, NotingLidar(30)).product
         seen = []
         app.on("post_render_graphs", lambda: seen.append("graphs"))
-        product.writers.append(seen.append)
+        product.writers.append(lambda frame: seen.append(frame.end))
         app.play()
         app.update(4)
-        assert seen == [{"end": Fraction(1, 30)}, "graphs", {"end": Fraction(2, 30)}, "graphs"]
+        assert seen == [Fraction(1, 30), "graphs", Fraction(2, 30), "graphs"]
 
 
 def test_the_moment_of_a_product_is_the_start_of_the_update_that_makes_it():
@@ -524,14 +499,15 @@ def test_stop_restores_the_stage():
 
 def test_stop_then_play_repeats_the_first_run():
     with App(physics_hz=240) as app:
-        sensor = FakeSensor(7)
-        add(app, sensor)
+        sensor = add(app, NotingLidar(7))
         runs = []
-        for _ in range(3):
+        for played in range(3):
             app.play()
             app.update(60)
             runs.append([(tick.index, tick.time) for tick in sensor.ticks])
+            sensor.ticks.clear()
             app.stop()
+            assert sensor.resets == played + 1
         assert runs[0] == runs[1] == runs[2]
         assert len(runs[0]) == 7
 
@@ -683,8 +659,7 @@ rates = st.fractions(min_value=Fraction(1, 2), max_value=500, max_denominator=10
 @settings(max_examples=40, deadline=None)
 def test_any_rates_give_the_closed_form_through_the_whole_app(physics, loop, sensor, updates):
     with App(physics_hz=physics, loop_hz=loop) as app:
-        fake = FakeSensor(sensor)
-        product = add(app, fake)
+        noting = add(app, NotingLidar(sensor))
         app.play()
         app.update(updates)
         steps = [updates_done * physics // loop for updates_done in range(updates + 1)]
@@ -693,7 +668,7 @@ def test_any_rates_give_the_closed_form_through_the_whole_app(physics, loop, sen
         assert app.simulation.get_num_physics_steps() == steps[-1]
         assert app.external_time == times[-1]
         assert app.timeline.current_time == updates / loop
-        assert [(tick.index, tick.time) for tick in fake.ticks] == [
+        assert [(tick.index, tick.time) for tick in noting.ticks] == [
             (after, time) for before, after, time in zip(newest, newest[1:], times[1:], strict=False) if after > before
         ]
-        assert product.due == newest[-1]
+        assert noting.product.due == newest[-1]

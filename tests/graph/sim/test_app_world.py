@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from fractions import Fraction
-
 import numpy as np
 import pytest
+from noting_sensor import NotingLidar, add
 
 from graph.errors import RunError
 from graph.sim import App, MemorySink
-from graph.sim.renderer.rendering import RenderProduct
-from graph.sim.renderer.schedule import TickSchedule
 from graph.sim.scene.stage import open_stage
 
 BALL = "/World/Ball"
@@ -29,21 +26,17 @@ def falling_ball(height=100.0):
     return stage
 
 
-class HeightSensor:
-    wants_updates = False
+class HeightSensor(NotingLidar):
+    """Notes how high the ball is in each of its ticks."""
 
     def __init__(self, app, rate):
-        self.rate = Fraction(rate)
-        self.schedule = TickSchedule(self.rate, accumulates=True)
+        super().__init__(rate)
         self.app = app
         self.heights = []
 
     def render(self, tick):
         self.heights.append(self.app.fabric.world_matrix(BALL, tick.poses)[2, 3])
-        return tick
-
-    def reset(self):
-        self.heights = []
+        return super().render(tick)
 
 
 def fallen(steps, hz):
@@ -72,8 +65,7 @@ def test_direct_steps_move_the_ball():
 
 def test_a_frozen_sensor_sees_the_substep_of_its_tick():
     with App(falling_ball(), physics_hz=240) as app:
-        sensor = HeightSensor(app, 7)
-        app.rendering.add(RenderProduct("/Render/a", BALL, (1, 1), sensor))
+        sensor = add(app, HeightSensor(app, 7))
         app.play()
         app.update(60)
         # first states at or after k / 7 s: ceil(240 k / 7)
@@ -83,8 +75,7 @@ def test_a_frozen_sensor_sees_the_substep_of_its_tick():
 
 def test_with_tlas_frame_it_sees_the_last_substep_of_the_update():
     with App(falling_ball(), physics_hz=240, fidelity={"tlas": "frame"}) as app:
-        sensor = HeightSensor(app, 7)
-        app.rendering.add(RenderProduct("/Render/a", BALL, (1, 1), sensor))
+        sensor = add(app, HeightSensor(app, 7))
         app.play()
         app.update(60)
         expected = [100 - fallen(steps, 240) for steps in (36, 72, 104, 140, 172, 208, 240)]
@@ -130,8 +121,7 @@ def test_fewer_or_more_sensors_change_no_poses():
     for count in (0, 1, 5):
         with App(falling_ball(), physics_hz=240) as app:
             for number in range(count):
-                sensor = HeightSensor(app, 5 + number)
-                app.rendering.add(RenderProduct(f"/Render/{number}", BALL, (1, 1), sensor))
+                add(app, HeightSensor(app, 5 + number), str(number))
             app.play()
             app.update(60)
             tracks.append(height(app))

@@ -13,12 +13,11 @@ from pathlib import Path
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from noting_sensor import NotingSensor, add
 
 from graph.errors import RunError, UserError
 from graph.sim import App
 from graph.sim import settings as keys
-from graph.sim.renderer.rendering import RenderProduct
-from graph.sim.renderer.schedule import EveryUpdate, TickSchedule
 from graph.sim.settings import Settings
 from graph.sim.timing.clocks import Accumulator
 from graph.sim.timing.timeline import Timeline
@@ -26,27 +25,6 @@ from graph.sim.timing.timeline import Timeline
 PRODUCT = "isaacsim-6.0.1"
 YEAR = 31_557_600
 ROOT = Path(__file__).resolve().parents[3]
-
-
-class Sensor:
-    wants_updates = False
-
-    def __init__(self, rate=0):
-        self.rate = Fraction(rate)
-        self.schedule = TickSchedule(self.rate) if rate else EveryUpdate()
-        self.ticks = []
-
-    def render(self, tick):
-        self.ticks.append(tick)
-        return tick
-
-    def reset(self):
-        pass
-
-
-def add(app, sensor, name="s"):
-    app.rendering.add(RenderProduct(f"/Render/{name}", "/World/Sensor", (1, 1), sensor))
-    return sensor.ticks
 
 
 # -- limits --------------------------------------------------------------------------------------------------------
@@ -58,7 +36,7 @@ def add(app, sensor, name="s"):
 def test_slowest_and_fastest_rates(sps, loop, parity):
     options = {"settings": {keys.WARM_UP_STEPS: 0, keys.MIN_FRAME_RATE: 0}, "parity": parity}
     with App(physics_hz=sps, loop_hz=loop, **options) as app:
-        ticks = add(app, Sensor(1))
+        sensor = add(app, NotingSensor(1))
         app.play()
         updates = 600
         app.update(updates)
@@ -66,13 +44,13 @@ def test_slowest_and_fastest_rates(sps, loop, parity):
         assert app.timeline.current_time == passed
         assert app.simulation.get_num_physics_steps() == math.floor(passed * sps)
         assert app.simulation.time == Fraction(math.floor(passed * sps), sps)
-        assert len(ticks) == min(updates, math.floor(app.simulation.time))
+        assert len(sensor.ticks) == min(updates, math.floor(app.simulation.time))
 
 
 @pytest.mark.parametrize("parity", ["documented", PRODUCT])
 def test_a_billion_steps_in_one_direct_step_without_drift(parity):
     with App(physics_hz=240, parity=parity, settings={keys.WARM_UP_STEPS: 0}) as app:
-        ticks = add(app, Sensor(Fraction(2997, 100)))
+        sensor = add(app, NotingSensor(Fraction(2997, 100)))
         app.play()
         app.simulation.step(steps=10**9)
         app.update()
@@ -80,8 +58,8 @@ def test_a_billion_steps_in_one_direct_step_without_drift(parity):
         assert app.simulation.get_num_physics_steps() == count
         assert app.simulation.time == app.simulation.monotonic_time == Fraction(count, 240)
         newest = math.floor(Fraction(count, 240) * Fraction(2997, 100))
-        assert [tick.index for tick in ticks] == [newest]
-        assert app.rendering.products["/Render/s"].missed == newest - 1
+        assert [tick.index for tick in sensor.ticks] == [newest]
+        assert sensor.product.missed == newest - 1
 
 
 def test_290_years_are_counted_and_293_refused():
@@ -150,17 +128,17 @@ def test_a_capped_accumulator_follows_the_four_rules(sps, cap, elapsed):
 def test_schedules_through_the_app_equal_the_closed_form(sps, loop, sensors, updates):
     """An update from T0 to T renders a sensor of rate r if floor(T r) > floor(T0 r), for the newest k."""
     with App(physics_hz=sps, loop_hz=loop) as app:
-        ticks = [add(app, Sensor(rate), str(number)) for number, rate in enumerate(sensors)]
+        noting = [add(app, NotingSensor(rate), str(number)) for number, rate in enumerate(sensors)]
         app.play()
         times = [Fraction(0)]
         for _ in range(updates):
             app.update()
             times.append(app.external_time)
         assert times == [Fraction(math.floor(n * sps / loop)) / sps for n in range(updates + 1)]
-        for rate, found in zip(sensors, ticks, strict=True):
+        for rate, sensor in zip(sensors, noting, strict=True):
             grid = [math.floor(time * rate) for time in times]
             due = [(new, time) for old, new, time in zip(grid, grid[1:], times[1:], strict=False) if new > old]
-            assert [(tick.index, tick.time) for tick in found] == due
+            assert [(tick.index, tick.time) for tick in sensor.ticks] == due
 
 
 EVENTS = st.one_of(

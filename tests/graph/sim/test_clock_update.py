@@ -5,29 +5,13 @@ from __future__ import annotations
 from fractions import Fraction
 
 import pytest
+from noting_sensor import NotingSensor, add
 
 from graph.sim import App
 from graph.sim import settings as keys
-from graph.sim.renderer.rendering import NEW_FRAME, RenderProduct
-from graph.sim.renderer.schedule import EveryUpdate
+from graph.sim.renderer.rendering import NEW_FRAME
 
 PRODUCT = "isaacsim-6.0.1"
-
-
-class Camera:
-    """Renders in every update in which the time moved."""
-
-    wants_updates = False
-    rate = Fraction(0)
-
-    def __init__(self):
-        self.schedule = EveryUpdate()
-
-    def render(self, tick):
-        return {"time": tick.time}
-
-    def reset(self):
-        pass
 
 
 def substeps(app, updates):
@@ -108,7 +92,7 @@ def watch(app):
         app.on(phase, lambda phase=phase: seen.append(phase))
     app.on("play", lambda: seen.append("play"))
     app.rendering.register_callback(NEW_FRAME, callback=lambda event: seen.append("new frame"))
-    app.rendering.add(RenderProduct("/Render/a", "/World/Camera", (1, 1), Camera()))
+    add(app, NotingSensor())
     return seen
 
 
@@ -167,7 +151,7 @@ def test_row_30_rendering_reads_the_external_time_after_the_graphs():
             "post_render_graphs",
             "end",
         ]
-        assert app.rendering.products["/Render/a"].frame == {"time": Fraction(1, 60)}
+        assert app.rendering.products["/Render/sensor"].frame.time == Fraction(1, 60)
 
 
 def test_zero_delay_delivers_an_image_in_the_update_of_its_state():

@@ -8,33 +8,14 @@ from fractions import Fraction
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from noting_sensor import NotingSensor, add
 
 from graph.errors import RunError, UserError
 from graph.sim import App, SimulationEvent, VirtualClock, app_utils
 from graph.sim import settings as keys
-from graph.sim.renderer.rendering import RenderProduct
-from graph.sim.renderer.schedule import EveryUpdate
 
 PRODUCT = "isaacsim-6.0.1"
 MANUAL = "/app/runLoops/main/manualModeEnabled"
-
-
-class FakeSensor:
-    wants_updates = False
-    rate = Fraction(0)
-
-    def __init__(self):
-        self.schedule = EveryUpdate()
-
-    def render(self, tick):
-        return {"end": tick.end}
-
-    def reset(self):
-        pass
-
-
-def add(app, path="/Render/a"):
-    return app.rendering.add(RenderProduct(path, "/World/Sensor", (1, 1), FakeSensor()))
 
 
 def hear(app):
@@ -265,9 +246,9 @@ ONE_OF_MANY = (
 def test_any_mixture_of_drivers_gives_the_stamps_of_plain_updates(mixture, physics_hz):
     def stamps(run):
         with App(physics_hz=physics_hz) as app:
-            product = add(app)
+            product = add(app, NotingSensor()).product
             out = []
-            product.writers.append(lambda frame: out.append(frame["end"]))
+            product.writers.append(lambda frame: out.append(frame.end))
             app.play()
             run(app)
             return out, app.simulation.time, app.timeline.current_time, app.update_index, app.loop_time
@@ -334,7 +315,7 @@ def test_step_refuses_what_cannot_be(options):
 @pytest.mark.parametrize(("wait", "frames"), [(True, 1), (False, 0)])
 def test_wait_for_render_fetches_what_the_product_would_deliver_later(wait, frames):
     with App(parity=PRODUCT) as app:
-        product = add(app)
+        product = add(app, NotingSensor()).product
         written = []
         product.writers.append(written.append)
         app.orchestrator.step(wait_for_render=wait)
@@ -356,8 +337,8 @@ def test_step_inside_an_update_is_refused():
 
 def test_next_render_simulation_async_takes_one_path_or_many():
     with App() as app:
-        add(app, "/Render/a")
-        add(app, "/Render/b")
+        add(app, NotingSensor(), "a")
+        add(app, NotingSensor(), "b")
         app.play()
         asyncio.run(app.next_render_simulation_async("/Render/a"))
         asyncio.run(app_utils.next_render_simulation_async(["/Render/a", "/Render/b"], 2))
@@ -366,14 +347,14 @@ def test_next_render_simulation_async_takes_one_path_or_many():
 
 def test_next_render_simulation_async_unknown_product():
     with App() as app:
-        add(app)
-        with pytest.raises(UserError, match="there are: /Render/a"):
+        add(app, NotingSensor())
+        with pytest.raises(UserError, match="there are: /Render/sensor"):
             asyncio.run(app.next_render_simulation_async(["/Render/b"], 1))
 
 
 def test_next_render_simulation_async_says_when_no_frame_can_come():
     with App() as app:
-        product = add(app)
+        product = add(app, NotingSensor()).product
         with pytest.raises(RunError, match=r"app\.play\(\)"):
             asyncio.run(app.next_render_simulation_async([product.path], 1))
         app.play()

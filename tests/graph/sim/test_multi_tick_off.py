@@ -6,43 +6,21 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from noting_sensor import NotingLidar, NotingSensor, add
 
 from graph.sim import App
 from graph.sim import settings as keys
-from graph.sim.renderer.rendering import RenderProduct
-from graph.sim.renderer.schedule import EveryUpdate, TickSchedule
 
 OFF = {keys.MULTI_TICK: False}
 
 
-class Sensor:
-    wants_updates = False
-
-    def __init__(self, rate=0, *, accumulates=False):
-        self.rate = Fraction(rate)
-        self.schedule = TickSchedule(self.rate, accumulates=accumulates) if rate else EveryUpdate()
-        self.ticks = []
-
-    def render(self, tick):
-        self.ticks.append(tick)
-        return tick
-
-    def reset(self):
-        pass
-
-
-def add(app, sensor, name="s"):
-    app.rendering.add(RenderProduct(f"/Render/{name}", "/World/Sensor", (1, 1), sensor))
-    return sensor.ticks
-
-
-def sixtieths(ticks):
-    return [(tick.start * 60, tick.end * 60) for tick in ticks]
+def sixtieths(sensor):
+    return [(tick.start * 60, tick.end * 60) for tick in sensor.ticks]
 
 
 def test_every_sensor_renders_every_frame():
     with App(settings=OFF) as app:
-        camera, auto = add(app, Sensor(10), "camera"), add(app, Sensor(), "auto")
+        camera, auto = add(app, NotingSensor(10), "camera"), add(app, NotingSensor(), "auto")
         app.play()
         app.update(5)
         assert sixtieths(camera) == sixtieths(auto) == [(n, n + 1) for n in range(5)]
@@ -51,7 +29,7 @@ def test_every_sensor_renders_every_frame():
 def test_an_accumulating_lidar_emits_its_scan_in_the_update_that_completes_it():
     with App(settings=OFF) as app:
         updates = []
-        lidar = add(app, Sensor(20, accumulates=True))
+        lidar = add(app, NotingLidar(20))
         app.on("post_render_graphs", lambda: updates.append(app.update_index))
         app.play()
         app.update(9)
@@ -63,7 +41,7 @@ def test_stamps_follow_the_run_loop_from_app_construction():
     with App(settings=OFF) as app:
         app.update(7)
         app.play()
-        lidar, camera = add(app, Sensor(20, accumulates=True), "lidar"), add(app, Sensor(10), "camera")
+        lidar, camera = add(app, NotingLidar(20), "lidar"), add(app, NotingSensor(10), "camera")
         app.update(6)
         assert sixtieths(camera) == [(7 + n, 8 + n) for n in range(6)]
         assert sixtieths(lidar) == [(9, 12)]  # the first turn that begins after 7/60
@@ -73,9 +51,9 @@ def test_stamps_follow_the_run_loop_from_app_construction():
 
 def test_a_sensor_made_before_play_begins_with_the_play_s_first_update():
     with App(settings=OFF) as app:
-        camera, lidar = add(app, Sensor(10), "camera"), add(app, Sensor(20, accumulates=True), "lidar")
+        camera, lidar = add(app, NotingSensor(10), "camera"), add(app, NotingLidar(20), "lidar")
         app.update(7)
-        assert camera == []
+        assert camera.ticks == []
         app.play()
         app.update(6)
         assert sixtieths(camera)[0] == (7, 8)
@@ -84,7 +62,7 @@ def test_a_sensor_made_before_play_begins_with_the_play_s_first_update():
 
 def test_stamps_are_independent_of_the_timeline():
     with App(settings=OFF) as app:
-        camera = add(app, Sensor(10))
+        camera = add(app, NotingSensor(10))
         app.timeline.set_end_time(Fraction(2, 60))
         app.timeline.set_auto_update(False)
         app.play()
@@ -96,12 +74,8 @@ def test_stamps_are_independent_of_the_timeline():
 
 def test_stamps_are_discontinuous_across_a_pause():
     with App(settings=OFF) as app:
-        camera, lidar, auto = (
-            add(app, Sensor(10), "camera"),
-            add(app, Sensor(20, accumulates=True), "lidar"),
-            add(app, Sensor(), "auto"),
-        )
-        product = app.rendering.products["/Render/lidar"]
+        camera, auto = add(app, NotingSensor(10), "camera"), add(app, NotingSensor(), "auto")
+        lidar = add(app, NotingLidar(20), "lidar")
         app.play()
         app.update(4)
         app.pause()
@@ -110,13 +84,13 @@ def test_stamps_are_discontinuous_across_a_pause():
         app.update(6)
         assert sixtieths(camera) == sixtieths(auto) == [(n, n + 1) for n in (0, 1, 2, 3, *range(104, 110))]
         assert sixtieths(lidar) == [(0, 3), (105, 108)]  # no scan over the pause
-        assert (product.frames, product.missed) == (2, 0)
+        assert (lidar.product.frames, lidar.product.missed) == (2, 0)
         assert app.simulation.time == Fraction(10, 60)
 
 
 def test_stop_and_play_go_on_with_the_loop_s_time():
     with App(settings=OFF) as app:
-        camera = add(app, Sensor(10))
+        camera = add(app, NotingSensor(10))
         app.play()
         app.update(2)
         app.stop()
@@ -128,25 +102,25 @@ def test_stop_and_play_go_on_with_the_loop_s_time():
 
 def test_updates_without_a_physics_step_render_too():
     with App(settings={**OFF, keys.PLAY_SIMULATIONS: False}) as app:
-        camera = add(app, Sensor(10))
+        camera = add(app, NotingSensor(10))
         app.play()
         app.update(3)
-        assert len(camera) == 3
+        assert len(camera.ticks) == 3
         assert app.simulation.time == 0
         assert app.timeline.current_time == Fraction(3, 60)
 
 
 def test_the_switch_is_read_when_playing_starts():
     with App() as app:
-        camera = add(app, Sensor(10))
+        camera = add(app, NotingSensor(10))
         app.play()
         app.settings.set(keys.MULTI_TICK, False)
         app.update(6)
-        assert len(camera) == 1
+        assert len(camera.ticks) == 1
         app.stop()
         app.play()
         app.update(6)
-        assert len(camera) == 7
+        assert len(camera.ticks) == 7
 
 
 def test_a_real_lidar_emits_whole_scans_stamped_by_the_loop(tmp_path):
@@ -227,7 +201,7 @@ def test_a_frozen_scan_sees_the_state_of_its_own_tick_or_the_frame_s_last(tmp_pa
 @pytest.mark.parametrize("parity", ["documented", "isaacsim-6.0.1"])
 def test_play_simulations_off_freezes_the_physics_clock_while_the_timeline_advances(parity):
     with App(parity=parity, settings={keys.WARM_UP_STEPS: 0}) as app:
-        ticks = add(app, Sensor(30))
+        sensor = add(app, NotingSensor(30))
         app.play()
         app.update(2)
         app.settings.set(keys.PLAY_SIMULATIONS, False)
@@ -235,7 +209,7 @@ def test_play_simulations_off_freezes_the_physics_clock_while_the_timeline_advan
         assert app.simulation.time == app.external_time == Fraction(2, 60)
         assert app.fabric.get("/ExternalSimulationTime", "omni:time") == 2 / 60
         assert app.timeline.current_time == Fraction(62, 60)
-        assert len(ticks) == 1
+        assert len(sensor.ticks) == 1
         app.settings.set(keys.PLAY_SIMULATIONS, True)
         app.update(2)
-        assert [tick.time for tick in ticks] == [Fraction(2, 60), Fraction(4, 60)]
+        assert [tick.time for tick in sensor.ticks] == [Fraction(2, 60), Fraction(4, 60)]

@@ -6,12 +6,11 @@ import math
 from fractions import Fraction
 
 import pytest
+from noting_sensor import NotingSensor, add
 
 from graph.errors import RunError
 from graph.sim import App, MemorySink
 from graph.sim import settings as keys
-from graph.sim.renderer.rendering import RenderProduct
-from graph.sim.renderer.schedule import EveryUpdate, TickSchedule
 from graph.sim.timing.parity import DIFFERENCES, DOCUMENTED, PRODUCT
 
 SCENE = """\
@@ -56,27 +55,6 @@ graphs:
       - tick.tick -> fails.execIn
       - tick.tick -> note.execIn
 """
-
-
-class Camera:
-    wants_updates = False
-
-    def __init__(self, rate=0):
-        self.rate = Fraction(rate)
-        self.schedule = TickSchedule(self.rate) if rate else EveryUpdate()
-        self.ticks = []
-
-    def render(self, tick):
-        self.ticks.append(tick)
-        return tick
-
-    def reset(self):
-        pass
-
-
-def add(app, sensor, name="camera"):
-    app.rendering.add(RenderProduct(f"/Render/{name}", "/World/Camera", (1, 1), sensor))
-    return sensor
 
 
 @pytest.fixture
@@ -243,7 +221,7 @@ def test_row_play_in_fixed_stepping(parity, settings, value):
 def test_row_update_in_which_the_physics_clock_did_not_move(parity, settings, value):
     given = {keys.WARM_UP_STEPS: 0, keys.FRAMES_LATER: False}
     with App(physics_hz=20, loop_hz=60, parity=parity, settings={**given, **settings}) as app:
-        auto, due = add(app, Camera(), "auto"), add(app, Camera(10), "due")
+        auto, due = add(app, NotingSensor(), "auto"), add(app, NotingSensor(10), "due")
         app.play()
         app.update(6)
         assert len(due.ticks) == 1
@@ -290,8 +268,8 @@ def test_row_tick_rate_of_a_bare_lidar(run, parity, settings, value):
 @both(keys.FRAMES_LATER)
 def test_row_frames_delivered(parity, settings, value):
     with App(parity=parity, settings={keys.WARM_UP_STEPS: 0, **settings}) as app:
-        camera = add(app, Camera(20))
-        product = app.rendering.products["/Render/camera"]
+        camera = add(app, NotingSensor(20))
+        product = camera.product
         told, fresh = [], []
         app.on("post_render_graphs", lambda: told.append((app.update_index, product.frame.time)))
         app.on("end", lambda: fresh.append(product.new_frame))
@@ -306,8 +284,7 @@ def test_row_frames_delivered(parity, settings, value):
 
 def test_row_frames_delivered_a_pause_delivers_what_was_rendered_and_a_stop_drops_it():
     with App(parity=PRODUCT) as app:
-        add(app, Camera())
-        product = app.rendering.products["/Render/camera"]
+        product = add(app, NotingSensor()).product
         app.play()
         app.update()
         assert (app.rendering.pending_frames, product.frames) == (True, 0)
@@ -323,8 +300,7 @@ def test_row_frames_delivered_a_pause_delivers_what_was_rendered_and_a_stop_drop
 
 def test_row_frames_delivered_a_product_taken_away_gets_nothing():
     with App(parity=PRODUCT) as app:
-        add(app, Camera())
-        product = app.rendering.products["/Render/camera"]
+        product = add(app, NotingSensor()).product
         app.play()
         app.update()
         app.rendering.remove(product.path)

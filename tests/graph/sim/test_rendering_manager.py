@@ -7,33 +7,13 @@ import gc
 from fractions import Fraction
 
 import pytest
+from noting_sensor import NotingLidar, NotingSensor, add
 
 from graph.sim import App, RenderingEvent
 from graph.sim import settings as keys
-from graph.sim.renderer.rendering import NEW_FRAME, RenderProduct
-from graph.sim.renderer.schedule import EveryUpdate, TickSchedule
+from graph.sim.renderer.rendering import NEW_FRAME
 
 PRODUCT = "isaacsim-6.0.1"
-
-
-class FakeSensor:
-    wants_updates = False
-
-    def __init__(self, rate=0):
-        self.rate = Fraction(rate)
-        self.schedule = TickSchedule(self.rate, accumulates=True) if rate else EveryUpdate()
-        self.ticks = []
-
-    def render(self, tick):
-        self.ticks.append(tick)
-        return {"end": tick.end}
-
-    def reset(self):
-        self.ticks = []
-
-
-def add(app, sensor, path="/Render/a"):
-    return app.rendering.add(RenderProduct(path, "/World/Sensor", (1, 1), sensor))
 
 
 class Listener:
@@ -166,9 +146,7 @@ def test_render_that_raises_puts_play_simulations_back():
 @pytest.mark.parametrize(("parity", "frames"), [("documented", 0), (PRODUCT, 1)])
 def test_render_on_a_frozen_clock_renders_autotrigger_sensors_in_the_product_alone(parity, frames):
     with App(parity=parity) as app:
-        idle, ticking = FakeSensor(), FakeSensor(60)
-        add(app, idle, "/Render/idle")
-        add(app, ticking, "/Render/ticking")
+        idle, ticking = add(app, NotingSensor(), "idle"), add(app, NotingLidar(60), "ticking")
         app.play()
         app.update()
         before = len(idle.ticks), len(ticking.ticks)
@@ -192,7 +170,7 @@ def test_render_async_is_one_update_too():
 
 def test_register_callback_new_frame_by_order_then_registration():
     with App() as app:
-        add(app, FakeSensor())
+        add(app, NotingSensor())
         heard = []
         for name, order in (("b", 0), ("late", 1), ("c", 0), ("early", -1)):
             app.rendering.register_callback(
@@ -205,7 +183,7 @@ def test_register_callback_new_frame_by_order_then_registration():
 
 def test_new_frame_comes_before_the_writers_and_names_the_products():
     with App() as app:
-        product = add(app, FakeSensor())
+        product = add(app, NotingSensor()).product
         heard = []
         product.writers.append(lambda frame: heard.append("writer"))
         app.rendering.register_callback(NEW_FRAME, callback=lambda event: heard.append(event))
@@ -223,7 +201,7 @@ def test_new_frame_comes_before_the_writers_and_names_the_products():
 
 def test_new_frame_is_not_one_to_one_with_updates():
     with App() as app:
-        add(app, FakeSensor(20))
+        add(app, NotingLidar(20))
         heard = []
         app.rendering.register_callback(NEW_FRAME, callback=lambda event: heard.append(app.update_index))
         app.play()
@@ -266,7 +244,7 @@ def test_trap_10_the_rendering_manager_takes_event_then_callback():
 
 def test_trap_11_bound_methods_are_weak_and_end_with_their_object():
     with App() as app:
-        add(app, FakeSensor())
+        add(app, NotingSensor())
         listener = Listener()
         heard = listener.heard
         app.rendering.register_callback(NEW_FRAME, callback=listener.listen)
@@ -288,7 +266,7 @@ def test_trap_11_a_callback_that_goes_before_it_was_ever_called_is_said():
 
 def test_a_callback_may_deregister_itself_and_others_while_it_runs():
     with App() as app:
-        add(app, FakeSensor())
+        add(app, NotingSensor())
         heard = []
 
         def once(event):
