@@ -172,39 +172,40 @@ class MovingMeshes:
         turns: (3, 3, m) float32, the rotations. The shift between the frames is worked out in float64.
         """
         towards = places.towards / self.radii[:, None]
-        start = self._cells - (np.swapaxes(rotations, 1, 2) @ towards[:, :, None])[:, :, 0]
-        shift, ways = start.T.astype(np.float32), towards.T.astype(np.float32)
-        directions = [np.take(column, index) for column in rays.directions]
-        entry = _dot([np.take(way, owner) for way in ways], directions)  # to what is nearest of the owner's centre
-        offsets = None if rays.offsets is None else list(np.take(rays.offsets, index, axis=0, mode="clip").T)
-        scale = None if offsets is None else np.take((1 / self.radii).astype(np.float32), owner)
-        if offsets is not None:
-            entry -= _dot(directions, offsets) * scale
+        shift = self._cells - (np.swapaxes(rotations, 1, 2) @ towards[:, :, None])[:, :, 0]
+        frames = np.concatenate([towards.T, shift.T, 1 / self.radii[None], turns.reshape(9, -1)], dtype=np.float32)
+        each = np.repeat(frames, np.bincount(owner, minlength=len(self.radii)), axis=1)  # much faster than by number
+        way, at, scale, turn = each[:3], each[3:6], each[6], each[7:].reshape(3, 3, -1)
+        directions = np.take(rays.directions, index, axis=1)
+        entry = _dot(way, directions)  # to what is nearest of the owner's centre
+        if rays.offsets is not None:
+            offsets = np.take(rays.offsets, index, axis=0, mode="clip").T * scale
+            entry -= _dot(directions, offsets)
         entry -= np.float32(BEFORE)
         np.maximum(entry, np.float32(0), out=entry)
         local = np.empty((len(index), 6), np.float32)
         for axis in range(3):
-            turn = [np.take(turns[row, axis], owner) for row in range(3)]
-            at = np.take(shift[axis], owner)
-            if offsets is not None:
-                at += _dot(turn, offsets) * scale
-            towards = _dot(turn, directions)
-            local[:, 3 + axis] = towards
-            np.add(at, np.multiply(towards, entry, out=towards), out=local[:, axis])
+            if rays.offsets is not None:
+                at[axis] += _dot(turn[:, axis], offsets)
+            direction = _dot(turn[:, axis], directions)
+            local[:, 3 + axis] = direction
+            np.add(at[axis], np.multiply(direction, entry, out=direction), out=local[:, axis])
         return local, entry
 
 
 def _windows(rays: RayBundle, places: Places, which: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(index, owner) of rays that may lie in the cones of the meshes `which`, and some more; sorted by owner."""
     grid = rays.grid if rays.grid is not None else RayGrid(rays.directions.T)
-    index, owner = grid.near(places.towards[which], places.half[which])
+    index, counts = grid.near(places.towards[which], places.half[which])
+    owner = np.repeat(which, counts)
     if rays.first or len(rays.table) < grid.count:
         inside = np.flatnonzero((index >= rays.first) & (index < rays.first + len(rays.table)))
         index, owner = index[inside] - rays.first, owner[inside]
-    return index, which[owner]
+    return index, owner
 
 
-def _dot(first: Sequence[np.ndarray], second: Sequence[np.ndarray]) -> np.ndarray:
+def _dot(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Of vectors (3, n), one each."""
     total = first[0] * second[0]
     total += first[1] * second[1]
     total += first[2] * second[2]

@@ -55,25 +55,27 @@ class RayGrid:
         """Number of directions."""
 
     def near(self, axes: np.ndarray, half: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(index, owner), each (k,): every ray in a cone about the origin, and some more, with the cone's number.
+        """(index (k,), counts (m,)): every ray in a cone about the origin, and some more, cone after cone.
 
         axes: (m, 3) float64, of any length, world axes; half: (m,) [rad], half the angle of each cone: from pi on all
-        rays. Sorted by owner; a ray comes once for each cone that it may lie in.
+        rays. A ray comes once for each cone that it may lie in.
         """
         x, y, z = (axes @ self.rotation).T
         elevation, azimuth = np.arctan2(z, np.hypot(x, y)), np.rad2deg(np.arctan2(y, x))
         middle, wide = np.rad2deg(elevation), np.rad2deg(half) + MARGIN_DEG
         first = np.searchsorted(self._high, middle - wide)
         last = np.searchsorted(self._low, middle + wide, side="right")
-        owner, band = _expand(first, np.maximum(last - first, 0))
+        bands = np.maximum(last - first, 0)
+        owner, band = np.repeat(np.arange(len(axes)), bands), _runs(first, bands)
         width = self._width(elevation, half, owner, band)
         centre = np.take(azimuth, owner)
         low = _cell(centre - width)
         span = np.minimum(_cell(centre + width) - low, COLUMNS - 1)
         low = (low + COLUMNS // 2) % COLUMNS
         start, end = self._start[band, low], self._start[band, low + span + 1]
-        which, position = _expand(start, end - start)
-        return np.take(self._index, position), np.take(owner, which)
+        rays = end - start
+        counts = np.bincount(owner, rays, len(axes)).astype(np.intp)
+        return np.take(self._index, _runs(start, rays)), counts
 
     def _width(self, elevation: np.ndarray, half: np.ndarray, owner: np.ndarray, band: np.ndarray) -> np.ndarray:
         """Half the azimuth [deg] that the cone `owner` takes up in a band: by the spherical law of cosines."""
@@ -96,8 +98,6 @@ def _cell(degrees: np.ndarray) -> np.ndarray:
     return np.asarray(np.floor(degrees * PER_DEGREE), np.int64)
 
 
-def _expand(start: np.ndarray, count: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(number of the run, value) of every value in the runs start .. start + count - 1, run after run."""
-    run = np.repeat(np.arange(len(count)), count)
-    offset = start - (np.cumsum(count) - count)
-    return run, np.arange(len(run)) + np.take(offset, run)
+def _runs(start: np.ndarray, count: np.ndarray) -> np.ndarray:
+    """Every value in the runs start .. start + count - 1, run after run."""
+    return np.asarray(np.arange(count.sum()) + np.repeat(start - (np.cumsum(count) - count), count))

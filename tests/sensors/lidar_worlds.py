@@ -79,11 +79,19 @@ def stare(times, azimuths=None, scan_hz=Fraction(10), **fields):
     )
 
 
-def add_lidar(app, path="/World/Lidar", position=(0, 0, 0), config=None, channels=EVERYTHING, tick_rate=None):
-    """A lidar prim of aux level FULL and its render product, with a consumer of `channels`."""
+def define_lidar(app, path="/World/Lidar", config=None, level="FULL", tick_rate=None):
+    """A lidar prim of this aux level, which nobody consumes yet."""
     prim = app.stage.DefinePrim(path, "OmniLidar")
     write_config(prim, config or rotary(), tick_rate=tick_rate)
-    write_aux_level(prim, "FULL")
+    write_aux_level(prim, level)
+    return prim
+
+
+def add_lidar(
+    app, path="/World/Lidar", position=(0, 0, 0), config=None, channels=EVERYTHING, tick_rate=None, level="FULL"
+):
+    """A lidar prim of this aux level and its render product, with a consumer of `channels`."""
+    prim = define_lidar(app, path, config, level, tick_rate)
     UsdGeom.XformCommonAPI(prim).SetTranslate(Gf.Vec3d(*position))
     product = render_product(app, path)
     product.sensor.require("test", channels)

@@ -4,7 +4,7 @@ from collections import Counter
 
 import numpy as np
 import pytest
-from lidar_worlds import add_box, rotary, weightless
+from lidar_worlds import add_box, define_lidar, rotary, weightless
 
 import sensors.replicator as rep
 from sensors import LidarSensor
@@ -40,9 +40,7 @@ def made(monkeypatch):
 def app():
     with weightless(settings=SETTINGS) as app:
         add_box(app, "/World/Room", 10.0, (0, 0, 0))
-        prim = app.stage.DefinePrim("/World/Lidar", "OmniLidar")
-        write_config(prim, rotary())
-        write_aux_level(prim, "FULL")
+        define_lidar(app)
         yield app
 
 

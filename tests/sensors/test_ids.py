@@ -4,14 +4,13 @@ import warnings
 
 import numpy as np
 import pytest
-from lidar_worlds import add_box, rotary, weightless
+from lidar_worlds import add_box, define_lidar, rotary, weightless
 from pxr import Gf, UsdGeom
 
 import sensors.replicator as rep
 from sensors import parse_generic_model_output_data, parse_object_ids, parse_stable_id_map_data
 from sensors.handles import handle
 from sensors.ids import pack_stable_id_map, stable_id, stable_id_map
-from sensors.lidar.prim import write_aux_level, write_config
 
 PATHS = ("/World/Böx", "/World/Car/paint", "/World/Rocks[7]", "/World/Rocks[8]/Lid")
 
@@ -124,9 +123,7 @@ def all_kinds():
         add_box(app, "/World/Moving", 1.0, (4, 4, 0), velocity=(0.1, 0, 0))
         UsdGeom.Cylinder.Define(app.stage, "/World/Pole").CreateRadiusAttr(0.5)
         UsdGeom.XformCommonAPI(app.stage.GetPrimAtPath("/World/Pole")).SetTranslate(Gf.Vec3d(4, -4, 0))
-        prim = app.stage.DefinePrim("/World/Lidar", "OmniLidar")
-        write_config(prim, rotary(elevations=(0.0, -8.0)))
-        write_aux_level(prim, "EXTRA")
+        define_lidar(app, config=rotary(elevations=(0.0, -8.0)), level="EXTRA")
         yield app
 
 

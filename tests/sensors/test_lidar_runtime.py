@@ -1,92 +1,26 @@
 """Lidars in a running App: which scans come when, and what they hold."""
 
 import gc
-from fractions import Fraction
 
 import numpy as np
 import pytest
-from pxr import Gf, UsdGeom, UsdPhysics
+from lidar_worlds import NORMALS, add_box, add_lidar, frames_of, rotary, stare, weightless
+from pxr import Gf, UsdGeom
 
 from graph.sim import App
 from sensors import (
     Lidar,
-    LidarConfig,
     LidarSensor,
     parse_generic_model_output_data,
     parse_object_ids,
     parse_stable_id_map_data,
 )
 from sensors.lidar.config import EmitterState
-from sensors.lidar.prim import write_aux_level, write_config
-from sensors.products import render_product
 from sensors.raycast.triangles import alive
-
-NORMALS = "/app/sensors/nv/lidar/publishNormals"
-EVERYTHING = {"xyz", "azimuth", "elevation", "distance", "scalar", "timeOffsetNs", "flags"} | {
-    "emitterId", "channelId", "tickId", "echoId", "tickStates", "hitNormals", "velocities"
-}  # fmt: skip
-
-
-def world(motion="frozen", loop_hz=60, physics_hz=240, settings=None, **options):
-    return App(
-        None,
-        physics_hz=physics_hz,
-        loop_hz=loop_hz,
-        fidelity={"lidar.motion": motion},
-        settings={NORMALS: True, **(settings or {})},
-        **options,
-    )
-
-
-def add_box(app, path, size, position, velocity=None, spin=None):
-    cube = UsdGeom.Cube.Define(app.stage, path)
-    cube.CreateSizeAttr(size)
-    UsdGeom.XformCommonAPI(cube).SetTranslate(Gf.Vec3d(*position))
-    if velocity is not None or spin is not None:
-        body = UsdPhysics.RigidBodyAPI.Apply(cube.GetPrim())
-        body.CreateVelocityAttr(Gf.Vec3f(*(velocity or (0, 0, 0))))
-        body.CreateAngularVelocityAttr(Gf.Vec3f(*(spin or (0, 0, 0))))
-        UsdPhysics.CollisionAPI.Apply(cube.GetPrim())
-        UsdPhysics.MassAPI.Apply(cube.GetPrim()).CreateMassAttr(1.0)
-    return cube.GetPrim()
-
-
-def no_gravity(app):
-    UsdPhysics.Scene.Define(app.stage, "/World/Physics").CreateGravityMagnitudeAttr(1e-12)
-
-
-def lidar_config(ticks=360, scan_hz=Fraction(10), elevations=(0.0,), **fields):
-    state = EmitterState(azimuth_deg=np.zeros(len(elevations)), elevation_deg=elevations)
-    rate = Fraction(scan_hz)
-    return LidarConfig(
-        **{"scan_rate_base_hz": rate, "pattern_firing_rate_hz": rate * ticks, "emitter_states": (state,), **fields}
-    )
-
-
-def add_lidar(
-    app, path="/World/Lidar", position=(0, 0, 0), config=None, channels=EVERYTHING, tick_rate=None, aux="FULL"
-):
-    prim = app.stage.DefinePrim(path, "OmniLidar")
-    write_config(prim, config or lidar_config(), tick_rate=tick_rate)
-    write_aux_level(prim, aux)
-    UsdGeom.XformCommonAPI(prim).SetTranslate(Gf.Vec3d(*position))
-    product = render_product(app, path)
-    product.sensor.require("test", channels)
-    return product
-
-
-def frames_of(app, product, updates):
-    found = []
-    app.play()
-    for _ in range(updates):
-        app.update()
-        if product.new_frame:
-            found.append(product.frame)
-    return found
 
 
 def test_five_seconds_at_ten_hertz_are_fifty_whole_scans():
-    with world() as app:
+    with weightless() as app:
         add_box(app, "/World/Room", 20.0, (0, 0, 0))
         product = add_lidar(app)
 
@@ -100,7 +34,7 @@ def test_five_seconds_at_ten_hertz_are_fifty_whole_scans():
 
 
 def test_angles_times_and_ids_of_a_whole_scan():
-    with world() as app:
+    with weightless() as app:
         add_box(app, "/World/Room", 20.0, (0, 0, 0))
         product = add_lidar(app)
 
@@ -115,9 +49,9 @@ def test_angles_times_and_ids_of_a_whole_scan():
 
 @pytest.mark.parametrize("offset", [0.0, 1e3, 1e4, 1e5, 1e6])
 def test_ranges_normals_and_intensity_match_the_room_wherever_it_is(offset):
-    with world() as app:
+    with weightless() as app:
         add_box(app, "/World/Room", 20.0, (offset, offset, 0))
-        product = add_lidar(app, position=(offset, offset, 0), config=lidar_config(elevations=(0.0, 5.0)))
+        product = add_lidar(app, position=(offset, offset, 0), config=rotary(elevations=(0.0, 5.0)))
 
         [frame] = frames_of(app, product, 6)
 
@@ -139,9 +73,9 @@ def test_ranges_normals_and_intensity_match_the_room_wherever_it_is(offset):
 @pytest.mark.parametrize("ticks", [90, 7])
 def test_update_mode_puts_slices_together_to_the_same_scan(loop_hz, ticks):
     def scans(motion):
-        with world(motion, loop_hz=loop_hz) as app:
+        with weightless(lidar_motion=motion, loop_hz=loop_hz) as app:
             add_box(app, "/World/Room", 20.0, (1, 2, 0))
-            product = add_lidar(app, config=lidar_config(ticks, elevations=(0.0, 3.0)))
+            product = add_lidar(app, config=rotary(ticks, elevations=(0.0, 3.0)))
             return frames_of(app, product, loop_hz // 2)
 
     frozen, sliced = scans("frozen"), scans("update")
@@ -158,9 +92,9 @@ def test_update_mode_puts_slices_together_to_the_same_scan(loop_hz, ticks):
 @pytest.mark.parametrize("tick_rate", [0, 5, 20])
 def test_partial_scans_of_a_turn_make_up_the_whole_scan(tick_rate):
     def run(rate):
-        with world() as app:
+        with weightless() as app:
             add_box(app, "/World/Room", 20.0, (1, 2, 0))
-            product = add_lidar(app, config=lidar_config(90, elevations=(0.0, 3.0)), tick_rate=rate)
+            product = add_lidar(app, config=rotary(90, elevations=(0.0, 3.0)), tick_rate=rate)
             return frames_of(app, product, 60), app.warnings.codes()
 
     whole, _ = run(10)
@@ -183,7 +117,7 @@ def test_partial_scans_of_a_turn_make_up_the_whole_scan(tick_rate):
 
 
 def test_the_partial_warning_names_both_rates():
-    with world() as app:
+    with weightless() as app:
         add_lidar(app, tick_rate=5)
 
         [warning] = app.warnings
@@ -193,13 +127,8 @@ def test_the_partial_warning_names_both_rates():
 
 
 def test_a_solid_state_lidar_in_parts_gives_the_emitters_that_fired():
-    state = EmitterState(
-        azimuth_deg=[0.0, 1.0, 2.0, 3.0],
-        elevation_deg=np.zeros(4),
-        fire_time_ns=[0, 20_000_000, 40_000_000, 99_000_000],
-    )
-    config = LidarConfig(scan_type="SOLID_STATE", pattern_firing_rate_hz=Fraction(10), emitter_states=(state,))
-    with world() as app:
+    config = stare([0.0, 0.02, 0.04, 0.099], [0.0, 1.0, 2.0, 3.0])
+    with weightless() as app:
         add_box(app, "/World/Room", 20.0, (0, 0, 0))
         product = add_lidar(app, config=config, tick_rate=0)
 
@@ -209,9 +138,9 @@ def test_a_solid_state_lidar_in_parts_gives_the_emitters_that_fired():
 
 
 def test_without_accumulation_every_update_gives_its_part():
-    with world() as app:
+    with weightless() as app:
         add_box(app, "/World/Room", 20.0, (0, 0, 0))
-        product = add_lidar(app, config=lidar_config(60, accumulate_outputs=False))
+        product = add_lidar(app, config=rotary(60, accumulate_outputs=False))
 
         frames = frames_of(app, product, 6)
 
@@ -220,8 +149,7 @@ def test_without_accumulation_every_update_gives_its_part():
 
 
 def test_a_frozen_scan_shows_the_world_at_the_first_step_at_or_after_its_tick():
-    with world(loop_hz=7, physics_hz=60) as app:  # an update of 8 or 9 steps; tick at 0.1 s is step 6
-        no_gravity(app)
+    with weightless(loop_hz=7, physics_hz=60) as app:  # an update of 8 or 9 steps; tick at 0.1 s is step 6
         add_box(app, "/World/Wall", 1.0, (10, 0, 0), velocity=(3.0, 0, 0))
         product = add_lidar(app)
 
@@ -232,12 +160,9 @@ def test_a_frozen_scan_shows_the_world_at_the_first_step_at_or_after_its_tick():
 
 
 def test_update_mode_sees_each_slice_where_the_wall_then_was():
-    with world("update", loop_hz=40, physics_hz=240) as app:
-        no_gravity(app)
+    with weightless(loop_hz=40, lidar_motion="update") as app:
         add_box(app, "/World/Wall", 4.0, (10, 0, 0), velocity=(3.0, 0, 0))
-        state = EmitterState(azimuth_deg=np.zeros(4), elevation_deg=np.zeros(4), fire_time_ns=np.arange(4) * 25_000_000)
-        config = LidarConfig(scan_type="SOLID_STATE", pattern_firing_rate_hz=Fraction(10), emitter_states=(state,))
-        product = add_lidar(app, config=config)
+        product = add_lidar(app, config=stare(np.arange(4) * 0.025))
 
         [frame] = frames_of(app, product, 4)
 
@@ -245,12 +170,11 @@ def test_update_mode_sees_each_slice_where_the_wall_then_was():
 
 
 def test_velocities_are_those_of_the_hit_points_seen_from_the_sensor():
-    with world() as app:
-        no_gravity(app)
+    with weightless() as app:
         add_box(app, "/World/Wall", 4.0, (10, 0, 0), velocity=(3.0, 0.5, 0), spin=(0, 0, 90))
         add_box(app, "/World/Fixed", 4.0, (-10, 0, 0))
         carrier = add_box(app, "/World/Cart", 0.1, (0, 0, -5), velocity=(1.0, 0, 0))
-        config = lidar_config(90)
+        config = rotary(90)
         resting = add_lidar(app, config=config)
         moving = add_lidar(app, f"{carrier.GetPath()}/Lidar", (0, 0, 5), config=config)
 
@@ -271,11 +195,9 @@ def test_velocities_are_those_of_the_hit_points_seen_from_the_sensor():
 
 @pytest.mark.parametrize("frame_of_reference", ["SENSOR", "WORLD"])
 def test_points_are_in_the_frame_of_reference_that_the_prim_asks_for(frame_of_reference):
-    with world() as app:
+    with weightless() as app:
         add_box(app, "/World/Room", 20.0, (3, 0, 0))
-        product = add_lidar(
-            app, position=(1, 2, 0), config=lidar_config(4, output_frame_of_reference=frame_of_reference)
-        )
+        product = add_lidar(app, position=(1, 2, 0), config=rotary(4, output_frame_of_reference=frame_of_reference))
         UsdGeom.XformCommonAPI(app.stage.GetPrimAtPath("/World/Lidar")).SetRotate(Gf.Vec3f(0, 0, 90))
 
         [frame] = frames_of(app, product, 6)
@@ -289,8 +211,8 @@ def test_points_are_in_the_frame_of_reference_that_the_prim_asks_for(frame_of_re
 
 def test_emitter_offsets_move_the_ray_and_the_points_are_where_it_hit():
     state = EmitterState(azimuth_deg=[0.0], elevation_deg=[0.0], vert_offset_m=[0.5], hor_offset_m=[0.25])
-    config = LidarConfig(scan_rate_base_hz=Fraction(10), pattern_firing_rate_hz=Fraction(40), emitter_states=(state,))
-    with world() as app:
+    config = rotary(4, emitter_states=(state,))
+    with weightless() as app:
         add_box(app, "/World/Room", 20.0, (0, 0, 0))
         product = add_lidar(app, config=config)
 
@@ -304,11 +226,11 @@ def test_emitter_offsets_move_the_ray_and_the_points_are_where_it_hit():
 
 def test_near_and_far_gates_drop_returns_unless_invalid_points_are_kept():
     def frame_with(**fields):
-        with world() as app:
+        with weightless() as app:
             add_box(app, "/World/Near", 0.1, (1, 0, 0))
             add_box(app, "/World/Good", 0.1, (0, -2, 0))
             add_box(app, "/World/Far", 0.1, (-9, 0, 0))
-            product = add_lidar(app, config=lidar_config(4, near_range_m=1.5, far_range_m=5.0, **fields))
+            product = add_lidar(app, config=rotary(4, near_range_m=1.5, far_range_m=5.0, **fields))
             return frames_of(app, product, 6)[0]
 
     dropped, kept = frame_with(), frame_with(skip_dropping_invalid_points=True)
@@ -321,11 +243,9 @@ def test_near_and_far_gates_drop_returns_unless_invalid_points_are_kept():
 
 
 def test_an_unbounded_plane_reaches_as_far_as_the_sensor():
-    with world() as app:
+    with weightless() as app:
         UsdGeom.Plane.Define(app.stage, "/World/Ground")
-        product = add_lidar(
-            app, position=(0, 0, 1), config=lidar_config(8, elevations=(-0.3, -0.2), min_reflectance=1e-4)
-        )
+        product = add_lidar(app, position=(0, 0, 1), config=rotary(8, elevations=(-0.3, -0.2), min_reflectance=1e-4))
 
         [frame] = frames_of(app, product, 6)
 
@@ -334,12 +254,12 @@ def test_an_unbounded_plane_reaches_as_far_as_the_sensor():
 
 
 def test_a_lidar_never_hits_what_it_excludes():
-    with world() as app:
+    with weightless() as app:
         add_box(app, "/World/Mount", 1.0, (0, 0, 0))
         add_box(app, "/World/Room", 20.0, (0, 0, 0))
         prim = app.stage.DefinePrim("/World/Lidar", "OmniLidar")
         prim.CreateRelationship("tickgraph:exclude").SetTargets(["/World/Mount"])
-        product = add_lidar(app, config=lidar_config(4))
+        product = add_lidar(app, config=rotary(4))
 
         [frame] = frames_of(app, product, 6)
 
@@ -348,12 +268,12 @@ def test_a_lidar_never_hits_what_it_excludes():
 
 @pytest.mark.parametrize("unit", [1.0, 0.01])
 def test_sensors_work_in_metres_whatever_the_stages_unit(unit):
-    with world() as app:
+    with weightless() as app:
         UsdGeom.SetStageMetersPerUnit(app.stage, unit)
         stage = app.stage
         scaled = App(stage, physics_hz=240, loop_hz=60)
         add_box(scaled, "/World/Room", 20.0 / unit, (1.0 / unit, 0, 0))
-        product = add_lidar(scaled, position=(2.0 / unit, 0, 0), config=lidar_config(4), channels={"distance"})
+        product = add_lidar(scaled, position=(2.0 / unit, 0, 0), config=rotary(4), channels={"distance"})
 
         [frame] = frames_of(scaled, product, 6)
 
@@ -363,21 +283,20 @@ def test_sensors_work_in_metres_whatever_the_stages_unit(unit):
 
 
 def scene_with(app, numbers):
-    no_gravity(app)
     add_box(app, "/World/Room", 40.0, (0, 0, 0))
     for i in range(6):
         add_box(
             app, f"/World/B{i}", 1.0, (5 * np.cos(i), 5 * np.sin(i), 0), velocity=(0.3, -0.2, 0.1), spin=(20, 30, 40)
         )
     return [
-        add_lidar(app, f"/World/Lidar{i}", (0.3 * i, 0.1 * i, 0), lidar_config(200, elevations=(-5.0, 0.0, 5.0)))
+        add_lidar(app, f"/World/Lidar{i}", (0.3 * i, 0.1 * i, 0), rotary(200, elevations=(-5.0, 0.0, 5.0)))
         for i in numbers
     ]
 
 
 def bytes_of(numbers, threads=0, motion="frozen"):
     """What lidars of these numbers (each at a place of its own) measure together in half a second, by number."""
-    with world(motion, settings={"/tickgraph/rayThreads": threads}) as app:
+    with weightless(lidar_motion=motion, settings={"/tickgraph/rayThreads": threads}) as app:
         products = dict(zip(numbers, scene_with(app, numbers), strict=True))
         found = {number: [] for number in numbers}
         app.play()
@@ -409,7 +328,7 @@ def test_a_sensors_bytes_depend_on_no_other_sensor_and_no_thread_count(motion):
 def test_an_app_that_is_done_takes_its_scenes_along(motion):
     gc.collect()
     before = alive()
-    with world(motion) as app:
+    with weightless(lidar_motion=motion) as app:
         scene_with(app, range(2))
         app.play()
         app.update(steps=6)
@@ -421,10 +340,9 @@ def test_an_app_that_is_done_takes_its_scenes_along(motion):
 
 
 def test_play_after_stop_gives_the_bytes_of_the_first_play():
-    with world() as app:
+    with weightless() as app:
         lidar = Lidar.create("/World/Lidar", config="RPLIDAR_S2E", translations=[0, 0, 0], app=app)
         sensor = LidarSensor(lidar, annotators=["generic-model-output"])
-        no_gravity(app)
         add_box(app, "/World/Box", 1.0, (3, 0, 0), velocity=(0, 1, 0))
 
         def run():
@@ -439,7 +357,7 @@ def test_play_after_stop_gives_the_bytes_of_the_first_play():
 
 
 def test_only_what_somebody_asks_for_is_computed():
-    with world() as app:
+    with weightless() as app:
         add_box(app, "/World/Room", 20.0, (0, 0, 0))
         product = add_lidar(app, channels={"xyz"})
         frames_of(app, product, 6)
@@ -456,9 +374,9 @@ def test_only_what_somebody_asks_for_is_computed():
 
 
 def test_channels_above_the_aux_level_stay_empty_with_a_warning():
-    with world() as app:
+    with weightless() as app:
         add_box(app, "/World/Room", 20.0, (0, 0, 0))
-        product = add_lidar(app, channels={"xyz", "emitterId"}, aux="NONE")
+        product = add_lidar(app, channels={"xyz", "emitterId"}, level="NONE")
         frames_of(app, product, 6)
 
         assert len(product.frame.channel("emitterId")) == 0
@@ -471,7 +389,7 @@ def test_channels_above_the_aux_level_stay_empty_with_a_warning():
 
 
 def test_normals_need_the_setting_that_publishes_them():
-    with world(settings={NORMALS: False}) as app:
+    with weightless(settings={NORMALS: False}) as app:
         add_box(app, "/World/Room", 20.0, (0, 0, 0))
         product = add_lidar(app, channels={"xyz", "hitNormals"})
         frames_of(app, product, 6)
@@ -481,10 +399,9 @@ def test_normals_need_the_setting_that_publishes_them():
 
 
 def test_object_ids_name_what_was_hit_when_stable_ids_are_on():
-    with world(settings={"/rtx-transient/stableIds/enabled": True}) as app:
+    with weightless(settings={"/rtx-transient/stableIds/enabled": True}) as app:
         add_box(app, "/World/Front", 2.0, (5, 0, 0))
         add_box(app, "/World/Back", 2.0, (-5, 0, 0), velocity=(0, 0, 0))
-        no_gravity(app)
         lidar = Lidar.create("/World/Lidar", config="RPLIDAR_S2E", aux_output_level="EXTRA", app=app)
         sensor = LidarSensor(lidar, annotators=["generic-model-output", "stable-id-map"])
 
@@ -501,7 +418,7 @@ def test_object_ids_name_what_was_hit_when_stable_ids_are_on():
 
 
 def test_without_stable_ids_object_ids_are_empty_and_one_warning_says_so():
-    with world() as app:
+    with weightless() as app:
         add_box(app, "/World/Front", 2.0, (5, 0, 0))
         product = add_lidar(app, channels={"objId", "xyz"})
 
@@ -512,7 +429,7 @@ def test_without_stable_ids_object_ids_are_empty_and_one_warning_says_so():
 
 
 def test_what_is_authored_before_play_counts_even_after_the_product_was_made():
-    with world() as app:
+    with weightless() as app:
         add_box(app, "/World/Room", 20.0, (0, 0, 0))
         product = add_lidar(app, channels={"xyz"})
         prim = app.stage.GetPrimAtPath("/World/Lidar")
@@ -526,7 +443,7 @@ def test_what_is_authored_before_play_counts_even_after_the_product_was_made():
 
 
 def test_a_gmo_holds_what_the_sensor_measured():
-    with world() as app:
+    with weightless() as app:
         add_box(app, "/World/Room", 20.0, (0, 0, 0))
         lidar = Lidar.create(
             "/World/Lidar", config="Example_Rotary_2D", translations=[1, 0, 0], aux_output_level="BASIC", app=app

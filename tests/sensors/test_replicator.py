@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from lidar_worlds import NORMALS, add_box, rotary, weightless
+from lidar_worlds import NORMALS, add_box, define_lidar, rotary, weightless
 
 import sensors.replicator as rep
 from graph.errors import UserError
@@ -17,7 +17,6 @@ from sensors import (
     unregister_writer_spec,
 )
 from sensors.annotator_types import AnnotatorType
-from sensors.lidar.prim import write_aux_level, write_config
 from sensors.products import place_product
 from sensors.writers import WriterSpec
 
@@ -31,15 +30,8 @@ def app():
     """A room 10 m wide around a lidar of 360 beams at 10 Hz, which has no render product yet."""
     with weightless(settings={STABLE_IDS: True}) as app:
         add_box(app, "/World/Room", 10.0, (0, 0, 0))
-        place(app)
+        define_lidar(app)
         yield app
-
-
-def place(app, path="/World/Lidar", level="FULL", tick_rate=None, **fields):
-    prim = app.stage.DefinePrim(path, "OmniLidar")
-    write_config(prim, rotary(**fields), tick_rate=tick_rate)
-    write_aux_level(prim, level)
-    return prim
 
 
 def codes(app):
@@ -107,8 +99,8 @@ def test_between_ticks_the_same_data_comes_again_and_detaching_ends_the_demand(a
 
 
 def test_an_extracted_cloud_follows_the_auxiliary_level(app):
-    place(app, "/World/Plain", level="NONE")
-    place(app, "/World/Basic", level="BASIC")
+    define_lidar(app, "/World/Plain", level="NONE")
+    define_lidar(app, "/World/Basic", level="BASIC")
     clouds = {
         name: rep.get_annotator(EXTRACT).attach(rep.create_render_product(f"/World/{name}"))
         for name in ("Plain", "Basic", "Lidar")
@@ -125,7 +117,7 @@ def test_an_extracted_cloud_follows_the_auxiliary_level(app):
 
 
 def test_the_annotator_without_accumulator_is_deprecated_and_hands_on_the_parts_as_they_come(app):
-    place(app, "/World/Parts", tick_rate=20.0)  # the scan rate is 10 Hz
+    define_lidar(app, "/World/Parts", tick_rate=20.0)  # the scan rate is 10 Hz
     with app:
         parts = rep.get_annotator(PER_FRAME).attach(rep.create_render_product("/World/Parts"))
         again = rep.get_annotator(PER_FRAME).attach(rep.create_render_product("/World/Parts"))
@@ -158,7 +150,7 @@ def test_a_flat_scan_of_the_2d_lidar_by_its_outputs(app):
 
 
 def test_a_flat_scan_of_a_3d_lidar_names_the_emitter_and_its_elevation(app):
-    place(app, "/World/Tall", elevations=(0.0, 7.5))
+    define_lidar(app, "/World/Tall", config=rotary(elevations=(0.0, 7.5)))
     product = rep.create_render_product("/World/Tall")
 
     with pytest.raises(UserError, match=r"FlatScan: /World/Tall: .* emitter 1 points 7.5 deg up"):
@@ -190,7 +182,7 @@ def test_what_reads_lidars_alone_names_a_radar_and_itself(app, name):
 def test_an_output_that_cannot_be_filled_stays_empty_and_one_warning_says_why(option, level, settings, code, names):
     with weightless(settings={STABLE_IDS: True, **settings}) as app:
         add_box(app, "/World/Room", 10.0, (0, 0, 0))
-        place(app, level=level)
+        define_lidar(app, level=level)
         buffer = rep.get_annotator(SCAN_BUFFER, {option: True}).attach(rep.create_render_product("/World/Lidar"))
         app.play()
         app.update(steps=30)
@@ -205,7 +197,7 @@ def test_an_output_that_cannot_be_filled_stays_empty_and_one_warning_says_why(op
 
 def test_a_scan_buffer_keeps_its_data_when_a_frame_is_empty(app):
     add_box(app, "/World/Wall", 1.0, (30, 0, 0))
-    place(app, "/World/Far", near_range_m=20.0)
+    define_lidar(app, "/World/Far", config=rotary(near_range_m=20.0))
     buffer = rep.get_annotator(SCAN_BUFFER).attach(rep.create_render_product("/World/Far"))
     cloud = rep.get_annotator(EXTRACT).attach(rep.create_render_product("/World/Far"))
     app.stage.RemovePrim("/World/Room")
