@@ -8,7 +8,7 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from .declaration import UNSET, Attribute, NodeType
+from .declaration import CLOSING, UNSET, Attribute, NodeType
 from .errors import UserError
 from .example_parts import LIDAR, THING, Parts, parts_of
 from .plan import compile_graphs
@@ -54,7 +54,7 @@ def example(node_type: NodeType, registry: Registry = DEFAULT) -> str:
     lines += ["graphs:", f"  {_GRAPH}:"]
     if not node_type.has_execution:
         lines.append("    evaluator: push")
-    if node_type.phase:
+    if node_type.phase not in ("", CLOSING):
         lines.append("    pipeline_stage: on_demand")
     if "variableName" in node_type.inputs:
         lines.append(f"    variables: {{{_VARIABLE}: {{type: double, value: 1.0}}}}")

@@ -54,6 +54,7 @@ _CUP = {
     ),
     "/World/Arm/Cup": "{type: IsaacSurfaceGripper, attributes: {isaac:attachmentPoints: /World/Arm/Point}}",
 }
+_VARIANTS = "a USD scene with a prim that has a variant set, named at prim and variantSetName"
 _THING = {THING: "{type: Cube, rigid_body: true}"}
 
 _PARTS: dict[str, Parts] = {
@@ -61,7 +62,13 @@ _PARTS: dict[str, Parts] = {
         {"wheelBase": 0.3, "trackWidth": 0.2, "frontWheelRadius": 0.05, "backWheelRadius": 0.05, "speed": 1.0}
     ),
     "AddPrimRelationship": Parts({"name": "partner", "path": THING, "target": "/World"}, _THING),
+    "AppendPath": Parts({"path": {"type": "token", "value": "/World"}, "suffix": "Thing"}),
     "DifferentialController": Parts({"wheelRadius": 0.1, "wheelDistance": 0.5, "linearVelocity": 1.0}),
+    "GetParentPath": Parts({"path": {"type": "token", "value": "/World/Thing"}}),
+    "GetPrimRelationship": Parts({"prim": f"{ROBOT}/joint", "name": "physics:body1"}, _ARM),
+    "GetRelativePath": Parts({"anchor": "/World", "path": {"type": "token", "value": "/World/Thing"}}),
+    "GetVariantNames": Parts(needs=_VARIANTS),
+    "GetVariantSelection": Parts(needs=_VARIANTS),
     "HolonomicController": Parts(
         {
             "wheelRadius": [0.1],
@@ -76,6 +83,7 @@ _PARTS: dict[str, Parts] = {
         _ARM,
         needs="a robot in USD whose wheel joints have isaacmecanumwheel:radius and :angle",
     ),
+    "Interpolator": Parts({"knots": [0.0, 1.0, 3.0], "values": [0.0, 10.0, 30.0], "param": 0.5}),
     "IsaacArticulationController": Parts({"targetPrim": ROBOT, "positionCommand": [0.5]}, _ARM),
     "IsaacArticulationState": Parts({"targetPrim": ROBOT}, _ARM),
     "IsaacAttachHydraTexture": Parts(
@@ -94,10 +102,22 @@ _PARTS: dict[str, Parts] = {
     "IsaacReadEffortSensor": Parts({"prim": f"{ROBOT}/joint"}, _ARM),
     "IsaacReadFilePath": Parts({"path": "notes.txt"}, needs="a text file notes.txt beside this one"),
     "IsaacReadJointState": Parts({"prim": ROBOT}, _ARM),
+    "IsaacReadRaycastSensor": Parts(
+        {"raycastSensorPrim": "/World/Ray"},
+        {
+            "/World/Ray": (
+                "{type: IsaacRaycastSensor, attributes: {numRays: 2, rayOrigins: [[0, 0, 0], [0, 0, 0]], "
+                "rayDirections: [[1, 0, 0], [0, 1, 0]]}}"
+            ),
+            "/World/Wall": "{type: Cube, translate: [4, 0, 0]}",
+        },
+    ),
     "IsaacSetCameraOnRenderProduct": Parts({"cameraPrim": LIDAR}, _LIDAR, product=True),
     "OgnIsaacExtractRTXSensorPointCloud": Parts(prims=_LIDAR, product=True),
     "OgnROS2ServiceClient": Parts({"messagePackage": "std_srvs", "messageName": "SetBool"}),
     "OgnROS2ServiceServerRequest": Parts({"messagePackage": "std_srvs", "messageName": "SetBool"}),
+    "ReadPrimRelationship": Parts({"prim": f"{ROBOT}/joint", "name": "physics:body1"}, _ARM),
+    "ReadSetting": Parts({"settingPath": "/app/runLoops/main/rateLimitFrequency"}),
     "ROS2PublishCameraInfo": Parts(
         {
             "width": 640,
@@ -130,9 +150,11 @@ _PARTS: dict[str, Parts] = {
         {"prim": THING, "name": "xformOp:translate", "value": {"type": "double[3]", "value": [1.0, 2.0, 3.0]}},
         {THING: "{type: Cube, translate: [0, 0, 1]}"},
     ),
+    "WritePrimRelationship": Parts({"prim": THING, "name": "partner", "value": ["/World"]}, _THING),
     "WritePrimMaterial": Parts(
         {"materialPath": "/World/Paint", "primPath": THING}, {**_THING, "/World/Paint": "{type: Material}"}
     ),
+    "WriteSetting": Parts({"settingPath": "/my/number"}),
 }
 _NOTHING = Parts()
 

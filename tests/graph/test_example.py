@@ -8,7 +8,10 @@ from graph.example import example
 from graph.files import loads
 
 ALL = registry.all()
+VARIANTS = "a USD scene with a prim that has a variant set, named at prim and variantSetName"
 NEEDS_MORE = {
+    "GetVariantNames": VARIANTS,
+    "GetVariantSelection": VARIANTS,
     "HolonomicRobotUsdSetup": "a robot in USD whose wheel joints have isaacmecanumwheel:radius and :angle",
     "IsaacConvertDepthToPointCloud": "an image of distances at dataPtr and the lens of its camera",
     "IsaacConvertRGBAToRGB": "an RGBA image at dataPtr",
