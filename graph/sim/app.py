@@ -63,7 +63,7 @@ class App(Drivers, World):
 
         self.fidelity = fidelity if isinstance(fidelity, Fidelity) else Fidelity.from_mapping(fidelity or {})
         refuse_unavailable(experience, parity, self.fidelity)
-        self.experience, self.parity, self.seed = experience, parity, seed
+        self.experience, self.parity, self.seed = experience, parity, exact.count(seed, "seed")
         self.settings = Settings(settings)
         apply_profile(self.settings, parity)
         self.warnings = WarningList()
@@ -77,6 +77,8 @@ class App(Drivers, World):
             stage = open_stage(stage, warn=self.warn)
         else:
             register_schemas()
+            if not hasattr(stage, "GetRootLayer"):
+                raise UserError(f"stage {stage!r}: give the path of a USD file, a Usd.Stage, or None for an empty one")
         self.stage = stage
         self.meters_per_unit: float = meters_per_unit(stage)
         authored = physics_scene_rate(stage) if self.mjcf is None else self.mjcf.physics_rate

@@ -7,6 +7,7 @@ from fractions import Fraction
 
 import pytest
 
+from graph.errors import UserError
 from graph.sim import App, PhysicsScene
 
 
@@ -46,6 +47,16 @@ def test_a_number_of_steps_is_a_whole_one(app, call, steps, message):
 def test_no_steps_are_no_mistake(app, call, steps):
     call(app, steps)
     assert (app.update_index, app.simulation.get_num_physics_steps()) == (0, 0)
+
+
+def test_a_stage_is_a_path_or_a_stage():
+    with pytest.raises(UserError, match=r"^stage 5: give the path of a USD file, a Usd.Stage, or None"):
+        App(stage=5)
+
+
+def test_a_seed_is_a_whole_number():
+    with pytest.raises(TypeError, match=r"^seed 'a': give a whole number$"):
+        App(seed="a")
 
 
 @pytest.mark.parametrize("time", ["now", None, (1,), (1, 2, 3), (0.5, 2), float("nan"), object()])
