@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from graph.context import Context
@@ -218,15 +220,14 @@ class Node(FamiliarNode):
         types: Mapping[str, Type | None],
         initial: Mapping[str, Any],
         added: Mapping[str, Attribute],
+        layout: Layout,
     ) -> None:
         """Makes the storage: names by prefix, types and starting values by full name, attributes the file added."""
         self.names, self.types, self._initial, self.added = names, types, initial, added
-        for prefix in PREFIXES:
-            data = [n for n in names[prefix] if f"{prefix}:{n}" in initial]
-            setattr(self.db, prefix, storage(f"{prefix} of {self.type.short_name}", data))
-        for name in names["outputs"]:
-            if f"outputs:{name}" not in initial:
-                self.db._wires[name] = Wire(name)
+        db = self.db
+        db.inputs, db.outputs, db.state = layout.inputs(), layout.outputs(), layout.state()
+        for name in layout.wires:
+            db._wires[name] = Wire(name)
         self._fill()
 
     def connect(
@@ -340,14 +341,38 @@ class Node(FamiliarNode):
 
     def _fill(self) -> None:
         db = self.db
-        parts = {prefix: getattr(db, prefix) for prefix in PREFIXES}
+        parts = {"inputs": db.inputs, "outputs": db.outputs, "state": db.state}
         for full, value in self._initial.items():
-            prefix, _, short = full.partition(":")
-            setattr(parts[prefix], python_name(short), value)
+            prefix, name = _place(full)
+            setattr(parts[prefix], name, value)
         db._enabled.clear()
         db._frames.clear()
         db._blocked = db.asleep = False
         db.memory = None if self.type.memory is None else self.type.memory()
+
+
+@cache
+def _place(full: str) -> tuple[str, str]:
+    """Where the value of an attribute, named in full, is stored: the part and the name in it."""
+    prefix, _, short = full.partition(":")
+    return prefix, python_name(short)
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """What nodes with the same attributes are built of: classes of values by prefix, names of execution outputs."""
+
+    inputs: Callable[[], Any]
+    outputs: Callable[[], Any]
+    state: Callable[[], Any]
+    wires: tuple[str, ...]
+
+    @classmethod
+    def of(cls, owner: str, names: Mapping[str, Sequence[str]], initial: Container[str]) -> Layout:
+        """For attributes of these names by prefix; those without a starting value are execution."""
+        data = {prefix: tuple(n for n in names[prefix] if f"{prefix}:{n}" in initial) for prefix in PREFIXES}
+        inputs, outputs, state = (storage(f"{prefix} of {owner}", data[prefix]) for prefix in PREFIXES)
+        return cls(inputs, outputs, state, tuple(n for n in names["outputs"] if n not in data["outputs"]))
 
 
 def _refusing(message: str) -> Compute:

@@ -38,8 +38,8 @@ class Wire:
 
     def lead_to(self, targets: Sequence[tuple[Database, str]]) -> None:
         """Sets the targets, in the order in which they are to be followed; their nodes are connected already."""
-        self.targets = tuple(step_to(db, name) for db, name in reversed(targets))
-        self.only = self.targets[0] if len(self.targets) == 1 else None
+        self.targets = tuple([step_to(db, name) for db, name in reversed(targets)])
+        self.only = self.targets[0] if len(targets) == 1 else None
 
     def add(self, db: Database, name: str) -> None:
         """Adds a target that is followed after the others."""
@@ -51,9 +51,9 @@ class Wire:
         self.only = self.targets[0] if len(self.targets) == 1 else None
 
 
-def storage(owner: str, names: Sequence[str]) -> Any:
-    """An object with just these attributes; any other name is an AttributeError that tells whose it would be."""
-    return _storage_class(owner, tuple(map(python_name, names)))()
+def storage(owner: str, names: Sequence[str]) -> type:
+    """A class of objects with just these attributes; another name is an AttributeError that tells whose it would be."""
+    return _storage_class(owner, tuple(map(python_name, names)))
 
 
 @cache

@@ -11,6 +11,7 @@ from graph.declaration import NodeType
 from graph.errors import Mark, Problem, UserError
 from graph.evaluate.graph import Graph
 from graph.evaluate.instances import instance_spec
+from graph.evaluate.node import Layout
 from graph.registry import DEFAULT, Registry, UnknownNodeTypeError
 from graph.spec import GraphSpec, Note
 from graph.suggest import did_you_mean
@@ -107,14 +108,18 @@ def _compile(specs: Sequence[GraphSpec], registry: Registry, target: str = "") -
     report.raise_if_any()
     for draft, initial in starts:
         shape = shapes[draft.type]
-        types = shape.types if draft.types == shape.types else draft.types
-        draft.node.build(all_names(draft, shape), types, initial, draft.dynamic)
+        same = draft.types is shape.types or draft.types == shape.types
+        types, names, layout = shape.types if same else draft.types, shape.names, shape.layout
+        if draft.dynamic:
+            names = all_names(draft, shape)
+            layout = Layout.of(draft.type.short_name, names, initial)
+        draft.node.build(names, types, initial, draft.dynamic, layout)
         draft.node.graph.nodes[draft.node.name] = draft.node
     wire(drafts, links, found, report)
     report.raise_if_any()
     for draft in drafts:
-        for note in _deprecations(draft):
-            draft.node.graph.notes += (note,)
+        if shapes[draft.type].deprecates or draft.dynamic:
+            draft.node.graph.notes += tuple(_deprecations(draft))
     return graphs
 
 
@@ -127,6 +132,7 @@ def _draft_nodes(
     report: _Problems,
 ) -> None:
     names = nodes.of_graph.setdefault(spec.path, [])
+    types: dict[str, NodeType | str] = {}
     for node in spec.nodes:
         path = f"{spec.path}/{node.name}"
         if path in nodes.drafts or path in nodes.broken:
@@ -135,7 +141,7 @@ def _draft_nodes(
         if not _NODE_NAME.fullmatch(node.name):
             report(f'"{node.name}" is no node name; use letters, digits and underscores', node.mark)
         names.append(node.name)
-        node_type = _node_type(node.type, nodes, registry)
+        node_type = types.get(node.type) or types.setdefault(node.type, _node_type(node.type, nodes, registry))
         if isinstance(node_type, str):
             nodes.broken.add(path)
             report(f'node "{node.name}": {node_type}', node.mark)

@@ -6,12 +6,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+from graph.declaration import NodeType
 from graph.errors import Mark
 from graph.spec import ConnectionSpec, GraphSpec
 from graph.suggest import did_you_mean, one_of
 
 from .draft import Draft, Report, no_attribute
 
+Side = Literal["source", "target"]
 MOST_SUGGESTIONS = 100
 """How many unknown nodes get a suggestion: each is compared with every node there is."""
 
@@ -84,14 +86,25 @@ class Nodes:
         return one_of(name, self.of_graph.get(graph, ()))
 
 
+class _Meanings:
+    """What ends of connections mean on nodes of a type, and which two may meet: worked out once for each type."""
+
+    def __init__(self) -> None:
+        self.names: dict[tuple[NodeType, str, Side], str] = {}
+        """Full names of declared attributes."""
+        self.meet: dict[tuple[NodeType, str, NodeType, str], bool] = {}
+        """Pairs within one graph that may meet, and whether they are execution."""
+
+
 def link_all(specs: Sequence[GraphSpec], nodes: Nodes, report: Report) -> list[Link]:
     """Every connection that can be made, in file order; the others are reported."""
     links: list[Link] = []
     fan_in: dict[tuple[Draft, str], list[Link]] = {}
+    known = _Meanings()
     for spec in specs:
         for connection in spec.connections:
-            link = _link(spec.path, connection, nodes, report)
-            if link is None or not _may_meet(link, report) or _repeats(link, fan_in, report):
+            link = _link(spec.path, connection, nodes, known, report)
+            if link is None or _repeats(link, fan_in, report):
                 continue
             links.append(link)
             link.source.consumed.add(link.source_name)
@@ -99,30 +112,45 @@ def link_all(specs: Sequence[GraphSpec], nodes: Nodes, report: Report) -> list[L
     return links
 
 
-def _link(graph: str, connection: ConnectionSpec, nodes: Nodes, report: Report) -> Link | None:
-    source = _end(graph, connection.source, "source", nodes, connection.mark, report)
-    target = _end(graph, connection.target, "target", nodes, connection.mark, report)
+def _link(graph: str, connection: ConnectionSpec, nodes: Nodes, known: _Meanings, report: Report) -> Link | None:
+    source = _end(graph, connection.source, "source", nodes, known, connection.mark, report)
+    target = _end(graph, connection.target, "target", nodes, known, connection.mark, report)
     if source is None or target is None:
         return None
-    execution = target[0].attribute(target[1]).is_execution
-    return Link(source[0], source[1], target[0], target[1], connection.mark, execution)
+    (at, output), (to, name) = source, target
+    settled = not at.dynamic and not to.dynamic and at.node.graph is to.node.graph
+    pair = at.type, output, to.type, name
+    if settled and pair in known.meet:
+        return Link(at, output, to, name, connection.mark, known.meet[pair])
+    link = Link(at, output, to, name, connection.mark, to.attribute(name).is_execution)
+    if not _may_meet(link, report):
+        return None
+    if settled:
+        known.meet[pair] = link.execution
+    return link
 
 
 def _end(
-    graph: str, text: str, side: Literal["source", "target"], nodes: Nodes, mark: Mark | None, report: Report
+    graph: str, text: str, side: Side, nodes: Nodes, known: _Meanings, mark: Mark | None, report: Report
 ) -> tuple[Draft, str] | None:
     name, dot, attribute = text.rpartition(".")
     if not dot or not name or not attribute:
         report(f'"{text}" is no end of a connection; write node.attribute', mark)
         return None
-    draft = nodes.find(graph, name)
+    draft = nodes.drafts.get(f"{graph}/{name}") or nodes.find(graph, name)
     if isinstance(draft, str):
         return None
     if draft is None:
         where = "" if name.startswith("/") else f" in graph {graph}"
         report(f'no node "{name}"{where}{nodes.near(graph, name)}', mark)
         return None
-    full = _attribute(draft, attribute, side)
+    if draft.dynamic:
+        full = _attribute(draft, attribute, side)
+    else:
+        key = draft.type, attribute, side
+        full = known.names.get(key) or _attribute(draft, attribute, side)
+        if full is not None and not draft.dynamic:
+            known.names[key] = full
     if full is None:
         kind = "output" if side == "source" else "input"
         report(f"{draft.label} {no_attribute(draft, kind, attribute.partition(':')[2] or attribute)}", mark)
@@ -130,7 +158,7 @@ def _end(
     return draft, full
 
 
-def _attribute(draft: Draft, written: str, side: Literal["source", "target"]) -> str | None:
+def _attribute(draft: Draft, written: str, side: Side) -> str | None:
     """The attribute that the short or the full form means on this side of a connection."""
     prefix, _, name = written.partition(":")
     if prefix in ("inputs", "outputs", "state") and name:
@@ -168,12 +196,16 @@ def _may_meet(link: Link, report: Report) -> bool:
 
 def _repeats(link: Link, fan_in: dict[tuple[Draft, str], list[Link]], report: Report) -> bool:
     """Reports a connection that is written twice, and a second source of a data input."""
-    others = fan_in.setdefault((link.target, link.target_name), [])
+    end = link.target, link.target_name
+    others = fan_in.get(end)
+    if others is None:
+        fan_in[end] = [link]
+        return False
     for other in others:
         if (other.source, other.source_name) == (link.source, link.source_name):
             report(f"{link} is written twice; remove one", link.mark)
             return True
-    if others and not link.execution:
+    if not link.execution:
         first = others[0]
         at = f" (at {first.mark})" if first.mark else ""
         source, target = link.ends()

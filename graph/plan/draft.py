@@ -10,7 +10,7 @@ from graph.declaration import Attribute, NodeType
 from graph.errors import Mark
 from graph.evaluate.graph import Graph
 from graph.evaluate.instances import with_target
-from graph.evaluate.node import PREFIXES, Node
+from graph.evaluate.node import PREFIXES, Layout, Node
 from graph.spec import NodeSpec
 from graph.suggest import one_of
 from graph.types import Extended, Type
@@ -26,6 +26,8 @@ class Draft:
     """A node in the making. Attributes are named in full, `inputs:x`."""
 
     node: Node
+    type: NodeType
+    """The node's type."""
     spec: NodeSpec
     types: dict[str, Type | None]
     """Settled types of open attributes, and of all others."""
@@ -39,11 +41,6 @@ class Draft:
     consumed: set[str] = field(default_factory=set)
     unset: str = ""
     """What keeps the node of an unfinished graph from computing."""
-
-    @property
-    def type(self) -> NodeType:
-        """The node's type."""
-        return self.node.type
 
     @property
     def label(self) -> str:
@@ -84,12 +81,15 @@ class Draft:
 
 @dataclass(slots=True)
 class Shape:
-    """What all nodes of one type share: attribute names, types and starting values."""
+    """What all nodes of one type share: attribute names, types, starting values and storage."""
 
     names: Mapping[str, tuple[str, ...]]
     types: dict[str, Type | None]
     open: tuple[str, ...]
     initial: Mapping[str, Any]
+    layout: Layout
+    deprecates: bool
+    """Whether any attribute is deprecated."""
 
     @classmethod
     def of(cls, node_type: NodeType) -> Shape:
@@ -100,11 +100,15 @@ class Shape:
             for name, attribute in getattr(node_type, prefix).items()
         }
         types = {full: one.parsed if isinstance(one.parsed, Type) else None for full, one in attributes.items()}
+        names = {prefix: tuple(getattr(node_type, prefix)) for prefix in PREFIXES}
+        initial = {full: one.initial for full, one in attributes.items() if not one.is_execution}
         return cls(
-            {prefix: tuple(getattr(node_type, prefix)) for prefix in PREFIXES},
+            names,
             types,
             tuple(full for full, one in attributes.items() if isinstance(one.parsed, Extended)),
-            {full: one.initial for full, one in attributes.items() if not one.is_execution},
+            initial,
+            Layout.of(node_type.short_name, names, initial),
+            any(one.deprecated for one in attributes.values()),
         )
 
 
@@ -112,7 +116,7 @@ def draft_node(graph: Graph, spec: NodeSpec, node_type: NodeType, shape: Shape, 
     """Starts a node and notes the values that the file gives it; reports names the type does not have."""
     # Only open types are ever written to: nodes without any share the dict.
     types = dict(shape.types) if shape.open else shape.types
-    draft = Draft(Node(graph, spec.name, node_type, index, spec.mark), spec, types, shape.open)
+    draft = Draft(Node(graph, spec.name, node_type, index, spec.mark), node_type, spec, types, shape.open)
     for added, type_name in spec.attributes.items():
         _add_attribute(draft, added, type_name, report)
     for key, value in spec.inputs.items():

@@ -88,11 +88,11 @@ class Known(Mapping[str, "Type | None"]):
 
 class _Settling:
     def __init__(self, drafts: Sequence[Draft], links: Sequence[Link], report: Report) -> None:
-        self._links = links
-        self._at = by_attribute(links)
+        self._open = [draft for draft in drafts if draft.open]
+        self._links = links if self._open else ()
+        self._at = by_attribute(self._links)
         self._report = report
         self._refused: set[Draft] = set()
-        self._open = [draft for draft in drafts if draft.open]
         self._pending: deque[tuple[Draft, str]] = deque()
 
     def run(self) -> None:

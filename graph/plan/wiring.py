@@ -35,7 +35,18 @@ def flows(links: Sequence[Link], report: Report) -> dict[End, Flow]:
     """The flow into each connected data attribute; inputs that feed each other in a ring are reported."""
     feeding = {(link.target, link.target_name): link for link in links if not link.execution}
     found: dict[End, Flow] = {}
-    for end in feeding:
+    converters: dict[tuple[int, int], Converter | None] = {}
+
+    def step(link: Link) -> Converter | None:
+        key = id(link.source.types[link.source_name]), id(link.target.types[link.target_name])
+        if key not in converters:
+            converters[key] = _converter(link)
+        return converters[key]
+
+    for end, first in feeding.items():
+        if (first.source, first.source_name) not in feeding:  # from an output, as nearly all
+            found[end] = Flow(first.source, first.source_name, step(first), first)
+            continue
         chain: list[End] = []
         seen: set[End] = set()
         here = end
@@ -54,11 +65,10 @@ def flows(links: Sequence[Link], report: Report) -> dict[End, Flow]:
         for one in reversed(chain):
             link = feeding[one]
             behind = found.get((link.source, link.source_name))
-            step = _converter(link)
             if behind is None:
-                found[one] = Flow(link.source, link.source_name, step, link)
+                found[one] = Flow(link.source, link.source_name, step(link), link)
             else:
-                found[one] = Flow(behind.origin, behind.name, _compose(behind.convert, step), link)
+                found[one] = Flow(behind.origin, behind.name, _compose(behind.convert, step(link)), link)
     return found
 
 
@@ -105,15 +115,17 @@ def _report_cycle(ring: Sequence[Link], report: Report) -> None:
     report(message, ring[-1].mark)
 
 
-@dataclass(eq=False, slots=True)
 class _Wiring:
     """The copies and neighbours of one node while they are collected."""
 
-    pushes: list[Copy]
-    passes: dict[str, list[Copy]]
-    sources: dict[Node, None]
-    readers: dict[Node, None]
-    wires: dict[str, list[Wire]]
+    __slots__ = ("passes", "pushes", "readers", "sources", "wires")
+
+    def __init__(self) -> None:
+        self.pushes: list[Copy] = []
+        self.passes: dict[str, list[Copy]] = {}
+        self.sources: dict[Node, None] = {}
+        self.readers: dict[Node, None] = {}
+        self.wires: dict[str, list[Wire]] = {}
 
 
 def wire(drafts: Sequence[Draft], links: Sequence[Link], found: dict[End, Flow], report: Report) -> None:
@@ -121,11 +133,13 @@ def wire(drafts: Sequence[Draft], links: Sequence[Link], found: dict[End, Flow],
 
     Every reader gets the starting value of its source; one that does not fit is reported.
     """
-    wirings = {draft: _Wiring([], {}, {}, {}, {}) for draft in drafts}
+    wirings = {draft: _Wiring() for draft in drafts}
+    ends: dict[Wire, list[tuple[Database, str]]] = {}
     for link in links:
         if link.execution:
             wire = link.source.node.db._wires[link.source_name.partition(":")[2]]
             wirings[link.target].wires.setdefault(link.target_name, []).append(wire)
+            ends.setdefault(wire, []).append((link.target.node.db, link.target_name.partition(":")[2]))
     for (target, name), flow in found.items():
         copy = _copy(flow, target, name)
         origin = wirings[flow.origin]
@@ -150,8 +164,8 @@ def wire(drafts: Sequence[Draft], links: Sequence[Link], found: dict[End, Flow],
             wiring.wires,
             draft.unset,
         )
-
-    _lead_wires(links)
+    for wire, targets in ends.items():  # in file order, once all nodes are connected
+        wire.lead_to(targets)
 
 
 def _start(copy: Copy, flow: Flow, target: Draft, report: Report) -> None:
@@ -170,17 +184,6 @@ def _start(copy: Copy, flow: Flow, target: Draft, report: Report) -> None:
     target_graph.starts.append(copy)
     if origin_graph is not target_graph:
         origin_graph.starts.append(copy)
-
-
-def _lead_wires(links: Sequence[Link]) -> None:
-    """Gives each execution output its targets in file order, once all nodes are connected."""
-    targets: dict[End, list[tuple[Database, str]]] = {}
-    for link in links:
-        if link.execution:
-            into = link.target.node.db, link.target_name.partition(":")[2]
-            targets.setdefault((link.source, link.source_name), []).append(into)
-    for (source, name), ends in targets.items():
-        source.node.db._wires[name.partition(":")[2]].lead_to(ends)
 
 
 def _copy(flow: Flow, target: Draft, name: str) -> Copy:
