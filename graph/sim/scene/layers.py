@@ -10,6 +10,7 @@ from __future__ import annotations
 import glob
 import re
 import zipfile
+import zlib
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -24,6 +25,8 @@ from .expressions import Variables, as_key, evaluated, stack_variables
 
 MAX_NESTING = 256
 """Brackets that may be open at once in a text layer."""
+MAX_TEXT = 64 * 2**20
+"""Bytes of a text layer. USD's text takes some fifty times its size in memory, and seconds for each MB."""
 _SHALLOW = 100
 """Brackets of a file that cannot nest too deeply, whatever the limit of its kind."""
 
@@ -197,10 +200,33 @@ def _refused(path: Path, allowed: Sequence[Path], wanted_by: str) -> str | None:
         folders = ", ".join(map(str, allowed)) or "no folder"
         return f"{path} lies outside {folders}{by}. Move it there, or allow its folder with --allow DIR."
     try:
+        if _longest_text(real) > MAX_TEXT:
+            return (
+                f"{path} is larger than {MAX_TEXT >> 20} MB, the most that is read of USD text{by}. Save it as .usdc."
+            )
         deep = depth(real) > MAX_NESTING
-    except (OSError, zipfile.BadZipFile) as error:
+    except (OSError, RuntimeError, EOFError, zipfile.BadZipFile, zlib.error) as error:
         return f"{path} cannot be read: {error}."
     return f"{path} nests deeper than {MAX_NESTING} levels{by}; USD cannot read it safely." if deep else None
+
+
+def _longest_text(path: Path) -> int:
+    """Bytes of the file if it is text, or of the largest text layer in a package, by what the package says; else 0."""
+    with path.open("rb") as stream:
+        start = stream.read(8)
+    if not start.startswith(_BINARY):
+        return path.stat().st_size
+    if start.startswith(b"PXR-USDC"):
+        return 0
+    with zipfile.ZipFile(path) as package:
+        return max((entry.file_size for entry in package.infolist() if _is_text(package, entry)), default=0)
+
+
+def _is_text(package: zipfile.ZipFile, entry: zipfile.ZipInfo) -> bool:
+    if not entry.filename.lower().endswith(_SCENE_SUFFIXES):
+        return False
+    with package.open(entry) as stream:
+        return not stream.read(8).startswith(_BINARY)
 
 
 def _text_layers(path: Path) -> Iterator[bytes]:
@@ -214,10 +240,8 @@ def _text_layers(path: Path) -> Iterator[bytes]:
             return
     with zipfile.ZipFile(path) as package:
         for entry in package.infolist():
-            if entry.filename.lower().endswith(_SCENE_SUFFIXES):
-                data = package.read(entry)
-                if not data.startswith(_BINARY):
-                    yield data
+            if _is_text(package, entry):
+                yield package.read(entry)
 
 
 def depth(path: Path) -> int:

@@ -259,3 +259,31 @@ def test_variables_that_tell_ever_more_layers_apart_are_refused(tmp_path):
         )
     with pytest.raises(UserError, match="its expression variables make its references multiply"):
         open_stage(tmp_path / "l0.usda")
+
+
+@pytest.mark.parametrize("how", ["scene", "reference", "package", "packed"])
+def test_text_of_more_than_64_mb_is_refused_before_it_is_read(tmp_path, how):
+    with (tmp_path / "big.usda").open("wb") as stream:
+        stream.write(b"#usda 1.0\n")
+        stream.truncate(64 * 2**20 + 1)  # a hole: nothing is on the disk
+    scene = tmp_path / "big.usda"
+    if how == "reference":
+        scene = write(tmp_path / "a.usda", 'def "W" (references = @./big.usda@) {}\n')
+    elif how != "scene":
+        scene = tmp_path / "b.usdz"
+        packing = zipfile.ZIP_DEFLATED if how == "packed" else zipfile.ZIP_STORED
+        with zipfile.ZipFile(scene, "w", packing) as package:
+            package.write(tmp_path / "big.usda", "big.usda")
+    by = r" \(\S*a\.usda asks for it\)" if how == "reference" else ""
+    with pytest.raises(UserError, match=rf"is larger than 64 MB, the most that is read of USD text{by}\. Save it as"):
+        open_stage(scene)
+
+
+def test_a_package_that_cannot_be_unpacked_is_one_line(tmp_path):
+    with zipfile.ZipFile(tmp_path / "a.usdz", "w", zipfile.ZIP_DEFLATED) as package:
+        package.writestr("a.usda", "#usda 1.0\n" + "x" * 1000)
+    data = bytearray((tmp_path / "a.usdz").read_bytes())
+    data[40:44] = b"\xff\xff\xff\xff"
+    (tmp_path / "a.usdz").write_bytes(data)
+    with pytest.raises(UserError, match=r"a\.usdz cannot be read: "):
+        open_stage(tmp_path / "a.usdz")
