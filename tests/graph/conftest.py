@@ -1,8 +1,13 @@
-"""A tiny node library of the engine's own, so that its tests prove the evaluator and not the shipped nodes."""
+"""A tiny node library of the engine's own, so that its tests prove the evaluator and not the shipped nodes.
+
+The helpers beside these tests are importable too: `from lidar_texts import ...`.
+"""
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -10,6 +15,8 @@ import pytest
 from graph import Attribute, Context, Graph, Mark, compile_graphs, declare, node_type
 from graph.registry import Registry
 from graph.spec import ConnectionSpec, GraphSpec, NodeSpec, VariableSpec
+
+sys.path.insert(0, str(Path(__file__).parent))
 
 EXECUTION_IN = {"execIn": Attribute("execution", "activates")}
 EXECUTION_OUT = {"execOut": Attribute("execution", "follows")}

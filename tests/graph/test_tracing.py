@@ -3,30 +3,13 @@
 import json
 
 import pytest
+from lidar_texts import LIDAR_AND_CLOCK
 
 from graph.cli.main import main
 from graph.sim import App
 from graph.trace_events import PHYSICS, RENDERER, TIMELINE, WALL
 
-FILE = """\
-tickgraph: 1
-scene:
-  prims:
-    /World/Wall: {type: Cube, size: 1.0, translate: [3, 0, 0]}
-    /World/Lidar: {type: OmniLidar, config: Example_Rotary}
-clock: {physics_hz: 120, loop_hz: 60}
-graphs:
-  /World/G:
-    nodes:
-      tick: OnPlaybackTick
-      clock: ROS2PublishClock
-      product: {type: IsaacCreateRenderProduct, inputs: {cameraPrim: /World/Lidar}}
-      cloud: {type: ROS2RtxLidarHelper, inputs: {type: point_cloud, topicName: points}}
-    connections:
-      - tick.tick -> [clock.execIn, product.execIn]
-      - product.execOut -> cloud.execIn
-      - product.renderProductPath -> cloud.renderProductPath
-"""
+FILE = LIDAR_AND_CLOCK + "clock: {physics_hz: 120, loop_hz: 60}\n"
 PHASES = ["timeline_state", "timeline", "physics", "simulation_graphs", "render", "end"]
 
 

@@ -2,6 +2,7 @@ import json
 from fractions import Fraction
 
 import pytest
+from lidar_texts import lidar_graph
 
 HEAD = """\
 tickgraph: 1
@@ -10,20 +11,7 @@ scene:
     /World/Ball: {type: Sphere, radius: 0.5, translate: [3, 0, 5], rigid_body: true}
     /World/Lidar: {type: OmniLidar, config: OS1}
 """
-ONE = """\
-clock: {physics_hz: 240, loop_hz: 60}
-duration: 5
-graphs:
-  /World/G:
-    nodes:
-      tick: OnPlaybackTick
-      product: {type: IsaacCreateRenderProduct, inputs: {cameraPrim: /World/Lidar}}
-      cloud: {type: ROS2RtxLidarHelper, inputs: {type: point_cloud, topicName: points}}
-    connections:
-      - tick.tick -> product.execIn
-      - product.execOut -> cloud.execIn
-      - product.renderProductPath -> cloud.renderProductPath
-"""
+ONE = "clock: {physics_hz: 240, loop_hz: 60}\nduration: 5\n" + lidar_graph()
 
 
 @pytest.fixture

@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from lidar_texts import lidar_graph
 from noting_sensor import NotingSensor, add
 
 from graph.errors import RunError, UserError
@@ -262,16 +263,6 @@ scene:
     /World/Ball: {type: Sphere, radius: 0.3, translate: [2, 1, 1], rigid_body: true}
     /World/Lidar: {type: OmniLidar, config: Example_Rotary_2D, translate: [0, 0, 0.5]}
 clock: {physics_hz: 120, loop_hz: 20, parity: PARITY}
-graphs:
-  /World/G:
-    nodes:
-      tick: OnPlaybackTick
-      product: {type: IsaacCreateRenderProduct, inputs: {cameraPrim: /World/Lidar}}
-      scan: {type: ROS2RtxLidarHelper, inputs: {type: point_cloud, topicName: points}}
-    connections:
-      - tick.tick -> product.execIn
-      - product.execOut -> scan.execIn
-      - product.renderProductPath -> scan.renderProductPath
 """
 
 
@@ -308,7 +299,7 @@ def one_play(app, updates=9):
 @pytest.fixture(params=["documented", PRODUCT])
 def file(request, tmp_path):
     found = tmp_path / "g.yaml"
-    found.write_text(SCENE.replace("PARITY", request.param))
+    found.write_text(SCENE.replace("PARITY", request.param) + lidar_graph())
     return found
 
 
@@ -373,7 +364,7 @@ def test_100_plays_of_two_apps_leak_nothing(tmp_path):
     memory moves by more than a leak would.
     """
     file = tmp_path / "g.yaml"
-    file.write_text(SCENE.replace("PARITY", "documented"))
+    file.write_text(SCENE.replace("PARITY", "documented") + lidar_graph())
     ran = subprocess.run(
         [sys.executable, "-c", CYCLES, str(file)],
         capture_output=True,

@@ -6,6 +6,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from lidar_texts import lidar_graph
 from noting_sensor import NotingLidar, NotingSensor, add
 
 from graph.sim import App
@@ -123,26 +124,19 @@ def test_the_switch_is_read_when_playing_starts():
         assert len(camera.ticks) == 7
 
 
-def test_a_real_lidar_emits_whole_scans_stamped_by_the_loop(tmp_path):
-    file = tmp_path / "g.yaml"
-    file.write_text("""\
+BEFORE_A_WALL = """\
 tickgraph: 1
 scene:
   prims:
     /World/Wall: {type: Cube, size: 2.0, translate: [5, 0, 0]}
     /World/Lidar: {type: OmniLidar, config: Example_Rotary_2D}
 settings: {/rtx/hydra/supportMultiTickRate: false}
-graphs:
-  /World/G:
-    nodes:
-      tick: OnPlaybackTick
-      product: {type: IsaacCreateRenderProduct, inputs: {cameraPrim: /World/Lidar}}
-      scan: {type: ROS2RtxLidarHelper, inputs: {type: point_cloud, topicName: points}}
-    connections:
-      - tick.tick -> product.execIn
-      - product.execOut -> scan.execIn
-      - product.renderProductPath -> scan.renderProductPath
-""")
+"""
+
+
+def test_a_real_lidar_emits_whole_scans_stamped_by_the_loop(tmp_path):
+    file = tmp_path / "g.yaml"
+    file.write_text(BEFORE_A_WALL + lidar_graph())
     from graph.sim import MemorySink
 
     with App.from_file(file) as app:

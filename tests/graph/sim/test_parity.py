@@ -6,6 +6,7 @@ import math
 from fractions import Fraction
 
 import pytest
+from lidar_texts import lidar_graph
 from noting_sensor import NotingSensor, add
 
 from graph.errors import RunError
@@ -21,18 +22,7 @@ scene:
     /World/Lidar: {type: OmniLidar, config: Example_Rotary_2D}
     /World/Bare: {type: OmniLidar, translate: [0, 0, 3]}
 """
-LIDAR = """\
-graphs:
-  /World/G:
-    nodes:
-      tick: OnPlaybackTick
-      product: {type: IsaacCreateRenderProduct, inputs: {cameraPrim: /World/Lidar}}
-      scan: {type: ROS2RtxLidarHelper, inputs: {type: laser_scan, topicName: scan, fullScan: FULL}}
-    connections:
-      - tick.tick -> product.execIn
-      - product.execOut -> scan.execIn
-      - product.renderProductPath -> scan.renderProductPath
-"""
+LIDAR = lidar_graph("type: laser_scan, topicName: scan, fullScan: FULL")
 COUNTDOWN = """\
 graphs:
   /World/G:

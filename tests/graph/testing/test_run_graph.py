@@ -1,4 +1,5 @@
 import pytest
+from lidar_texts import LIDAR_AND_CLOCK
 
 from graph import ComputeError, UserError
 from graph.spec import ConnectionSpec, GraphSpec, NodeSpec
@@ -12,25 +13,6 @@ graphs:
       tick: OnPlaybackTick
       wait: {type: Countdown, inputs: {duration: 5, period: 1}}
     connections: [tick.tick -> wait.execIn]
-"""
-
-WITH_SCENE = """\
-tickgraph: 1
-scene:
-  prims:
-    /World/Wall: {type: Cube, size: 1.0, translate: [3, 0, 0]}
-    /World/Lidar: {type: OmniLidar, config: Example_Rotary}
-graphs:
-  /World/G:
-    nodes:
-      tick: OnPlaybackTick
-      clock: ROS2PublishClock
-      product: {type: IsaacCreateRenderProduct, inputs: {cameraPrim: /World/Lidar}}
-      cloud: {type: ROS2RtxLidarHelper, inputs: {type: point_cloud, topicName: points}}
-    connections:
-      - tick.tick -> [clock.execIn, product.execIn]
-      - product.execOut -> cloud.execIn
-      - product.renderProductPath -> cloud.renderProductPath
 """
 
 
@@ -83,7 +65,7 @@ def test_two_pulses_in_one_update_fire_twice():
 
 
 def test_a_scene_makes_an_app_of_its_own():
-    trace = run_graph(WITH_SCENE, updates=14)
+    trace = run_graph(LIDAR_AND_CLOCK, updates=14)
     assert trace.in_world
     assert trace.frames == {"/World/Lidar": [5, 11]}
     assert [update for update, _ in trace.messages["/points"]] == [5, 11]
@@ -92,13 +74,13 @@ def test_a_scene_makes_an_app_of_its_own():
 
 
 def test_pulses_reach_graphs_in_a_world():
-    text = WITH_SCENE.replace("- tick.tick -> [clock.execIn, product.execIn]", "- tick.tick -> product.execIn")
+    text = LIDAR_AND_CLOCK.replace("- tick.tick -> [clock.execIn, product.execIn]", "- tick.tick -> product.execIn")
     trace = run_graph(text, updates=5, pulses={"clock.execIn": [1, 3]})
     assert [update for update, _ in trace.messages["/clock"]] == [1, 3]
 
 
 def test_a_graph_that_nobody_evaluates_is_evaluated_for_its_pulses():
-    text = WITH_SCENE + "  /World/Asked:\n    pipeline_stage: on_demand\n    nodes: {count: Counter}\n"
+    text = LIDAR_AND_CLOCK + "  /World/Asked:\n    pipeline_stage: on_demand\n    nodes: {count: Counter}\n"
     trace = run_graph(text, updates=5, pulses={"count.execIn": [0, 3]})
     assert trace.fired("count.execOut") == [0, 3]
 
