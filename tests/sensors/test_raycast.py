@@ -465,6 +465,28 @@ def test_thread_count_and_other_sensors_change_no_bit():
     assert measured(2, 3) == measured(2, 10) == alone
 
 
+@pytest.mark.parametrize("moves", [False, True])
+@pytest.mark.parametrize("offset", [0.0, 333.3, 1e6 + 333.3])
+@pytest.mark.parametrize("turn", [0.0, 0.3])
+def test_a_sensor_exactly_on_its_mount_sees_what_it_looks_up_at_and_not_into_the_mount(moves, offset, turn):
+    place = pose_at(offset, -offset, 0.0, turn)
+    top = place[:3, 3] + [0.1, 0.2, 0.5]
+    mount, room = box(0.5), box((20.0, 30.0, 5.0), place[:3, 3])
+    body = "/World/Mount" if moves else None
+    points = mount[0] if moves else mount[0] @ place[:3, :3].T + place[:3, 3]
+    world = CastWorld([mesh(room), mesh((points, FACES), "/World/Mount", body)], lambda _: place[None])
+    up = np.array([d for d in fan() if d[2] > 0.1 * np.linalg.norm(d)])
+
+    seen = world.cast(bundle(top, up), normals=True)
+    into = world.cast(bundle(top, -up))
+
+    alone = CastWorld([mesh(room)]).cast(bundle(top, up), normals=True)
+    np.testing.assert_allclose(seen.distance, alone.distance, atol=1e-4)
+    assert np.all(seen.surfaces() == 0)
+    np.testing.assert_array_equal(seen.normals, alone.normals)
+    assert np.all(into.distance < 1e-3)
+
+
 def test_an_empty_world_is_all_misses():
     hits = CastWorld([]).cast(bundle((0, 0, 0), fan(10)), normals=True)
 
