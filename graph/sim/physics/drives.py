@@ -24,7 +24,8 @@ class Drives:
     A force at its limit does not depend on where the joint is, so MuJoCo integrates it explicitly; a stiff drive would
     then jump from one limit to the other around its target for ever. Such a drive gets here, for that step, just as
     much of its stiffness and damping as keeps it from overshooting, given the least inertia the joint can have. That a
-    drive has come to its limit is seen by the force of the step before, which MuJoCo itself has clamped.
+    drive has come to its limit is seen by the force of the step before, which MuJoCo itself has clamped; in the step
+    after new targets, which may be far off, it is looked for at once.
     """
 
     def __init__(self, model: Any, joints: Sequence[Joint]) -> None:
@@ -43,6 +44,7 @@ class Drives:
         self._inertia = 1 / np.maximum(model.dof_invweight0[self._dof], 1e-12)
         self.limited = bool(np.isfinite(self.limit).any())
         self._at_limit = False
+        self._new_targets = True
         self._rows, self._controls, places = _places(model, [joint.path for joint in self.joints])
         forces = np.arange(model.nactuator)[places] if isinstance(places, slice) else places
         limited = np.flatnonzero(np.isfinite(self.limit))
@@ -65,17 +67,19 @@ class Drives:
     def apply(self, data: Any) -> None:
         """Hand the targets to the engine."""
         self._aim = self.stiffness * self.targets[:, 0] + self.damping * self.targets[:, 1]
+        self._new_targets = True
         data.ctrl[self._controls] = self._aim
 
     def limit_forces(self, data: Any) -> None:
         """Before a step: hold the forces within their limits."""
-        if not self._at_limit:
+        if not self._at_limit and not self._new_targets:
             forces = data.actuator_force.tolist()  # plain Python: of so few numbers quicker than array functions
             for place, limit in self._limits:
                 if not -limit <= forces[place] <= limit:
                     break
             else:
                 return
+        self._new_targets = False
         position, velocity = data.qpos[self._coordinate], data.qvel[self._dof]
         force = self._aim - self.stiffness * position - self._resistance * velocity
         size = np.abs(force)
@@ -83,7 +87,7 @@ class Drives:
             if self._at_limit:
                 self._set_gains(self.stiffness, self.damping)
                 self.apply(data)
-                self._at_limit = False
+                self._at_limit = self._new_targets = False
             return
         self._at_limit = True
         over = size / self.limit

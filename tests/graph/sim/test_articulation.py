@@ -94,6 +94,19 @@ def test_a_drive_never_exceeds_its_force_and_does_not_chatter_at_its_target(worl
 
 
 @pytest.mark.parametrize("hz", [60, 240])
+def test_a_new_target_is_reached_and_not_passed_in_the_step_that_follows_it(world, hz):
+    """What is left for one step is 0.05 N m s; the force at its limit would give 1000 / hz of them."""
+    drive = {"damping": 100.0, "maxForce": 1000.0}
+    physics, _, _ = world(wheel(**{f"drive__angular__physics__{key}": value for key, value in drive.items()}), hz=hz)
+    steps(physics, 10)
+    physics.articulation("/Wheel").set_targets(velocities=[5.0])
+    for _ in range(10):
+        physics.step()
+        assert 0 < physics.data.qvel[0] <= 5.0 * (1 + 1e-6)
+    assert physics.data.qvel[0] == pytest.approx(5.0, rel=1e-3)
+
+
+@pytest.mark.parametrize("hz", [60, 240])
 def test_a_stiff_drive_with_little_force_arrives_and_stays(world, hz):
     drive = {"stiffness": 1e6, "damping": 1e5, "targetPosition": 90.0, "maxForce": 2.0}
     physics, _, _ = world(wheel(**{f"drive__angular__physics__{key}": value for key, value in drive.items()}), hz=hz)
