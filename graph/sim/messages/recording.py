@@ -105,6 +105,8 @@ class McapSink:
             # The sink cuts the chunks itself, before they grow past the limit: the writer's own limit is out of reach.
             self._writer = Writer(self._file, chunk_size=2**62, compression=CompressionType.LZ4)
             self._writer.start(profile="ros2", library="tickgraph")
+            self._file.flush()
+            self._whole_bytes = self._file.tell()
         return self._writer
 
     def _channel(self, writer: Writer, message: Message) -> int:

@@ -244,6 +244,15 @@ def test_a_file_finished_after_tearing_is_the_file_of_what_fitted(tmp_path):
     assert read(torn) == read(whole)
 
 
+def test_a_file_that_takes_no_chunk_at_all_is_a_recording_of_nothing(tmp_path):
+    with no_file_above(100_000), pytest.raises(RunError, match="File too large"):
+        record(tmp_path / "run.mcap", lambda bus: bus.publish("/points", CLOUD, noise(1, 70_000), 1))
+    with (tmp_path / "run.mcap").open("rb") as file:
+        reader = make_reader(file, validate_crcs=True)
+        assert reader.get_header().profile == "ros2"
+        assert list(reader.iter_messages()) == []
+
+
 def test_where_not_even_the_summary_fits_the_whole_chunks_are_left(tmp_path):
     path = tmp_path / "run.mcap"
     sink, bus = McapSink(path), MessageBus()
