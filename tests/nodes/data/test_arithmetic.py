@@ -1,18 +1,14 @@
 import numpy as np
 import pytest
+from typed_values import of, outcome
 
 from graph import ComputeError, UserError
 from graph.testing import run_node
 from nodes.data.promotion import common_storage
 
 
-def of(type_name, value):
-    return {"type": type_name, "value": value}
-
-
-def result(kind, a, b, output, **more):
-    trace = run_node(kind, inputs={"a": a, "b": b, **more})
-    return trace.value(output), trace.node.types[f"outputs:{output}"].name
+def combined(kind, a, b, output, **more):
+    return outcome(kind, output, a=a, b=b, **more)
 
 
 @pytest.mark.parametrize(
@@ -32,36 +28,36 @@ def result(kind, a, b, output, **more):
     ],
 )
 def test_add_promotes_its_operands(a, b, total, type_name):
-    value, name = result("Add", a, b, "sum")
+    value, name = combined("Add", a, b, "sum")
     assert np.array_equal(value, total)
     assert name == type_name
 
 
 def test_add_takes_further_operands_by_letters():
-    value, _ = result("Add", of("double", 1), of("double", 2), "sum", c=of("double", 3), d=of("double", 4))
+    value, _ = combined("Add", of("double", 1), of("double", 2), "sum", c=of("double", 3), d=of("double", 4))
     assert value == 10
 
 
 def test_subtract_takes_all_further_operands_from_the_first():
-    assert result("Subtract", of("int", 10), of("int", 2), "difference", c=of("int", 3)) == (5, "int")
+    assert combined("Subtract", of("int", 10), of("int", 2), "difference", c=of("int", 3)) == (5, "int")
 
 
 def test_multiply_works_element_by_element():
-    value, name = result("Multiply", of("double[3]", [1, 2, 3]), of("double[3]", [4, 5, 6]), "product")
+    value, name = combined("Multiply", of("double[3]", [1, 2, 3]), of("double[3]", [4, 5, 6]), "product")
     assert value.tolist() == [4, 10, 18]
     assert name == "double[3]"
 
 
 def test_arrays_of_different_length_do_not_add_up():
     with pytest.raises(ComputeError, match="the arrays have 1 and 3 elements; they need one length"):
-        result("Add", of("double[]", [1]), of("double[]", [1, 2, 3]), "sum")
+        combined("Add", of("double[]", [1]), of("double[]", [1, 2, 3]), "sum")
 
 
 def test_tuples_of_different_size_are_refused_when_the_graph_is_compiled():
     with pytest.raises(
         UserError, match=r"input a \(double\[2\]\) and input b \(double\[3\]\) have different numbers of components"
     ):
-        result("Add", of("double[2]", [1, 2]), of("double[3]", [1, 2, 3]), "sum")
+        combined("Add", of("double[2]", [1, 2]), of("double[3]", [1, 2, 3]), "sum")
 
 
 def test_an_operand_that_is_not_set_is_an_error_naming_it():
@@ -79,7 +75,7 @@ def test_an_operand_that_is_not_set_is_an_error_naming_it():
     ],
 )
 def test_divide_gives_doubles_for_integers(a, b, quotient, type_name):
-    value, name = result("Divide", a, b, "result")
+    value, name = combined("Divide", a, b, "result")
     assert np.array_equal(value, quotient)
     assert name == type_name
 
@@ -87,7 +83,7 @@ def test_divide_gives_doubles_for_integers(a, b, quotient, type_name):
 @pytest.mark.parametrize("b", [of("double", 0), of("double[]", [1, 0])])
 def test_divide_by_zero_fails(b):
     with pytest.raises(ComputeError, match="input b holds a 0"):
-        result("Divide", of("double", 1), b, "result")
+        combined("Divide", of("double", 1), b, "result")
 
 
 @pytest.mark.parametrize(

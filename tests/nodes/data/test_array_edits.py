@@ -1,17 +1,12 @@
 import pytest
+from typed_values import of, result
 
 from graph import ComputeError, UserError
 from graph.testing import run_node
 
 
-def of(type_name, value):
-    return {"type": type_name, "value": value}
-
-
-def result(kind, output="array", **inputs):
-    trace = run_node(kind, inputs=inputs)
-    value = trace.value(output)
-    return (value.tolist() if hasattr(value, "tolist") else value), trace.node.types[f"outputs:{output}"].name
+def edited(kind, output="array", **inputs):
+    return result(kind, output, **inputs)
 
 
 NUMBERS = of("double[]", [1, 2, 3])
@@ -20,7 +15,7 @@ TEXTS = of("token[]", ["a", "b"])
 
 @pytest.mark.parametrize(("array", "size"), [(NUMBERS, 3), (TEXTS, 2), (of("float[3][]", [[1, 2, 3]]), 1)])
 def test_the_size_of_an_array_counts_its_elements(array, size):
-    assert result("ArrayGetSize", "size", array=array) == (size, "int")
+    assert edited("ArrayGetSize", "size", array=array) == (size, "int")
 
 
 @pytest.mark.parametrize(
@@ -36,22 +31,22 @@ def test_the_size_of_an_array_counts_its_elements(array, size):
     ],
 )
 def test_a_value_is_found_at_its_first_place(array, value, index):
-    assert result("ArrayFindValue", "index", array=array, value=value) == (index, "int")
+    assert edited("ArrayFindValue", "index", array=array, value=value) == (index, "int")
 
 
 def test_set_index_replaces_one_element_and_counts_negative_ones_from_the_end():
-    assert result("ArraySetIndex", array=NUMBERS, index=0, value=9) == ([9.0, 2.0, 3.0], "double[]")
-    assert result("ArraySetIndex", array=NUMBERS, index=-1, value=9) == ([1.0, 2.0, 9.0], "double[]")
-    assert result("ArraySetIndex", array=TEXTS, index=1, value="z") == (["a", "z"], "token[]")
+    assert edited("ArraySetIndex", array=NUMBERS, index=0, value=9) == ([9.0, 2.0, 3.0], "double[]")
+    assert edited("ArraySetIndex", array=NUMBERS, index=-1, value=9) == ([1.0, 2.0, 9.0], "double[]")
+    assert edited("ArraySetIndex", array=TEXTS, index=1, value="z") == (["a", "z"], "token[]")
 
 
 def test_set_index_grows_the_array_only_when_it_may():
-    grown = result("ArraySetIndex", array=NUMBERS, index=5, value=9, resizeToFit=True)
+    grown = edited("ArraySetIndex", array=NUMBERS, index=5, value=9, resizeToFit=True)
     assert grown == ([1.0, 2.0, 3.0, 0.0, 0.0, 9.0], "double[]")
     with pytest.raises(ComputeError, match="input index is 5, but the array has 3 elements; set resizeToFit"):
-        result("ArraySetIndex", array=NUMBERS, index=5, value=9)
+        edited("ArraySetIndex", array=NUMBERS, index=5, value=9)
     with pytest.raises(ComputeError, match="input index is -4, but the array has 3 elements"):
-        result("ArraySetIndex", array=NUMBERS, index=-4, value=9, resizeToFit=True)
+        edited("ArraySetIndex", array=NUMBERS, index=-4, value=9, resizeToFit=True)
 
 
 def test_set_index_leaves_the_array_that_it_was_given_alone():
@@ -64,30 +59,30 @@ def test_set_index_leaves_the_array_that_it_was_given_alone():
     [(0, [9, 1, 2, 3]), (2, [1, 2, 9, 3]), (-1, [1, 2, 9, 3]), (7, [1, 2, 3, 9]), (-7, [9, 1, 2, 3])],
 )
 def test_insert_puts_the_element_before_the_index_and_clamps_it(index, array):
-    assert result("ArrayInsertValue", array=of("int[]", [1, 2, 3]), index=index, value=9) == (array, "int[]")
+    assert edited("ArrayInsertValue", array=of("int[]", [1, 2, 3]), index=index, value=9) == (array, "int[]")
 
 
 def test_insert_works_on_texts_and_tuples():
-    assert result("ArrayInsertValue", array=TEXTS, index=1, value="x")[0] == ["a", "x", "b"]
-    pairs = result("ArrayInsertValue", array=of("double[2][]", [[1, 2]]), index=1, value=[3, 4])
+    assert edited("ArrayInsertValue", array=TEXTS, index=1, value="x")[0] == ["a", "x", "b"]
+    pairs = edited("ArrayInsertValue", array=of("double[2][]", [[1, 2]]), index=1, value=[3, 4])
     assert pairs == ([[1.0, 2.0], [3.0, 4.0]], "double[2][]")
 
 
 def test_a_real_number_enters_an_array_of_whole_numbers_cut_off():
-    assert result("ArraySetIndex", array=of("int[]", [1]), index=0, value=of("double", 2.9)) == ([2], "int[]")
+    assert edited("ArraySetIndex", array=of("int[]", [1]), index=0, value=of("double", 2.9)) == ([2], "int[]")
 
 
 def test_an_element_of_another_kind_is_refused_when_the_graph_is_compiled():
     with pytest.raises(UserError, match=r"input value is token, which cannot go into double\[\]"):
-        result("ArraySetIndex", array=NUMBERS, index=0, value=of("token", "x"))
+        edited("ArraySetIndex", array=NUMBERS, index=0, value=of("token", "x"))
 
 
 def test_resize_cuts_off_or_fills_with_zeros():
-    assert result("ArrayResize", array=NUMBERS, newSize=2) == ([1.0, 2.0], "double[]")
-    assert result("ArrayResize", array=NUMBERS, newSize=4) == ([1.0, 2.0, 3.0, 0.0], "double[]")
-    assert result("ArrayResize", array=TEXTS, newSize=3) == (["a", "b", ""], "token[]")
+    assert edited("ArrayResize", array=NUMBERS, newSize=2) == ([1.0, 2.0], "double[]")
+    assert edited("ArrayResize", array=NUMBERS, newSize=4) == ([1.0, 2.0, 3.0, 0.0], "double[]")
+    assert edited("ArrayResize", array=TEXTS, newSize=3) == (["a", "b", ""], "token[]")
     with pytest.raises(ComputeError, match="input newSize is -1; give it 0 or more"):
-        result("ArrayResize", array=NUMBERS, newSize=-1)
+        edited("ArrayResize", array=NUMBERS, newSize=-1)
 
 
 def test_arrays_are_appended_in_the_order_of_their_inputs():
@@ -97,10 +92,10 @@ def test_arrays_are_appended_in_the_order_of_their_inputs():
         "input10": of("double[]", [6]),
         "input2": of("double[]", [5]),
     }
-    assert result("AppendArray", **three) == ([1, 2, 3, 4, 5, 6], "double[]")
-    assert result("AppendArray", input0=TEXTS, input1=TEXTS) == (["a", "b", "a", "b"], "token[]")
+    assert edited("AppendArray", **three) == ([1, 2, 3, 4, 5, 6], "double[]")
+    assert edited("AppendArray", input0=TEXTS, input1=TEXTS) == (["a", "b", "a", "b"], "token[]")
 
 
 def test_arrays_of_two_types_cannot_be_appended():
     with pytest.raises(UserError, match=r"double\[\] and token\[\] cannot be put into one array"):
-        result("AppendArray", input0=NUMBERS, input1=TEXTS)
+        edited("AppendArray", input0=NUMBERS, input1=TEXTS)

@@ -1,17 +1,14 @@
 """Arrays filled, shortened, turned and cut."""
 
 import pytest
+from typed_values import of
 
 from graph import ComputeError
 from graph.testing import run_node
 
-NUMBERS = {"type": "double[]", "value": [1, 2, 3, 2]}
-TOKENS = {"type": "token[]", "value": ["a", "b", "a"]}
-VECTORS = {"type": "double[2][]", "value": [[1, 2], [3, 4]]}
-
-
-def of(type_name, value):
-    return {"type": type_name, "value": value}
+NUMBERS = of("double[]", [1, 2, 3, 2])
+TOKENS = of("token[]", ["a", "b", "a"])
+VECTORS = of("double[2][]", [[1, 2], [3, 4]])
 
 
 def array_of(kind, **inputs):

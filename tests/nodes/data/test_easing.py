@@ -4,13 +4,10 @@ import math
 
 import numpy as np
 import pytest
+from typed_values import of
 
 from graph import ComputeError
 from graph.testing import run_node
-
-
-def of(type_name, value):
-    return {"type": type_name, "value": value}
 
 
 def test_a_step_towards_a_target_covers_the_documented_share_of_the_way():

@@ -2,19 +2,10 @@ import math
 
 import numpy as np
 import pytest
+from typed_values import of, result
 
 from graph import ComputeError, UserError
 from graph.testing import run_node
-
-
-def of(type_name, value):
-    return {"type": type_name, "value": value}
-
-
-def result(kind, output="result", **inputs):
-    trace = run_node(kind, inputs=inputs)
-    value = trace.value(output)
-    return (value.tolist() if hasattr(value, "tolist") else value), trace.node.types[f"outputs:{output}"].name
 
 
 @pytest.mark.parametrize(

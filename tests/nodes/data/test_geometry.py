@@ -1,17 +1,9 @@
 import numpy as np
 import pytest
+from typed_values import of, outcome
 
 from graph import ComputeError, UserError
 from graph.testing import run_node
-
-
-def of(type_name, value):
-    return {"type": type_name, "value": value}
-
-
-def result(kind, output, **inputs):
-    trace = run_node(kind, inputs=inputs)
-    return trace.value(output), trace.node.types[f"outputs:{output}"].name
 
 
 @pytest.mark.parametrize(
@@ -26,7 +18,7 @@ def result(kind, output, **inputs):
     ],
 )
 def test_the_magnitude_is_the_length(value, length, name):
-    found, found_name = result("Magnitude", "magnitude", input=value)
+    found, found_name = outcome("Magnitude", "magnitude", input=value)
     assert np.array_equal(found, length)
     assert found_name == name
 
@@ -37,28 +29,29 @@ def test_a_matrix_has_no_length():
 
 
 def test_dot_products():
-    assert result("DotProduct", "product", a=of("double[3]", [1, 2, 3]), b=of("double[3]", [4, 5, 6])) == (32, "double")
-    assert result("DotProduct", "product", a=of("double[]", [1, 2]), b=of("double[]", [3, 4])) == (11, "double")
-    rows, name = result("DotProduct", "product", a=of("int[2][]", [[1, 2], [3, 4]]), b=of("int[2]", [1, 10]))
+    one, other = of("double[3]", [1, 2, 3]), of("double[3]", [4, 5, 6])
+    assert outcome("DotProduct", "product", a=one, b=other) == (32, "double")
+    assert outcome("DotProduct", "product", a=of("double[]", [1, 2]), b=of("double[]", [3, 4])) == (11, "double")
+    rows, name = outcome("DotProduct", "product", a=of("int[2][]", [[1, 2], [3, 4]]), b=of("int[2]", [1, 10]))
     assert (rows.tolist(), name) == ([21, 43], "int[]")
     with pytest.raises(UserError, match=r"double\[3\] and double have no dot product"):
-        result("DotProduct", "product", a=of("double[3]", [1, 2, 3]), b=of("double", 2))
+        outcome("DotProduct", "product", a=of("double[3]", [1, 2, 3]), b=of("double", 2))
 
 
 def test_cross_products_follow_the_right_hand():
-    value, name = result("CrossProduct", "product", a=of("vectord[3]", [1, 0, 0]), b=of("vectord[3]", [0, 1, 0]))
+    value, name = outcome("CrossProduct", "product", a=of("vectord[3]", [1, 0, 0]), b=of("vectord[3]", [0, 1, 0]))
     assert (value.tolist(), name) == ([0, 0, 1], "vectord[3]")
 
 
 def test_normalized_vectors_have_length_one_unless_they_had_none():
-    value, name = result("Normalize", "result", vector=of("double[2][]", [[3, 4], [0, 0]]))
+    value, name = outcome("Normalize", "result", vector=of("double[2][]", [[3, 4], [0, 0]]))
     assert (value.tolist(), name) == ([[0.6, 0.8], [0, 0]], "double[2][]")
 
 
 @pytest.mark.parametrize("size", [2, 3, 4])
 def test_vectors_are_taken_apart_and_put_together(size):
     parts = {axis: of("double", index + 0.5) for index, axis in enumerate("xyzw"[:size])}
-    whole, name = result(f"MakeVector{size}", "tuple", **parts)
+    whole, name = outcome(f"MakeVector{size}", "tuple", **parts)
     assert (whole.tolist(), name) == ([0.5, 1.5, 2.5, 3.5][:size], f"double[{size}]")
     trace = run_node(f"BreakVector{size}", inputs={"tuple": of(name, whole.tolist())})
     assert [trace.value(axis) for axis in "xyzw"[:size]] == whole.tolist()
@@ -75,17 +68,17 @@ QUARTER_ABOUT_Z = [[0, 2, 0, 0], [-2, 0, 0, 0], [0, 0, 2, 0], [7, 8, 9, 1]]
 
 def test_a_matrix_gives_its_translation_and_rotation():
     matrix = of("matrixd[4]", QUARTER_ABOUT_Z)
-    assert result("GetMatrix4Translation", "translation", matrix=matrix)[0].tolist() == [7, 8, 9]
-    quaternion, name = result("GetMatrix4Quaternion", "quaternion", matrix=matrix)
+    assert outcome("GetMatrix4Translation", "translation", matrix=matrix)[0].tolist() == [7, 8, 9]
+    quaternion, name = outcome("GetMatrix4Quaternion", "quaternion", matrix=matrix)
     assert (quaternion, name) == (pytest.approx([0, 0, 0.5**0.5, 0.5**0.5]), "quatd[4]")
-    assert result("GetMatrix4Rotation", "rotation", matrix=matrix)[0] == pytest.approx([0, 0, 90])
+    assert outcome("GetMatrix4Rotation", "rotation", matrix=matrix)[0] == pytest.approx([0, 0, 90])
 
 
 def test_an_array_of_matrices_gives_an_array():
     matrices = of("matrixd[4][]", [QUARTER_ABOUT_Z, np.eye(4).tolist()])
-    translations, name = result("GetMatrix4Translation", "translation", matrix=matrices)
+    translations, name = outcome("GetMatrix4Translation", "translation", matrix=matrices)
     assert (translations.tolist(), name) == ([[7, 8, 9], [0, 0, 0]], "vectord[3][]")
-    assert result("GetMatrix4Rotation", "rotation", matrix=matrices)[0].tolist() == pytest.approx(
+    assert outcome("GetMatrix4Rotation", "rotation", matrix=matrices)[0].tolist() == pytest.approx(
         np.array([[0, 0, 90], [0, 0, 0]])
     )
 
@@ -105,7 +98,7 @@ def _turn(axis, degrees):
 def test_rotation_angles_turn_in_the_given_order(order, angles):
     first, second, third = (_turn(axis, angle) for axis, angle in zip(order, angles, strict=True))
     matrix = of("matrixd[3]", (third @ second @ first).T.tolist())
-    found, _ = result("GetMatrix4Rotation", "rotation", matrix=matrix, rotationOrder=order)
+    found, _ = outcome("GetMatrix4Rotation", "rotation", matrix=matrix, rotationOrder=order)
     assert [found["XYZ".index(axis)] for axis in order] == pytest.approx(angles)
 
 

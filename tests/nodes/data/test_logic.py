@@ -2,20 +2,11 @@ import json
 import re
 
 import pytest
+from typed_values import of, result
 
 from graph import ComputeError, UserError, compile_graphs
 from graph.files import loads
 from graph.testing import run_node
-
-
-def of(type_name, value):
-    return {"type": type_name, "value": value}
-
-
-def result(kind, output="result", **inputs):
-    trace = run_node(kind, inputs=inputs)
-    value = trace.value(output)
-    return (value.tolist() if hasattr(value, "tolist") else value), trace.node.types[f"outputs:{output}"].name
 
 
 @pytest.mark.parametrize(
@@ -125,7 +116,7 @@ def test_compare_names_where_an_unlike_value_comes_from():
         run_node("Compare", inputs={"a": "x", "b": of("double", 1.0)}, connect={"a": "token"})
 
 
-@pytest.mark.parametrize("role", ["foo", "", "*", 5, {"type": "token", "value": "colour"}])
+@pytest.mark.parametrize("role", ["foo", "", "*", 5, of("token", "colour")])
 def test_to_double_refuses_a_role_that_is_none_as_a_mistake_in_the_file(role):
     text = (
         "tickgraph: 1\ngraphs:\n  /G:\n    evaluator: push\n    nodes:\n"

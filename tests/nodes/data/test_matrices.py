@@ -4,22 +4,14 @@ import math
 
 import numpy as np
 import pytest
+from typed_values import of, outcome
 
 from graph import ComputeError, UserError
 from graph.testing import run_node
 
 HALF = math.sqrt(0.5)
-QUARTER_TURN = {"type": "quatd[4]", "value": [0, 0, HALF, HALF]}
+QUARTER_TURN = of("quatd[4]", [0, 0, HALF, HALF])
 """90 degrees about z: x becomes y."""
-
-
-def of(type_name, value):
-    return {"type": type_name, "value": value}
-
-
-def outcome(kind, output, **inputs):
-    trace = run_node(kind, inputs=inputs)
-    return trace.value(output), trace.node.types[f"outputs:{output}"].name
 
 
 def placed(**inputs):

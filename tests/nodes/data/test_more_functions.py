@@ -4,18 +4,9 @@ import math
 
 import numpy as np
 import pytest
+from typed_values import of, outcome
 
 from graph import UserError
-from graph.testing import run_node
-
-
-def of(type_name, value):
-    return {"type": type_name, "value": value}
-
-
-def outcome(kind, output, **inputs):
-    trace = run_node(kind, inputs=inputs)
-    return trace.value(output), trace.node.types[f"outputs:{output}"].name
 
 
 @pytest.mark.parametrize(

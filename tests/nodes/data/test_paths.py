@@ -1,14 +1,10 @@
 """Paths and targets made of others."""
 
 import pytest
+from typed_values import of
 
 from graph import ComputeError
 from graph.testing import run_node
-
-
-def of(type_name, value):
-    return {"type": type_name, "value": value}
-
 
 AB, ABA = ["/A", "/B"], ["/A", "/B", "/A"]
 

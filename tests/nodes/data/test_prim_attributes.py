@@ -1,13 +1,10 @@
 import numpy as np
 import pytest
 from pxr import Gf, Sdf, UsdGeom
+from typed_values import of
 
 from graph import ComputeError
 from graph.testing import run_node
-
-
-def of(type_name, value):
-    return {"type": type_name, "value": value}
 
 
 @pytest.fixture

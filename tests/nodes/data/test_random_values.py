@@ -2,13 +2,10 @@
 
 import numpy as np
 import pytest
+from typed_values import of
 
 from graph import ComputeError
 from graph.testing import run_node
-
-
-def of(type_name, value):
-    return {"type": type_name, "value": value}
 
 
 def drawn(kind, count=400, **inputs):

@@ -2,13 +2,10 @@
 
 import numpy as np
 import pytest
+from typed_values import of
 
 from graph import ComputeError, UserError
 from graph.testing import run_node
-
-
-def of(type_name, value):
-    return {"type": type_name, "value": value}
 
 
 @pytest.mark.parametrize(

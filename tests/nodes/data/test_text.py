@@ -1,11 +1,8 @@
 import pytest
+from typed_values import of
 
 from graph import ComputeError
 from graph.testing import run_node
-
-
-def of(type_name, value):
-    return {"type": type_name, "value": value}
 
 
 def built(**inputs):

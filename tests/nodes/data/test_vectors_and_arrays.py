@@ -2,14 +2,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from typed_values import of
 
 from graph import ComputeError, Context, UserError, compile_graphs
 from graph.spec import GraphSpec, NodeSpec
 from graph.testing import run_node
-
-
-def of(type_name, value):
-    return {"type": type_name, "value": value}
 
 
 def test_break_vector3_gives_plain_numbers_of_the_vectors_kind():
