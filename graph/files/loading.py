@@ -57,7 +57,12 @@ def loads(
 
 def examine(path: str | Path, *, allow: Iterable[str | Path] = ()) -> Examined:
     """Like `load`, but returns what is right beside what is wrong, for a command that reports several stages."""
-    return migrated(_examined(path, [Path(root) for root in allow]))
+    name, roots = str(path), [Path(root) for root in allow]
+    if is_usd(name) and Path(path).is_file():
+        # By name, as it is above this package: it knows the world's USD. It has brought old ids up to date itself.
+        found: Examined = import_module(_USD).examine(Path(path).absolute(), name, roots)
+        return found
+    return migrated(_examined(Path(path), name, roots))
 
 
 def migrated(examined: Examined) -> Examined:
@@ -67,12 +72,7 @@ def migrated(examined: Examined) -> Examined:
     return examined if examined.spec is None else replace(examined, spec=migrate(examined.spec))
 
 
-def _examined(path: str | Path, allow: Sequence[Path]) -> Examined:
-    name, path = str(path), Path(path)
-    if is_usd(name) and path.is_file():
-        # By name, as it is above this package: it knows the world's USD.
-        found: Examined = import_module(_USD).examine(path.absolute(), name, allow)
-        return found
+def _examined(path: Path, name: str, allow: Sequence[Path]) -> Examined:
     try:
         source = read(path, name)
     except UserError as error:

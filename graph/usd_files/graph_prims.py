@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
@@ -143,17 +142,22 @@ def _graph_and_nested(prim: Any, predicate: Any, tell: Tell) -> Iterator[RawGrap
 
 def _collect(prim: Any, graph: RawGraph, prefix: str, nested: list[Any], predicate: Any) -> None:
     """Adds the nodes below a prim, those of compounds too; other graphs below it come to `nested`."""
-    pending = deque((child, prefix) for child in prim.GetFilteredChildren(predicate))
+
+    def below(one: Any, path: str, before: str) -> list[tuple[Any, str, str]]:
+        return [(child, f"{path}/", before) for child in one.GetFilteredChildren(predicate)][::-1]
+
+    pending = below(prim, prim.GetPath().pathString, prefix)
     while pending:
-        child, before = pending.popleft()
+        child, parent, before = pending.pop()
         path = child.GetPath()
-        name = f"{before}{path.name}"
+        text, name = parent + path.name, before + path.name
         if is_node(child):
-            node = RawNode(child, path, name)
-            subgraph = _subgraph(child, node)
+            node = RawNode(child, path, text, name)
+            inside = below(child, text, f"{name}/")
+            subgraph = _subgraph(child, node) if inside or node.type == COMPOUND or node.has_compound_type else None
             if subgraph is None:
                 graph.nodes.append(node)
-                pending.extendleft([(one, f"{name}/") for one in child.GetFilteredChildren(predicate)][::-1])
+                pending += inside
             else:
                 graph.compounds.append(node)
                 inner = f"{name}/{subgraph.GetName()}/" if subgraph.GetParent() == child else f"{name}/"
@@ -161,9 +165,9 @@ def _collect(prim: Any, graph: RawGraph, prefix: str, nested: list[Any], predica
         elif is_graph(child):
             nested.append(child)
         elif not child.IsDefined() and _over_of_node(child):
-            graph.overs.append(path.pathString)
+            graph.overs.append(text)
         elif child.GetTypeName() != "ComputeGraphSettings":
-            pending.extendleft([(one, f"{name}/") for one in child.GetFilteredChildren(predicate)][::-1])
+            pending += below(child, text, f"{name}/")
 
 
 def _subgraph(prim: Any, node: RawNode) -> Any | None:

@@ -25,13 +25,13 @@ class RawNode:
 
     __slots__ = ("_properties", "attributes", "custom", "has_compound_type", "name", "path", "type")
 
-    def __init__(self, prim: Any, path: Any, name: str) -> None:
-        """Of a prim, whose path is `path`."""
+    def __init__(self, prim: Any, path: Any, text: str, name: str) -> None:
+        """Of a prim, whose path is `path`, as text `text`."""
         self._properties = properties = properties_of(prim, path)
         names = properties.names()
-        self.path: str = path.pathString
+        self.path = text
         self.name = name
-        self.type = str(properties.find("node:type").value or "") if "node:type" in names else ""
+        self.type = properties.text("node:type") if "node:type" in names else ""
         self.attributes = [properties.find(one) for one in names if one.startswith(PREFIXES)]
         self.has_compound_type = COMPOUND_TYPE in names
         """Whether `COMPOUND_TYPE` is among its attributes."""

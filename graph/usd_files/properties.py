@@ -76,6 +76,10 @@ class Properties:
         """The one of that name, which is there."""
         raise NotImplementedError
 
+    def text(self, name: str) -> str:
+        """The value of the property of that name, which is there, as text; "" for none."""
+        return str(self.find(name).value or "")
+
     def custom(self, key: str) -> Any:
         """What the prim's customData holds under a key, as plain data; None for nothing."""
         raise NotImplementedError
@@ -106,6 +110,10 @@ class _Written(Properties):
         spec = self._find(self._path.AppendProperty(name))
         kind = _WrittenRelationship if type(spec) is Sdf.RelationshipSpec else _WrittenAttribute
         return kind(name, spec, self._prim)
+
+    def text(self, name: str) -> str:
+        value = self._find(self._path.AppendProperty(name)).default
+        return value if isinstance(value, str) else super().text(name)
 
     def custom(self, key: str) -> Any:
         return plain(self._prim.GetCustomDataByKey(key)) if self._spec.HasInfo("customData") else None

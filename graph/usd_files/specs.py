@@ -202,7 +202,7 @@ def _connections(
             if attribute.startswith("outputs:"):
                 tell("usd-lost-connection", place, f"{node.path}.{attribute} is an output that {source} feeds")
                 continue
-            start = f"{home[1]}.{shortened(name, 'outputs:')}" if home[0] == graph else f"{owner}.{name}"
+            start = f"{home[1]}.{shortened(name, 'outputs:')}" if home[0] == graph else source
             yield ConnectionSpec(start, f"{node.name}.{shortened(attribute, 'inputs:')}", mark_of(place))
 
 

@@ -70,6 +70,8 @@ def _node(node: NodeSpec, graph: GraphSpec, known: NodeType | None, notes: Notes
     if known is None:
         used = {full: type_ for full, type_ in node.attributes.items() if full.removeprefix("inputs:") in node.inputs}
         return _with(node, node.inputs, used)
+    if not node.inputs and not node.attributes:
+        return node
     inputs: dict[str, Any] = {}
     for key, value in node.inputs.items():
         prefix, name = split(key)
@@ -115,27 +117,31 @@ def _connections(
     notes: Notes,
 ) -> Iterator[ConnectionSpec]:
     first: dict[tuple[str, str], str] = {}
+    declared_as: dict[tuple[str, str], tuple[str, Attribute | None]] = {}
     for connection in graph.connections:
-        at = connection.mark, graph.path
         name, _, attribute = connection.target.rpartition(".")
         if name in strict or name not in nodes:
             yield connection
             continue
         node = nodes[name]
-        prefix, bare = split(attribute)
         known = types.get(node.type)
-        declared = known.find(prefix, bare) if known else None
+        key = node.type, attribute
+        if key not in declared_as:
+            prefix, bare = split(attribute)
+            declared_as[key] = f"{prefix}:{bare}", known.find(prefix, bare) if known else None
+        full, declared = declared_as[key]
+        at = connection.mark, graph.path
         if known and declared is None:
-            message = f"{known.short_name} has no {prefix}:{bare} (any more); the connection to it is left out"
+            message = f"{known.short_name} has no {full} (any more); the connection to it is left out"
             notes.add("attribute-unknown", message, *at)
             continue
         if not _source_exists(connection, nodes, types):
             notes.add("attribute-unknown", f"{connection.source} does not exist; the connection is left out", *at)
             continue
-        written = node.attributes.get(f"{prefix}:{bare}")
+        written = node.attributes.get(full)
         execution = declared.is_execution if declared else written == "execution"
         execution = execution or written == "execution"
-        other = first.setdefault((name, f"{prefix}:{bare}"), connection.source)
+        other = first.setdefault((name, full), connection.source)
         if other != connection.source and not execution and known:
             message = f"{graph.path}/{connection.target} has two sources; {other} counts, {connection.source} does not"
             notes.add("two-sources", message, *at)
