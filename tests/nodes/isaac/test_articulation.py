@@ -1,6 +1,7 @@
 import math
 
 import pytest
+from fixed_robots import define_cart
 
 from graph import ComputeError
 from graph.testing import run_node
@@ -8,33 +9,8 @@ from graph.testing import run_node
 
 @pytest.fixture
 def cart(stage, world):
-    """A function that opens a world with /World/Cart: a fixed base with the driven wheels left and right, damping 1."""
-    from pxr import UsdGeom, UsdPhysics
-
-    root = UsdGeom.Xform.Define(stage, "/World/Cart")
-    UsdPhysics.ArticulationRootAPI.Apply(root.GetPrim())
-
-    def body(name, place):
-        cube = UsdGeom.Cube.Define(stage, f"/World/Cart/{name}")
-        cube.GetSizeAttr().Set(0.2)
-        cube.AddTranslateOp().Set(place)
-        UsdPhysics.RigidBodyAPI.Apply(cube.GetPrim())
-        UsdPhysics.MassAPI.Apply(cube.GetPrim()).GetMassAttr().Set(1.0)
-        return f"/World/Cart/{name}"
-
-    base = body("base", (0, 0, 1))
-    ground = UsdPhysics.FixedJoint.Define(stage, "/World/Cart/mount")
-    ground.GetBody1Rel().SetTargets([base])
-    ground.GetLocalPos0Attr().Set((0, 0, 1))
-    for name, y in (("left", 1), ("right", -1)):
-        joint = UsdPhysics.RevoluteJoint.Define(stage, f"/World/Cart/{name}_joint")
-        joint.GetAxisAttr().Set("Y")
-        joint.GetBody0Rel().SetTargets([base])
-        joint.GetBody1Rel().SetTargets([body(name, (0, y, 1))])
-        joint.GetLocalPos0Attr().Set((0, y, 0))
-        drive = UsdPhysics.DriveAPI.Apply(joint.GetPrim(), "angular")
-        drive.GetDampingAttr().Set(100.0)
-        drive.GetTypeAttr().Set("acceleration")
+    """A function that opens a world with /World/Cart."""
+    define_cart(stage, damping=100.0)
     return lambda: world(physics_hz=240)
 
 

@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from fixed_robots import define_cart
 
 from graph.cli.playing import open_sources, play_into
 from graph.sim import App
@@ -43,36 +44,16 @@ COMMANDS = """\
 
 @pytest.fixture
 def folder(tmp_path):
-    """The graph, its commands and a cart on a fixed base: wheels left and right, velocity drives without lag."""
+    """The graph, its commands and the cart, whose wheels follow without lag."""
     from graph.sim import register_schemas
 
     register_schemas()
-    from pxr import Usd, UsdGeom, UsdPhysics
+    from pxr import Usd, UsdGeom
 
     stage = Usd.Stage.CreateNew(str(tmp_path / "cart.usda"))
     UsdGeom.SetStageUpAxis(stage, "Z")
     UsdGeom.SetStageMetersPerUnit(stage, 1)
-    UsdPhysics.ArticulationRootAPI.Apply(UsdGeom.Xform.Define(stage, "/World/Cart").GetPrim())
-
-    def body(name, place):
-        cube = UsdGeom.Cube.Define(stage, f"/World/Cart/{name}")
-        cube.GetSizeAttr().Set(0.2)
-        cube.AddTranslateOp().Set(place)
-        UsdPhysics.RigidBodyAPI.Apply(cube.GetPrim())
-        UsdPhysics.MassAPI.Apply(cube.GetPrim()).GetMassAttr().Set(1.0)
-        return f"/World/Cart/{name}"
-
-    base = body("base", (0, 0, 0))
-    UsdPhysics.FixedJoint.Define(stage, "/World/Cart/mount").GetBody1Rel().SetTargets([base])
-    for name, y in (("left", 1), ("right", -1)):
-        joint = UsdPhysics.RevoluteJoint.Define(stage, f"/World/Cart/{name}_joint")
-        joint.GetAxisAttr().Set("Y")
-        joint.GetBody0Rel().SetTargets([base])
-        joint.GetBody1Rel().SetTargets([body(name, (0, y, 0))])
-        joint.GetLocalPos0Attr().Set((0, y, 0))
-        drive = UsdPhysics.DriveAPI.Apply(joint.GetPrim(), "angular")
-        drive.GetDampingAttr().Set(math.radians(1000.0))
-        drive.GetTypeAttr().Set("acceleration")
+    define_cart(stage, damping=math.radians(1000.0))
     stage.Save()
     (tmp_path / "drive.yaml").write_text(GRAPH)
     (tmp_path / "commands.yaml").write_text(COMMANDS)

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from fixed_robots import define_base, define_joint
 
 from graph import ComputeError
 from graph.testing import run_node
@@ -16,35 +17,13 @@ def once(kind, app, **inputs):
 @pytest.fixture
 def slider(stage, world):
     """A world in centimetres with a fixed base, a wheel on a hinge (y) and a block on a slide (x)."""
-    from pxr import UsdGeom, UsdPhysics
+    from pxr import UsdGeom
 
     UsdGeom.SetStageMetersPerUnit(stage, 0.01)
-    UsdPhysics.ArticulationRootAPI.Apply(UsdGeom.Xform.Define(stage, "/Robot").GetPrim())
-
-    def body(name, place):
-        cube = UsdGeom.Cube.Define(stage, f"/Robot/{name}")
-        cube.GetSizeAttr().Set(10)
-        cube.AddTranslateOp().Set(place)
-        UsdPhysics.RigidBodyAPI.Apply(cube.GetPrim())
-        UsdPhysics.MassAPI.Apply(cube.GetPrim()).GetMassAttr().Set(1.0)
-        return f"/Robot/{name}"
-
-    base = body("base", (0, 0, 0))
-    UsdPhysics.FixedJoint.Define(stage, "/Robot/mount").GetBody1Rel().SetTargets([base])
-    for name, kind, axis, place in (
-        ("hinge", UsdPhysics.RevoluteJoint, "Y", (0, 100, 0)),
-        ("slide", UsdPhysics.PrismaticJoint, "X", (0, -100, 0)),
-    ):
-        joint = kind.Define(stage, f"/Robot/{name}")
-        joint.GetAxisAttr().Set(axis)
-        joint.GetBody0Rel().SetTargets([base])
-        joint.GetBody1Rel().SetTargets([body(f"{name}_link", place)])
-        joint.GetLocalPos0Attr().Set(place)
-        drive = UsdPhysics.DriveAPI.Apply(joint.GetPrim(), "angular" if name == "hinge" else "linear")
-        drive.GetTypeAttr().Set("acceleration")
-        drive.GetStiffnessAttr().Set(1000.0)
-        drive.GetDampingAttr().Set(100.0)
-        drive.GetTargetPositionAttr().Set(math.degrees(0.5) if name == "hinge" else 20.0)
+    define_base(stage, "/Robot", size=10)
+    alike = {"stiffness": 1000.0, "damping": 100.0, "size": 10}
+    define_joint(stage, "/Robot", "hinge", "hinge_link", (0, 100, 0), targetPosition=math.degrees(0.5), **alike)
+    define_joint(stage, "/Robot", "slide", "slide_link", (0, -100, 0), "X", "linear", targetPosition=20.0, **alike)
     return world(physics_hz=240)
 
 
