@@ -90,6 +90,8 @@ ABSENT = {
     "omni.graph.nodes.SelectPrims": _SELECTION,
     "omni.graph.nodes.SetTimeline": "the timeline cannot be moved while it plays; give the stage its time codes",
     "omni.graph.nodes.SetVariantSelection": _VARIANT,
+    "omni.graph.nodes.SourceIndices": "its rule and its documented example contradict each other",
+    "omni.graph.nodes.ReadOmniGraphValue": "use ReadPrimAttribute, which reads what was written to Fabric first",
     "omni.graph.nodes.StopAllSound": _SOUND,
     "omni.graph.nodes.StopSound": _SOUND,
     "omni.graph.nodes.StopTimeline": "a stop ends the world that the graph runs in; use ExitApplication",

@@ -144,6 +144,7 @@ _PARTS: dict[str, Parts] = {
     "ROS2Subscriber": Parts({"messagePackage": "geometry_msgs", "messageName": "Point"}),
     "ScriptNode": Parts(needs="your leave to run its script: graph run --allow-scripts"),
     "SetPrimActive": Parts({"primTarget": THING}, {THING: "{type: Scope}"}),
+    "SetTarget": Parts({"targets": THING, "setTarget": "/World"}, _THING),
     "SurfaceGripper": Parts({"SurfaceGripper": "/World/Arm/Cup"}, _CUP),
     "ToTarget": Parts({"value": {"type": "token", "value": THING}}, _THING),
     "WritePrimAttribute": Parts(

@@ -90,6 +90,7 @@ TYPES: Mapping[str, tuple[str, ...]] = {
         "omni.graph.nodes.ArrayRemoveValue",
         "omni.graph.nodes.ArrayRotate",
         "omni.graph.nodes.ArraySlice",
+        "omni.graph.nodes.PartialSum",
     ),
     "data.arrays": (
         "omni.graph.nodes.ConstructArray",
@@ -158,6 +159,7 @@ TYPES: Mapping[str, tuple[str, ...]] = {
         "omni.graph.nodes.ToFloat",
         "omni.graph.nodes.ToHalf",
         "omni.graph.nodes.ToUint64",
+        "omni.graph.nodes.ToUchar",
     ),
     "data.easing": (
         "omni.graph.nodes.InterpolateTo",
@@ -180,6 +182,7 @@ TYPES: Mapping[str, tuple[str, ...]] = {
         "omni.graph.nodes.DotProduct",
         "omni.graph.nodes.CrossProduct",
         "omni.graph.nodes.Normalize",
+        "omni.graph.nodes.Distance3D",
     ),
     "data.keyboard": ("omni.graph.nodes.ReadKeyboardState",),
     "data.logic": (
@@ -203,7 +206,10 @@ TYPES: Mapping[str, tuple[str, ...]] = {
         "omni.graph.nodes.RotateVector",
         "omni.graph.nodes.TransformVector",
     ),
-    "data.materials": ("omni.graph.nodes.WritePrimMaterial",),
+    "data.materials": (
+        "omni.graph.nodes.WritePrimMaterial",
+        "omni.graph.nodes.ReadPrimMaterial",
+    ),
     "data.matrices": (
         "omni.graph.nodes.MatrixMultiply",
         "omni.graph.nodes.OgnInvertMatrix",
@@ -229,6 +235,8 @@ TYPES: Mapping[str, tuple[str, ...]] = {
         "omni.graph.nodes.ReplaceTargets",
         "omni.graph.nodes.GraphTarget",
         "omni.graph.nodes.GetGraphTargetPrim",
+        "omni.graph.nodes.SetTarget",
+        "omni.graph.nodes.SelectTargetIf",
     ),
     "data.powers": (
         "omni.graph.nodes.Exponent",

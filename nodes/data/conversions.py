@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from graph import Attribute, node_type
-from graph.types import NUMBERS, TYPES
+from graph.types import INTEGER_RANGES, NUMBERS, TYPES
 
 from .like_inputs import renamed
 from .promotion import REAL_ROLES, ROLES, double_of, real_of
@@ -62,24 +62,40 @@ _to_real("ToFloat", "float")
 _to_real("ToHalf", "half")
 
 
-@node_type(
-    "omni.graph.nodes.ToUint64",
-    version=1,
-    inputs={"value": Attribute(("bool", "bool[]", "numeric_scalers", *_ARRAYS), "the number or array to convert")},
-    outputs={"converted": Attribute(("uint64", "uint64[]"), "the whole numbers")},
-    resolve=renamed("value", "converted", "uint64"),
-)
-def to_uint64(db: Any) -> None:
-    """Convert numbers to whole ones of 64 bits, cut off towards zero; negative and too large ones fail."""
-    import numpy as np
+def _to_whole(name: str, storage: str, *more: str) -> None:
+    """Declares the node type `name`: whole numbers in that storage."""
+    highest = INTEGER_RANGES[storage][1]
 
-    value = np.asarray(db.inputs.value)
-    real = value.dtype.kind == "f"
-    whole = np.trunc(value) if real else value
-    if value.size and (not np.isfinite(whole).all() or whole.min() < 0 or (real and whole.max() >= 2.0**64)):
-        db.fail(f"input value is {db.inputs.value}, which has no whole number from 0 to 2^64 - 1")
-    converted = whole.astype(np.uint64)
-    db.outputs.converted = converted if converted.ndim else converted.item()
+    def compute(db: Any) -> None:
+        import numpy as np
+
+        from graph.values import dtype_of
+
+        given = db.inputs.value
+        try:
+            value = np.asarray(float(given) if isinstance(given, str) else given)
+        except ValueError:
+            db.fail(f'input value is "{given}", which is no number')
+        whole = np.trunc(value) if value.dtype.kind == "f" else value
+        if value.size and not (np.isfinite(whole).all() and whole.min() >= 0 and int(whole.max()) <= highest):
+            db.fail(f"input value is {given}, which has no whole number from 0 to {highest}")
+        converted = whole.astype(dtype_of(TYPES[storage]))
+        db.outputs.converted = converted if converted.ndim else converted.item()
+
+    compute.__doc__ = (
+        f"Convert numbers to whole ones from 0 to {highest}, cut off towards zero; negative and too large ones fail."
+    )
+    node_type(
+        f"omni.graph.nodes.{name}",
+        version=1,
+        inputs={"value": Attribute(("bool", "bool[]", *NUMBERS, *_ARRAYS, *more), "the number or array to convert")},
+        outputs={"converted": Attribute((storage, f"{storage}[]"), "the whole numbers")},
+        resolve=renamed("value", "converted", storage),
+    )(compute)
+
+
+_to_whole("ToUint64", "uint64")
+_to_whole("ToUchar", "uchar", "string")
 
 
 @node_type(

@@ -86,3 +86,39 @@ def normalize(db: Any) -> None:
     vector = db.inputs.vector
     length = np.linalg.norm(vector.astype(float), axis=-1, keepdims=True)
     db.outputs.result = (vector / np.where(length == 0, 1, length)).astype(vector.dtype)
+
+
+POINTS3 = tuple(f"point{kind}[3]{many}" for kind in "dfh" for many in ("", "[]"))
+
+
+def _distance_type(known: Any) -> Any:
+    """A number in the wider precision of both points, an array where one of them is."""
+    common = promoted("distance", "a", "b")(known)
+    return {name: length.component.array_of() if length.array else length.component for name, length in common.items()}
+
+
+@node_type(
+    "omni.graph.nodes.Distance3D",
+    version=1,
+    inputs={
+        "a": Attribute(POINTS3, "a point, or an array of them"),
+        "b": Attribute(POINTS3, "a point, or an array of them"),
+    },
+    outputs={
+        "distance": Attribute(
+            ("double", "double[]", "float", "float[]", "half", "half[]"), "how far they are apart", unit="stage units"
+        )
+    },
+    resolve=_distance_type,
+)
+def distance_3d(db: Any) -> None:
+    """Give the distance between points; an array with an array one by one."""
+    import numpy as np
+
+    from graph.values import dtype_of
+
+    result = settled(db, "distance")
+    a, b = aligned(db, "ab", None)
+    distance = np.linalg.norm(np.asarray(a, float) - np.asarray(b, float), axis=-1)
+    distance = distance if result is None or not distance.ndim else distance.astype(dtype_of(result))
+    db.outputs.distance = distance if distance.ndim else float(distance)

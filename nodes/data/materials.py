@@ -6,7 +6,7 @@ from typing import Any
 
 from graph import Attribute, node_type
 
-from .stage_prims import find_prim
+from .stage_prims import find_prim, only_target
 
 
 @node_type(
@@ -31,4 +31,31 @@ def write_prim_material(db: Any) -> bool:
         db.fail(f"{material.GetPath()} is no Material but {material.GetTypeName() or 'a prim without type'}")
     UsdShade.MaterialBindingAPI.Apply(prim).Bind(UsdShade.Material(material))
     db.fire("execOut")
+    return True
+
+
+@node_type(
+    "omni.graph.nodes.ReadPrimMaterial",
+    version=2,
+    volatile=True,
+    inputs={
+        "prim": Attribute("target", "the prim, before primPath"),
+        "primPath": Attribute("path", "path of the prim", default=""),
+    },
+    outputs={
+        "material": Attribute("path", "path of its material; empty where it has none"),
+        "materialPrim": Attribute("target", "its material"),
+    },
+)
+def read_prim_material(db: Any) -> bool:
+    """Tell which material a prim has, bound to it or to one above it; a missing prim leaves the outputs as they are."""
+    from graph.sim.usd import UsdShade
+
+    inputs = db.inputs
+    prim = find_prim(db, only_target(db, "prim", inputs.prim) if inputs.prim else inputs.primPath)
+    if prim is None:
+        return False
+    material = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()[0]
+    path = str(material.GetPath()) if material else ""
+    db.outputs.material, db.outputs.materialPrim = path, [path] if path else []
     return True

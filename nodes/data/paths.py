@@ -240,6 +240,51 @@ def replace_targets(db: Any) -> None:
 
 
 @node_type(
+    "omni.graph.nodes.SetTarget",
+    version=1,
+    inputs={
+        "index": Attribute("int", "position from 0, or from the end where negative", default=0),
+        "setTarget": Attribute("target", "the prim to put there"),
+        "targets": TARGETS,
+    },
+    outputs={"targets": CHANGED},
+)
+def set_target(db: Any) -> None:
+    """Put another prim in the place of one; an index beyond the target fails."""
+    targets, index, new = list(db.inputs.targets), db.inputs.index, list(db.inputs.setTarget)
+    if not -len(targets) <= index < len(targets):
+        db.fail(f"input index is {index}, but the target names {len(targets)} prims")
+    if len(new) != 1:
+        db.fail(f"input setTarget names {len(new)} prims; give it one")
+    targets[index] = new[0]
+    db.outputs.targets = targets
+
+
+@node_type(
+    "omni.graph.nodes.SelectTargetIf",
+    version=1,
+    inputs={
+        "condition": Attribute(("bool", "bool[]"), "which one to take; an array decides prim by prim"),
+        "ifFalse": Attribute("target", "taken where the condition is false"),
+        "ifTrue": Attribute("target", "taken where the condition is true"),
+    },
+    outputs={"result": Attribute("target", "what was taken")},
+)
+def select_target_if(db: Any) -> None:
+    """Take one of two targets, or prim by prim from two that are as long as the condition."""
+    condition, sides = db.inputs.condition, (list(db.inputs.ifFalse), list(db.inputs.ifTrue))
+    if not hasattr(condition, "__len__"):
+        db.outputs.result = sides[bool(condition)]
+        return
+    if any(len(side) != len(condition) for side in sides):
+        db.fail(
+            f"input condition has {len(condition)} elements, ifTrue and ifFalse name {len(sides[1])} and "
+            f"{len(sides[0])} prims; they must be as many"
+        )
+    db.outputs.result = [sides[bool(one)][place] for place, one in enumerate(condition)]
+
+
+@node_type(
     "omni.graph.nodes.GraphTarget",
     version=1,
     inputs={"targetPath": Attribute("token", "kept for files that carry it; unused", default="")},

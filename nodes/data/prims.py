@@ -78,39 +78,54 @@ def is_prim_active(db: Any) -> None:
     version=1,
     volatile=True,
     inputs={
+        "ignoreSystemPrims": Attribute("bool", "whether to leave out graphs and their nodes", default=False),
         "namePrefix": Attribute("token", "how their names begin", default=""),
+        "pathPattern": Attribute(
+            "token", "their paths, as patterns with * and ?; ^ before one leaves it out", default=""
+        ),
         "recursive": Attribute("bool", "whether to look below the root's children too", default=False),
         "requiredAttributes": Attribute("string", "attributes that they must have, with spaces between", default=""),
         "requiredRelationship": Attribute("token", "a relationship that they must have", default=""),
         "requiredRelationshipTarget": Attribute("string", "a path that the relationship must name", default=""),
+        "requiredTarget": Attribute("target", "what the relationship must name, before requiredRelationshipTarget"),
+        "rootPrim": Attribute("target", "below which prim to look, before rootPrimPath"),
         "rootPrimPath": Attribute("token", "below which prim to look; empty means the whole stage", default=""),
         "type": Attribute("token", "their types, as patterns with * and ?; ^ before one leaves it out", default=""),
     },
-    outputs={"primPaths": Attribute("token[]", "their paths, in the order of the stage")},
+    outputs={
+        "primPaths": Attribute("token[]", "their paths, in the order of the stage"),
+        "prims": Attribute("target", "the prims, in the same order"),
+    },
 )
 def find_prims(db: Any) -> None:
     """Find the prims that fit all that is asked; an input that is empty asks nothing."""
     from graph.sim.usd import Usd
 
     inputs, stage = db.inputs, db.app.stage
-    root = find_prim(db, inputs.rootPrimPath) if inputs.rootPrimPath else stage.GetPseudoRoot()
-    if root is None:
-        db.outputs.primPaths = []
-        return
-    found = [one for one in Usd.PrimRange(root) if one != root] if inputs.recursive else root.GetChildren()
-    db.outputs.primPaths = [str(one.GetPath()) for one in found if _fits(one, inputs)]
+    path = str(inputs.rootPrim[0]) if inputs.rootPrim else inputs.rootPrimPath
+    root = find_prim(db, path) if path else stage.GetPseudoRoot()
+    found = []
+    if root is not None:
+        found = [one for one in Usd.PrimRange(root) if one != root] if inputs.recursive else root.GetChildren()
+    paths = [str(one.GetPath()) for one in found if _fits(one, inputs)]
+    db.outputs.primPaths, db.outputs.prims = paths, list(paths)
+
+
+_SYSTEM = ("OmniGraph", "OmniGraphNode", "ComputeGraph", "ComputeGraphSettings", "ComputeNode")
 
 
 def _fits(prim: Any, wanted: Any) -> bool:
     return (
         prim.GetName().startswith(wanted.namePrefix)
-        and _of_type(str(prim.GetTypeName()), wanted.type.split())
+        and not (wanted.ignoreSystemPrims and str(prim.GetTypeName()) in _SYSTEM)
+        and _matches(str(prim.GetTypeName()), wanted.type.split())
+        and _matches(str(prim.GetPath()), wanted.pathPattern.split())
         and all(prim.HasAttribute(name) for name in wanted.requiredAttributes.split())
         and (not wanted.requiredRelationship or _related(prim, wanted))
     )
 
 
-def _of_type(name: str, patterns: list[str]) -> bool:
+def _matches(name: str, patterns: list[str]) -> bool:
     unwanted = [one[1:] for one in patterns if one.startswith("^")]
     allowed = [one for one in patterns if not one.startswith("^")]
     if any(fnmatchcase(name, one) for one in unwanted):
@@ -122,4 +137,5 @@ def _related(prim: Any, wanted: Any) -> bool:
     if not prim.HasRelationship(wanted.requiredRelationship):
         return False
     targets = [str(path) for path in prim.GetRelationship(wanted.requiredRelationship).GetTargets()]
-    return not wanted.requiredRelationshipTarget or wanted.requiredRelationshipTarget in targets
+    needed = list(wanted.requiredTarget) or [wanted.requiredRelationshipTarget]
+    return needed == [""] or all(path in targets for path in needed)

@@ -57,3 +57,13 @@ def test_a_value_that_is_not_there_is_not_found():
 def test_an_index_beyond_the_array_fails():
     with pytest.raises(ComputeError, match="input index is 4, but the array has 4 elements"):
         array_of("ArrayRemoveIndex", array=NUMBERS, index=4)
+
+
+def test_partial_sums_leave_the_element_itself_out():
+    def sums(array):
+        return run_node("PartialSum", inputs={"array": array}).value("partialSum").tolist()
+
+    assert sums([3, 1, 4]) == [0, 3, 4]
+    assert sums([]) == []
+    with pytest.raises(ComputeError, match="which an int cannot hold"):
+        sums([2**31 - 1, 1, 0])

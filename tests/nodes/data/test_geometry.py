@@ -105,3 +105,18 @@ def test_rotation_angles_turn_in_the_given_order(order, angles):
 def test_arrays_of_components_need_one_length():
     with pytest.raises(ComputeError, match="the arrays have 1 and 2 elements; they need one length"):
         run_node("MakeVector2", inputs={"x": of("double[]", [1]), "y": of("double[]", [1, 2])})
+
+
+@pytest.mark.parametrize(
+    ("a", "b", "distance", "type_name"),
+    [
+        (("pointd[3]", [0, 3, 0]), ("pointf[3]", [4, 0, 0]), 5, "double"),
+        (("pointf[3][]", [[0, 3, 0], [1, 0, 0]]), ("pointf[3]", [4, 0, 0]), [5, 3], "float[]"),
+        (("pointd[3][]", [[0, 0, 0], [1, 0, 0]]), ("pointd[3][]", [[0, 0, 2], [1, 1, 0]]), [2, 1], "double[]"),
+    ],
+)
+def test_a_distance_is_a_number_for_each_pair_of_points(a, b, distance, type_name):
+    inputs = {name: {"type": kind, "value": value} for name, (kind, value) in (("a", a), ("b", b))}
+    trace = run_node("Distance3D", inputs=inputs)
+    assert np.allclose(trace.value("distance"), distance)
+    assert trace.node.types["outputs:distance"].name == type_name

@@ -31,12 +31,16 @@ def scene(stage):
         ({"requiredRelationship": "friend", "requiredRelationshipTarget": "/World/BoxA"}, ["/World/BoxB"]),
         ({"requiredRelationship": "friend", "requiredRelationshipTarget": "/World"}, []),
         ({"rootPrimPath": "/World/Group"}, ["/World/Group/BoxC"]),
+        ({"rootPrim": "/World/Group"}, ["/World/Group/BoxC"]),
+        ({"recursive": True, "pathPattern": "*Box* ^*/BoxB"}, ["/World/BoxA", "/World/Group/BoxC"]),
+        ({"requiredRelationship": "friend", "requiredTarget": "/World/BoxA"}, ["/World/BoxB"]),
+        ({"requiredRelationship": "friend", "requiredTarget": "/World/BoxB"}, []),
         ({"rootPrimPath": "/Nowhere"}, []),
     ],
 )
 def test_prims_are_found_by_all_that_is_asked(world, scene, wanted, paths):
     trace = run_node("FindPrims", inputs={"rootPrimPath": "/World", **wanted}, app=world())
-    assert trace.value("primPaths") == paths
+    assert trace.value("primPaths") == trace.value("prims") == paths
 
 
 def test_without_a_root_the_whole_stage_is_searched(world, scene):
@@ -90,3 +94,22 @@ def test_a_material_is_bound(world, scene):
     assert trace.fired("execOut") == [0]
     with pytest.raises(ComputeError, match="/World/BoxB is no Material but Sphere"):
         run_node("WritePrimMaterial", inputs=inputs | {"materialPath": "/World/BoxB"}, pulses={"execIn": [0]}, app=app)
+
+
+def test_graphs_and_their_nodes_are_left_out_where_that_is_asked(world, scene):
+    scene.DefinePrim("/World/Graph", "OmniGraph")
+    scene.DefinePrim("/World/Graph/node", "OmniGraphNode")
+    for ignored, count in ((False, 6), (True, 4)):
+        inputs = {"rootPrimPath": "/World", "recursive": True, "ignoreSystemPrims": ignored}
+        assert len(run_node("FindPrims", inputs=inputs, app=world()).value("prims")) == count
+
+
+def test_the_material_of_a_prim_is_the_one_bound_to_it_or_above_it(world, scene):
+    material = UsdShade.Material.Define(scene, "/World/Paint")
+    UsdShade.MaterialBindingAPI.Apply(scene.GetPrimAtPath("/World/Group")).Bind(material)
+    for prim, path in (("/World/Group/BoxC", "/World/Paint"), ("/World/BoxA", "")):
+        trace = run_node("ReadPrimMaterial", inputs={"primPath": prim}, app=world())
+        assert trace.value("material") == path
+        assert trace.value("materialPrim") == ([path] if path else [])
+    both = {"primPath": "/World/BoxA", "prim": "/World/Group"}
+    assert run_node("ReadPrimMaterial", inputs=both, app=world()).value("material") == "/World/Paint"

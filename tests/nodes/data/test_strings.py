@@ -86,3 +86,16 @@ def test_whole_numbers_of_64_bits_are_cut_off_and_never_negative():
     for wrong in (of("int", -3), of("double", 1e30)):
         with pytest.raises(ComputeError, match="no whole number from 0"):
             converted(wrong)
+
+
+def test_whole_numbers_of_8_bits_come_from_numbers_and_texts():
+    def converted(value):
+        return run_node("ToUchar", inputs={"value": value}).value("converted")
+
+    assert converted(of("string", "12")) == 12
+    assert converted(of("double[]", [1.9, 255.9])).tolist() == [1, 255]
+    for wrong in (of("int", 256), of("int", -1)):
+        with pytest.raises(ComputeError, match="no whole number from 0 to 255"):
+            converted(wrong)
+    with pytest.raises(ComputeError, match='"a", which is no number'):
+        converted(of("string", "a"))
