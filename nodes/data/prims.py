@@ -104,7 +104,7 @@ def find_prims(db: Any) -> None:
     inputs, stage = db.inputs, db.app.stage
     path = str(inputs.rootPrim[0]) if inputs.rootPrim else inputs.rootPrimPath
     root = find_prim(db, path) if path else stage.GetPseudoRoot()
-    found = []
+    found: list[Any] = []
     if root is not None:
         found = [one for one in Usd.PrimRange(root) if one != root] if inputs.recursive else root.GetChildren()
     paths = [str(one.GetPath()) for one in found if _fits(one, inputs)]
