@@ -15,10 +15,8 @@ from graph.sim.usd import EARLIEST, UsdGeom
 from . import tessellation
 from .mesh_shapes import FromMesh, mesh_surface, tet_mesh_surface
 from .polygons import Complain, Integers
+from .solids import SOLIDS
 from .tessellation import Triangles
-
-SOLIDS = ("Cube", "Sphere", "Capsule", "Capsule_1", "Cylinder", "Cylinder_1", "Cone", "Plane")
-"""Types of UsdGeom that have a surface given by a few numbers."""
 
 _SIZES: dict[str, tuple[str, ...]] = {
     "Cube": ("size",),

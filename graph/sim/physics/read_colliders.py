@@ -11,7 +11,8 @@ import numpy as np
 
 from graph.sim import transforms
 from graph.sim.geometry.collect import endless
-from graph.sim.geometry.shapes import SOLIDS, shape_of
+from graph.sim.geometry.shapes import shape_of
+from graph.sim.geometry.solids import SOLIDS
 from graph.sim.geometry.tessellation import Triangles, axis_vector
 from graph.sim.scene.scan import ColliderPrim, Scan
 from graph.sim.scene.stage import Warn
@@ -125,7 +126,7 @@ class _Reader:
                 return [self._make("sphere", self.pose, (radius * sx,))]
             return [self._make("ellipsoid", self.pose, (radius * sx, radius * sy, radius * sz))]
         if kind in ("Capsule", "Cylinder") and not self.sheared:
-            axis = str(self.prim.GetAttribute("axis").Get(EARLIEST))
+            axis = self._axis()
             along = float(self.scale["XYZ".index(axis)])
             across = np.delete(self.scale, "XYZ".index(axis))
             even = np.allclose(across, across[0], rtol=1e-6)

@@ -11,8 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from graph.sim.geometry.shapes import SOLIDS
-from graph.sim.geometry.triangulation import triangulate
+from graph.sim.geometry.solids import SOLIDS
 from graph.sim.usd import Sdf, Tf, Usd, UsdGeom, UsdPhysics
 
 from . import nonvisual, prim_attributes
@@ -168,6 +167,8 @@ def _size(context: PrimContext, prim: Any, keys: Keys, name: str, done: set[str]
 
 
 def _points(context: PrimContext, prim: Any, keys: Keys, name: str, done: set[str]) -> None:
+    from graph.sim.geometry.triangulation import triangulate
+
     done.update(("points", "faces"))
     if not prim.IsA(UsdGeom.Mesh):
         raise ValueError(f"{prim.GetTypeName()} has no points and faces; a Mesh has")
