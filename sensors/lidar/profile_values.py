@@ -49,6 +49,7 @@ class ProfileReader:
 
     def __init__(self, profile: str, text: str) -> None:
         self._profile, self._text = profile, text
+        self._states: list[Location] = []
         self.problems: list[Problem] = []
 
     def failure(self, location: Location, what: str) -> UserError:
@@ -126,10 +127,19 @@ class ProfileReader:
             return np.zeros(len(value))
         return array
 
-    def state(self, number: int, entry: Mapping[str, Any]) -> EmitterState:
-        """One emitter state."""
+    def states(self, profile: Mapping[str, Any]) -> tuple[EmitterState, ...]:
+        """The emitter states; older profiles have one, an object `emitters`."""
+        only = profile.get("emitters")
+        if isinstance(only, Mapping) and not profile.get("emitterStates"):
+            self._states = [("emitters",)]
+            return (self._state(("emitters",), only),)
+        entries = self.objects("emitterStates", profile.get("emitterStates"))
+        self._states = [("emitterStates", number) for number in range(len(entries))]
+        return tuple(map(self._state, self._states, entries))
+
+    def _state(self, location: Location, entry: Mapping[str, Any]) -> EmitterState:
         arrays = {
-            field: self.array(("emitterStates", number, key), entry.get(key, ()), whole=field in EMITTER_INTEGERS)
+            field: self.array((*location, key), entry.get(key, ()), whole=field in EMITTER_INTEGERS)
             for key, field in _EMITTER_ARRAYS.items()
         }
         count = len(arrays["elevation_deg"]) or len(arrays["azimuth_deg"])
@@ -138,7 +148,7 @@ class ProfileReader:
                 arrays[name] = np.zeros(count)
         for key, field in _EMITTER_ARRAYS.items():
             if len(arrays[field]) not in (0, count):
-                self._wrong(("emitterStates", number, key), f"has {len(arrays[field])} entries for {count} emitters")
+                self._wrong((*location, key), f"has {len(arrays[field])} entries for {count} emitters")
         return EmitterState(**arrays)
 
     def check(self, profile: Mapping[str, Any], fields: dict[str, Any]) -> None:
@@ -146,20 +156,20 @@ class ProfileReader:
         states = fields["emitter_states"]
         count = len(states[0]) if states else 0
         if not count and isinstance(profile.get("emitterStates", []), list):
-            self._wrong(("emitterStates",), "holds no emitters")
+            self._wrong((*self._states, ("emitterStates",))[0][:1], "holds no emitters")
         for number, (low, high) in enumerate(zip(fields["ranges_min_m"], fields["ranges_max_m"], strict=True)):
             if low < 0 or low >= high:
                 self._wrong(("ranges", number), f"is {low:g} to {high:g} m; min must be at least 0 and below max")
-        for number, state in enumerate(states):
+        for location, state in zip(self._states, states, strict=True):
             steep = np.flatnonzero(np.abs(state.elevation_deg) > STEEPEST_DEG)
             if len(steep):
                 what = f"is {state.elevation_deg[steep[0]]:g} deg; elevations are from -90 to 90"
-                self._wrong(("emitterStates", number, "elevationDeg", int(steep[0])), what)
+                self._wrong((*location, "elevationDeg", int(steep[0])), what)
             if len(state) != count:
-                self._wrong(("emitterStates", number), f"has {len(state)} emitters, the first state {count}")
+                self._wrong(location, f"has {len(state)} emitters, the first state {count}")
             if len(fields["ranges_min_m"]) and state.range_id.max(initial=0) >= len(fields["ranges_min_m"]):
                 worst = int(np.argmax(state.range_id))
-                self._wrong(("emitterStates", number, "rangeId", worst), f"is {state.range_id[worst]}: no such range")
+                self._wrong((*location, "rangeId", worst), f"is {state.range_id[worst]}: no such range")
         if count and profile.get("numberOfEmitters") not in (None, count):
             listed = profile["numberOfEmitters"]
             self._wrong(("numberOfEmitters",), f"is {listed}, but {count} are listed")

@@ -110,8 +110,7 @@ def parse_profile(document: Any, name: str, text: str = "") -> LidarConfig:
             reader.number(key, entry.get(key, missing), ("ranges", number), math.nan)
             for number, entry in enumerate(ranges)
         )
-    states = reader.objects("emitterStates", profile.get("emitterStates"))
-    fields["emitter_states"] = tuple(reader.state(number, entry) for number, entry in enumerate(states))
+    fields["emitter_states"] = reader.states(profile)
     reader.check(profile, fields)
     try:
         return LidarConfig(**fields)

@@ -141,6 +141,19 @@ def test_a_profile_may_name_its_rate_of_ticks_as_isaac_sim_6_does():
     assert parse_profile({"profile": profile}, "mine").ticks_per_scan == 10  # 75 / 7.5
 
 
+def test_the_emitters_of_an_older_profile_are_one_object():
+    [state] = PROFILE["profile"]["emitterStates"]
+    older = {key: value for key, value in PROFILE["profile"].items() if key != "emitterStates"}
+
+    config = parse_profile({"profile": {**older, "emitters": state}}, "mine")
+
+    assert config == parse_profile(PROFILE, "mine")
+    with pytest.raises(UserError, match=r"emitters.elevationDeg\[1\] is 91 deg"):
+        parse_profile({"profile": {**older, "emitters": {**state, "elevationDeg": [2, 91]}}}, "mine")
+    with pytest.raises(UserError, match="emitters holds no emitters"):
+        parse_profile({"profile": {**older, "emitters": {}}}, "mine")
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
