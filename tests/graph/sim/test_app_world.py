@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from noting_sensor import NotingLidar, add
+from physics_worlds import fallen
 
 from graph.errors import RunError
 from graph.sim import App, MemorySink
 from graph.sim.scene.stage import open_stage
 
 BALL = "/World/Ball"
-G = 9.81
 
 
 def falling_ball(height=100.0):
@@ -39,11 +39,6 @@ class HeightSensor(NotingLidar):
         return super().render(tick)
 
 
-def fallen(steps, hz):
-    """Height lost in n steps of semi-implicit Euler: g dt^2 n (n + 1) / 2."""
-    return G / hz**2 * steps * (steps + 1) / 2
-
-
 def height(app):
     return app.fabric.world_matrix(BALL)[2, 3]
 
@@ -53,14 +48,14 @@ def test_the_ball_falls_by_the_steps_that_are_counted():
         app.play()
         app.update(60)
         assert app.simulation.get_num_physics_steps() == 240
-        assert height(app) == pytest.approx(100 - fallen(240, 240), abs=1e-9)
+        assert height(app) == pytest.approx(100 - fallen(240, 1 / 240), abs=1e-9)
 
 
 def test_direct_steps_move_the_ball():
     with App(falling_ball(), physics_hz=100) as app:
         app.play()
         app.simulation.step(steps=7)
-        assert height(app) == pytest.approx(100 - fallen(7, 100), abs=1e-12)
+        assert height(app) == pytest.approx(100 - fallen(7, 1 / 100), abs=1e-12)
 
 
 def test_a_frozen_sensor_sees_the_substep_of_its_tick():
@@ -69,7 +64,7 @@ def test_a_frozen_sensor_sees_the_substep_of_its_tick():
         app.play()
         app.update(60)
         # first states at or after k / 7 s: ceil(240 k / 7)
-        expected = [100 - fallen(steps, 240) for steps in (35, 69, 103, 138, 172, 206, 240)]
+        expected = [100 - fallen(steps, 1 / 240) for steps in (35, 69, 103, 138, 172, 206, 240)]
         assert sensor.heights == pytest.approx(expected, abs=1e-9)
 
 
@@ -78,7 +73,7 @@ def test_with_tlas_frame_it_sees_the_last_substep_of_the_update():
         sensor = add(app, HeightSensor(app, 7))
         app.play()
         app.update(60)
-        expected = [100 - fallen(steps, 240) for steps in (36, 72, 104, 140, 172, 208, 240)]
+        expected = [100 - fallen(steps, 1 / 240) for steps in (36, 72, 104, 140, 172, 208, 240)]
         assert sensor.heights == pytest.approx(expected, abs=1e-9)
 
 
@@ -88,7 +83,7 @@ def test_post_step_subscribers_see_the_new_state():
         app.on("physics_post_step", lambda: seen.append(height(app)))
         app.play()
         app.update()
-        assert seen == pytest.approx([100 - fallen(1, 120), 100 - fallen(2, 120)], abs=1e-12)
+        assert seen == pytest.approx([100 - fallen(1, 1 / 120), 100 - fallen(2, 1 / 120)], abs=1e-12)
 
 
 def test_a_new_rate_reaches_the_engine():
@@ -96,7 +91,7 @@ def test_a_new_rate_reaches_the_engine():
         app.play()
         app.simulation.setup_simulation(dt=1 / 120)
         app.simulation.step()
-        assert height(app) == pytest.approx(100 - fallen(1, 120), abs=1e-12)
+        assert height(app) == pytest.approx(100 - fallen(1, 1 / 120), abs=1e-12)
 
 
 def test_stop_frees_physics_and_play_starts_from_the_authored_state():
@@ -144,7 +139,7 @@ def test_a_diverging_simulation_ends_the_update_and_keeps_what_was_recorded():
         app.stop()
         app.play()
         app.update()
-        assert height(app) == pytest.approx(100 - fallen(4, 240), abs=1e-12)
+        assert height(app) == pytest.approx(100 - fallen(4, 1 / 240), abs=1e-12)
 
 
 def test_geometry_is_collected_once_per_play():

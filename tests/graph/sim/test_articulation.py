@@ -2,15 +2,9 @@ import math
 
 import numpy as np
 import pytest
+from physics_worlds import GROUND, steps
 
 from graph.errors import RunError
-
-GROUND = {"/Ground": {"type": "Plane"}}
-
-
-def steps(physics, count):
-    for _ in range(count):
-        physics.step()
 
 
 def joint(kind, body0=None, body1=None, pos0=(0, 0, 0), pos1=(0, 0, 0), **attributes):

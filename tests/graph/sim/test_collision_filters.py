@@ -1,21 +1,13 @@
 import numpy as np
 import pytest
+from physics_worlds import GROUND, physics_of, steps
 
 BALL = {"type": "Sphere", "radius": 0.2, "rigid_body": True}
-GROUND = {"/Ground": {"type": "Plane"}}
-
-
-def steps(physics, count):
-    for _ in range(count):
-        physics.step()
 
 
 @pytest.fixture
 def grouped():
     """Three balls, one above the other, and whatever `author(stage)` adds: grouped(author) -> (z, warnings)."""
-    from fractions import Fraction
-
-    from graph.sim.physics import build_physics
     from graph.sim.scene.prims import author_prims
     from graph.sim.scene.stage import open_stage
 
@@ -24,8 +16,7 @@ def grouped():
         stack = {f"/{name}": {**BALL, "translate": [0, 0, 0.2 + 0.5 * n]} for n, name in enumerate("ABC")}
         author_prims(stage, {**GROUND, **stack, **(prims or {})})
         author(stage)
-        warnings = []
-        physics = build_physics(stage, Fraction(1, 240), warn=lambda *warning: warnings.append(warning))
+        physics, warnings = physics_of(stage)
         steps(physics, 480)
         return physics.positions[:, 2], warnings
 

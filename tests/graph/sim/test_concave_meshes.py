@@ -2,10 +2,9 @@ import math
 
 import numpy as np
 import pytest
+from physics_worlds import GROUND, steps
 
 from graph.sim.physics.pieces import MOST_TRIANGLES, enclosed, surface_pieces
-
-GROUND = {"/Ground": {"type": "Plane"}}
 
 
 def boxes(*spans):
@@ -37,11 +36,6 @@ def boxes(*spans):
                 faces.append(list(range(len(points), len(points) + 4)))
                 points.extend(corners)
     return {"type": "Mesh", "points": points, "faces": faces}
-
-
-def steps(physics, count):
-    for _ in range(count):
-        physics.step()
 
 
 BIN = boxes(

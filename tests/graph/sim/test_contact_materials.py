@@ -2,10 +2,9 @@ import math
 
 import numpy as np
 import pytest
+from physics_worlds import G, physics_of
 
 from graph.sim.fidelity import Fidelity
-
-G = 9.81
 
 
 def material(**values):
@@ -24,11 +23,8 @@ def of(name):
 
 
 @pytest.fixture
-def touching(world):
+def touching():
     """Two materials, one on the ground and one on a body: touching(ground, other, body, **scene) -> physics."""
-    from fractions import Fraction
-
-    from graph.sim.physics import build_physics
     from graph.sim.scene.prims import author_prims
     from graph.sim.scene.stage import open_stage
     from graph.sim.usd import Sdf
@@ -44,9 +40,7 @@ def touching(world):
         for path, values in (("/One", ground), ("/Two", other)):
             for name, value in material(**values)[1].items():
                 stage.GetPrimAtPath(path).CreateAttribute(name, Sdf.ValueTypeNames.Token).Set(value)
-        warnings = []
-        physics = build_physics(stage, Fraction(1, hz), fidelity, warn=lambda *warning: warnings.append(warning))
-        return physics, warnings
+        return physics_of(stage, hz, fidelity)
 
     return build
 

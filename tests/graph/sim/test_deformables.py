@@ -2,30 +2,12 @@ import math
 
 import numpy as np
 import pytest
+from physics_worlds import G, fallen, stage_of, steps
 
 from graph.errors import UserError
 from graph.sim.fidelity import Fidelity
-from graph.sim.physics import build_physics
-from graph.sim.scene.stage import open_stage
 
-G = 9.81
-HEAD = '#usda 1.0\n(metersPerUnit = 1\n upAxis = "Z")\n'
 PLANE = 'def Plane "Ground" (prepend apiSchemas = ["PhysicsCollisionAPI"]) { }\n'
-
-
-@pytest.fixture
-def soft():
-    """A stage's physics from its text: soft(text, hz) -> (physics, warnings)."""
-    from fractions import Fraction
-
-    def build(text, hz=240, fidelity=None):
-        stage = open_stage()
-        assert stage.GetRootLayer().ImportFromString(HEAD + text)
-        warnings = []
-        physics = build_physics(stage, Fraction(1, hz), fidelity, warn=lambda *warning: warnings.append(warning))
-        return physics, warnings
-
-    return build
 
 
 def sheet(columns, rows, cell, at=(0, 0, 0), vertical=False, more="", schema="PhysxDeformableSurfaceAPI"):
@@ -90,30 +72,25 @@ def OmniPhysicsVtxXformAttachment "Hold"
 """
 
 
-def steps(physics, count):
-    for _ in range(count):
-        physics.step()
-
-
 def points(physics, path):
     return physics.deformables.points(path, physics.data.qpos)
 
 
-def test_cloth_falls_as_anything_does(soft):
-    physics, warnings = soft(sheet(4, 5, 0.1, (1, 2, 3)))
+def test_cloth_falls_as_anything_does(usda):
+    physics, warnings = usda(sheet(4, 5, 0.1, (1, 2, 3)))
     start = points(physics, "/Cloth")
     steps(physics, 60)
-    fall = G / 240**2 * 60 * 61 / 2
+    fall = fallen(60, 1 / 240)
     assert points(physics, "/Cloth") == pytest.approx(start - [0, 0, fall], abs=1e-6)
     assert physics.body_paths == ()
     assert warnings == []
 
 
-def test_a_hanging_strip_stretches_by_its_weight(soft):
+def test_a_hanging_strip_stretches_by_its_weight(usda):
     """rho g L2 / 2 E: 1000 kg/m3, 1 m, 1e6 Pa: 4.9 mm; finite strain is stiffer by 1.5 times the strain, under 1 %."""
     material = "physxDeformableSurfaceMaterial"
     more = f"float {material}:youngsModulus = 1e6\nfloat {material}:poissonsRatio = 0"
-    physics, warnings = soft(sheet(2, 11, 0.1, (0, 0, 3), vertical=True, more=more) + hold([0, 11]))
+    physics, warnings = usda(sheet(2, 11, 0.1, (0, 0, 3), vertical=True, more=more) + hold([0, 11]))
     steps(physics, 240 * 4)
     length = 3 - points(physics, "/Cloth")[10, 2]
     assert length - 1 == pytest.approx(1000 * G / 2e6, rel=0.05)
@@ -121,18 +98,18 @@ def test_a_hanging_strip_stretches_by_its_weight(soft):
     assert warnings == []
 
 
-def test_cloth_weighs_what_is_authored(soft):
-    physics, _ = soft(sheet(4, 4, 0.1, more="float physics:mass = 0.3"))
+def test_cloth_weighs_what_is_authored(usda):
+    physics, _ = usda(sheet(4, 4, 0.1, more="float physics:mass = 0.3"))
     assert physics.model.body_mass.sum() == pytest.approx(0.3)
-    physics, _ = soft(
+    physics, _ = usda(
         sheet(4, 4, 0.1, more="float physics:density = 500\nfloat physxDeformableSurfaceMaterial:thickness = 0.002")
     )
     assert physics.model.body_mass.sum() == pytest.approx(0.3 * 0.3 * 0.002 * 500)
 
 
-def test_cloth_drapes_over_a_ball_and_stays_above_it(soft):
+def test_cloth_drapes_over_a_ball_and_stays_above_it(usda):
     ball = 'def Sphere "Ball" (prepend apiSchemas = ["PhysicsCollisionAPI"]) { double radius = 0.4\n }\n'
-    physics, _ = soft(PLANE + ball + sheet(13, 13, 0.1, (-0.6, -0.6, 0.6)))
+    physics, _ = usda(PLANE + ball + sheet(13, 13, 0.1, (-0.6, -0.6, 0.6)))
     steps(physics, 480)
     cloth = points(physics, "/Cloth")
     assert np.isfinite(cloth).all()
@@ -141,13 +118,13 @@ def test_cloth_drapes_over_a_ball_and_stays_above_it(soft):
     assert cloth[:, 2].min() < 0.2
 
 
-def test_cloth_hangs_on_a_body_that_moves(soft):
+def test_cloth_hangs_on_a_body_that_moves(usda):
     cart = """def Xform "Cart" (prepend apiSchemas = ["PhysicsRigidBodyAPI"]) {
     bool physics:kinematicEnabled = 1
     double3 xformOp:translate = (0, 0, 2)
     uniform token[] xformOpOrder = ["xformOp:translate"]
     }\n"""
-    physics, _ = soft(cart + sheet(3, 3, 0.1, (0, 0, 2)) + hold([0], "/Cart"))
+    physics, _ = usda(cart + sheet(3, 3, 0.1, (0, 0, 2)) + hold([0], "/Cart"))
     pose = np.eye(4)
     pose[:3, 3] = [0.2, 0, 2.1]
     physics.set_pose("/Cart", pose)
@@ -158,10 +135,10 @@ def test_cloth_hangs_on_a_body_that_moves(soft):
     assert np.linalg.norm(near - corner) < 0.12
 
 
-def test_a_soft_cube_stands_and_is_pressed_by_its_weight(soft):
+def test_a_soft_cube_stands_and_is_pressed_by_its_weight(usda):
     """rho g h2 / 2 E: 1000 kg/m3, 0.3 m, 1e5 Pa: 4.4 mm, and its lowest points give way by MuJoCo's contact."""
     more = "float omniphysics:youngsModulus = 100000\nfloat omniphysics:poissonsRatio = 0"
-    physics, warnings = soft(PLANE + cube(3, 0.1, (0, 0, 0.01), more))
+    physics, warnings = usda(PLANE + cube(3, 0.1, (0, 0, 0.01), more))
     assert physics.model.body_mass.sum() == pytest.approx(27)
     steps(physics, 960)
     jelly = points(physics, "/Jelly")
@@ -171,7 +148,7 @@ def test_a_soft_cube_stands_and_is_pressed_by_its_weight(soft):
     assert warnings == []
 
 
-def test_a_mesh_is_carried_by_the_tetrahedra_of_its_simulation(soft):
+def test_a_mesh_is_carried_by_the_tetrahedra_of_its_simulation(usda):
     corners = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
     text = f"""
 def Mesh "Skin" (prepend apiSchemas = ["PhysxDeformableBodyAPI", "PhysicsMassAPI"])
@@ -184,14 +161,14 @@ def Mesh "Skin" (prepend apiSchemas = ["PhysxDeformableBodyAPI", "PhysicsMassAPI
     vector3f physics:velocity = (1, 0, 0)
 }}
 """
-    physics, _ = soft('def PhysicsScene "S" { float physics:gravityMagnitude = 0\n }' + text)
+    physics, _ = usda('def PhysicsScene "S" { float physics:gravityMagnitude = 0\n }' + text)
     start = points(physics, "/Skin")
     assert start == pytest.approx(np.array([[0.25, 0.25, 0.25], [0.5, 0.25, 0.25], [0.25, 0.5, 0.25]]))
     steps(physics, 240)
     assert points(physics, "/Skin") == pytest.approx(start + np.eye(3)[0], abs=1e-6)
 
 
-def test_particles_pile_up_on_the_ground(soft):
+def test_particles_pile_up_on_the_ground(usda):
     grid = [(0.1 * i, 0.1 * j, 0.5 + 0.1 * k) for i in range(3) for j in range(3) for k in range(3)]
     text = f"""
 def Points "Sand" (prepend apiSchemas = ["PhysxParticleSetAPI"])
@@ -200,7 +177,7 @@ def Points "Sand" (prepend apiSchemas = ["PhysxParticleSetAPI"])
     float[] widths = {[0.08] * 27}
 }}
 """
-    physics, _ = soft(PLANE + text)
+    physics, _ = usda(PLANE + text)
     assert physics.model.body_mass.sum() == pytest.approx(27 * 1000 * 4 / 3 * math.pi * 0.04**3)
     steps(physics, 720)
     sand = points(physics, "/Sand")
@@ -222,40 +199,39 @@ FACE = "int[] faceVertexCounts = [3]\nint[] faceVertexIndices = [0, 1, 2]"
         ("Mesh", "PhysxDeformableSurfaceAPI", f"{ONE}\n{FACE}", "bad-deformable", "do not fit"),
     ],
 )
-def test_what_cannot_deform_is_said_and_stays(soft, kind, schema, values, code, said):
+def test_what_cannot_deform_is_said_and_stays(usda, kind, schema, values, code, said):
     text = f'def {kind} "W" (prepend apiSchemas = ["{schema}"]) {{\n{values}\n}}'
-    physics, warnings = soft(text)
+    physics, warnings = usda(text)
     assert physics is None
     assert [(each[0], each[1]) for each in warnings] == [(code, "/W")]
     assert said in warnings[0][2]
 
 
-def test_an_integrator_that_cannot_take_elasticity_is_refused(soft):
+def test_an_integrator_that_cannot_take_elasticity_is_refused(usda):
     with pytest.raises(
         UserError, match=r"physics.integrator rk4 cannot integrate what is elastic \(/Cloth\); use discrete"
     ):
-        soft(sheet(3, 3, 0.1), fidelity=Fidelity(physics_integrator="rk4"))
+        usda(sheet(3, 3, 0.1), fidelity=Fidelity(physics_integrator="rk4"))
 
 
-def test_a_disabled_deformable_stays(soft):
-    physics, warnings = soft(sheet(3, 3, 0.1, more="bool physxDeformable:deformableEnabled = 0"))
+def test_a_disabled_deformable_stays(usda):
+    physics, warnings = usda(sheet(3, 3, 0.1, more="bool physxDeformable:deformableEnabled = 0"))
     assert physics is None
     assert warnings == []
 
 
 @pytest.mark.parametrize("fabric", ["on", "off"])
 def test_fabric_has_the_points_of_cloth_where_physics_has_them(fabric):
-    """Half a second of free fall: g t (t + dt) / 2 by semi-implicit steps."""
+    """Half a second of free fall."""
     from graph.sim import App
 
-    stage = open_stage()
-    assert stage.GetRootLayer().ImportFromString(HEAD + sheet(3, 3, 0.1, at=(1, 2, 5)))
+    stage = stage_of(sheet(3, 3, 0.1, at=(1, 2, 5)))
     with App(stage=stage, physics_hz=240, loop_hz=60, fidelity={"fabric": fabric}) as app:
         points = app.fabric.get_prim_at_path("/Cloth").get_attribute("points")
         app.play()
         app.update(30)
-        fallen = G * 0.5 * (0.5 + 1 / 240) / 2
-        assert np.array(points.get())[:, 2] == pytest.approx(np.full(9, -fallen), abs=1e-3)
-        assert np.array(app.fabric.get("/Cloth", "points"))[4] == pytest.approx([0.1, 0.1, -fallen], abs=1e-3)
+        fall = fallen(120, 1 / 240)
+        assert np.array(points.get())[:, 2] == pytest.approx(np.full(9, -fall), abs=1e-3)
+        assert np.array(app.fabric.get("/Cloth", "points"))[4] == pytest.approx([0.1, 0.1, -fall], abs=1e-3)
         app.stop()
         assert np.array(points.get())[:, 2] == pytest.approx(np.zeros(9))

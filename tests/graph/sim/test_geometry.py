@@ -2,6 +2,7 @@ import time
 
 import numpy as np
 import pytest
+from collected_meshes import geometry_of, volume
 
 from graph.sim.geometry.collect import Mesh, Plane, collect_geometry
 from graph.sim.scene.prims import author_prims
@@ -12,18 +13,11 @@ from graph.sim.usd import UsdGeom, Vt
 def collected(prims, stage=None, tolerance=1e-3):
     stage = stage or open_stage()
     author_prims(stage, prims)
-    warnings = []
-    found = collect_geometry(stage, tolerance, lambda *warning: warnings.append(warning))
-    return {part.path: part for part in found}, warnings
+    return geometry_of(stage, tolerance)
 
 
 def bounds(mesh):
     return mesh.vertices.min(axis=0).tolist(), mesh.vertices.max(axis=0).tolist()
-
-
-def volume(mesh):
-    a, b, c = (mesh.vertices[mesh.triangles[:, i]] for i in range(3))
-    return np.einsum("ij,ij->", a, np.cross(b, c)) / 6
 
 
 CUBE = {"type": "Cube", "size": 1.0}

@@ -2,27 +2,7 @@ import math
 
 import numpy as np
 import pytest
-
-from graph.sim.physics import build_physics
-from graph.sim.scene.stage import open_stage
-
-G = 9.81
-HEAD = '#usda 1.0\n(metersPerUnit = 1\n upAxis = "Z")\n'
-
-
-@pytest.fixture
-def usda():
-    """A stage's physics from its text: usda(text, hz) -> (physics, warnings)."""
-    from fractions import Fraction
-
-    def build(text, hz=240, fidelity=None, head=HEAD):
-        stage = open_stage()
-        assert stage.GetRootLayer().ImportFromString(head + text)
-        warnings = []
-        physics = build_physics(stage, Fraction(1, hz), fidelity, warn=lambda *warning: warnings.append(warning))
-        return physics, warnings
-
-    return build
+from physics_worlds import fallen, steps
 
 
 def body(name, at=(0, 0, 0), mass=1.0, inertia=(0.01, 0.01, 0.01), more="", turned=None):
@@ -77,15 +57,6 @@ def locked(*axes):
     return [f"PhysicsLimitAPI:{a}" for a in axes], "\n".join(
         f"float limit:{a}:physics:low = 1\nfloat limit:{a}:physics:high = -1" for a in axes
     )
-
-
-def steps(physics, count):
-    for _ in range(count):
-        physics.step()
-
-
-def fallen(n, dt, g=G):
-    return g * dt * dt * n * (n + 1) / 2
 
 
 ALL = ("transX", "transY", "transZ", "rotX", "rotY", "rotZ")

@@ -4,25 +4,14 @@ from fractions import Fraction
 import mujoco
 import numpy as np
 import pytest
+from physics_worlds import GROUND, fallen, steps
 
 from graph.errors import RunError
 from graph.sim.fidelity import Fidelity
 
-GROUND = {"/Ground": {"type": "Plane"}}
-
-
-def steps(physics, count):
-    for _ in range(count):
-        physics.step()
-
 
 def ball(**keys):
     return {"type": "Sphere", "radius": 0.2, "rigid_body": True, **keys}
-
-
-def fallen(n, dt, g=9.81):
-    """Semi-implicit Euler from rest: v_k = g k dt, so the fall is the sum of v_k dt = g dt2 n (n + 1) / 2."""
-    return g * dt * dt * n * (n + 1) / 2
 
 
 def test_nothing_dynamic_means_no_physics(world):

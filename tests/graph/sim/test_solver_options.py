@@ -1,30 +1,25 @@
 import mujoco
 import pytest
+from physics_worlds import GROUND, physics_of
 
 from graph.errors import UserError
 from graph.sim.fidelity import KNOBS, Fidelity
-from graph.sim.physics import build_physics
 from graph.sim.physics.solver import CHOICES, SWITCHES
 from graph.sim.scene.stage import open_stage
 from graph.sim.usd import Sdf
 
 BALL = {"/A": {"type": "Sphere", "radius": 0.2, "rigid_body": True, "translate": [0, 0, 1]}}
-FLOOR = {"/Ground": {"type": "Plane"}}
 
 
 def built(values=None, fidelity=None, prims=None):
     """Physics and warnings of a ball with attributes (name -> (type, value)) on the physics scene."""
-    from fractions import Fraction
-
     from graph.sim.scene.prims import author_prims
 
     stage = open_stage()
-    author_prims(stage, {**FLOOR, **(prims or BALL), "/Scene": {"type": "PhysicsScene"}})
+    author_prims(stage, {**GROUND, **(prims or BALL), "/Scene": {"type": "PhysicsScene"}})
     for name, (kind, value) in (values or {}).items():
         stage.GetPrimAtPath("/Scene").CreateAttribute(name, getattr(Sdf.ValueTypeNames, kind)).Set(value)
-    warnings = []
-    physics = build_physics(stage, Fraction(1, 240), fidelity, warn=lambda *warning: warnings.append(warning))
-    return physics, warnings
+    return physics_of(stage, fidelity=fidelity)
 
 
 @pytest.mark.parametrize("name", CHOICES)
@@ -130,7 +125,7 @@ def test_no_collisions_between_steps_is_said():
 
 def test_a_lone_body_with_a_gripper_is_told_what_it_holds_nothing_of(world):
     gripper = {"type": "IsaacSurfaceGripper"}
-    physics, _, _ = world({**FLOOR, **BALL, "/Grip": gripper})
+    physics, _, _ = world({**GROUND, **BALL, "/Grip": gripper})
     assert physics.gripper("/Grip").status == "Open"
     physics.gripper("/Grip").close()
     physics.step()

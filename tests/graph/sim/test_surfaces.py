@@ -2,21 +2,11 @@ import math
 
 import numpy as np
 import pytest
+from collected_meshes import geometry_of, volume
 
 from graph.sim.geometry.collect import collect_geometry
 from graph.sim.scene.stage import open_stage
 from graph.sim.usd import Gf, UsdGeom, UsdShade
-
-
-def collected(stage, tolerance=1e-3):
-    warnings = []
-    found = collect_geometry(stage, tolerance, lambda *warning: warnings.append(warning))
-    return {part.path: part for part in found}, warnings
-
-
-def volume(mesh):
-    a, b, c = (mesh.vertices[mesh.triangles[:, i]] for i in range(3))
-    return np.einsum("ij,ij->", a, np.cross(b, c)) / 6
 
 
 def curve(stage, points, counts, widths, **attributes):
@@ -33,7 +23,7 @@ def curve(stage, points, counts, widths, **attributes):
 def test_a_straight_curve_is_a_cylinder_of_its_width():
     stage = open_stage()
     curve(stage, [(0, 0, 0), (0, 0, 2), (1, 0, 0), (1, 0, 3)], [2, 2], [0.2], type="linear")
-    parts, warnings = collected(stage, 1e-5)
+    parts, warnings = geometry_of(stage, 1e-5)
     assert warnings == []
     assert volume(parts["/Curve"]) == pytest.approx(math.pi * 0.01 * 5, rel=1e-3)
 
@@ -42,7 +32,7 @@ def test_a_ring_of_bezier_curves_is_a_torus():
     stage, k = open_stage(), 0.5522847498  # the best cubic for a quarter of a circle
     quarter = [(1, 0), (1, k), (k, 1), (0, 1), (-k, 1), (-1, k), (-1, 0), (-1, -k), (-k, -1), (0, -1), (k, -1), (1, -k)]
     curve(stage, [(x, y, 0) for x, y in quarter], [12], [0.2], wrap="periodic")
-    parts, _ = collected(stage, 1e-4)
+    parts, _ = geometry_of(stage, 1e-4)
     assert volume(parts["/Curve"]) == pytest.approx(2 * math.pi**2 * 0.01, rel=3e-3)
 
 
@@ -53,7 +43,7 @@ def test_a_ring_of_bezier_curves_is_a_torus():
 def test_splines_begin_and_end_where_usd_says(basis, wrap, ends):
     stage = open_stage()
     curve(stage, [(x, 0, 0) for x in range(5)], [5], [0.2], basis=basis, wrap=wrap)
-    parts, _ = collected(stage)
+    parts, _ = geometry_of(stage)
     along = parts["/Curve"].vertices[:, 0]
     assert (along.min(), along.max()) == pytest.approx(ends)
 
@@ -66,7 +56,7 @@ def test_points_are_spheres_and_curves_without_widths_are_said():
     bare = UsdGeom.BasisCurves.Define(stage, "/Bare")
     bare.CreatePointsAttr([(0, 0, 0)] * 4)
     bare.CreateCurveVertexCountsAttr([4])
-    parts, warnings = collected(stage)
+    parts, warnings = geometry_of(stage)
     assert volume(parts["/Points"]) == pytest.approx(math.pi / 6 * 9, rel=5e-3)
     assert [warning[:2] for warning in warnings] == [("bad-geometry", "/Bare")]
 
@@ -79,7 +69,7 @@ def test_a_nurbs_patch_of_a_quarter_cylinder_is_exact_at_its_vertices():
     for name, value in (("u", (3, 3, [0, 0, 0, 1, 1, 1])), ("v", (2, 2, [0, 0, 1, 1]))):
         for kind, each in zip(("VertexCount", "Order", "Knots"), value, strict=True):
             patch.GetPrim().GetAttribute(f"{name}{kind}").Set(each)
-    parts, _ = collected(stage)
+    parts, _ = geometry_of(stage)
     vertices = parts["/Patch"].vertices
     assert np.hypot(vertices[:, 0], vertices[:, 1]) == pytest.approx(1.0)
     assert np.ptp(vertices[:, 2]) == 2
@@ -90,7 +80,7 @@ def test_a_tetrahedral_mesh_is_its_outside():
     tets = UsdGeom.TetMesh.Define(stage, "/Tets")
     tets.CreatePointsAttr([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 1)])
     tets.CreateTetVertexIndicesAttr([Gf.Vec4i(0, 1, 2, 3), Gf.Vec4i(1, 2, 3, 4)])
-    parts, _ = collected(stage)
+    parts, _ = geometry_of(stage)
     assert len(parts["/Tets"].triangles) == 6
     assert volume(parts["/Tets"]) == pytest.approx(1 / 6 + 1 / 3)
 
@@ -100,7 +90,7 @@ def test_a_capsule_with_two_radii_is_two_half_spheres_and_a_frustum():
     capsule = UsdGeom.Capsule_1.Define(stage, "/Capsule")
     for name, value in (("radiusBottom", 1.0), ("radiusTop", 0.5), ("height", 2.0)):
         capsule.GetPrim().GetAttribute(name).Set(value)
-    parts, _ = collected(stage)
+    parts, _ = geometry_of(stage)
     true = math.pi * 2 / 3 * (1 + 0.125) + math.pi * 2 / 3 * (1 + 0.5 + 0.25)
     assert volume(parts["/Capsule"]) == pytest.approx(true, rel=2e-3)
 
@@ -122,7 +112,7 @@ def box_with_subsets(stage, path="/Box"):
 def test_each_subset_is_a_surface_of_its_own_and_the_rest_is_the_mesh():
     stage = open_stage()
     box_with_subsets(stage)
-    parts, warnings = collected(stage)
+    parts, warnings = geometry_of(stage)
     assert {path: (len(part.triangles), part.material) for path, part in parts.items()} == {
         "/Box": (8, None),
         "/Box/Bottom": (2, "/Looks/Bottom"),
@@ -156,7 +146,7 @@ def test_copies_of_an_instancer_hit_like_equal_references():
         copy.AddScaleOp().Set((sizes[number],) * 3)
         inner = stage.DefinePrim(f"/World/Ref{number}/Tree")
         inner.GetReferences().AddInternalReference("/World/Copies/Tree")
-    parts, _ = collected(stage)
+    parts, _ = geometry_of(stage)
     for number in (0, 1, 3):
         for name in ("Box", "Box/Bottom", "Box/Top"):
             copy, ref = parts[f"/World/Copies[{number}]/{name}"], parts[f"/World/Ref{number}/Tree/{name}"]
@@ -194,14 +184,14 @@ def test_points_of_an_instancer_that_make_no_sense_are_left_out_and_said():
     instancer.CreatePrototypesRel().SetTargets(["/P/Box", "/P"])
     instancer.CreateProtoIndicesAttr([0, 5, 0, 1])
     instancer.CreatePositionsAttr([(0, 0, 0), (1, 0, 0), (math.nan, 0, 0), (4, 0, 0)])
-    parts, warnings = collected(stage)
+    parts, warnings = geometry_of(stage)
     assert list(parts) == ["/P[0]"]
     ((code, where, message),) = warnings
     assert (code, where) == ("bad-geometry", "/P")
     assert "1 of its points name prototypes that do not exist and 1 are not finite" in message
     assert "copies itself" in message
     instancer.CreateScalesAttr([(1, 1, 1)])
-    parts, warnings = collected(stage)
+    parts, warnings = geometry_of(stage)
     assert parts == {}
     assert "do not fit together" in warnings[0][2]
 
@@ -212,7 +202,7 @@ def test_faces_without_an_area_alone_are_said():
     mesh.CreatePointsAttr([(1, 0, 0)] * 3)
     mesh.CreateFaceVertexCountsAttr([3])
     mesh.CreateFaceVertexIndicesAttr([0, 1, 2])
-    _, warnings = collected(stage)
+    _, warnings = geometry_of(stage)
     assert "no area" in warnings[0][2]
 
 
@@ -221,6 +211,6 @@ def test_shapes_with_time_samples_are_seen_as_at_first_and_said():
     ball = UsdGeom.Sphere.Define(stage, "/Ball")
     ball.GetRadiusAttr().Set(1.0, 0)
     ball.GetRadiusAttr().Set(2.0, 24)
-    parts, warnings = collected(stage)
+    parts, warnings = geometry_of(stage)
     assert parts["/Ball"].vertices.max() == pytest.approx(1.0)
     assert [warning[:2] for warning in warnings] == [("animated-shape", "/Ball")]
