@@ -35,6 +35,7 @@ def interpolate_to(db: Any) -> None:
     Quaternions turn along the shortest arc.
     """
     inputs = db.inputs
+    _check_power(db, "exponent", inputs.exponent)
     share = 1 - (1 - min(max(inputs.speed * inputs.deltaSeconds, 0.0), 1.0)) ** inputs.exponent
     kind = input_type(db, "current")
     result = settled(db, "result")
@@ -88,6 +89,7 @@ def ease(db: Any) -> None:
     inputs = db.inputs
     if inputs.easeFunc not in _EASES:
         db.fail(f"input easeFunc is {inputs.easeFunc!r}; it must be one of {' '.join(_EASES)}")
+    _check_power(db, "blendExponent", inputs.blendExponent)
     result = settled(db, "result")
     start, end = aligned(db, ("start", "end"), result)
     alpha = np.clip(np.asarray(inputs.alpha, float), 0, 1)
@@ -123,6 +125,12 @@ def interpolator(db: Any) -> None:
     if (np.diff(knots) < 0).any():
         db.fail("input knots does not rise; sort knots and values by knots")
     db.outputs.value = float(np.interp(db.inputs.param, knots, values))
+
+
+def _check_power(db: Any, name: str, power: float) -> None:
+    """Fails the node where the share of a way would not be one: beyond its ends, or none at all."""
+    if not power >= 0:
+        db.fail(f"input {name} is {power}; give it 0 or more")
 
 
 def _slerp(start: Any, end: Any, share: float) -> Any:

@@ -106,3 +106,11 @@ def test_a_logarithm_is_the_power_of_its_base(base, value, result, type_name):
 def test_what_has_no_logarithm_fails(base, value):
     with pytest.raises(ComputeError, match=r"must be above 0 and not 1|has no logarithm"):
         run_node("Logarithm", inputs={"base": base, "value": of("double", value)})
+
+
+def test_a_power_below_zero_fails():
+    ends = {"start": of("double", 0), "end": of("double", 1)}
+    with pytest.raises(ComputeError, match="input blendExponent is -1; give it 0 or more"):
+        run_node("Ease", inputs={**ends, "alpha": of("float", 0), "blendExponent": -1})
+    with pytest.raises(ComputeError, match=r"input exponent is -1.0; give it 0 or more"):
+        run_node("InterpolateTo", inputs={"current": of("double", 0), "target": of("double", 1), "exponent": -1.0})
