@@ -10,6 +10,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from .absent import why_absent
 from .errors import Mark
 from .registry import DEFAULT, Registry
 from .spec import ConnectionSpec, FileSpec, GraphSpec, NodeSpec, Note
@@ -28,6 +29,7 @@ PREFIXES: Mapping[str, tuple[str, ...]] = {
         "isaacsim.sensors.physx.",
         "isaacsim.sensors.rtx.nodes.Ogn",
     ),
+    "omni.isaac.isaac_sensor.": ("isaacsim.sensors.physics.", "isaacsim.sensors.rtx.", "isaacsim.sensors.physx."),
     "omni.isaac.range_sensor.": ("isaacsim.sensors.physx.", "isaacsim.sensors.rtx.", "isaacsim.sensors.physics."),
     "isaacsim.sensors.physics.nodes.": ("isaacsim.sensors.physics.",),
     "isaacsim.sensors.rtx.nodes.": ("isaacsim.sensors.rtx.", "isaacsim.sensors.rtx.nodes.Ogn"),
@@ -124,7 +126,11 @@ def migrated_type(type_id: str, registry: Registry = DEFAULT) -> tuple[str, str 
     if new is None or (new not in registry and not type_id.startswith("omni.isaac.")):
         return type_id, None
     if "ROS1" in type_id or ".ros_bridge." in type_id or ".ros1." in type_id:
-        return new, f'the ROS 1 node type "{type_id}" is gone; its ROS 2 twin "{new}" runs instead'
+        if new in registry:
+            return new, f'the ROS 1 node type "{type_id}" is gone; its ROS 2 twin "{new}" runs instead'
+        if why_absent(new) is None:
+            return type_id, None  # no twin: the message about an unknown type shows the file's own id
+        return new, f'the ROS 1 node type "{type_id}" is gone; its ROS 2 twin is "{new}"'
     return new, f'node type "{type_id}" is now called "{new}"; the new name is used'
 
 
@@ -136,7 +142,8 @@ def _by_prefix(type_id: str, registry: Registry) -> str | None:
         spellings = dict.fromkeys((name, f"Ogn{name}", name.removeprefix("Ogn")))
         candidates = [new + spelling for new in PREFIXES[old] for spelling in spellings]
         known = next((one for one in candidates if one in registry), None)
-        return known or candidates[0]
+        likely = next((one for one in candidates if "RTX" in name and ".rtx." in one), candidates[0])
+        return known or likely
     return None
 
 

@@ -46,6 +46,8 @@ def registry():
         ("omni.isaac.wheeled_robots.DifferentialController", "isaacsim.robot.wheeled_robots.DifferentialController"),
         ("omni.isaac.sensor.IsaacCreateRTXLidarScanBuffer", "isaacsim.sensors.rtx.IsaacCreateRTXLidarScanBuffer"),
         ("omni.isaac.sensor.IsaacReadIMU", "isaacsim.sensors.physics.IsaacReadIMU"),
+        ("omni.isaac.isaac_sensor.IsaacReadIMU", "isaacsim.sensors.physics.IsaacReadIMU"),
+        ("omni.isaac.sensor.IsaacPrintRTXSensorInfo", "isaacsim.sensors.rtx.IsaacPrintRTXSensorInfo"),
         ("omni.isaac.range_sensor.IsaacReadLidarBeams", "isaacsim.sensors.physx.IsaacReadLidarBeams"),
         ("omni.isaac.conveyor.IsaacConveyor", "isaacsim.asset.gen.conveyor.IsaacConveyor"),
         ("isaacsim.ucx.bridge.UCXPublishClock", "isaacsim.ucx.nodes.UCXPublishClock"),
@@ -58,6 +60,16 @@ def test_an_old_id_has_a_new_one_and_a_sentence(registry, old, new):
     assert found == new
     assert f'"{old}"' in sentence
     assert f'"{new}"' in sentence
+
+
+def test_no_twin_is_said_to_run_that_is_not_there(registry):
+    assert migrated_type("omni.isaac.ros_bridge.ROS1RosMaster", registry) == (
+        "omni.isaac.ros_bridge.ROS1RosMaster",
+        None,
+    )
+    found, sentence = migrated_type("omni.isaac.ros_bridge.ROS1CameraHelper", registry)
+    assert found == "isaacsim.ros2.bridge.ROS2CameraHelper"
+    assert sentence.endswith('its ROS 2 twin is "isaacsim.ros2.bridge.ROS2CameraHelper"')
 
 
 def test_a_registered_id_and_an_unknown_one_stay(registry):
