@@ -1,4 +1,4 @@
-"""Reading large graph files: against the standard library's JSON, and against YAML events alone."""
+"""Large graphs from files and from Python: against the standard library's JSON, and against YAML events alone."""
 
 import json
 import tempfile
@@ -7,8 +7,13 @@ from pathlib import Path
 
 from measure import Row, ratio, seconds
 
-TITLE = "graph files: text to specification"
+from graph import Controller
+from graph.controller import GraphSet
+
+TITLE = "large graphs: text to specification, USD and the Controller to graphs that run"
 ADD = "omni.graph.nodes.Add"
+COUNTER = "omni.graph.action.Counter"
+DELAY = "omni.graph.action.Delay"
 
 
 def document(nodes: int) -> dict:
@@ -50,8 +55,32 @@ def as_usd(nodes: int) -> str:
     return "\n".join([*lines, "}"])
 
 
+def in_one_edit(nodes: int) -> None:
+    """A chain of `nodes` action nodes by one call of the Controller."""
+    keys = Controller.Keys
+    Controller(graphs=GraphSet()).edit(
+        {"graph_path": "/G", "evaluator_name": "execution"},
+        {
+            keys.CREATE_NODES: [(f"n{i}", COUNTER) for i in range(nodes)],
+            keys.CONNECT: [(f"n{i}.outputs:execOut", f"n{i + 1}.inputs:execIn") for i in range(nodes - 1)],
+        },
+    )
+
+
+def in_single_edits(edits: int) -> None:
+    """A chain of action nodes by `edits` calls: each node is created, given a value and connected."""
+    keys = Controller.Keys
+    control = Controller(graphs=GraphSet())
+    graph = control.edit({"graph_path": "/G", "evaluator_name": "execution"})[0]
+    for i in range(edits // 3):
+        control.create_node(f"/G/n{i}", DELAY)
+        control.edit(graph, {keys.SET_VALUES: [(f"n{i}.inputs:duration", float(i))]})
+        if i:
+            control.connect(f"/G/n{i - 1}.outputs:finished", f"/G/n{i}.inputs:execIn")
+
+
 def measure(quick: bool) -> Iterable[Row]:
-    """Seconds of JSON and USD, milliseconds a node of YAML; ratios to json.loads and to bare YAML events."""
+    """Seconds of JSON, USD and the Controller, milliseconds a node of YAML; ratios to what the text alone costs."""
     from ruamel.yaml import YAML
 
     from graph import load_graph
@@ -67,6 +96,12 @@ def measure(quick: bool) -> Iterable[Row]:
         scene.write_text(as_usd(nodes))
         load_graph(one)  # imports what is needed
         yield Row(f"USD, {nodes:,} nodes, read and compiled", seconds(lambda: load_graph(scene)), 10.0, "s")
+    in_one_edit(2), in_single_edits(6)  # imports what is needed
+    yield Row(f"Controller, {nodes:,} nodes in one edit", seconds(lambda: in_one_edit(nodes)), 10.0, "s")
+    edits = 600 if quick else 6_000
+    few, many = seconds(lambda: in_single_edits(edits // 3)) * 3, seconds(lambda: in_single_edits(edits))
+    yield Row(f"Controller, {edits:,} single edits, each", many / edits * 1e3, 1.0, "ms")
+    yield Row(f"Controller, an edit of {edits:,} / of {edits // 3:,}", many / few, 2.0)
     small = json.dumps(document(5_000))
     yield Row("JSON, against json.loads", ratio(lambda: loads(small, name="a.json"), lambda: json.loads(small), 5))
     lines = 500 if quick else 2_000
