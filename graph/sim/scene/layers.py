@@ -23,6 +23,8 @@ from graph.errors import Problem, UserError
 
 from .expressions import Variables, as_key, evaluated, stack_variables
 
+Warn = Callable[[str, str, str], None]
+
 MAX_NESTING = 256
 """Brackets that may be open at once in a text layer."""
 MAX_TEXT = 64 * 2**20
@@ -35,11 +37,44 @@ _OPAQUE = re.compile(
     rb"|@@@.*?@@@|@[^@\n]*@|#[^\n]*|/\*.*?\*/|//[^\n]*",
     re.DOTALL,
 )
-_ARCS = ("references", "payload", "inheritPaths", "specializes")
+_NAMING = ("references", "payload")
+_ARCS = (*_NAMING, "inheritPaths", "specializes")
 _COMPOSING = (b"subLayers", b"references", b"payload", b"inherits", b"specializes", b"clips")
 """How the text format writes arcs and value clips."""
 _BINARY = (b"PXR-USDC", b"PK\x03\x04")
 _SCENE_SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
+
+
+def check_scene(
+    file: Path, roots: Sequence[Path], warn: Warn, *, variables: Variables | None = None, sublayer: bool = False
+) -> list[Any]:
+    """Walk the scene's layers breadth first, opening none that is not below one of `roots` (links resolved).
+
+    Returns the layers; as long as they are held, opening the scene does not read them again. `variables` are those of
+    the layer stack that the file is put into, as a reference or as a `sublayer`; variable expressions in asset paths
+    are followed. Raises UserError with every problem: no such file, a file outside the roots, a relative path that
+    leads out of them (whether or not anything is there), a text layer larger than `MAX_TEXT` or nested deeper than
+    `MAX_NESTING`, a USD file that is there and cannot be read, references that multiply beyond all bounds. What else a
+    layer asks for and does not exist, or is of another format, gives `usd-missing-asset`, a line a layer.
+    """
+    from .composed_size import too_many_prims
+
+    if not file.is_file():
+        raise UserError(f"{file}: no such scene file.")
+    if file.suffix.lower() not in _SCENE_SUFFIXES:
+        raise UserError(f"{file}: not a USD file; its name must end in {', '.join(_SCENE_SUFFIXES)}.")
+    walk = _Walk([root.expanduser().resolve() for root in roots], warn)
+    walk.through(_Wanted(str(file), "", variables or {}, sublayer))
+    if walk.problems:
+        raise UserError(list(walk.problems))
+    for wanted_by, assets in walk.missing.items():
+        left_out = "it is" if len(assets) == 1 else "they are"
+        warn("usd-missing-asset", wanted_by, f"{_listed(list(assets.values()))}; {left_out} left out.")
+    if any(contents.arcs for contents in walk.contents.values()):
+        prims = too_many_prims(walk.layers[str(file)], walk.expressions)
+        if prims:
+            raise UserError(f"{file}: its references multiply into about {float(prims):.0e} prims; remove some.")
+    return list(walk.layers.values())
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,104 +88,110 @@ class _Wanted:
     """Whether it belongs to the layer stack of the one that asks; else it is the root of its own."""
 
     def key(self) -> tuple[str, str, bool]:
+        """Equal for what composes the same."""
         return self.path, as_key(self.variables), self.sublayer
 
 
-def check_scene(
-    file: Path,
-    roots: Sequence[Path],
-    warn: Callable[[str, str, str], None],
-    *,
-    variables: Variables | None = None,
-    sublayer: bool = False,
-) -> list[Any]:
-    """Walk the scene's layers breadth first, opening none that is not below one of `roots` (links resolved).
+@dataclass(frozen=True, slots=True)
+class _Contents:
+    """What composing a layer opens: asset paths as written, by whether they are sublayers (one may be both)."""
 
-    Returns the layers; as long as they are held, opening the scene does not read them again. `variables` are those of
-    the layer stack that the file is put into, as a reference or as a `sublayer`; variable expressions in asset paths
-    are followed. Raises UserError with every problem: no such file, a file outside the roots, a relative path that
-    leads out of them (whether or not anything is there), a text layer nested deeper than `MAX_NESTING`, a USD file
-    that is there and cannot be read, references that multiply beyond all bounds. What else a layer asks for and does
-    not exist, or is of another format, gives `usd-missing-asset`, a line a layer.
-    """
-    from graph.sim.usd import Ar, Sdf
+    sublayers: Iterable[str] = ()
+    others: Iterable[str] = ()
+    arcs: bool = False
+    """Whether any of its prims brings in another."""
 
-    from .composed_size import too_many_prims
 
-    if not file.is_file():
-        raise UserError(f"{file}: no such scene file.")
-    if file.suffix.lower() not in _SCENE_SUFFIXES:
-        raise UserError(f"{file}: not a USD file; its name must end in {', '.join(_SCENE_SUFFIXES)}.")
-    allowed = [root.expanduser().resolve() for root in roots]
-    problems: dict[Problem, None] = {}
-    missing: dict[str, dict[str, str]] = {}
-    layers: dict[str, Any] = {}
-    contents: dict[str, tuple[Iterable[str], bool]] = {}
-    expressions: dict[tuple[str, str], set[str]] = {}
-    first = _Wanted(str(file), "", variables or {}, sublayer)
-    seen = {first.key()}
-    queue = deque([first])
-    while queue:
-        wanted = queue.popleft()
-        path, wanted_by = wanted.path, wanted.by
-        on_disk = Path(Ar.SplitPackageRelativePathOuter(path)[0] if Ar.IsPackageRelativePath(path) else path)
-        if path not in layers:
-            problem = _refused(on_disk, allowed, wanted_by)
-            if problem:
-                problems[Problem(problem)] = None
+class _Walk:
+    """The layers of a scene, each read once, followed for every set of variables that it is reached with."""
+
+    def __init__(self, allowed: Sequence[Path], warn: Warn) -> None:
+        self.problems: dict[Problem, None] = {}
+        self.missing: dict[str, dict[str, str]] = {}
+        """By the layer that asks: assets to what is said of them."""
+        self.layers: dict[str, Any] = {}
+        self.contents: dict[str, _Contents] = {}
+        self.expressions: dict[tuple[str, str], set[str]] = {}
+        """What each variable expression came to, by the layer that has it."""
+        self._allowed = allowed
+        self._warn = warn
+
+    def through(self, first: _Wanted) -> None:
+        """Reads everything that `first` leads to. Raises UserError if that cannot be read, or if it has no end."""
+        seen, paths = {first.key()}, {first.path}
+        queue = deque([first])
+        while queue:
+            wanted = queue.popleft()
+            if wanted.path not in self.layers and not self._read(wanted):
                 continue
-            with quiet(warn, path):
-                layer, reason = _open_layer(path)
-            if layer is None:
-                if not wanted_by:
-                    raise UserError(
-                        reason if reason.startswith(path) else f"{file}: USD cannot read this file; {reason}"
-                    )
-                if on_disk.suffix.lower() in _SCENE_SUFFIXES:
-                    said = reason if reason.startswith(path) else f"{path}: USD cannot read this file; {reason}"
-                    text = f"{said.rstrip('.')} ({wanted_by} asks for it). Repair it, or take out what names it."
-                    problems[Problem(text)] = None
-                else:
-                    missing.setdefault(wanted_by, {})[path] = f"{path} cannot be read as a USD layer ({reason})"
-                continue
-            layers[path] = layer
-            contents[path] = _dependencies(layer) if _may_compose(on_disk) else ((), False)
-        layer = layers[path]
-        stack = wanted.variables if wanted.sublayer else stack_variables(layer, wanted.variables)
-        sublayers = frozenset(layer.subLayerPaths)
-        for asset in filter(None, contents[path][0]):
-            plain, complaint = evaluated(asset, stack)
-            if not plain:
-                if complaint:
-                    missing.setdefault(layer.identifier, {})[asset] = complaint
-                continue
-            anchored = Sdf.ComputeAssetPathRelativeToLayer(layer, plain)
-            found = glob.glob(re.sub("#+", "*", anchored)) if "#" in plain else [Ar.GetResolver().Resolve(anchored)]
-            for resolved in map(str, found):
-                if not resolved:
-                    problem = _climbs_out(plain, on_disk, allowed, layer.identifier)
-                    if problem:
-                        problems[Problem(problem)] = None
-                    else:
-                        complaint = complaint or f"{plain} does not exist"
-                        missing.setdefault(layer.identifier, {})[asset] = complaint
-                    continue
-                if plain is not asset:
-                    expressions.setdefault((layer.identifier, asset), set()).add(resolved)
-                more = _Wanted(resolved, layer.identifier, stack, asset in sublayers)
+            for more in self._asked_by(wanted):
                 if more.key() not in seen:
                     seen.add(more.key())
+                    paths.add(more.path)
                     queue.append(more)
-        if len(seen) > MOST_WAYS * (len(layers) + len(problems) + 1) and stack:
-            raise UserError(f"{file}: its expression variables make its references multiply; remove some.")
-    if problems:
-        raise UserError(list(problems))
-    for wanted_by, assets in missing.items():
-        left_out = "it is" if len(assets) == 1 else "they are"
-        warn("usd-missing-asset", wanted_by, f"{_listed(list(assets.values()))}; {left_out} left out.")
-    if any(arcs for _, arcs in contents.values()) and (prims := too_many_prims(layers[str(file)], expressions)):
-        raise UserError(f"{file}: its references multiply into about {float(prims):.0e} prims; remove some.")
-    return list(layers.values())
+            if len(seen) > MOST_WAYS * len(paths):
+                raise UserError(f"{first.path}: its expression variables make its references multiply; remove some.")
+
+    def _read(self, wanted: _Wanted) -> bool:
+        """Opens a layer if that may be; else notes why not."""
+        path, by = wanted.path, wanted.by
+        on_disk = _on_disk(path)
+        problem = _refused(on_disk, self._allowed, by)
+        if problem:
+            self.problems[Problem(problem)] = None
+            return False
+        with quiet(self._warn, path):
+            layer, reason = _open_layer(path)
+        if layer is not None:
+            self.layers[path] = layer
+            self.contents[path] = _contents(layer) if _may_compose(on_disk) else _Contents()
+            return True
+        said = reason if reason.startswith(path) else f"{path}: USD cannot read this file; {reason}"
+        if not by:
+            raise UserError(said)
+        if on_disk.suffix.lower() in _SCENE_SUFFIXES:
+            text = f"{said.rstrip('.')} ({by} asks for it). Repair it, or take out what names it."
+            self.problems[Problem(text)] = None
+        else:
+            self.missing.setdefault(by, {})[path] = f"{path} cannot be read as a USD layer ({reason})"
+        return False
+
+    def _asked_by(self, wanted: _Wanted) -> Iterator[_Wanted]:
+        """The files that an open layer leads to."""
+        layer, contents = self.layers[wanted.path], self.contents[wanted.path]
+        stack = wanted.variables if wanted.sublayer else stack_variables(layer, wanted.variables)
+        for assets, sublayers in ((contents.sublayers, True), (contents.others, False)):
+            for asset in filter(None, assets):
+                for path in self._files(layer, _on_disk(wanted.path), asset, stack):
+                    yield _Wanted(path, layer.identifier, stack, sublayers)
+
+    def _files(self, layer: Any, on_disk: Path, asset: str, variables: Variables) -> list[str]:
+        """The files that exist of an asset path of a layer; what does not is noted."""
+        from graph.sim.usd import Ar, Sdf
+
+        plain, complaint = evaluated(asset, variables)
+        found: list[str] = []
+        if plain:
+            anchored = Sdf.ComputeAssetPathRelativeToLayer(layer, plain)
+            if "#" in plain:
+                return glob.glob(re.sub("#+", "*", anchored))
+            found = [resolved for resolved in [str(Ar.GetResolver().Resolve(anchored))] if resolved]
+            if found and plain is not asset:
+                self.expressions.setdefault((layer.identifier, asset), set()).update(found)
+            elif not found and (problem := _climbs_out(plain, on_disk, self._allowed, layer.identifier)):
+                self.problems[Problem(problem)] = None
+            elif not found:
+                complaint = complaint or f"{plain} does not exist"
+        if complaint and not found:
+            self.missing.setdefault(layer.identifier, {})[asset] = complaint
+        return found
+
+
+def _on_disk(path: str) -> Path:
+    """The file that a layer's path names, be it in a package."""
+    from graph.sim.usd import Ar
+
+    return Path(Ar.SplitPackageRelativePathOuter(path)[0] if Ar.IsPackageRelativePath(path) else path)
 
 
 MOST_WAYS = 100
@@ -280,10 +321,10 @@ def _may_compose(path: Path) -> bool:
     return any(word in data for word in _COMPOSING)
 
 
-def _dependencies(layer: Any) -> tuple[Iterable[str], bool]:
-    """Assets that composing the layer opens (sublayers, references, payloads, in variants too, and value clips), and
-    whether any prim brings in another."""
-    assets = dict.fromkeys(layer.GetCompositionAssetDependencies())
+def _contents(layer: Any) -> _Contents:
+    """What composing the layer opens: sublayers, references, payloads (in variants too) and value clips."""
+    sublayers = dict.fromkeys(layer.subLayerPaths)
+    others = dict.fromkeys(asset for asset in layer.GetCompositionAssetDependencies() if asset not in sublayers)
     get, arcs = layer.GetPrimAtPath, False
 
     def visit(path: Any) -> None:
@@ -293,11 +334,14 @@ def _dependencies(layer: Any) -> tuple[Iterable[str], bool]:
             if spec is None:
                 return
             if spec.HasInfo("clips"):
-                assets.update(dict.fromkeys(_clip_assets(spec.GetInfo("clips"))))
+                others.update(dict.fromkeys(_clip_assets(spec.GetInfo("clips"))))
             arcs = arcs or any(map(spec.HasInfo, _ARCS))
+            for arc in _NAMING if sublayers else ():
+                if spec.HasInfo(arc):
+                    others.update(dict.fromkeys(item.assetPath for item in spec.GetInfo(arc).GetAppliedItems()))
 
     layer.Traverse("/", visit)
-    return assets, arcs
+    return _Contents(sublayers, others, arcs)
 
 
 def _clip_assets(value: Any) -> Iterator[str]:
@@ -313,7 +357,7 @@ def _clip_assets(value: Any) -> Iterator[str]:
 
 
 @contextmanager
-def quiet(warn: Callable[[str, str, str], None], where: str) -> Iterator[None]:
+def quiet(warn: Warn, where: str) -> Iterator[None]:
     """Turn what USD would print about a scene into warnings `usd-composition`."""
     from graph.sim.usd import UsdUtils
 

@@ -223,6 +223,22 @@ def test_variables_of_a_sublayer_do_not_count(tmp_path):
     assert ("usd-missing-asset", f"{said}; it is left out.") in warnings
 
 
+def test_one_layer_may_name_hundreds(tmp_path):
+    for i in range(300):
+        write(tmp_path / f"p{i}.usda", 'def "P" {}\n')
+    arcs = ", ".join(f"@./p{i}.usda@</P>" for i in range(300))
+    scene = write(tmp_path / "a.usda", VARIABLES.format('string X = "p"') + f'def "W" (references = [{arcs}]) {{}}\n')
+    assert open_stage(scene).GetPrimAtPath("/W")
+
+
+def test_a_sublayer_that_is_referenced_too_has_its_own_variables_there(tmp_path):
+    write(tmp_path / "out.usda", '(\n defaultPrim = "P"\n)\ndef Sphere "P" {}\n')
+    write(tmp_path / "in" / "under.usda", VARIABLES.format('string X = "../out"') + BY_EXPRESSION)
+    text = "(\n subLayers = [@./under.usda@]\n)\n" + 'def "R" (references = @./under.usda@) {}\n'
+    with pytest.raises(UserError, match=r"out\.usda lies outside"):
+        open_stage(write(tmp_path / "in" / "a.usda", text))
+
+
 @pytest.mark.parametrize(
     ("expression", "said"),
     [
