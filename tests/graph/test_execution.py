@@ -5,17 +5,12 @@ from __future__ import annotations
 import math
 
 import pytest
+from evaluations import run
 
 from graph import Attribute, ComputeError, Context, compile_graphs, node_type
 from graph.evaluate import RunawayError
 from graph.registry import Registry
 from graph.spec import GraphSpec, NodeSpec
-
-
-def run(graph, context, times=1):
-    for _ in range(times):
-        context.advance()
-        graph.evaluate(context)
 
 
 def test_the_first_wire_is_followed_to_its_end_before_the_next(build, journal, playing):

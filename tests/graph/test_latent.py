@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-
-def run(graph, context, times=1):
-    for _ in range(times):
-        context.advance()
-        graph.evaluate(context)
+from evaluations import run
 
 
 def waiting(build, updates=2, **more):

@@ -4,15 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from evaluations import run, watch
 
 from graph import Attribute, ComputeError, Context, declare, node_type
 from graph.context import WarningLog
-
-
-def run(graph, context, times=1):
-    for _ in range(times):
-        context.advance()
-        graph.evaluate(context)
+from graph.sim.warnings import WarningList
 
 
 def test_a_stop_brings_back_values_memory_state_and_variables(build, library, playing):
@@ -215,6 +211,19 @@ def test_warnings_are_collected_once_for_each_code_and_place():
     assert len(log) == 2
 
 
+@pytest.mark.parametrize("kind", [WarningLog, WarningList])
+def test_what_a_node_says_itself_is_one_warning_for_each_message_up_to_ten(kind):
+    log = kind()
+    say = getattr(log, "add", log)
+    for _ in range(2):
+        say("node-warning", "/a", "battery low")
+        say("node-warning", "/a", "motor hot")
+    assert [(one.message, one.count) for one in log] == [("battery low", 2), ("motor hot", 2)]
+    for tick in range(100):  # 8 of them are told apart, 92 are counted together
+        say("node-warning", "/a", f"tick {tick}")
+    assert [(one.message, one.count) for one in log][2:] == [*((f"tick {i}", 1) for i in range(8)), ("tick 8", 92)]
+
+
 def test_a_standalone_context_counts_exact_updates():
     context = Context.standalone(29.97)
     for _ in range(2997):
@@ -231,16 +240,7 @@ def test_tools_may_wrap_every_compute_even_after_the_first_evaluation(build, pla
         evaluator,
     )
     run(graph, playing)
-    seen = []
-
-    def wrap(node, compute):
-        def observed(db):
-            seen.append(node.name)
-            return compute(db)
-
-        return observed
-
-    graph.observe(wrap)
+    seen = watch(graph)
     graph.node("c").set("value", 3)
     run(graph, playing)
     assert seen == ["t", "i", "s"]

@@ -11,11 +11,6 @@ K = Controller.Keys
 ACTION = {"graph_path": "/World/G", "evaluator_name": "execution"}
 
 
-@pytest.fixture
-def control(library):
-    return Controller(registry=library)
-
-
 def made(control, commands=None, spec=ACTION):
     return control.edit(spec, commands or {})
 

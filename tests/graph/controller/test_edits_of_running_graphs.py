@@ -1,16 +1,12 @@
 """What an edit leaves as it was, and when it takes effect."""
 
 import pytest
+from evaluations import watch
 
 from graph import Attribute, ComputeError, Controller, OmniGraphError, node_type
 
 K = Controller.Keys
 ACTION = {"graph_path": "/World/G", "evaluator_name": "execution"}
-
-
-@pytest.fixture
-def control(library):
-    return Controller(registry=library)
 
 
 @pytest.fixture
@@ -207,16 +203,7 @@ def test_a_node_may_evaluate_another_graph_but_not_its_own(control, scripted):
 
 def test_observers_see_new_nodes_too(control):
     graph, *_ = control.edit("/P", {K.CREATE_NODES: ("a", "test.Inc")})
-    seen = []
-
-    def wrap(node, compute):
-        def observed(db):
-            seen.append(node.name)
-            return compute(db)
-
-        return observed
-
-    graph.observe(wrap)
+    seen = watch(graph)
     control.edit(graph, {K.CREATE_NODES: ("b", "test.Inc")})
     control.evaluate_sync(graph)
     assert seen == ["a", "b"]

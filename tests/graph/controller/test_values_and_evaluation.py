@@ -11,11 +11,10 @@ K = Controller.Keys
 
 
 @pytest.fixture
-def control(library):
-    controller = Controller(registry=library)
-    controller.edit("/World/G", {K.CREATE_NODES: [("c", "test.Constant"), ("inc", "test.Inc")]})
-    controller.connect("/World/G/c.inputs:value", "/World/G/inc.inputs:a")
-    return controller
+def control(control):
+    control.edit("/World/G", {K.CREATE_NODES: [("c", "test.Constant"), ("inc", "test.Inc")]})
+    control.connect("/World/G/c.inputs:value", "/World/G/inc.inputs:a")
+    return control
 
 
 def test_nodes_attributes_and_graphs_are_found_by_all_their_names(control):
