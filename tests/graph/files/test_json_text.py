@@ -4,23 +4,12 @@ import math
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from parsed_texts import reading
 
 from graph.errors import UserError
 from graph.files.json_text import parse
-from graph.files.source import Source
 
-
-def tree(text):
-    problems = []
-    root, _ = parse(Source("a.json", text), problems)
-    return root, [str(problem) for problem in problems]
-
-
-def only_problem(text):
-    with pytest.raises(UserError) as caught:
-        tree(text)
-    [problem] = caught.value.problems
-    return str(problem)
+tree, only_problem = reading(parse, "a.json")
 
 
 json_values = st.recursive(
@@ -30,7 +19,7 @@ json_values = st.recursive(
 )
 
 
-@settings(max_examples=200)
+@settings(max_examples=200, deadline=None)
 @given(value=json_values, indent=st.sampled_from([None, 0, 3, "\t"]), ascii_only=st.booleans())
 def test_every_text_the_standard_library_writes_is_read_back(value, indent, ascii_only):
     root, problems = tree(json.dumps(value, indent=indent, ensure_ascii=ascii_only))
@@ -38,7 +27,7 @@ def test_every_text_the_standard_library_writes_is_read_back(value, indent, asci
     assert json.dumps(root) == json.dumps(value)
 
 
-@settings(max_examples=300)
+@settings(max_examples=300, deadline=None)
 @given(text=st.text(alphabet='{}[]:,"\\ \n1.5eE+-truefalsnNIity', max_size=30))
 def test_a_text_is_refused_exactly_where_the_standard_library_refuses_it(text):
     def both(read):

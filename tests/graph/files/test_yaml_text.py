@@ -1,24 +1,12 @@
 import math
 
 import pytest
+from parsed_texts import reading
 
-from graph.errors import UserError
 from graph.files import parse_value
-from graph.files.source import Source
 from graph.files.yaml_text import parse
 
-
-def tree(text):
-    problems = []
-    root, _ = parse(Source("a.yaml", text), problems)
-    return root, [str(problem) for problem in problems]
-
-
-def only_problem(text):
-    with pytest.raises(UserError) as caught:
-        tree(text)
-    [problem] = caught.value.problems
-    return str(problem)
+tree, only_problem = reading(parse, "a.yaml")
 
 
 @pytest.mark.parametrize(
