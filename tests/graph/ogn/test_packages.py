@@ -84,6 +84,19 @@ def installed(tmp_path, monkeypatch):
     return install
 
 
+def command(folder, *arguments):
+    """Runs the command in this folder, which is on its path."""
+    path = os.pathsep.join([str(folder), str(Path(__file__).parents[3])])
+    return subprocess.run(
+        [sys.executable, "-m", "graph", *arguments],
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": path},
+    )
+
+
 GOOD = {"OgnScale.ogn": SCALE, "OgnScale.py": SCALE_PY, "events/OgnPulse.ogn": PULSE, "events/OgnPulse.py": PULSE_PY}
 
 
@@ -133,15 +146,7 @@ def test_a_class_that_keeps_nothing_says_how_to(installed):
 
 def test_the_command_lists_them_with_their_origin(installed, tmp_path):
     installed(GOOD)
-    path = os.pathsep.join([str(tmp_path), str(Path(__file__).parents[3])])
-    done = subprocess.run(
-        [sys.executable, "-m", "graph", "nodes", "acme"],
-        capture_output=True,
-        text=True,
-        check=False,
-        cwd=tmp_path,
-        env={**os.environ, "PYTHONPATH": path},
-    )
+    done = command(tmp_path, "nodes", "acme")
     assert done.stdout == (
         "acme.events.Pulse\t1\tFire each time.\tacme_nodes/events/OgnPulse.ogn:2\n"
         "acme.maths.Scale\t2\tScale a number.\tacme_nodes/OgnScale.ogn:2\n"
@@ -185,14 +190,7 @@ def test_each_broken_file_has_a_warning(installed, caplog):
 def test_a_graph_runs_beside_a_broken_package(installed, tmp_path):
     installed({"OgnScale.ogn": "[[["})
     (tmp_path / "g.yaml").write_text("tickgraph: 1\ngraphs: {/G: {nodes: {c: Counter}}}\n")
-    done = subprocess.run(
-        [sys.executable, "-m", "graph", "check", "g.yaml"],
-        capture_output=True,
-        text=True,
-        check=False,
-        cwd=tmp_path,
-        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), str(Path(__file__).parents[3])])},
-    )
+    done = command(tmp_path, "check", "g.yaml")
     assert done.returncode == 0
     assert done.stderr.startswith("warning node-package: acme.maths (acme_nodes): acme_nodes/OgnScale.ogn:1:4: ")
     assert done.stderr.count("\n") == 1
