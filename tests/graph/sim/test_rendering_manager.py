@@ -7,6 +7,7 @@ import gc
 from fractions import Fraction
 
 import pytest
+from listeners import Listener
 from noting_sensor import NotingLidar, NotingSensor, add
 
 from graph.sim import App, RenderingEvent
@@ -14,14 +15,6 @@ from graph.sim import settings as keys
 from graph.sim.renderer.rendering import NEW_FRAME
 
 PRODUCT = "isaacsim-6.0.1"
-
-
-class Listener:
-    def __init__(self):
-        self.heard = []
-
-    def listen(self, event):
-        self.heard.append(event)
 
 
 # -- set_dt and get_dt ---------------------------------------------------------------------------------------------

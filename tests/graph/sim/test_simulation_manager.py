@@ -8,6 +8,7 @@ import logging
 from fractions import Fraction
 
 import pytest
+from listeners import Listener
 
 from graph.errors import RunError, UserError
 from graph.sim import App, RenderingManager, SimulationEvent, SimulationManager
@@ -19,14 +20,6 @@ PRODUCT = "isaacsim-6.0.1"
 PARITIES = ["documented", PRODUCT]
 BALL = {"/World/Ball": {"type": "Sphere", "radius": 0.2, "translate": [0, 0, 5], "rigid_body": True, "mass": 1.0}}
 EXTERNAL = ("/ExternalSimulationTime", "omni:time")
-
-
-class Listener:
-    def __init__(self):
-        self.heard = []
-
-    def listen(self, *args):
-        self.heard.append(args)
 
 
 def hear(app, *events, order=0):

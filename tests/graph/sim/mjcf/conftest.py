@@ -1,6 +1,7 @@
+"""Models of robots; makes the helpers beside these tests importable: `from mjcf_robots import ...`."""
+
 from __future__ import annotations
 
-import importlib.util
 import sys
 from pathlib import Path
 
@@ -8,16 +9,15 @@ import pytest
 
 from graph.sim.mjcf.scene import open_mjcf
 
-_spec = importlib.util.spec_from_file_location("mjcf_robots", Path(__file__).with_name("robots.py"))
-robots = importlib.util.module_from_spec(_spec)
-sys.modules["mjcf_robots"] = robots
-_spec.loader.exec_module(robots)
+sys.path.insert(0, str(Path(__file__).parent))
 
 
 @pytest.fixture
 def quadruped(tmp_path):
     """The main file of the quadruped."""
-    return robots.write_quadruped(tmp_path)
+    from mjcf_robots import write_quadruped
+
+    return write_quadruped(tmp_path)
 
 
 @pytest.fixture

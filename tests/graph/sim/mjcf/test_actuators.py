@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from contextlib import contextmanager
+
 import numpy as np
 import pytest
 
@@ -28,12 +30,18 @@ def arm(model, actuators, joints=("a",), damping=0.0, more="", kind=""):
     return model(ARM.format(links=links, actuators=actuators, more=more))
 
 
+@contextmanager
+def playing(file, robot="/World/base"):
+    """An App that plays this model, and the articulation at or above the prim `robot`."""
+    with App(mjcf=file) as app:
+        app.play()
+        yield app, app.physics.articulation(robot)
+
+
 def test_a_position_command_becomes_the_control_of_a_position_actuator(model):
     """At rest at its target a servo gives no force: with gear 2 and kp 50 the control is 2 q*, and q ends there."""
     file = arm(model, "<position joint='a' kp='50' kv='20' gear='2'/>")
-    with App(mjcf=file) as app:
-        app.play()
-        robot = app.physics.articulation("/World/base")
+    with playing(file) as (app, robot):
         assert robot.joint_names == ("a",)
         assert robot.driven.tolist() == [True]
         robot.set_targets(positions=[0.3])
@@ -45,9 +53,7 @@ def test_a_position_command_becomes_the_control_of_a_position_actuator(model):
 def test_a_general_actuator_with_other_gain_and_offset_aims_there_too(model):
     """Force = 0.2 c + 3 - 40 q - 8 dq, so the control for q* = 0.5 is (40 * 0.5 - 3) / 0.2 = 85."""
     file = arm(model, "<general joint='a' gainprm='.2' biastype='affine' biasprm='3 -40 -8'/>")
-    with App(mjcf=file) as app:
-        app.play()
-        robot = app.physics.articulation("/World/a")
+    with playing(file, "/World/a") as (app, robot):
         robot.set_targets(positions=[0.5])
         assert app.physics.data.ctrl == pytest.approx([85])
         app.simulation.run_steps(4000)
@@ -57,9 +63,7 @@ def test_a_general_actuator_with_other_gain_and_offset_aims_there_too(model):
 def test_a_velocity_command_turns_a_joint_through_a_velocity_actuator(model):
     """kv 4 against the joint's damping 1: 4 (w* - w) = w, so that 2.5 asked for gives 2."""
     file = arm(model, "<velocity joint='a' kv='4'/>", damping=1.0)
-    with App(mjcf=file) as app:
-        app.play()
-        robot = app.physics.articulation("/World/base")
+    with playing(file) as (app, robot):
         robot.set_targets(velocities=[2.5])
         app.simulation.run_steps(3000)
         assert robot.velocities == pytest.approx([2.0], abs=1e-6)
@@ -67,9 +71,7 @@ def test_a_velocity_command_turns_a_joint_through_a_velocity_actuator(model):
 
 def test_an_integrating_actuator_takes_a_speed(model):
     file = arm(model, "<intvelocity joint='a' kp='200' kv='40'/>")
-    with App(mjcf=file) as app:
-        app.play()
-        robot = app.physics.articulation("/World/base")
+    with playing(file) as (app, robot):
         robot.set_targets(velocities=[0.7])
         app.simulation.run_steps(4000)
         assert robot.velocities == pytest.approx([0.7], abs=1e-4)
@@ -78,9 +80,7 @@ def test_an_integrating_actuator_takes_a_speed(model):
 def test_an_effort_goes_through_the_motor_and_its_limits(model):
     """Gear 5 and controls within 2: 4 N m is the control 0.8, 40 N m the most it gives, 10."""
     file = arm(model, "<motor joint='a' gear='5' ctrllimited='true' ctrlrange='-2 2'/>")
-    with App(mjcf=file) as app:
-        app.play()
-        robot = app.physics.articulation("/World/base")
+    with playing(file) as (app, robot):
         assert robot.driven.tolist() == [False]
         robot.set_targets(efforts=[4.0])
         assert app.physics.data.ctrl == pytest.approx([0.8])
@@ -95,9 +95,7 @@ def test_an_effort_on_a_joint_without_a_motor_acts_by_itself(model):
     """On a body of inertia I about the axis: w = F n dt / I after n steps; I = m (0.25 + (0.04 + 0.04) / 12 ...)."""
     file = arm(model, "")
     inertia = 0.5**2 + (0.2**2 + 0.2**2) / 12
-    with App(mjcf=file) as app:
-        app.play()
-        robot = app.physics.articulation("/World/base")
+    with playing(file) as (app, robot):
         robot.set_targets(efforts=[1.5])
         app.simulation.run_steps(100)
         assert robot.velocities == pytest.approx([1.5 * 100 * 0.002 / inertia], rel=1e-9)
@@ -105,9 +103,7 @@ def test_an_effort_on_a_joint_without_a_motor_acts_by_itself(model):
 
 def test_a_command_leaves_the_other_joints_alone(model):
     servos = "".join(f"<position name='s{name}' joint='{name}' kp='50' kv='10'/>" for name in "abc")
-    with App(mjcf=arm(model, servos, joints="abc")) as app:
-        app.play()
-        robot = app.physics.articulation("/World/b")
+    with playing(arm(model, servos, joints="abc"), "/World/b") as (app, robot):
         assert robot.joint_names == ("a", "b", "c")
         robot.set_targets(positions=[0.1, np.nan, 0.3])
         robot.set_targets(positions=[0.2], joints=[1])
@@ -116,9 +112,7 @@ def test_a_command_leaves_the_other_joints_alone(model):
 
 def test_a_velocity_besides_a_position_adds_the_servos_damping_term(model):
     """kp 50, kv 10: force 50 (q* - q) + 10 (dq* - dq), as a UsdPhysics drive gives it: control q* + 10 / 50 dq*."""
-    with App(mjcf=arm(model, "<position joint='a' kp='50' kv='10'/>")) as app:
-        app.play()
-        robot = app.physics.articulation("/World/base")
+    with playing(arm(model, "<position joint='a' kp='50' kv='10'/>")) as (app, robot):
         robot.set_targets(positions=[0.4], velocities=[2.0])
         assert app.physics.data.ctrl == pytest.approx([0.8])
         robot.set_targets(velocities=[1.0])
