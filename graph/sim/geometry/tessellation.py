@@ -30,7 +30,8 @@ def circle_parts(radius: float, tolerance: float) -> int:
     """Parts of a circle whose chords stay within `tolerance` of it."""
     if tolerance >= radius:
         return FEWEST_PARTS
-    return _clamp(math.ceil(math.pi / math.acos(1 - tolerance / radius)))
+    angle = math.acos(1 - tolerance / radius)
+    return _clamp(math.ceil(math.pi / angle)) if angle else MOST_PARTS
 
 
 def sphere_parts(radius: float, tolerance: float) -> int:
@@ -38,7 +39,7 @@ def sphere_parts(radius: float, tolerance: float) -> int:
     if tolerance >= radius:
         return FEWEST_PARTS
     angle = math.acos((1 - tolerance / radius) ** 2)
-    return _clamp(2 * math.ceil(math.pi / angle))
+    return _clamp(2 * math.ceil(math.pi / angle)) if angle else MOST_PARTS
 
 
 def sphere_error(radius: float, parts: int) -> float:
@@ -96,8 +97,8 @@ def rectangle(width: float, length: float, axis: str) -> tuple[Floats, Triangles
 
 
 def axis_vector(axis: str) -> Floats:
-    """The unit vector of X, Y or Z."""
-    vector: Floats = np.eye(3)["XYZ".index(axis)]
+    """The unit vector of X, Y or Z; of Z for what is no axis."""
+    vector: Floats = np.eye(3)["XYZ".index(axis) if axis in ("X", "Y", "Z") else 2]
     return vector
 
 

@@ -115,6 +115,9 @@ class _Reader:
     def _number(self, name: str) -> float:
         return float(self.prim.GetAttribute(name).Get(EARLIEST))
 
+    def _axis(self) -> str:
+        return "XYZ"[int(axis_vector(str(self.prim.GetAttribute("axis").Get(EARLIEST))).argmax())]
+
     def _solid(self, kind: str) -> list[Collider]:
         sx, sy, sz = map(float, self.scale)
         if kind == "Cube" and not self.sheared:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from graph.errors import UserError
 from graph.sim import transforms
 from graph.sim.scene.scan import BodyPrim, Scan
 from graph.sim.scene.stage import Warn, up_axis
@@ -96,14 +97,14 @@ def read_gravity(scan: Scan) -> Floats:
 
 def _body(scan: Scan, prim: BodyPrim, warn: Warn) -> Body:
     unit, mass_unit = scan.meters_per_unit, kilograms_per_unit(scan.stage)
+    world = scan.world_matrix(prim.prim)
+    if not np.isfinite(world).all():
+        raise UserError(f"{prim.path}: the body's transform is not finite; correct its xformOps.")
     pose = scan.body_pose(prim.path)
     rigid = UsdPhysics.RigidBodyAPI(prim.prim)
     mass = UsdPhysics.MassAPI(prim.prim)
-    world = scan.world_matrix(prim.prim)
     if not transforms.usable(world):
-        warn(
-            "bad-transform", prim.path, "the body's transform is flat or not finite; its rotation is not to be trusted."
-        )
+        warn("bad-transform", prim.path, "the body's transform is flat; its rotation is not to be trusted.")
     local_scale = (transforms.inverse_rigid(transforms.rigid_part(world)) @ world)[:3, :3]
     for attribute in (mass.GetMassAttr(), mass.GetDensityAttr()):
         value = attribute.Get(EARLIEST) if attribute and attribute.HasAuthoredValue() else None

@@ -56,11 +56,13 @@ def open_stage(
         UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
         return stage
     from .layers import check_scene, quiet
+    from .path_values import leave_out_path_values
     from .stage_faults import check_metadata, repair_transforms, tell_assumed_units
 
     file = Path(path).expanduser().absolute()
     roots = [file.parent] if allow_roots is None else [Path(each) for each in allow_roots]
     checked = check_scene(file, roots, warn)  # held while the stage opens, so that nothing is parsed twice
+    leave_out_path_values(checked, warn)
     with quiet(warn, str(path)):
         scene = Sdf.Layer.FindOrOpen(str(file))
         if scene is None:
@@ -80,9 +82,11 @@ def add_scene(stage: Any, path: Path, roots: Iterable[str | Path], warn: Warn = 
     from graph.sim.usd import Sdf
 
     from .layers import check_scene, quiet
+    from .path_values import leave_out_path_values
 
     variables = stage.GetRootLayer().expressionVariables
     checked = check_scene(path, [Path(each) for each in roots], warn, variables=variables, sublayer=True)
+    leave_out_path_values(checked, warn)
     with quiet(warn, str(path)):
         layer = Sdf.Layer.FindOrOpen(str(path))
         if layer is None:
@@ -95,7 +99,11 @@ def _copy_metadata(scene: Any, root: Any) -> None:
     """Units, up axis, time codes and default prim count only in the root layer: hand them on."""
     for key in scene.pseudoRoot.ListInfoKeys():
         if key not in ("subLayers", "subLayerOffsets", "primOrder", "primChildren"):
-            root.pseudoRoot.SetInfo(key, scene.pseudoRoot.GetInfo(key))
+            try:
+                root.pseudoRoot.SetInfo(key, scene.pseudoRoot.GetInfo(key))
+            except TypeError:  # the text format takes any value
+                wrong = scene.pseudoRoot.GetInfo(key)
+                raise UserError(f"{scene.identifier}: its {key} cannot be {wrong!r}; correct its metadata.") from None
 
 
 def meters_per_unit(stage: Any) -> float:

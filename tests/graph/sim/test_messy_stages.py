@@ -165,6 +165,43 @@ def test_values_of_another_type_are_no_traceback(tmp_path):
     assert [warning[:2] for warning in warnings] == [("bad-geometry", "/M")]
 
 
+def test_a_path_where_a_value_belongs_is_left_out_with_a_line_and_the_file_stays(tmp_path):
+    text = 'def Cube "Box"\n{\n double size = </World>\n rel other = </World>\n custom string note = "= </World>"\n}\n'
+    file = scene(tmp_path, text)
+    before = file.read_bytes()
+    parts, warnings = opened(file)
+    assert [len(part.triangles) for part in parts] == [12]  # a cube of the schema's size
+    assert warnings == [
+        ("path-as-value", f"{file}: /Box.size", "its value is the path </World>, not of type double; it is left out.")
+    ]
+    assert file.read_bytes() == before
+
+
+def test_metadata_of_another_type_are_named(tmp_path):
+    (tmp_path / "a.usda").write_text("#usda 1.0\n(\n upAxis = </World>\n)\n")
+    with pytest.raises(UserError, match=r"a\.usda: its upAxis cannot be Sdf\.Path\('/World'\); correct its metadata"):
+        open_stage(tmp_path / "a.usda")
+
+
+@pytest.mark.parametrize("kind", ["Capsule", "Cylinder", "Plane"])
+def test_an_axis_that_is_none_plays_as_z(tmp_path, kind):
+    body = f'def {kind} "Thing" (prepend apiSchemas = ["PhysicsCollisionAPI"])\n{{\n token axis = "Q"\n}}\n'
+    body += 'def Sphere "Ball" (prepend apiSchemas = ["PhysicsCollisionAPI", "PhysicsRigidBodyAPI"])\n{\n}\n'
+    with App(stage=scene(tmp_path, body)) as app:
+        app.play()
+        app.update()
+
+
+def test_a_body_that_is_nowhere_is_refused(tmp_path):
+    body = 'def Sphere "Ball" (prepend apiSchemas = ["PhysicsCollisionAPI", "PhysicsRigidBodyAPI"])\n{\n'
+    body += ' double3 xformOp:translate = (nan, 0, 0)\n uniform token[] xformOpOrder = ["xformOp:translate"]\n}\n'
+    with (
+        App(stage=scene(tmp_path, body)) as app,
+        pytest.raises(UserError, match="/Ball: the body's transform is not finite; correct its xformOps"),
+    ):
+        app.play()
+
+
 def test_unicode_names_and_empty_stages_work(tmp_path):
     parts, warnings = opened(scene(tmp_path, 'def Cube "W\u00fcrfel_\u7bb1"\n{\n}\n'))
     assert [part.path for part in parts] == ["/W\u00fcrfel_\u7bb1"]

@@ -122,3 +122,8 @@ def test_bad_faces_are_left_out_and_said(counts, indices, said):
     triangles, _ = triangulate(points, np.array(counts), np.array(indices), complain=complaints.append)
     assert triangles.tolist() == [[0, 1, 2]]
     assert any(said in complaint for complaint in complaints)
+
+
+def test_a_circle_beyond_all_measure_has_the_most_parts():
+    # 1 - tolerance / radius rounds to 1, so the angle of a part to 0.
+    assert tessellation.circle_parts(1e38, 1e-3) == tessellation.sphere_parts(1e38, 1e-3) == tessellation.MOST_PARTS

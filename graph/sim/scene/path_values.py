@@ -1,0 +1,49 @@
+"""Attributes whose value in a text layer is a path, which USD reads whatever the attribute's type is."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any
+
+_PATH_VALUE = re.compile(
+    rb"^[ \t]*(?:custom[ \t]+)?(?:(?:uniform|varying)[ \t]+)?(?!(?:rel|prepend|append|delete|add|reorder)\b)"
+    rb"[A-Za-z]\w*(?:\[\])?[ \t]+[\w:]+[ \t]*=[ \t]*<",
+    re.MULTILINE,
+)
+
+
+def leave_out_path_values(layers: Iterable[Any], warn: Callable[[str, str, str], None]) -> None:
+    """Takes such values out of the open layers, with a warning `path-as-value` each; the files stay as they are.
+
+    Those of graphs and nodes are left to whoever reads graphs.
+    """
+    for layer in layers:
+        if _may_have_any(Path(layer.realPath)):
+            _clean(layer, warn)
+
+
+def _may_have_any(file: Path) -> bool:
+    if file.suffix.lower() not in (".usd", ".usda"):
+        return False
+    data = file.read_bytes()
+    return not data.startswith(b"PXR-USDC") and b"<" in data and _PATH_VALUE.search(data) is not None
+
+
+def _clean(layer: Any, warn: Callable[[str, str, str], None]) -> None:
+    from graph.sim.usd import Sdf
+
+    found = []
+
+    def visit(path: Any) -> None:
+        spec = layer.GetAttributeAtPath(path) if path.IsPropertyPath() else None
+        if spec is not None and isinstance(spec.default, Sdf.Path):
+            found.append(spec)
+
+    layer.Traverse("/", visit)
+    for spec in found:
+        if not spec.owner.typeName.startswith("OmniGraph"):
+            text = f"its value is the path <{spec.default}>, not of type {spec.typeName}; it is left out."
+            warn("path-as-value", f"{layer.identifier}: {spec.path}", text)
+            spec.ClearDefaultValue()
