@@ -13,7 +13,7 @@ ROOT = Path(__file__).parents[1]
 HEAVY = ("mujoco", "open3d", "pxr", "matplotlib")
 OWN = ("graph", "nodes", "sensors")
 
-LEAVES = {"graph.errors", "graph.exact"}
+LEAVES = {"graph.errors", "graph.exact", "graph.repeats"}
 """Core modules that know nothing themselves; the world shares them."""
 
 JOINTS = {
@@ -182,6 +182,19 @@ def test_listing_node_types_loads_no_heavy_library():
         "except SystemExit as end: assert not end.code"
     )
     assert loaded_after(code) == []
+
+
+def test_checking_a_file_loads_usd_and_the_modules_of_its_own_nodes():
+    """Those of the quickstart: events, the simulation time, render products, the clock and the lidar helper."""
+    code = (
+        "import sys; from graph.cli.main import main\n"
+        "assert not main(['check', 'graphs/quickstart.yaml'])\n"
+        "from nodes import TYPES\n"
+        "loaded = [name for name in TYPES if f'nodes.{name}' in sys.modules]\n"
+        "own = ['action.events', 'isaac.clocks', 'isaac.render_products', 'ros2.clock', 'ros2.lidar_helper']\n"
+        "assert loaded == own, loaded"
+    )
+    assert loaded_after(code) == ["pxr"]
 
 
 def test_every_module_imports_without_the_heavy_libraries():
