@@ -37,12 +37,11 @@ def interpolate_to(db: Any) -> None:
     inputs = db.inputs
     _check_power(db, "exponent", inputs.exponent)
     share = 1 - (1 - min(max(inputs.speed * inputs.deltaSeconds, 0.0), 1.0)) ** inputs.exponent
-    kind = input_type(db, "current")
     result = settled(db, "result")
-    if kind is not None and kind.role == "quat" and result is not None:
-        db.outputs.result = _slerp(inputs.current, inputs.target, share).astype(dtype_of(result))
-        return
     current, target = aligned(db, ("current", "target"), result)
+    if result is not None and "quat" in {kind.role for kind in (input_type(db, "current"), result) if kind is not None}:
+        db.outputs.result = _slerp(current, target, share).astype(dtype_of(result))
+        return
     value = current + (target - current) * share
     db.outputs.result = value.astype(dtype_of(result)) if hasattr(value, "astype") and result is not None else value
 

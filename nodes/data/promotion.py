@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
+from graph.conversion import convertible
 from graph.suggest import did_you_mean
 from graph.types import DECIMALS, TYPES, Type, concrete_type
 
@@ -148,6 +149,9 @@ def array_of_first(known: Any) -> Answer:
         array = element.array_of()
     else:
         array = concrete_type(wanted)
+        wrong = [one for name in inputs if (one := known[name]) is not None and not convertible(one, array.element)]
+        if wrong:
+            raise ValueError(f"{wrong[0]} cannot go into {array}; set arrayType to auto or correct it")
     return {"outputs:array": array, **{name: array.element for name in inputs if known[name] is None}}
 
 
@@ -208,10 +212,15 @@ def _worded(type_: Type) -> bool:
 
 
 def selected_type(known: Any) -> Answer:
-    """SelectIf: the common type of both values, an array where the condition is one."""
+    """SelectIf: the common type of both values, an array where the condition is one.
+
+    One condition takes one side whole, so they need one shape.
+    """
     condition, *sides = (known[f"inputs:{name}"] for name in ("condition", "ifTrue", "ifFalse"))
     if condition is None or None in sides:
         return {}
+    if sides[0].count != sides[1].count or (sides[0].array != sides[1].array and not condition.array):
+        raise ValueError(f"{known.end('ifTrue')} and {known.end('ifFalse')} differ in shape; give it two of one shape")
     if all(side.numeric for side in sides):
         chosen = common_type(sides)
     elif sides[0].element is sides[1].element:

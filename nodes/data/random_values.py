@@ -114,7 +114,7 @@ def random_gaussian(db: Any) -> None:
         db.fail(f"input stdev is {db.inputs.stdev}; give it 0 or more")
     generator = _generator(db)
     draw = generator.lognormal if db.inputs.useLog else generator.normal
-    _give(db, draw(mean.astype(float), deviation.astype(float)), result)
+    _give(db, draw(mean.astype(float), np.abs(deviation.astype(float))), result)  # of -0.0 too
 
 
 @node_type(

@@ -114,3 +114,11 @@ def test_a_power_below_zero_fails():
         run_node("Ease", inputs={**ends, "alpha": of("float", 0), "blendExponent": -1})
     with pytest.raises(ComputeError, match=r"input exponent is -1.0; give it 0 or more"):
         run_node("InterpolateTo", inputs={"current": of("double", 0), "target": of("double", 1), "exponent": -1.0})
+
+
+def test_a_quaternion_meets_numbers_and_arrays():
+    inputs = {"current": of("quatd[4]", [0, 0, 0, 1]), "deltaSeconds": 1.0, "speed": 1.0}
+    turned = run_node("InterpolateTo", inputs={**inputs, "target": of("quatd[4][]", [[0, 0, 1, 0], [0, 1, 0, 0]])})
+    assert turned.values("result")[0] == pytest.approx(np.array([[0, 0, 1, 0], [0, 1, 0, 0]]))
+    turned = run_node("InterpolateTo", inputs={**inputs, "target": of("double[]", [0.5, 1.0])})
+    assert turned.values("result")[0] == pytest.approx(np.full((2, 4), 0.5))

@@ -79,6 +79,19 @@ def test_select_refuses_values_without_a_common_type():
 
 
 @pytest.mark.parametrize(
+    ("condition", "if_true", "if_false"),
+    [
+        (True, of("int", 1), of("half[2]", [1, 2])),
+        (True, of("double[3]", [1, 2, 3]), of("double[3][]", [[1, 2, 3]])),
+        (of("bool[]", [True]), of("int", 1), of("half[2]", [1, 2])),
+    ],
+)
+def test_select_if_refuses_sides_of_different_shape(condition, if_true, if_false):
+    with pytest.raises(UserError, match="differ in shape"):
+        result("SelectIf", condition=condition, ifTrue=if_true, ifFalse=if_false)
+
+
+@pytest.mark.parametrize(
     ("value", "role", "found"),
     [
         (of("int", 3), "None", (3.0, "double")),

@@ -78,3 +78,8 @@ def test_noise_is_one_value_for_a_seed():
     inputs = {"min": of("double", 0), "max": of("double", 1), "isNoise": True}
     values, _ = drawn("RandomNumeric", 4, **inputs, seed=lambda update: update // 2)
     assert values[0] == values[1] != values[2] == values[3]
+
+
+def test_a_deviation_of_minus_zero_is_none():
+    values, _ = drawn("RandomGaussian", count=2, mean=of("double", 3), stdev=of("double", -0.0))
+    assert values == [3, 3]

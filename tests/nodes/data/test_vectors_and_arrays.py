@@ -153,3 +153,8 @@ def test_constants_start_at_the_zero_of_their_type():
     assert run_node("ConstantQuatd").value("inputs:value").tolist() == [0, 0, 0, 1]
     assert run_node("ConstantMatrix3d").value("inputs:value").tolist() == np.eye(3).tolist()
     assert run_node("ConstantColor4f").value("inputs:value").tolist() == [0, 0, 0, 0]
+
+
+def test_construct_array_refuses_what_cannot_go_into_its_type():
+    with pytest.raises(UserError, match=r"cannot go into normalf\[3\]\[\]"):
+        run_node("ConstructArray", inputs={"arrayType": "normalf[3][]", "input0": of("half[4]", [1, 2, 3, 4])})
