@@ -9,6 +9,7 @@ from typing import Any, Literal
 
 from . import exact
 from .events import EventBus
+from .repeats import Key, key_of
 from .room import Room
 
 
@@ -23,16 +24,17 @@ class Warned:
 
 
 class WarningLog:
-    """Collects warnings, one entry for each code and place."""
+    """Collects warnings, one entry for each code and place (and, of a node's own words, for each message)."""
 
     def __init__(self) -> None:
-        self._entries: dict[tuple[str, str], Warned] = {}
+        self._entries: dict[Key, Warned] = {}
 
     def __call__(self, code: str, where: str, message: str) -> None:
         """Notes a warning, or counts it again."""
-        known = self._entries.get((code, where))
+        key = key_of(code, where, message, self._entries)
+        known = self._entries.get(key)
         if known is None:
-            self._entries[code, where] = Warned(code, where, message)
+            self._entries[key] = Warned(code, where, message)
         else:
             known.count += 1
 

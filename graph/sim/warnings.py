@@ -7,6 +7,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
+from graph.repeats import Key, key_of
+
 _log = logging.getLogger("tickgraph.warnings")
 
 
@@ -25,18 +27,19 @@ class RunWarning:
 
 
 class WarningList:
-    """The distinct warnings of a run in the order of their first appearance; equal code and place are one."""
+    """The distinct warnings of a run in the order of their first appearance; see `graph.repeats` for which are one."""
 
     def __init__(self) -> None:
-        self._seen: dict[tuple[str, str], RunWarning] = {}
+        self._seen: dict[Key, RunWarning] = {}
 
     def add(self, code: str, where: str, message: str) -> None:
         """Notes a warning; its first appearance goes to the log "tickgraph.warnings" too."""
-        known = self._seen.get((code, where))
+        key = key_of(code, where, message, self._seen)
+        known = self._seen.get(key)
         if known is not None:
             known.count += 1
             return
-        self._seen[code, where] = RunWarning(code, where, message)
+        self._seen[key] = RunWarning(code, where, message)
         _log.warning("%s: %s: %s", code, where, message)
 
     def __iter__(self) -> Iterator[RunWarning]:
