@@ -62,7 +62,8 @@ class GraphRunner:
     """Binds graphs to an App: who is evaluated in which phase, in file order; all node state resets on stop.
 
     Graphs may be added, edited and moved to another stage at any time (see `graph.Controller`); each update begins
-    with what they are then. `on_error`: what a node that raises does to the run (None: as the settings say).
+    with what they are then. `on_error`: what a node that raises does to the run (None: as the settings say; what a node
+    of a saved scene lacks does not end it then).
     """
 
     def __init__(
@@ -71,6 +72,7 @@ class GraphRunner:
         self.graphs = {graph.path: graph for graph in graphs}
         self._app = app
         self._on_error = on_error or _on_error(app)
+        self._excuses_lacks = on_error != "stop"
         self._context = Context(app=app, warn=app.warn, scripts=scripts)
         self.set = GraphSet(self.graphs, context=self._context, app=app, prepare=self._prepare)
         bind(app, self.set)
@@ -109,6 +111,7 @@ class GraphRunner:
 
     def _prepare(self, graph: Graph) -> None:
         graph.context, graph.on_error = self._context, self._on_error
+        graph.excuses_lacks = graph.spec.saved and self._excuses_lacks
         graph.interrupts = not self._app.settings.get(INTERRUPTS_OFF, True)
 
     def _set_interrupts(self, off: Any) -> None:

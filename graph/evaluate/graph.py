@@ -64,6 +64,8 @@ class Graph(FamiliarGraph):
         """More than any of its nodes' ranks."""
         self.context = Context()
         self.on_error: Literal["stop", "continue"] = "stop"
+        self.excuses_lacks = spec.saved
+        """Whether a node that lacks what the file should have given it is only warned of."""
         self.step_limit = 1_000_000
         self.interrupts = False
         self.evaluations = 0
@@ -185,6 +187,7 @@ class Graph(FamiliarGraph):
         by_name = [(node if isinstance(node, str) else node.name, name) for node, name in activations]
         for instance in self.instances.values():
             instance.on_error, instance.interrupts = self.on_error, self.interrupts
+            instance.excuses_lacks = self.excuses_lacks
             instance.step_limit, instance.pipeline_stage = self.step_limit, self.pipeline_stage
             instance.evaluate(context, by_name)
 
@@ -287,11 +290,11 @@ class Graph(FamiliarGraph):
     def failed(self, db: Database, error: Exception) -> None:
         """Deals with an exception of this node's compute by `on_error`. Raises ComputeError for "stop".
 
-        What a node of a saved scene lacks is only warned of.
+        What a node of a saved scene lacks is only warned of, unless somebody asked to stop at errors.
         """
         db._enabled.clear()
         message = cause_of(db, error)
-        if isinstance(error, LackError) and self.spec.saved:
+        if isinstance(error, LackError) and self.excuses_lacks:
             self.context.warn("input-not-set", db.path, message)
             return
         if self.on_error == "stop":

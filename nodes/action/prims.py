@@ -69,7 +69,7 @@ def add_prim_relationship(db: Any) -> None:
 
     inputs = db.inputs
     if not inputs.name:
-        db.fail("input name is empty; give it the name of a relationship")
+        db.lack("input name is empty; give it the name of a relationship")
     if not Sdf.Path.IsValidPathString(inputs.target) or not inputs.target.startswith("/"):
         db.fail(f'input target is "{inputs.target}", which is no absolute path')
     prim = find_prim(db, inputs.path)

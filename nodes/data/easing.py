@@ -120,7 +120,7 @@ def interpolator(db: Any) -> None:
 
     knots, values = db.inputs.knots, db.inputs.values
     if len(knots) != len(values) or not len(knots):
-        db.fail(f"there are {len(knots)} knots and {len(values)} values; give it as many of each, one at least")
+        db.lack(f"there are {len(knots)} knots and {len(values)} values; give it as many of each, one at least")
     if (np.diff(knots) < 0).any():
         db.fail("input knots does not rise; sort knots and values by knots")
     db.outputs.value = float(np.interp(db.inputs.param, knots, values))

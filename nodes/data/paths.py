@@ -177,7 +177,7 @@ def find_target(db: Any) -> None:
     """Find a prim among others."""
     wanted, targets = db.inputs.searchTarget, list(db.inputs.targets)
     if len(wanted) != 1:
-        db.fail(f"input searchTarget names {len(wanted)} prims; give it one")
+        db.lack(f"input searchTarget names {len(wanted)} prims; give it one")
     db.outputs.index = targets.index(wanted[0]) if wanted[0] in targets else -1
 
 
@@ -195,7 +195,7 @@ def get_targets(db: Any) -> None:
     """Take some prims out of a target; an index beyond it fails."""
     targets, index, count = list(db.inputs.targets), db.inputs.index, db.inputs.count
     if not -len(targets) <= index < len(targets):
-        db.fail(f"input index is {index}, but the target names {len(targets)} prims")
+        db.lack(f"input index is {index}, but the target names {len(targets)} prims")
     start = index % len(targets)
     db.outputs.targets = targets[start:] if count < 0 else targets[start : start + count]
 
@@ -253,9 +253,9 @@ def set_target(db: Any) -> None:
     """Put another prim in the place of one; an index beyond the target fails."""
     targets, index, new = list(db.inputs.targets), db.inputs.index, list(db.inputs.setTarget)
     if not -len(targets) <= index < len(targets):
-        db.fail(f"input index is {index}, but the target names {len(targets)} prims")
+        db.lack(f"input index is {index}, but the target names {len(targets)} prims")
     if len(new) != 1:
-        db.fail(f"input setTarget names {len(new)} prims; give it one")
+        db.lack(f"input setTarget names {len(new)} prims; give it one")
     targets[index] = new[0]
     db.outputs.targets = targets
 

@@ -25,7 +25,7 @@ def _targets(db: Any, path: str) -> list[str] | None:
 
 def _name(db: Any) -> str:
     if not db.inputs.name:
-        db.fail("input name is empty; give it the name of a relationship")
+        db.lack("input name is empty; give it the name of a relationship")
     return str(db.inputs.name)
 
 

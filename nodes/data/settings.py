@@ -66,7 +66,7 @@ def _get(db: Any) -> Any:
     try:
         return db.app.settings.get(db.inputs.settingPath)
     except UserError as error:
-        return db.fail(str(error))
+        return db.lack(str(error))
 
 
 @node_type(

@@ -18,7 +18,7 @@ def path_of(db: Any, name: str = "primPath") -> str:
     if inputs.usePath:
         path = getattr(inputs, name)
         if not path:
-            db.fail(f"input {name} is empty; give it the path of a prim, or clear usePath")
+            db.lack(f"input {name} is empty; give it the path of a prim, or clear usePath")
         return str(path)
     return only_target(db, "prim", inputs.prim)
 
@@ -26,7 +26,7 @@ def path_of(db: Any, name: str = "primPath") -> str:
 def only_target(db: Any, name: str, targets: list[str]) -> str:
     """The path that a target input names. Fails the node where it does not name just one."""
     if len(targets) != 1:
-        db.fail(f"input {name} names {len(targets)} prims; give it the path of one prim")
+        db.lack(f"input {name} names {len(targets)} prims; give it the path of one prim")
     return str(targets[0])
 
 
@@ -44,7 +44,7 @@ def find_prim(db: Any, path: str) -> Any:
 def find_attribute(db: Any, prim: Any, name: str) -> Any:
     """The prim's attribute of that name. Fails the node where it has none."""
     if not name:
-        db.fail("input name is empty; give it the name of an attribute of the prim")
+        db.lack("input name is empty; give it the name of an attribute of the prim")
     attribute = prim.GetAttribute(name) if prim.HasAttribute(name) else None
     if not attribute:
         known = [str(one.GetName()) for one in prim.GetAttributes()]

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from graph import Attribute, node_type
+from graph import Attribute, RunError, node_type
 
 NAN = "an empty array leaves them all alone, NaN leaves one joint alone"
 
@@ -16,6 +16,16 @@ class _Robot:
     path: str = ""
     articulation: Any = None
     checked: bool = False
+
+
+def robot_at(db: Any, path: str) -> Any:
+    """The articulation at a path. The node lacks it where nothing moves there, as where a robot's asset is missing."""
+    if db.app.physics is None:
+        db.lack(f"{path} is no robot: nothing on the stage can move")
+    try:
+        return db.app.physics.articulation(path)
+    except RunError as error:
+        db.lack(str(error))
 
 
 @node_type(
@@ -45,11 +55,9 @@ def articulation_controller(db: Any) -> bool:
         return False
     path = inputs.robotPath or (inputs.targetPrim[0] if inputs.targetPrim else "")
     if not path:
-        db.fail("no robot; set targetPrim or robotPath to the root prim of an articulation")
+        db.lack("no robot; set targetPrim or robotPath to the root prim of an articulation")
     if path != memory.path:
-        if app.physics is None:
-            db.fail(f"{path} is no robot: nothing on the stage can move")
-        memory.articulation, memory.path = app.physics.articulation(path), path
+        memory.articulation, memory.path = robot_at(db, path), path
     articulation = memory.articulation
     joints = joint_selection(db, articulation)
     commands = {

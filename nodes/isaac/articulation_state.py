@@ -7,7 +7,7 @@ from typing import Any
 
 from graph import Attribute, node_type
 
-from .articulation import joint_selection
+from .articulation import joint_selection, robot_at
 
 
 @dataclass(slots=True)
@@ -21,11 +21,9 @@ def robot_of(db: Any) -> Any:
     inputs, memory = db.inputs, db.memory
     path = inputs.robotPath or (inputs.targetPrim[0] if inputs.targetPrim else "")
     if not path:
-        db.fail("no robot; set targetPrim or robotPath to the root prim of an articulation")
+        db.lack("no robot; set targetPrim or robotPath to the root prim of an articulation")
     if path != memory.path:
-        if db.app.physics is None:
-            db.fail(f"{path} is no robot: nothing on the stage can move")
-        memory.articulation, memory.path = db.app.physics.articulation(path), path
+        memory.articulation, memory.path = robot_at(db, path), path
     return memory.articulation
 
 

@@ -66,7 +66,7 @@ def convert_depth_to_point_cloud(db: Any) -> None:
     if inputs.format != 33:
         db.fail(f"input format is {inputs.format}; only 33, one float32 a pixel, can be converted")
     if not min(inputs.focalLength, inputs.horizontalAperture, inputs.verticalAperture) > 0:
-        db.fail("focalLength, horizontalAperture and verticalAperture must be above 0; connect IsaacReadCameraInfo")
+        db.lack("focalLength, horizontalAperture and verticalAperture must be above 0; connect IsaacReadCameraInfo")
     width, height = inputs.width, inputs.height
     depths = buffer_of(db, "f4", width, height, 1)[:, :, 0]
     focal = (

@@ -30,7 +30,7 @@ def attach_hydra_texture(db: Any) -> bool:
     """Let a RenderProduct prim render: its camera, at its resolution. Render variables go to the session layer."""
     inputs, app = db.inputs, db.app
     if len(inputs.renderProductPrim) != 1:
-        db.fail(f"input renderProductPrim names {len(inputs.renderProductPrim)} prims; give it one RenderProduct")
+        db.lack(f"input renderProductPrim names {len(inputs.renderProductPrim)} prims; give it one RenderProduct")
     path = str(inputs.renderProductPrim[0])
     product = app.rendering.products.get(path)
     if not inputs.enabled:

@@ -51,7 +51,7 @@ def _overrides(db: Any, robot: str) -> dict[str, str]:
 
     prim = db.app.stage.GetPrimAtPath(robot) if robot else None
     if not prim:
-        db.fail(f"there is no prim {robot} on the stage" if robot else "no robot; set targetPrim or robotPath")
+        db.lack(f"there is no prim {robot} on the stage" if robot else "no robot; set targetPrim or robotPath")
     real: dict[str, str] = {}
     rooted = False
     for each in Usd.PrimRange(prim, Usd.TraverseInstanceProxies()):

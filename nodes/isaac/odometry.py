@@ -91,12 +91,12 @@ def _body(db: Any) -> str:
 
     app, targets = db.app, db.inputs.chassisPrim
     if len(targets) != 1:
-        db.fail(f"input chassisPrim names {len(targets)} prims; give it one prim path")
+        db.lack(f"input chassisPrim names {len(targets)} prims; give it one prim path")
     if not app.stage.GetPrimAtPath(targets[0]):
-        db.fail(f"there is no prim {targets[0]} on the stage; correct the path")
+        db.lack(f"there is no prim {targets[0]} on the stage; correct the path")
     bodies = () if app.physics is None else app.physics.body_paths
     for _, link in links_of(app.stage, targets[0]):
         if link in bodies:
             return link
-    db.fail(f"{targets[0]} is no rigid body that can move; give chassisPrim a body or an articulation")
+    db.lack(f"{targets[0]} is no rigid body that can move; give chassisPrim a body or an articulation")
     return ""

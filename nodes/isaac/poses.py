@@ -29,7 +29,7 @@ def read_world_pose(db: Any) -> None:
     """Read a prim's pose from Fabric: of this moment, in stage units."""
     targets = db.inputs.prim
     if len(targets) != 1:
-        db.fail(f"input prim names {len(targets)} prims; give it one prim path")
+        db.lack(f"input prim names {len(targets)} prims; give it one prim path")
     outputs = db.outputs
     outputs.translation, outputs.orientation, outputs.scale = decompose(world_matrix(db, targets[0]))
 

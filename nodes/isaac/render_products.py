@@ -44,7 +44,7 @@ def create_render_product(db: Any) -> bool:
             db.fail(f"there is no render product {memory.path}; clear renderProductPrim or correct it")
     else:
         if len(inputs.cameraPrim) != 1:
-            db.fail(f"input cameraPrim names {len(inputs.cameraPrim)} prims; give it the path of one sensor prim")
+            db.lack(f"input cameraPrim names {len(inputs.cameraPrim)} prims; give it the path of one sensor prim")
         wanted = (str(inputs.cameraPrim[0]), inputs.width, inputs.height)
         if wanted != memory.wanted or memory.path not in rendering.products:
             _make(db, wanted)

@@ -42,7 +42,7 @@ def compute_transform_tree(db: Any) -> None:
     key = (str(parents[0]) if parents else "", tuple(map(str, targets)))
     if memory.tree is None or key != memory.key:
         if not key[1]:
-            db.fail("nothing to place; set targetPrims")
+            db.lack("nothing to place; set targetPrims")
         for path in (*key[1], *filter(None, key[:1])):
             if not app.stage.GetPrimAtPath(path):
                 db.fail(f"there is no prim {path} on the stage; correct the path")

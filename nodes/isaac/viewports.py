@@ -163,7 +163,7 @@ def set_camera_on_render_product(db: Any) -> None:
 
     inputs, app = db.inputs, db.app
     if len(inputs.cameraPrim) != 1:
-        db.fail(f"input cameraPrim names {len(inputs.cameraPrim)} prims; give it the path of one sensor prim")
+        db.lack(f"input cameraPrim names {len(inputs.cameraPrim)} prims; give it the path of one sensor prim")
     product = app.rendering.products.get(inputs.renderProductPath)
     if product is None:
         db.fail(f"there is no render product {inputs.renderProductPath or '(empty path)'}; connect one")

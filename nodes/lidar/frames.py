@@ -67,7 +67,7 @@ def read_frame(db: Any, channels: Callable[[Any], Iterable[str]]) -> Any:
         what = (
             f"there is no render product {inputs.renderProductPath}" if inputs.renderProductPath else "no frame to read"
         )
-        db.fail(f"{what}; connect renderProductPath to a render product")
+        db.lack(f"{what}; connect renderProductPath to a render product")
     return product.frame
 
 
@@ -78,7 +78,7 @@ def frame_of_handle(db: Any, handle: int) -> Any:
 
     frame = resolve(handle)
     if not isinstance(frame, Frame):
-        db.fail("input dataPtr is no handle of a frame; connect it to what makes one, or leave it unset")
+        db.lack("input dataPtr is no handle of a frame; connect it to what makes one, or leave it unset")
     return frame
 
 

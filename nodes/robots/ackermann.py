@@ -159,7 +159,7 @@ def _read(db: Any) -> Car:
     for name in ("wheelBase", "frontWheelRadius", "backWheelRadius"):
         value = getattr(inputs, name)
         if not (math.isfinite(value) and value > 0):
-            db.fail(f"input {name} is {value:g} m; give it a positive length")
+            db.lack(f"input {name} is {value:g} m; give it a positive length")
     return Car(
         inputs.wheelBase,
         inputs.trackWidth,

@@ -45,7 +45,7 @@ def conveyor(db: Any) -> bool:
     if not inputs.enabled or app.timeline.is_stopped():
         return False
     if len(inputs.conveyorPrim) != 1:
-        db.fail(f"input conveyorPrim names {len(inputs.conveyorPrim)} prims; give it the path of one rigid body")
+        db.lack(f"input conveyorPrim names {len(inputs.conveyorPrim)} prims; give it the path of one rigid body")
     if inputs.animateTexture and not memory.told:
         memory.told = True
         db.warn("texture-not-animated", "the belt moves, its texture does not: textures are not drawn")

@@ -122,7 +122,7 @@ def _read(db: Any) -> Drive:
     inputs = db.inputs
     radius = inputs.wheelRadius
     if not (math.isfinite(radius) and radius > 0):
-        db.fail(f"input wheelRadius is {radius:g} m; give it a positive length")
+        db.lack(f"input wheelRadius is {radius:g} m; give it a positive length")
     return Drive(
         radius,
         inputs.wheelDistance,

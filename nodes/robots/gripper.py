@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from graph import UNSET, Attribute, node_type
+from nodes.isaac.articulation import robot_at
 
 if TYPE_CHECKING:
     import numpy as np
@@ -94,13 +95,11 @@ def _send(db: Any) -> None:
 def _read(db: Any) -> None:
     import numpy as np
 
-    app, inputs, memory = db.app, db.inputs, db.memory
+    inputs, memory = db.inputs, db.memory
     if len(inputs.articulationRootPrim) != 1:
-        db.fail(f"articulationRootPrim names {len(inputs.articulationRootPrim)} prims; give it one articulation")
+        db.lack(f"articulationRootPrim names {len(inputs.articulationRootPrim)} prims; give it one articulation")
     root = str(inputs.articulationRootPrim[0])
-    if app.physics is None:
-        db.fail(f"{root} is no robot: nothing on the stage can move")
-    articulation = app.physics.articulation(root)
+    articulation = robot_at(db, root)
     names = articulation.joint_names
     unknown = [name for name in inputs.jointNames if name not in names]
     if unknown or not len(inputs.jointNames):

@@ -135,7 +135,7 @@ def _read(db: Any) -> Platform:
     orientations = np.array(inputs.wheelOrientations, dtype=np.float64).reshape(-1, 4)
     count = len(positions)
     if len(orientations) != count or not count:
-        db.fail(f"wheelPositions has {count} and wheelOrientations {len(orientations)} entries; give one per wheel")
+        db.lack(f"wheelPositions has {count} and wheelOrientations {len(orientations)} entries; give one per wheel")
     numbers = []
     for name in ("wheelRadius", "mecanumAngles"):
         values = np.array(getattr(inputs, name), dtype=np.float64)

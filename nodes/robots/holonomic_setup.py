@@ -49,7 +49,7 @@ def holonomic_robot_usd_setup(db: Any) -> None:
         robot, center = (str(targets[0]) if targets else "" for targets in (inputs.robotPrim, inputs.comPrim))
     for path in (robot, center or robot):
         if not path or not stage.GetPrimAtPath(path):
-            db.fail(f"there is no prim {path} on the stage" if path else "no robot; set robotPrim")
+            db.lack(f"there is no prim {path} on the stage" if path else "no robot; set robotPrim")
     prims = Usd.PrimRange(stage.GetPrimAtPath(robot), Usd.TraverseInstanceProxies())
     joints = [UsdPhysics.RevoluteJoint(prim) for prim in prims if prim.HasAttribute(ANGLE)]
     if not all(joints) or not joints:

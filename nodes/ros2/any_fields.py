@@ -117,5 +117,5 @@ def required_type(db: Any) -> str:
     except ValueError as error:
         db.fail(str(error))
     if not name:
-        db.fail("no message type; set messagePackage and messageName")
+        db.lack("no message type; set messagePackage and messageName")
     return name

@@ -140,7 +140,7 @@ def publish_camera_info(db: Any) -> bool:
     for name, count, needed in (("k", 9, True), ("r", 9, False), ("p", 12, False)):
         found = len(getattr(inputs, name))
         if found != count and (found or needed):
-            db.fail(f"{name} has {found} values; it needs {count}, row by row")
+            db.lack(f"{name} has {found} values; it needs {count}, row by row")
     k = inputs.k.tolist()
     r = inputs.r.tolist() or [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]
     p = inputs.p.tolist() or [*k[:3], 0.0, *k[3:6], 0.0, *k[6:], 0.0]

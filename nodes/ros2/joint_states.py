@@ -7,6 +7,7 @@ from functools import partial
 from typing import Any
 
 from graph import Attribute, node_type
+from nodes.isaac.articulation import robot_at
 from nodes.isaac.clocks import stamp_ns
 
 from .publishing import TIME_STAMP, Publisher, publisher_inputs, subscribed_topic
@@ -89,10 +90,8 @@ def _of_robot(db: Any) -> tuple[Any, ...]:
     path = str(inputs.targetPrim[0]) if inputs.targetPrim else ""
     if path != memory.path or memory.articulation is None:
         if not path:
-            db.fail("nothing to publish; set targetPrim to a robot's root prim, or connect jointNames")
-        if app.physics is None:
-            db.fail(f"{path} is no robot: nothing on the stage can move")
-        memory.path, memory.articulation = path, app.physics.articulation(path)
+            db.lack("nothing to publish; set targetPrim to a robot's root prim, or connect jointNames")
+        memory.path, memory.articulation = path, robot_at(db, path)
         memory.scale = _metres(app, memory.articulation)
     robot, scale = memory.articulation, memory.scale
     return robot.joint_names, robot.positions * scale, robot.velocities * scale, robot.efforts

@@ -59,7 +59,7 @@ def service_prim(db: Any) -> bool:
         for attribute, type_name, answer in SERVICES:
             name = getattr(db.inputs, attribute)
             if not name.strip("/ "):
-                db.fail(f"input {attribute} is empty; give the service a name")
+                db.lack(f"input {attribute} is empty; give the service a name")
             server = db.app.bus.services.serve(topic_name(db, db.path, name), f"{PACKAGE}/{type_name}", db.path)
             memory.opened.append((server, answer))
     answered = False

@@ -46,7 +46,7 @@ def publish_laser_scan(db: Any) -> bool:
     inputs = db.inputs
     for name in ("horizontalFov", "horizontalResolution"):
         if not getattr(inputs, name) > 0:
-            db.fail(f"input {name} is {getattr(inputs, name):g} deg; give it a positive angle")
+            db.lack(f"input {name} is {getattr(inputs, name):g} deg; give it a positive angle")
     topic = subscribed_topic(db)
     if topic is None:
         return False

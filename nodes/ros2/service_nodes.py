@@ -52,7 +52,7 @@ def _service_type(db: Any) -> str:
 def _service_name(db: Any) -> str:
     name: str = db.inputs.serviceName
     if not name.strip("/ "):
-        db.fail("input serviceName is empty; give the service a name")
+        db.lack("input serviceName is empty; give the service a name")
     return topic_name(db, db.path, name)
 
 

@@ -69,7 +69,7 @@ def _of_prims(db: Any) -> list[FrameTransform]:
     key = (str(parents[0]) if parents else "", tuple(map(str, targets)))
     if memory.tree is None or key != memory.key:
         if not key[1]:
-            db.fail("nothing to publish; set targetPrims")
+            db.lack("nothing to publish; set targetPrims")
         for path in (*key[1], *filter(None, key[:1])):
             if not app.stage.GetPrimAtPath(path):
                 db.fail(f"there is no prim {path} on the stage; correct the path")

@@ -25,7 +25,7 @@ def _release(db: Any) -> None:
 def sensor_prim(db: Any, targets: Any, name: str) -> Any:
     """The one prim that a target input names. Fails the node where it is none or several, or not on the stage."""
     if len(targets) != 1:
-        db.fail(f"input {name} names {len(targets)} prims; give it the path of one prim")
+        db.lack(f"input {name} names {len(targets)} prims; give it the path of one prim")
     prim = db.app.stage.GetPrimAtPath(targets[0])
     if not prim:
         db.fail(f"there is no prim {targets[0]} on the stage; correct the path")

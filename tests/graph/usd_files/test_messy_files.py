@@ -4,6 +4,7 @@ import json
 
 import pytest
 
+from graph import registry
 from graph.cli.main import main
 from graph.errors import UserError
 from graph.loading import load_graph
@@ -11,6 +12,7 @@ from graph.loading import load_graph
 TICK = "omni.graph.action.OnPlaybackTick"
 COUNTER = "omni.graph.action.Counter"
 CONSTANT = "omni.graph.nodes.ConstantDouble"
+EXEC = "uint inputs:execIn.connect = </G/{}>"
 
 
 def graph_text(nodes, evaluator="execution", path="G"):
@@ -214,3 +216,35 @@ def test_a_value_that_a_layer_below_has_for_another_type_is_left_out(usda):
     assert [(code, where.rpartition("/")[2]) for code, where, _ in loaded.spec.notes] == [
         ("value-left-out", "scene.usda:9:8")
     ]
+
+
+def test_no_type_ends_the_run_of_a_saved_scene_where_its_inputs_are_unset(usda, capsys):
+    """The generators of node types leave such a file beside each: one node in a push graph, nothing connected."""
+    nodes = "".join(a_node(f"n{number}", one.id) for number, one in enumerate(registry.all()))
+
+    assert main(["run", str(usda(graph_text(nodes, "push"))), "--updates", "2"]) == 0, capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("options", "result"), [([], 0), (["--on-error", "stop"], 1)])
+def test_a_robot_without_joints_does_not_end_the_run_of_a_saved_scene(usda, capsys, options, result):
+    body = (
+        'def Xform "Robot"\n{\ndef Cube "base" (\nprepend apiSchemas = ["PhysicsRigidBodyAPI"]\n)\n{\n}\n}\n'
+    ) + graph_text(
+        a_node("tick", TICK)
+        + "".join(
+            a_node(name, f"isaacsim.{kind}", "rel inputs:targetPrim = </Robot>\n" + EXEC.format("tick.outputs:tick"))
+            for name, kind in (
+                ("drive", "core.nodes.IsaacArticulationController"),
+                ("state", "core.nodes.IsaacArticulationState"),
+                ("joints", "ros2.bridge.ROS2PublishJointState"),
+            )
+        )
+    )
+
+    assert main(["run", str(usda(body)), "--updates", "2", *options]) == result
+
+    told = capsys.readouterr().err
+    what = "/Robot: no revolute or prismatic joint is there."
+    for name in ("drive", "state", "joints"):
+        assert (f"input-not-set: /G/{name}: {what} (2 times)" in told) == (not options)
+    assert what in told
