@@ -57,7 +57,10 @@ def construct_array(db: Any) -> None:
         return
     import numpy as np
 
-    db.outputs.array = np.array(elements, dtype_of(array_type)).reshape(size, *array_type.shape)
+    try:
+        db.outputs.array = np.array(elements, dtype_of(array_type)).reshape(size, *array_type.shape)
+    except OverflowError:
+        db.fail(f"an input does not fit {array_type.element}; choose a wider arrayType")
 
 
 @node_type(

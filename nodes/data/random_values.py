@@ -84,8 +84,10 @@ def random_numeric(db: Any) -> None:
     if not (low <= high).all():
         db.fail(f"input min ({db.inputs.min}) is above input max ({db.inputs.max}); exchange them")
     generator = _generator(db)
-    if low.dtype.kind in "iu":
-        drawn = generator.integers(low, high, endpoint=True, dtype=low.dtype)
+    common = np.result_type(low, high) if result is None else dtype_of(result.component)
+    if common.kind in "iu":
+        low, high = low.astype(common), high.astype(common)
+        drawn = generator.integers(low, high, endpoint=True, dtype=common)
     else:
         drawn = generator.uniform(low.astype(float), high.astype(float))
     _give(db, drawn, result)

@@ -83,3 +83,10 @@ def test_noise_is_one_value_for_a_seed():
 def test_a_deviation_of_minus_zero_is_none():
     values, _ = drawn("RandomGaussian", count=2, mean=of("double", 3), stdev=of("double", -0.0))
     assert values == [3, 3]
+
+
+def test_a_whole_bound_and_a_real_one_give_real_numbers():
+    values, name = drawn("RandomNumeric", count=20, min=of("int", 0), max=of("float[2]", [1, 2]))
+    assert name == "float[2]"
+    assert (np.array(values) > 0).all()
+    assert (np.array(values) < [1, 2]).all()

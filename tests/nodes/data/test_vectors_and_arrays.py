@@ -158,3 +158,8 @@ def test_constants_start_at_the_zero_of_their_type():
 def test_construct_array_refuses_what_cannot_go_into_its_type():
     with pytest.raises(UserError, match=r"cannot go into normalf\[3\]\[\]"):
         run_node("ConstructArray", inputs={"arrayType": "normalf[3][]", "input0": of("half[4]", [1, 2, 3, 4])})
+
+
+def test_construct_array_refuses_a_number_beyond_its_type():
+    with pytest.raises(ComputeError, match="an input does not fit int; choose a wider arrayType"):
+        run_node("ConstructArray", inputs={"arrayType": "int[]", "input0": of("int64", 2**40)})
