@@ -65,7 +65,7 @@ class _Reader:
         if self.body is not None:
             frame = transforms.inverse_rigid(scan.body_pose(self.body)) @ frame
         self.frame = frame
-        self.pose = transforms.rigid_part(frame)
+        self.pose = transforms.rigid_part(frame) if np.isfinite(frame).all() else frame  # `read` says what is wrong
         rest = (transforms.inverse_rigid(self.pose) @ frame)[:3, :3]
         self.scale = np.abs(np.diag(rest))
         self.sheared = bool(np.abs(rest - np.diag(np.diag(rest))).max() > 1e-9 * self.scale.max())

@@ -202,6 +202,17 @@ def test_a_body_that_is_nowhere_is_refused(tmp_path):
         app.play()
 
 
+def test_a_collider_that_is_nowhere_is_left_out(tmp_path):
+    body = 'def Sphere "Ball" (prepend apiSchemas = ["PhysicsCollisionAPI", "PhysicsRigidBodyAPI"])\n{\n'
+    body += ' def Cube "Cap" (prepend apiSchemas = ["PhysicsCollisionAPI"])\n {\n'
+    body += '  double3 xformOp:translate = (nan, 0, 0)\n  uniform token[] xformOpOrder = ["xformOp:translate"]\n }\n}\n'
+    with App(stage=scene(tmp_path, body)) as app:
+        app.play()
+        app.update()
+        said = {(warning.code, warning.where) for warning in app.warnings}
+    assert ("bad-transform", "/Ball/Cap") in said
+
+
 def test_unicode_names_and_empty_stages_work(tmp_path):
     parts, warnings = opened(scene(tmp_path, 'def Cube "W\u00fcrfel_\u7bb1"\n{\n}\n'))
     assert [part.path for part in parts] == ["/W\u00fcrfel_\u7bb1"]
