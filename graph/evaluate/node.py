@@ -88,7 +88,7 @@ class Node(FamiliarNode):
         self._initial: Mapping[str, Any] = {}
         self._fed: frozenset[str] = frozenset()
         self._consumed: frozenset[str] = frozenset()
-        self._passes: Mapping[str, Copy] = {}
+        self._passes: dict[str, list[Copy]] = {}
         self._pushes: list[Copy] = []
         self._wires_in: Mapping[str, list[Wire]] = {}
         self._used = 0
@@ -163,8 +163,8 @@ class Node(FamiliarNode):
         values, attribute = getattr(self.db, prefix), python_name(short)
         changed = not _equal(getattr(values, attribute), value)
         setattr(values, attribute, value)
-        if full in self._passes:
-            self._passes[full]()
+        for copy in self._passes.get(full, ()):
+            copy()
         if changed:
             self.graph.touched(self)
         for instance in self.graph.instances.values():
@@ -237,7 +237,7 @@ class Node(FamiliarNode):
         sources: tuple[Node, ...],
         readers: tuple[Node, ...],
         pushes: list[Copy],
-        passes: Mapping[str, Copy],
+        passes: dict[str, list[Copy]],
         wires_in: Mapping[str, list[Wire]],
         unset: str,
     ) -> None:
@@ -266,12 +266,23 @@ class Node(FamiliarNode):
         wire.add(target.db, name.partition(":")[2])
         target._wires_in = {**target._wires_in, name: [*target._wires_in.get(name, ()), wire]}
 
-    def lead_data(self, output: str, target: Node, name: str, copy: Copy) -> None:
-        """Adds a connection by which `copy` brings an output to another node's input (full names), and makes it."""
-        self._add_connection(output, target, name)
+    def lead_data(self, source: str, target: Node, name: str, copy: Copy) -> None:
+        """Adds a connection by which `copy` brings an output, or a set input, to another node's input, and makes it.
+
+        source, name: full names.
+        """
+        self._add_connection(source, target, name)
         self.readers = tuple(dict.fromkeys((*self.readers, target)))
-        target.sources = tuple(dict.fromkeys((*target.sources, self)))
         target._initial = {**target._initial, name: target.attribute(name).initial}
+        if source.startswith("inputs:"):
+            self._passes.setdefault(source, []).append(copy)
+        else:
+            self._push_by(copy, target)
+        self.graph.starts.append(copy)
+        copy()
+
+    def _push_by(self, copy: Copy, target: Node) -> None:
+        target.sources = tuple(dict.fromkeys((*target.sources, self)))
         self._pushes.append(copy)
         self.db._push = all_of(self._pushes)
         for wires in self._wires_in.values():
@@ -287,8 +298,6 @@ class Node(FamiliarNode):
                 fresh = [reader for reader in node.readers if reader not in seen]
                 seen.update(fresh)
                 pending += fresh
-        self.graph.starts.append(copy)
-        copy()
 
     def _add_connection(self, output: str, target: Node, name: str) -> None:
         self._consumed |= {output}

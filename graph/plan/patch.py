@@ -40,7 +40,7 @@ class _OtherwiseError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class _Lead:
-    """A connection to be added; `copy` brings the value of a data connection."""
+    """A connection to be added; `copy` brings the value of a data connection, whose source may be a set input."""
 
     source: Node
     output: str
@@ -97,38 +97,49 @@ def _compiled(graph: Graph, patch: Patch, registry: Registry) -> tuple[dict[str,
 
 def _leads(graph: Graph, fresh: Mapping[str, Node], connections: Iterable[ConnectionSpec]) -> list[_Lead]:
     fed: set[tuple[Node, str]] = set()
+    passed: set[tuple[Node, str]] = set()
     leads = []
     for connection in connections:
         (source, output), (target, name) = (_end(graph, fresh, end) for end in (connection.source, connection.target))
-        leads.append(_lead(source, output, target, name, fed))
+        leads.append(_lead(source, output, target, name, fed, passed))
     return leads
 
 
-def _lead(source: Node, output: str, target: Node, name: str, fed: set[tuple[Node, str]]) -> _Lead:
+def _lead(
+    source: Node, output: str, target: Node, name: str, fed: set[tuple[Node, str]], passed: set[tuple[Node, str]]
+) -> _Lead:
+    """The connection, if it can be added; `fed` and `passed` are the inputs that this edit feeds and reads."""
     at_source, at_target = source.attribute(output), target.attribute(name)
-    plain = output.startswith("outputs:") and name.startswith("inputs:") and not at_target.deprecated
-    if not plain or at_source.is_execution != at_target.is_execution:
+    out = output.startswith("outputs:")
+    if not name.startswith("inputs:") or at_target.deprecated or at_source.is_execution != at_target.is_execution:
         raise _OtherwiseError
     if at_source.is_execution:
+        if not out:
+            raise _OtherwiseError
         return _Lead(source, output, target, name, None)
+    if not out and (not output.startswith("inputs:") or output in source._fed or (source, output) in fed):
+        raise _OtherwiseError
     first, second = source.types[output], target.types[name]
-    taken = name in target._fed or (target, name) in fed or name in target._passes
+    end = target, name
+    taken = name in target._fed or end in fed or name in target._passes or end in passed or end == (source, output)
     barred = at_target.literal_only or at_target.output_only
-    if first is None or second is None or taken or barred or source.rank >= target.rank or _has_open(target):
+    late = out and source.rank >= target.rank
+    if first is None or second is None or taken or barred or late or _has_open(target):
         raise _OtherwiseError
     if not convertible(first, second):
         raise _OtherwiseError
-    fed.add((target, name))
+    fed.add(end)
+    passed.add((source, output))
     convert = converter(first, second)
-    sink = target.db.inputs
     if convert is not None:
         try:
             for value in (source.initial(output), source.get(output)):
                 convert(value)
         except ValueError as error:
             raise _OtherwiseError from error
-    short = output.partition(":")[2]
-    return _Lead(source, output, target, name, copy_between(source.db.outputs, short, sink, name[7:], convert))
+    part, _, short = output.partition(":")
+    copy = copy_between(getattr(source.db, part), short, target.db.inputs, name.partition(":")[2], convert)
+    return _Lead(source, output, target, name, copy)
 
 
 def _end(graph: Graph, fresh: Mapping[str, Node], end: str) -> tuple[Node, str]:

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from graph.conversion import Converter, converter
 from graph.db import Database
 from graph.evaluate.node import Node
-from graph.evaluate.wire import Copy, Wire, all_of, copy_between
+from graph.evaluate.wire import Copy, Wire, copy_between
 
 from .connections import Link
 from .draft import Draft, Report
@@ -153,14 +152,13 @@ def wire(drafts: Sequence[Draft], links: Sequence[Link], found: dict[End, Flow],
                 origin.pushes.append(_teller(target.node))
         _start(copy, flow, target, report)
     for draft, wiring in wirings.items():
-        passes: dict[str, Any] = {full: all_of(copies) for full, copies in wiring.passes.items()}
         draft.node.connect(
             frozenset(draft.fed),
             frozenset(draft.consumed),
             tuple(wiring.sources),
             tuple(wiring.readers),
             wiring.pushes,
-            passes,
+            wiring.passes,
             wiring.wires,
             draft.unset,
         )

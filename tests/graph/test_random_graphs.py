@@ -197,7 +197,11 @@ def anatomy(graph):
 
 NAMES = [f"n{i}" for i in range(6)]
 TYPE_OF = dict.fromkeys(NAMES[:3], "random.Mix") | dict.fromkeys(NAMES[3:5], "random.Step") | {"n5": "random.Tick"}
-ENDS = {"random.Mix": ["y"], "random.Step": ["one", "two", "y"], "random.Tick": ["tick"]}
+ENDS = {
+    "random.Mix": ["outputs:y", "inputs:own", "inputs:a"],
+    "random.Step": ["outputs:one", "outputs:two", "outputs:y", "inputs:a"],
+    "random.Tick": ["outputs:tick"],
+}
 STARTS = {"random.Mix": ["a", "b", "own"], "random.Step": ["execIn", "a"], "random.Tick": ["execIn"]}
 
 
@@ -212,7 +216,7 @@ def single_edits(draw):
     if kind == "delete_node":
         return kind, (f"/R/{one}",)
     if kind in ("connect", "disconnect"):
-        return kind, (f"/R/{one}.outputs:{draw(st.sampled_from(ENDS[TYPE_OF[one]]))}", into)
+        return kind, (f"/R/{one}.{draw(st.sampled_from(ENDS[TYPE_OF[one]]))}", into)
     value = draw(st.integers(0, 9))
     return (kind, (into, value)) if kind == "set" else (kind, ("/R", {K.SET_VALUES: [(into, value)]}))
 
