@@ -1,12 +1,14 @@
 """Which node types exist: those of the `nodes` package, then those that installed packages add by entry point.
 
-A shipped type is known by name only until it is asked for; then its module is imported.
+A shipped type is known by name only until it is asked for; then its module is imported. Installed packages are imported
+when a name is asked for that no shipped type has; one that fails is left out, with a warning.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+import logging
+from collections.abc import Callable, Iterable, Iterator
+from functools import partial
 from importlib import import_module, metadata
 
 from .absent import why_absent
@@ -19,6 +21,8 @@ ENTRY_POINTS = "tickgraph.nodes"
 
 OGN_ENTRY_POINTS = "tickgraph.ogn"
 """Entry point group of packages with `.ogn` files, see `graph.ogn`."""
+
+_LOG = logging.getLogger("tickgraph")
 
 SHIPPED = "nodes"
 """The package of the shipped types; they win when two types share a short name."""
@@ -39,8 +43,10 @@ class Registry:
         self._types: dict[str, NodeType | str] = {}
         self._short: dict[str, list[str]] = {}
         self._broken: dict[str, str] = {}
+        self._left_out: list[str] = []
         # Only the default registry fills itself, at the first look-up.
         self._to_load = shipped
+        self._to_install = shipped
 
     def add(self, node_type: NodeType) -> None:
         """Registers a type. Raises UserError, naming both origins, if its id is taken."""
@@ -68,35 +74,45 @@ class Registry:
         """The type of that id or short name.
 
         Raises UnknownNodeTypeError with the nearest name (not without `suggest`: looking for one takes its time), with
-        the candidates of an ambiguous one, or with what is wrong with the `.ogn` file that declares it.
+        the candidates of an ambiguous one, or with what is wrong with the `.ogn` file or the package that declares it.
         """
         self._load()
-        if name in self._types:
-            return self._loaded(name)
-        candidates = self._short.get(name, [])
-        shipped = [one for one in candidates if self._shipped(one)]
-        for group in (shipped, candidates):
-            if len(group) == 1:
-                return self._loaded(group[0])
-        if candidates:
+        found = self._find(name) or (self._install() and self._find(name))
+        if found:
+            return self._loaded(found)
+        if candidates := self._short.get(name):
             ids = " or ".join(f'"{one}"' for one in candidates)
             raise UnknownNodeTypeError(f'node type "{name}" is ambiguous; write {ids}')
         if broken := self._broken.get(_bare(name)):
             raise UnknownNodeTypeError(f'node type "{name}" cannot be used: {broken}')
         if absent := why_absent(name):
             raise UnknownNodeTypeError(f'no node type "{name}": {absent}')
-        if not suggest:
-            raise UnknownNodeTypeError(f'no node type "{name}"')
-        known = (*self._types, *self._short) if "." in name else (*self._short, *self._types)
-        raise UnknownNodeTypeError(f'no node type "{name}"{did_you_mean(name, known)}')
+        near = ""
+        if suggest:
+            known = (*self._types, *self._short) if "." in name else (*self._short, *self._types)
+            near = did_you_mean(name, known)
+        lost = "".join(f"; it may be of {problem}" for problem in self._left_out)
+        raise UnknownNodeTypeError(f'no node type "{name}"{near}{lost}')
+
+    def _find(self, name: str) -> str | None:
+        """The id of a type by id or short name; None if there is none or the short name means several."""
+        if name in self._types:
+            return name
+        candidates = self._short.get(name, [])
+        shipped = [one for one in candidates if self._shipped(one)]
+        return next((group[0] for group in (shipped, candidates) if len(group) == 1), None)
 
     def all(self) -> list[NodeType]:
         """Every registered type, sorted by id."""
         self._load()
+        self._install()
         return [self._loaded(name) for name in sorted(self._types)]
 
     def __contains__(self, name: str) -> bool:
         self._load()
+        return self._knows(name) or (self._install() and self._knows(name))
+
+    def _knows(self, name: str) -> bool:
         return name in self._types or name in self._short
 
     def __iter__(self) -> Iterator[NodeType]:
@@ -134,32 +150,50 @@ class Registry:
                     self._note(type_id, home)
                 elif isinstance(taken, NodeType) and not taken.shipped:
                     import_module(home)  # says whose id it is
+
+    def _install(self) -> bool:
+        """Imports what installed packages add, once; says whether it did so now."""
+        if not self._to_install:
+            return False
+        self._to_install = False
         installed = metadata.entry_points()
         for entry in _in_order(installed.select(group=ENTRY_POINTS)):
-            with _importing(entry):
-                entry.load()
+            self._add_package(entry, entry.load)
         for entry in _in_order(installed.select(group=OGN_ENTRY_POINTS)):
             from .ogn import register_package
 
-            with _importing(entry, ImportError):
-                register_package(self, entry.name, entry.value)
+            self._add_package(entry, partial(register_package, self, entry.name, entry.value))
+        return True
+
+    def _add_package(self, entry: metadata.EntryPoint, add: Callable[[], object]) -> None:
+        """Adds the types of a package, all or, with a warning, none of them."""
+        before = set(self._types)
+        try:
+            add()
+        except (Exception, SystemExit) as error:  # whatever a module of somebody else's may raise
+            for type_id in set(self._types) - before:
+                self._forget(type_id)
+            reason = " ".join(str(error).split())
+            if not isinstance(error, UserError):
+                reason = f"{type(error).__name__}: {reason}"
+            _LOG.warning(
+                "warning node-package: %s (%s): %s; the package is left out, repair or uninstall it",
+                entry.name,
+                entry.value,
+                reason,
+            )
+            self._left_out.append(f'the node package "{entry.name}" ({entry.value}), which is left out: {reason}')
+
+    def _forget(self, type_id: str) -> None:
+        del self._types[type_id]
+        for name in _short_names(type_id):
+            self._short[name].remove(type_id)
+            if not self._short[name]:
+                del self._short[name]
 
 
 def _in_order(entries: Iterable[metadata.EntryPoint]) -> list[metadata.EntryPoint]:
     return sorted(entries, key=lambda entry: (entry.name, entry.value))
-
-
-@contextmanager
-def _importing(entry: metadata.EntryPoint, failure: type[Exception] = Exception) -> Iterator[None]:
-    """Tells which package could not be imported; a UserError passes as it is."""
-    try:
-        yield
-    except UserError:
-        raise
-    except failure as error:
-        raise UserError(
-            f'the node package "{entry.name}" ({entry.value}) cannot be imported: {error}; repair or uninstall it'
-        ) from error
 
 
 def _bare(name: str) -> str:

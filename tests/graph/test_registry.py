@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from importlib import import_module
@@ -100,6 +101,75 @@ def test_an_id_of_the_library_is_taken_before_its_module_is_imported(first):
     assert 'node type "omni.graph.action.Branch" is registered twice: by ' in done.stderr
     assert "nodes.action.flow:" in done.stderr
     assert "__main__:" in done.stderr
+
+
+@pytest.fixture
+def installed(tmp_path):
+    """A function that runs the command beside a package whose entry point names the module `parts`, of that text."""
+
+    def command(module, *arguments):
+        (tmp_path / "parts.py").write_text(module)
+        info = tmp_path / "acme-1.0.dist-info"
+        info.mkdir(exist_ok=True)
+        (info / "METADATA").write_text("Metadata-Version: 2.1\nName: acme\nVersion: 1.0\n")
+        (info / "entry_points.txt").write_text("[tickgraph.nodes]\nacme = parts\n")
+        path = os.pathsep.join([str(tmp_path), str(Path(__file__).parents[2])])
+        return subprocess.run(
+            [sys.executable, "-m", "graph", *arguments],
+            capture_output=True,
+            text=True,
+            check=False,
+            env={**os.environ, "PYTHONPATH": path},
+        )
+
+    return command
+
+
+TWICE = """\
+from graph import Attribute, node_type
+import nodes.action.flow
+@node_type("acme.Twice", inputs={"x": Attribute("double", "x")}, outputs={"y": Attribute("double", "y")})
+def compute(db):
+    "Twice."
+    db.outputs.y = 2 * db.inputs.x
+"""
+
+
+def test_a_package_is_imported_where_a_type_is_asked_for_that_the_library_has_not(installed):
+    module = f"{TWICE}print('imported')\n"
+    assert installed(module, "node", "acme.Twice").stdout.startswith("imported\nacme.Twice (version 1)\n")
+    assert installed(module, "node", "Countdown").stdout.startswith("omni.graph.action.Countdown")
+
+
+BROKEN = [
+    ("import no_such_module", "ModuleNotFoundError: No module named 'no_such_module'"),
+    ("raise RuntimeError('two\\nlines')", "RuntimeError: two lines"),
+    ("raise SystemExit(3)", "SystemExit: 3"),
+]
+
+
+@pytest.mark.parametrize(("line", "reason"), BROKEN)
+def test_a_package_that_cannot_be_imported_is_left_out_and_named_where_its_type_may_be_asked_for(
+    installed, line, reason
+):
+    module = TWICE + line + "\n"
+    shipped = installed(module, "node", "Countdown")
+    assert (shipped.returncode, shipped.stderr) == (0, "")
+    listed = installed(module, "nodes", "Branch")
+    assert listed.stdout.startswith("omni.graph.action.Branch\t")
+    warning = f"warning node-package: acme (parts): {reason}; the package is left out, repair or uninstall it\n"
+    assert (listed.returncode, listed.stderr) == (0, warning)
+    asked = installed(module, "node", "acme.Twice")
+    assert asked.returncode == 2
+    assert asked.stderr == warning + (
+        f'graph: no node type "acme.Twice"; it may be of the node package "acme" (parts), which is left out: {reason}\n'
+    )
+
+
+def test_a_package_that_takes_an_id_of_the_library_is_left_out(installed):
+    done = installed(TWICE.replace("acme.Twice", "omni.graph.action.Branch"), "nodes", "Branch")
+    assert done.returncode == 0
+    assert '(parts): node type "omni.graph.action.Branch" is registered twice: by nodes.action.flow:' in done.stderr
 
 
 def test_the_decorator_keeps_the_function_and_its_docstring():
