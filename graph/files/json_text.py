@@ -141,7 +141,7 @@ class _Reader:
             return scalars.number(found[0], "int" if found[1] is None and found[2] is None else "float")
         except ValueError as error:
             self.problems.append(self.source.problem(at, f"{error}."))
-            return 0
+            return scalars.STAND_IN
 
     def _string(self, at: int) -> tuple[str, int]:
         try:

@@ -25,7 +25,9 @@ _NUMBER = re.compile(
     r"|(?P<float>[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?)"
 )
 DIGITS_LIMIT = 400
-"""Digits of the longest number; a double has at most 309 before its point."""
+"""Characters of the longest number; a double has at most 309 digits before its point."""
+STAND_IN = 1
+"""What stands for a number that could not be read: few places refuse it, so that one mistake is told once."""
 
 
 def resolve(text: str) -> Scalar:
@@ -47,4 +49,9 @@ def number(text: str, kind: str) -> int | float:
         if math.isinf(value):
             raise ValueError(f"{text} is larger than any double")
         return value
-    return int(text, {"int": 10, "oct": 8, "hex": 16}[kind])
+    whole = int(text, {"int": 10, "oct": 8, "hex": 16}[kind])
+    try:
+        float(whole)
+    except OverflowError:
+        raise ValueError(f"a number of {len(text)} digits is larger than any double") from None
+    return whole

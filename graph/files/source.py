@@ -99,9 +99,9 @@ def decode(data: bytes | str, name: str, kind: str) -> Source:
 def _decode_bytes(data: bytes, name: str) -> str:
     for mark, encoding in _OTHER_ENCODINGS:
         if data.startswith(mark):
-            raise UserError(f"{name} is {encoding} text; save it as UTF-8.")
+            raise UserError(Source(name, "").problem(0, f"this is {encoding} text; save it as UTF-8."))
     if b"\0" in data[:4096]:
-        raise UserError(f"{name} is a binary file; a graph file is YAML or JSON text.")
+        raise UserError(Source(name, "").problem(0, "this is a binary file; a graph file is YAML or JSON text."))
     try:
         return data.decode("utf-8")
     except UnicodeDecodeError as error:

@@ -85,8 +85,7 @@ class _Composer:
         for event in _events(self.source):
             kind = type(event)
             if kind is ScalarEvent:
-                at = event.start_mark.index
-                self._take(self._scalar(event), at, 1, event.anchor)
+                self._take(self._scalar(event), self._place(event), 1, event.anchor)
             elif kind is MappingStartEvent:
                 self._open(Map(event.start_mark.index), event, "map")
             elif kind is SequenceStartEvent:
@@ -168,13 +167,20 @@ class _Composer:
             value = scalars.resolve(text)
         except ValueError as error:
             self._problem(event.start_mark.index, f"{error}.")
-            return 0
+            return scalars.STAND_IN
         if tag in _SCALAR_KINDS:
             if not isinstance(value, _SCALAR_KINDS[tag]) or (isinstance(value, bool) and not tag.endswith("bool")):
                 self._problem(event.start_mark.index, f"{quoted(text)} is no {tag.removeprefix(_CORE)}.")
             elif tag.endswith("float"):
                 return float(value)  # type: ignore[arg-type]  # int or float, just tested
         return value
+
+    def _place(self, event: Event) -> int:
+        """Where a scalar starts; a value of no characters is at its key, as what comes next may be lines below."""
+        parent = self.stack[-1] if self.stack else None
+        if event.start_mark.index == event.end_mark.index and parent is not None and parent.key is not _NO_KEY:
+            return parent.key_at
+        return int(event.start_mark.index)
 
     def _alias(self, event: Event) -> None:
         at = event.start_mark.index

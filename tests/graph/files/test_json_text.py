@@ -95,6 +95,7 @@ def test_nesting_of_a_hundred_is_read():
 
 def test_numbers_beyond_a_double_are_problems():
     assert tree('{"a": 1e999}')[1] == ["a.json:1:7: 1e999 is larger than any double."]
+    assert tree(f'{{"a": 1{"0" * 309}}}')[1] == ["a.json:1:7: a number of 310 digits is larger than any double."]
 
 
 def test_nan_and_infinity_are_values():

@@ -29,7 +29,7 @@ def problems(text, name="a.yaml"):
         ("tickgraph: '1'", '1:12: tickgraph must be 1, the version of the file format, found text "1".'),
         ("tickgraph: true", "1:12: tickgraph must be 1, the version of the file format, found true."),
         ("tickgraph: 1.0", "1:12: tickgraph must be 1, the version of the file format, found number 1.0."),
-        ("tickgraph:", '1:11: there is no "tickgraph" key; a graph file starts with "tickgraph: 1".'),
+        ("tickgraph:", '1:1: there is no "tickgraph" key; a graph file starts with "tickgraph: 1".'),
         ("- a\n- b", '1:1: a graph file is a mapping that starts with "tickgraph: 1", found a list.'),
         ("hello", '1:1: a graph file is a mapping that starts with "tickgraph: 1", found text "hello".'),
     ],
@@ -127,7 +127,7 @@ def test_files_of_another_kind_or_version(text, line):
         ),
         (
             "graphs: {/G: {nodes: {n: }}}",
-            '2:25: node "n" must be a type id or a mapping with a type, found nothing.',
+            '2:23: node "n" must be a type id or a mapping with a type, found nothing.',
         ),
         ("graphs: {/G: {nodes: {a b: X}}}", f'2:23: graph /G: nodes: "a b" cannot be a name; {NAME}'),
         ("graphs: {/G: {nodes: {n: {inputs: {}}}}}", '2:23: node "n": "type" is missing; add it.'),

@@ -84,9 +84,9 @@ def test_an_empty_file_says_how_a_graph_file_starts(folder, name, data):
 @pytest.mark.parametrize(
     ("data", "line"),
     [
-        (b"\x7fELF\x02\x01\x01\0\0", "a.yaml is a binary file; a graph file is YAML or JSON text."),
-        ("tickgraph: 1".encode("utf-16"), "a.yaml is UTF-16 text; save it as UTF-8."),
-        ("tickgraph: 1".encode("utf-32"), "a.yaml is UTF-32 text; save it as UTF-8."),
+        (b"\x7fELF\x02\x01\x01\0\0", "a.yaml:1:1: this is a binary file; a graph file is YAML or JSON text."),
+        ("tickgraph: 1".encode("utf-16"), "a.yaml:1:1: this is UTF-16 text; save it as UTF-8."),
+        ("tickgraph: 1".encode("utf-32"), "a.yaml:1:1: this is UTF-32 text; save it as UTF-8."),
         ("a: 1\nb: ü\n".encode("latin-1"), "a.yaml:2:4: byte 0xFC is not UTF-8; save the file as UTF-8."),
         (b"a: 1\nb: \x1b[31m\n", "a.yaml:2:4: character U+001B is not allowed here; is this a text file?"),
     ],

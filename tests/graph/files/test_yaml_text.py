@@ -1,4 +1,5 @@
 import math
+import sys
 
 import pytest
 from parsed_texts import reading
@@ -149,11 +150,24 @@ def test_block_nesting_is_limited_as_well():
     tree("- " * 100 + "x\n")
 
 
-@pytest.mark.parametrize("number", ["9" * 401, "1e999"])
+@pytest.mark.parametrize("number", ["9" * 401, "9" * 309, "-1" + "0" * 309, "0x1" + "0" * 256, "1e999"])
 def test_numbers_beyond_a_double_are_problems(number):
     _, [problem] = tree(f"a: {number}\n")
     assert problem.startswith("a.yaml:1:4: ")
     assert "too long" in problem or "larger than any double" in problem
+
+
+def test_the_largest_double_is_read_as_an_integer_too():
+    largest = int(sys.float_info.max)
+    root, problems = tree(f"a: {largest}\n")
+    assert (root["a"], problems) == (largest, [])
+
+
+def test_a_value_of_no_characters_is_at_its_key():
+    root, _ = tree("a:\n\n  # nothing\nb: ''\nc: {d: , e: 1}\n")
+    assert root.places["a"] == (0, 0)
+    assert root.places["b"] == (16, 19)
+    assert root["c"].places["d"] == (26, 26)
 
 
 def test_places_of_keys_values_and_items():

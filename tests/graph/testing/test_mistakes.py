@@ -63,6 +63,10 @@ MISTAKES = {
         NODE % "changes: {1: 5}",
         "3:46: {}changes: update 1: must be a mapping from attributes to values, found number 5.",
     ),
+    "a tolerance that no double holds": (
+        NODE % f"tolerance: 1{'0' * 320}",
+        "3:48: a number of 321 digits is larger than any double.",
+    ),
     "a tolerance below zero": (
         NODE % "tolerance: -1",
         "3:48: {}tolerance must be a number of 0 or more, or a mapping from attributes to such, found number -1.",
