@@ -53,6 +53,7 @@ TYPES: Mapping[str, str] = {
     "omni.graph.action.PrintText": "omni.graph.ui_nodes.PrintText",
     "omni.isaac.core_nodes.IsaacSetViewportResolution": "isaacsim.core.nodes.IsaacSetViewportResolution",
     "omni.graph.scriptnode.OgnScriptNode": "omni.graph.scriptnode.ScriptNode",
+    "omni.graph.nodes.MakeArray": "omni.graph.nodes.ConstructArray",
 }
 """Ids that follow no rule."""
 
@@ -62,6 +63,7 @@ RENAMED: Mapping[str, Mapping[str, str]] = {
     "isaacsim.ros2.bridge.ROS2PublishTransformTree": {"inputs:targetPrim": "inputs:targetPrims"},
     "isaacsim.core.nodes.IsaacArticulationController": {"inputs:usePath": ""},
     "isaacsim.core.nodes.IsaacComputeOdometry": {"inputs:robotPrim": "inputs:chassisPrim"},
+    "omni.graph.nodes.ConstructArray": {f"inputs:{old}": f"inputs:input{new}" for new, old in enumerate("abcde")},
 }
 """Attributes by new type id: old full name to the new one, "" for one that is gone."""
 
@@ -189,21 +191,29 @@ def _renamed(node: NodeSpec, graph: GraphSpec, fed: Sequence[str], registry: Reg
     found: dict[str, str] = {}
     for key in dict.fromkeys((*node.inputs, *fed)) if table or _has_old(node) else ():
         full = key if ":" in key and key.split(":")[0] in ("inputs", "outputs", "state") else f"inputs:{key}"
-        prefix, _, name = full.partition(":")
-        if full not in table and (full not in REMOVED or node.type not in registry):
+        change = changed_attribute(node.type, full, registry)
+        if change is None:
             continue
-        if node.type in registry and registry.get(node.type).find(prefix, name) is not None:
-            continue
-        new = table.get(full, "")
-        found[full] = new
-        at = node.input_marks.get(key, node.mark), f"{graph.path}/{node.name}"
-        kind = node.type.rpartition(".")[2]
-        if new:
-            notes.add("attribute-renamed", f"{kind}: {full} is now called {new}; the new name is used", *at)
-        else:
-            advice = REMOVED.get(full, "remove it")
-            notes.add("attribute-removed", f"{kind}: {full} is gone and is left out; {advice}", *at)
+        found[full], code, sentence = change
+        notes.add(code, sentence, node.input_marks.get(key, node.mark), f"{graph.path}/{node.name}")
     return found
+
+
+def changed_attribute(type_id: str, full: str, registry: Registry = DEFAULT) -> tuple[str, str, str] | None:
+    """What an old attribute of a present type is called now, "" where it is gone, with a warning's code and sentence.
+
+    None for one that the type has, or of which nothing is known.
+    """
+    table = RENAMED.get(type_id, {})
+    prefix, _, name = full.partition(":")
+    if full not in table and (full not in REMOVED or type_id not in registry):
+        return None
+    if type_id in registry and registry.get(type_id).find(prefix, name) is not None:
+        return None
+    kind, new = type_id.rpartition(".")[2], table.get(full, "")
+    if new:
+        return new, "attribute-renamed", f"{kind}: {full} is now called {new}; the new name is used"
+    return "", "attribute-removed", f"{kind}: {full} is gone and is left out; {REMOVED.get(full, 'remove it')}"
 
 
 def _has_old(node: NodeSpec) -> bool:

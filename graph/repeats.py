@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-OWN_WORDS = ("node-warning", "node-error")
-"""Codes of what a node's author says; the code alone does not tell two such warnings apart."""
+OWN_WORDS = ("node-warning", "node-error", "attribute-renamed", "attribute-removed")
+"""Codes of what a node's author says, and of a node's attributes; the code alone does not tell two of them apart."""
 
 MOST = 10
 """How many things one node may say before the rest is counted as one, as where its words hold the time."""

@@ -115,7 +115,7 @@ class Controller:
         """Makes a graph; `graph_id` as in `edit`. Raises OmniGraphError if there is one of that path."""
         path = find.existing(self.graphs, graph_id)
         if path:
-            raise OmniGraphError(f"graph {path} exists already")
+            raise OmniGraphError(f"graph {path} already exists")
         graph: Graph = self.edit(graph_id)[0]
         return graph
 

@@ -8,7 +8,7 @@ from typing import Any
 from graph.declaration import NodeType
 from graph.errors import Mark, Problem, UserError
 from graph.evaluate import Graph, Node
-from graph.migration import migrated_type
+from graph.migration import changed_attribute, migrated_type
 from graph.registry import UnknownNodeTypeError
 from graph.spec import ConnectionSpec, VariableSpec
 from graph.suggest import did_you_mean
@@ -43,6 +43,7 @@ class Edit:
         self._kept: list[Mark] = []
         self._broken: set[str] = set()
         self._prims = PrimPlan(graphs.app)
+        self._notes: dict[tuple[str, str, str], None] = {}
         self.created: list[str] = []
         """Names of new nodes in this graph, compounds included, in order."""
         self.names: dict[str, str] = {}
@@ -79,7 +80,10 @@ class Edit:
         """
         patch = None if self._problems or len(self._models) > 1 else self._main.patch()
         graph = self._graphs.patched(self._main, patch) if patch is not None else None
-        return None if graph is None else (graph, self._prims.apply())
+        if graph is None:
+            return None
+        self._warn()
+        return graph, self._prims.apply()
 
     def apply(self) -> tuple[Graph, list[Any]]:
         """Compiles and applies; gives the graph and the prims. Raises OmniGraphError, with nothing changed."""
@@ -98,7 +102,12 @@ class Edit:
             self._raise_problems()
             raise
         self._forget_marks(applied)
+        self._warn()
         return applied[self._main.path], self._prims.apply()
+
+    def _warn(self) -> None:
+        for note in self._notes:
+            self._graphs.context.warn(*note)
 
     def _raise_problems(self) -> None:
         if not self._problems:
@@ -184,6 +193,27 @@ class Edit:
         inside = [end.rpartition(".") for end in ports[full]]
         return [(model, node, inner) for node, _, inner in inside]
 
+    def _targets(self, spec: Any, scope: str) -> list[tuple[Model, str, str]]:
+        """As `_ends` of a target, attributes of older releases by the names they have now; without those that are gone.
+
+        An attribute that the script made itself is never an old one.
+        """
+        found = []
+        for model, name, full in self._ends(spec, scope, "target"):
+            node = model.nodes.get(name)
+            long = full if full.partition(":")[0] in PREFIXES else f"inputs:{full}"
+            change = None
+            if node is not None and long not in node.attributes:
+                change = changed_attribute(node.type, long, self._graphs.registry)
+            if change is None:
+                found.append((model, name, full))
+                continue
+            new, code, sentence = change
+            self._notes[code, f"{model.path}/{name}", sentence] = None
+            if new:
+                found.append((model, name, new))
+        return found
+
     # -- the keys ----------------------------------------------------------------------------------------------------
 
     def _delete_nodes(self, entry: Any, scope: str, mark: Mark) -> None:
@@ -201,7 +231,7 @@ class Edit:
         name = self._new_name(written, scope)
         short = name.removeprefix(scope)
         if name in self._main.nodes or name in self._main.compounds:
-            raise OmniGraphError(f'node "{name}" exists already in graph {self._main.path}; choose another name')
+            raise OmniGraphError(f'node "{name}" already exists in graph {self._main.path}; choose another name')
         if isinstance(kind, Mapping) or kind == COMPOUND:
             self._main.changes.others = True
             self._main.compounds[name] = {}
@@ -238,10 +268,18 @@ class Edit:
         node = model.nodes[name]
         declared = self._declared(node, full)
         if declared or full in node.attributes:
-            raise OmniGraphError(f"{owner}.{full} exists already")
+            raise OmniGraphError(f"{owner}.{full} already exists")
         node = model.change(name)
         node.attributes[full] = type_name(type_)
         model.changes.others |= name not in model.changes.nodes
+
+    def _flag(self, node: NodeModel, full: str, value: Any) -> Any:
+        """0 and 1 as the false and true that OmniGraph takes them for where the attribute is a bool."""
+        if type(value) is not int or value not in (0, 1):
+            return value
+        prefix, _, name = full.partition(":")
+        declared = self._graphs.registry.get(node.type).find(prefix, name) if prefix in PREFIXES else None
+        return bool(value) if declared is not None and declared.type == "bool" else value
 
     def _declared(self, node: NodeModel, full: str) -> bool:
         prefix, _, name = full.partition(":")
@@ -253,7 +291,7 @@ class Edit:
     def _create_variables(self, entry: Any, scope: str, mark: Mark) -> None:
         name, kind, *value = entry
         if name in self._main.variables:
-            raise OmniGraphError(f'variable "{name}" exists already in graph {self._main.path}')
+            raise OmniGraphError(f'variable "{name}" already exists in graph {self._main.path}')
         self._main.changes.others = True
         given = value[0] if value else None
         if isinstance(given, TypedValue):
@@ -311,19 +349,19 @@ class Edit:
         if not isinstance(entry, Sequence) or isinstance(entry, str) or len(entry) != 2:
             raise OmniGraphError(f"{shown(entry)} is no connection; write (source, destination)")
         sources = self._ends(entry[0], scope, "source")
-        targets = self._ends(entry[1], scope, "target")
+        targets = self._targets(entry[1], scope)
         return [(sources[0], target) for target in targets]
 
     def _set_values(self, entry: Any, scope: str, mark: Mark) -> None:
         written, value, *kind = entry
         self._value_marks.add(id(mark))
-        for model, name, full in self._ends(written, scope, "target"):
+        for model, name, full in self._targets(written, scope):
             node = model.change(name)
             bare = full.partition(":")[2]
             if full.startswith("inputs:") and bare in node.inputs:
                 del node.inputs[bare]
                 node.marks.pop(bare, None)
-            node.inputs[full] = plain_value(value, kind[0] if kind else None)
+            node.inputs[full] = self._flag(node, full, plain_value(value, kind[0] if kind else None))
             node.marks[full] = mark
             if name not in model.changes.nodes:
                 model.changes.values.append((name, full))

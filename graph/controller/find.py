@@ -31,7 +31,7 @@ def existing(graphs: GraphSet, graph_id: Any) -> str:
     if isinstance(graph_id, Graph) and not there:
         raise OmniGraphError(f"graph {path} is not among these graphs; it was deleted or belongs to another App")
     if isinstance(graph_id, Mapping) and there:
-        raise OmniGraphError(f"graph {path} exists already; give its path instead of a dict to change it")
+        raise OmniGraphError(f"graph {path} already exists; give its path instead of a dict to change it")
     return path if there else ""
 
 

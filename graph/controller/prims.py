@@ -33,7 +33,7 @@ class PrimPlan:
         if not usd.Sdf.Path.IsValidPathString(path) or not path.startswith("/"):
             raise OmniGraphError(f'"{path}" is no absolute prim path')
         if path in self._entries or self._app.stage.GetPrimAtPath(path):
-            raise OmniGraphError(f"prim {path} exists already")
+            raise OmniGraphError(f"prim {path} already exists")
         self._entries[path] = kind, {name: _typed(usd, path, name, given) for name, given in attributes.items()}
 
     def apply(self) -> list[Any]:

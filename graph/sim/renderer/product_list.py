@@ -40,7 +40,7 @@ class ProductList:
     def add(self, product: RenderProduct) -> RenderProduct:
         """Takes a product from now on. Raises UserError if its path is taken."""
         if product.path in self.products:
-            raise UserError(f"render product {product.path} exists already; use it or give the new one another path")
+            raise UserError(f"render product {product.path} already exists; use it or give the new one another path")
         moment = self.moment
         product.restart(moment if product.created_at is None else max(moment, product.created_at))
         product.on_enabled = self._enabled_changed

@@ -4,8 +4,9 @@ import time
 
 import pytest
 
-from graph import Controller, OmniGraphError, OmniGraphValueError, UserError
+from graph import Controller, OmniGraphError, OmniGraphValueError, UserError, migration
 from graph.controller import Compound, TypedValue
+from graph.declaration import Attribute, declare
 
 K = Controller.Keys
 ACTION = {"graph_path": "/World/G", "evaluator_name": "execution"}
@@ -236,7 +237,7 @@ def test_graphs_exchange_data_by_absolute_paths(control):
 
 MISTAKES = [
     ({K.CREATE_NODES: ("a", "test.Stepp")}, r'node "a": no node type "test.Stepp"; did you mean "test.Step"\?'),
-    ({K.CREATE_NODES: ("tick", "test.Tick")}, r'node "tick" exists already in graph /World/G; choose another name'),
+    ({K.CREATE_NODES: ("tick", "test.Tick")}, r'node "tick" already exists in graph /World/G; choose another name'),
     ({K.CREATE_NODES: ("/Other/a", "test.Tick")}, "node /Other/a does not lie below the graph /World/G"),
     ({K.CONNECT: ("tick.outputs:tik", "step.inputs:execIn")}, r'\(Tick\) has no output "tik"; did you mean "tick"\?'),
     ({K.CONNECT: ("tack.outputs:tick", "step.inputs:execIn")}, r'"tack" is not a legal node; .* did you mean "tick"\?'),
@@ -246,7 +247,7 @@ MISTAKES = [
     ({K.DELETE_NODES: "nobody"}, '"nobody" is not a legal node'),
     ({K.SET_VALUES: ("inc.inputs:b", 1.0)}, r'node "inc" \(Inc\) has no input "b"'),
     ({K.CREATE_VARIABLES: ("v", "doubel")}, r'no attribute type "doubel"; did you mean "double"\?'),
-    ({K.CREATE_ATTRIBUTES: ("inc.inputs:a", "double")}, "inc.inputs:a exists already"),
+    ({K.CREATE_ATTRIBUTES: ("inc.inputs:a", "double")}, "inc.inputs:a already exists"),
     ({K.CREATE_PRIMS: ("/World/Box", "Cube")}, "prim /World/Box needs a stage; edit the graphs of an App"),
     ({K.PROMOTE_ATTRIBUTES: ("inc.inputs:a", "x")}, "PROMOTE_ATTRIBUTES stands inside the dict of a compound"),
     ({"create_node": []}, r'"create_node" is no key of an edit; did you mean "create_nodes"\?'),
@@ -297,7 +298,7 @@ def test_wrong_values_are_an_error_of_their_own(control):
 
 def test_a_dict_for_a_graph_that_exists_is_a_mistake(control):
     made(control)
-    with pytest.raises(OmniGraphError, match="graph /World/G exists already; give its path instead of a dict"):
+    with pytest.raises(OmniGraphError, match="graph /World/G already exists; give its path instead of a dict"):
         made(control)
     with pytest.raises(
         OmniGraphError, match="graph /H: evaluator_name: 'pusch' is none of execution, push, dirty_push"
@@ -320,3 +321,36 @@ def test_a_hundred_thousand_nodes_come_by_one_edit(control):
     assert time.process_time() - started < 20, "the bound is 10 s on a machine that does nothing else"
     control.evaluate_sync(graph)
     assert nodes[-1].get("y") == count
+
+
+def test_attributes_of_older_releases_are_renamed_or_left_out_with_one_warning_each(control, monkeypatch):
+    monkeypatch.setitem(migration.RENAMED, "test.Inc", {"inputs:old": "inputs:a", "inputs:gone": ""})
+    told = []
+    control.graphs.context.warn = lambda *warning: told.append(warning)
+
+    graph, (_, inc), _, _ = control.edit(
+        "/World/G",
+        {
+            K.CREATE_NODES: [("source", "test.Inc"), ("inc", "test.Inc")],
+            K.SET_VALUES: [("inc.inputs:gone", True), ("source.inputs:old", 4)],
+            K.CONNECT: [("source.outputs:y", "inc.inputs:old")],
+        },
+    )
+
+    assert [(code, where) for code, where, _ in told] == [
+        ("attribute-renamed", "/World/G/inc"),
+        ("attribute-removed", "/World/G/inc"),
+        ("attribute-renamed", "/World/G/source"),
+    ]
+    control.evaluate_sync(graph)
+    assert control.get(inc.get_attribute("outputs:y")) == 6
+
+
+def test_zero_and_one_are_false_and_true_where_an_attribute_is_a_bool(control, library):
+    declare("test.Flag", "", inputs={"on": Attribute("bool", "")}, registry=library)
+
+    _, (node,), _, _ = made(control, {K.CREATE_NODES: ("flag", "test.Flag"), K.SET_VALUES: ("flag.inputs:on", 1)})
+
+    assert control.get(node.get_attribute("inputs:on")) is True
+    with pytest.raises(OmniGraphValueError, match="on: expected true or false, got 2"):
+        control.edit("/World/G", {K.SET_VALUES: ("flag.inputs:on", 2)})

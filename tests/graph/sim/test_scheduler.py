@@ -237,7 +237,7 @@ def test_a_removed_product_stays_in_the_history():
 def test_two_products_cannot_share_a_path():
     world = World()
     add(world, NotingLidar(10))
-    with pytest.raises(UserError, match="/Render/sensor exists already"):
+    with pytest.raises(UserError, match="/Render/sensor already exists"):
         add(world, NotingLidar(10))
 
 

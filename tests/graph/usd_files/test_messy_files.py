@@ -248,3 +248,31 @@ def test_a_robot_without_joints_does_not_end_the_run_of_a_saved_scene(usda, caps
     for name in ("drive", "state", "joints"):
         assert (f"input-not-set: /G/{name}: {what} (2 times)" in told) == (not options)
     assert what in told
+
+
+def test_an_array_made_as_isaac_sim_2022_made_it_is_constructed(usda, capsys, caplog):
+    nodes = a_node("tick", TICK) + "".join(
+        a_node(name, CONSTANT, f"double inputs:value = {value}") for name, value in (("x", 1.5), ("y", -2))
+    )
+    nodes += a_node(
+        "array",
+        "omni.graph.nodes.MakeArray",
+        "int inputs:arraySize = 2\ncustom token inputs:a\ncustom token inputs:b\ncustom token inputs:c\n"
+        "token inputs:a.connect = </G/x.inputs:value>\ntoken inputs:b.connect = </G/y.inputs:value>",
+    )
+    nodes += a_node("text", "omni.graph.nodes.ToString", "token inputs:value.connect = </G/array.outputs:array>")
+    nodes += a_node(
+        "print",
+        "omni.graph.ui_nodes.PrintText",
+        EXEC.format("tick.outputs:tick") + "\nstring inputs:text.connect = </G/text.outputs:converted>",
+    )
+
+    with caplog.at_level("INFO", "tickgraph"):
+        assert main(["run", str(usda(graph_text(nodes))), "--updates", "1"]) == 0
+
+    assert "[1.5, -2.0]" in caplog.messages
+    assert [line.split(":")[0] for line in capsys.readouterr().err.splitlines() if line.startswith("warning")] == [
+        "warning type-renamed",
+        "warning attribute-renamed",
+        "warning attribute-renamed",
+    ]
