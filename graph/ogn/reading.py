@@ -25,6 +25,8 @@ ATTRIBUTE_KEYS = (
     *("unvalidated", "deprecated", "allowedTokens"),
 )
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(:[A-Za-z0-9_]+)*")
+_USD_TUPLE = re.compile(r"^(double|float|half|int)([234])(?=(?:\[\])?$)")
+"""The names that USD has for plain tuples; declarations have them for `float[3]` and its like."""
 
 
 @dataclass(slots=True)
@@ -122,10 +124,11 @@ class _Reader:
             return None
         given = one.get("metadata")
         metadata = given if isinstance(given, Map) else Map()
+        idle = declared == "execution" and not one.get("default")  # many write 0: it is not triggered
         attribute = Attribute(
-            declared if isinstance(declared, str) else tuple(declared),
+            _USD_TUPLE.sub(r"\1[\2]", declared) if isinstance(declared, str) else tuple(declared),
             self._text(one, "description", at),
-            default=one.get("default", UNSET),
+            default=UNSET if idle else one.get("default", UNSET),
             optional=bool(one.get("optional", False)),
             literal_only=_true(metadata.get("literalOnly")),
             output_only=_true(metadata.get("outputOnly")),
@@ -139,7 +142,7 @@ class _Reader:
         except ValueError as error:
             self._wrong(one.places["type"][1], f"{where}: {error}")
             return None
-        if "default" in one and not isinstance(parsed, Extended):
+        if "default" in one and not idle and not isinstance(parsed, Extended):
             try:
                 coerce(parsed, one["default"])
             except ValueError as error:

@@ -2,7 +2,7 @@ import json
 
 import pytest
 
-from graph import UserError
+from graph import UNSET, UserError
 from graph.ogn import read_ogn
 
 
@@ -55,6 +55,22 @@ def test_everything_that_omnigraph_allows_is_read():
     assert node.inputs["fixed"].literal_only
     assert node.inputs["old"].deprecated == "use a:b"
     assert not node.is_event
+
+
+@pytest.mark.parametrize(
+    ("usd", "ogn"), [("float3", "float[3]"), ("double2[]", "double[2][]"), ("int4", "int[4]"), ("half3", "half[3]")]
+)
+def test_usds_names_of_plain_tuples_are_understood(usd, ogn):
+    default = [] if usd.endswith("[]") else [0] * int(usd[-1])
+    one = {"type": usd, "description": "x", "default": default}
+    node = read_ogn(declared(inputs={"a": one}), name="x", extension="acme")
+    assert str(node.inputs["a"].parsed) == ogn
+
+
+@pytest.mark.parametrize("idle", [0, False, None])
+def test_an_execution_input_that_is_not_triggered_may_say_so(idle):
+    one = {"type": "execution", "description": "x", "default": idle}
+    assert read_ogn(declared(inputs={"go": one}), name="x", extension="acme").inputs["go"].default is UNSET
 
 
 def test_all_problems_of_a_file_come_at_once_in_its_order():
