@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from .brief import brief
+
 
 @dataclass(frozen=True, order=True, slots=True)
 class Mark:
@@ -25,6 +27,9 @@ class Problem:
     message: str
     mark: Mark | None = None
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "message", brief(self.message))
+
     def __str__(self) -> str:
         return f"{self.mark}: {self.message}" if self.mark else self.message
 
@@ -43,3 +48,6 @@ class UserError(Exception):
 
 class RunError(Exception):
     """The run failed: a node raised, the physics diverged. The command exits 1 and keeps what was recorded."""
+
+    def __init__(self, message: str = "") -> None:
+        super().__init__(brief(message))

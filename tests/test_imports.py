@@ -13,7 +13,7 @@ ROOT = Path(__file__).parents[1]
 HEAVY = ("mujoco", "open3d", "pxr", "matplotlib")
 OWN = ("graph", "nodes", "sensors")
 
-LEAVES = {"graph.errors", "graph.exact", "graph.repeats"}
+LEAVES = {"graph.brief", "graph.errors", "graph.exact", "graph.repeats"}
 """Core modules that know nothing themselves; the world shares them."""
 
 JOINTS = {

@@ -11,6 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from graph.brief import listed
 from graph.errors import UserError
 from graph.spec import FileSpec, Note
 
@@ -18,10 +19,6 @@ from .arguments import add_allow
 from .printing import note_line
 
 _FORMATS = {".yaml": "yaml", ".yml": "yaml", ".json": "json", ".usda": "usd", ".usd": "usd", ".usdc": "usd"}
-
-
-LISTED = 8
-"""File names that a line lists."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -87,8 +84,8 @@ def _outside(document: Mapping[str, Any], target: str) -> Iterator[Note]:
     if out:
         folders = {Path(os.path.relpath((folder / name).resolve().parent)).as_posix(): None for name in out}
         allow = " ".join(f"--allow {shlex.quote(each)}" for each in folders)
-        named = ", ".join(out[:LISTED]) + (f" and {len(out) - LISTED} more" if len(out) > LISTED else "")
-        yield "files-outside", target, f"it names {named}, outside its folder; give {allow} with it, or move the files"
+        message = f"it names {listed(out)}, outside its folder; give {allow} with it, or move the files"
+        yield "files-outside", target, message
 
 
 def _of_text(source: str) -> tuple[dict[str, Any], dict[str, str], str | None]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterable, Iterator, Sequence
 
+from graph.brief import brief
 from graph.errors import Problem
 
 
@@ -16,7 +17,7 @@ def problem_line(problem: Problem) -> str:
 def note_line(note: tuple[str, str, str]) -> str:
     """A warning (code, where, message) as one line of printable text."""
     code, where, message = note
-    return safe_line(f"warning {code}: {where}: {message}")
+    return safe_line(f"warning {code}: {where}: {brief(message)}")
 
 
 def safe_line(text: str) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from graph.brief import listed
 from graph.conversion import Converter, converter
 from graph.db import Database
 from graph.evaluate.node import Node
@@ -109,7 +110,7 @@ def rank(drafts: Sequence[Draft], found: dict[End, Flow], report: Report) -> Non
 
 
 def _report_cycle(ring: Sequence[Link], report: Report) -> None:
-    hops = ", ".join(map(str, ring))
+    hops = listed([*map(str, ring)])
     message = f"data goes round in a cycle: {hops}. Remove one of these connections, or pass the value on by a variable"
     report(message, ring[-1].mark)
 

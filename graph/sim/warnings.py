@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
+from graph.brief import brief
 from graph.repeats import Key, key_of
 
 _log = logging.getLogger("tickgraph.warnings")
@@ -39,6 +40,7 @@ class WarningList:
         if known is not None:
             known.count += 1
             return
+        message = brief(message)
         self._seen[key] = RunWarning(code, where, message)
         _log.warning("%s: %s: %s", code, where, message)
 

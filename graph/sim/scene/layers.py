@@ -19,6 +19,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+from graph.brief import listed
 from graph.errors import Problem, UserError
 
 from .expressions import Variables, as_key, evaluated, stack_variables
@@ -69,7 +70,7 @@ def check_scene(
         raise UserError(list(walk.problems))
     for wanted_by, assets in walk.missing.items():
         left_out = "it is" if len(assets) == 1 else "they are"
-        warn("usd-missing-asset", wanted_by, f"{_listed(list(assets.values()))}; {left_out} left out.")
+        warn("usd-missing-asset", wanted_by, f"{listed(list(assets.values()))}; {left_out} left out.")
     if any(contents.arcs for contents in walk.contents.values()):
         prims = too_many_prims(walk.layers[str(file)], walk.expressions)
         if prims:
@@ -196,13 +197,6 @@ def _on_disk(path: str) -> Path:
 
 MOST_WAYS = 100
 """In how many ways a layer may be reached, on the average, where variables tell them apart."""
-LISTED = 8
-"""Entries that a line names."""
-
-
-def _listed(parts: Sequence[str]) -> str:
-    more = f" and {len(parts) - LISTED} more" if len(parts) > LISTED else ""
-    return ", ".join(parts[:LISTED]) + more
 
 
 def _climbs_out(asset: str, layer: Path, allowed: Sequence[Path], wanted_by: str) -> str | None:
@@ -368,7 +362,7 @@ def quiet(warn: Warn, where: str) -> Iterator[None]:
         said = {_readable(message.commentary): None for message in delegate.TakeUncoalescedDiagnostics()}
         texts = [text for text in said if not any(known in text for known in _KNOWN)]
         if texts:
-            warn("usd-composition", where, _listed(texts))
+            warn("usd-composition", where, listed(texts))
         del delegate
 
 
