@@ -181,6 +181,20 @@ class Database:
         """Report something the user should know: a stable code and one line. Repeats are counted, not shown."""
         self._node.graph.context.warn(code, self.path, message)
 
+    def log_error(self, message: str) -> None:
+        """Report an error without ending the run, under the code `node-error`."""
+        self.warn("node-error", message)
+
+    def log_warning(self, message: str) -> None:
+        """Report something that the user should know, under the code `node-warning`."""
+        self.warn("node-warning", message)
+
+    def log_info(self, message: str) -> None:
+        """Write to the log, which only those see who ask for it."""
+        import logging
+
+        logging.getLogger("tickgraph").info("%s: %s", self.path, message)
+
     def claim(self, size: int) -> None:
         """Ask for the memory of a result, `size` bytes, before it is made. Raises NodeError where it is too much."""
         problem = self._node.graph.context.room.claim(self.path, size)

@@ -3,50 +3,51 @@
 from __future__ import annotations
 
 import logging
+import math
 from collections.abc import Mapping
-from enum import IntEnum
 from types import SimpleNamespace
 from typing import Any
 
 from graph.db import NodeError
-from graph.types import TYPES
-from graph.values import coerce
+from graph.types import TYPES, Type
+from graph.values import coerce, dtype_of, shown
+
+from .stand_in import ExecutionAttributeState
 
 LOGGER = logging.getLogger("tickgraph")
 
 
-class ExecutionAttributeState(IntEnum):
-    """What may be assigned to an execution output; only the enabled ones are followed."""
-
-    DISABLED = 0
-    ENABLED = 1
-    ENABLED_AND_PUSH = 2
-
-
-OG = SimpleNamespace(ExecutionAttributeState=ExecutionAttributeState)
-"""Stands for the module that OmniGraph's scripts call `og`."""
-
-
 class CheckedOutputs:
-    """A node's outputs: values are checked against their types, execution outputs fire when they are enabled."""
+    """A node's outputs: values are checked against their types, execution outputs fire when they are enabled.
+
+    `NAME_size = n` makes the array output NAME n elements long, zeros behind those that it had; until the compute
+    ends they may be written in place.
+    """
 
     def __init__(self, db: Any) -> None:
         object.__setattr__(self, "_db", db)
+        object.__setattr__(self, "_open", [])
 
     def __getattr__(self, name: str) -> Any:
-        return getattr(self._db.outputs, name)
+        outputs = self._db.outputs
+        if not hasattr(outputs, name) and self._sized(name) is not None:
+            return len(getattr(outputs, name.removesuffix("_size")))
+        return getattr(outputs, name)
 
     def __setattr__(self, name: str, value: Any) -> None:
         db = self._db
         if not hasattr(db.outputs, name):
-            if name not in db.node.names["outputs"]:
+            if name in db.node.names["outputs"]:
+                if value == ExecutionAttributeState.ENABLED_AND_PUSH:
+                    db.fire_and_return(name)
+                elif value:
+                    db.fire(name)
+            elif type_ := self._sized(name):
+                self._resize(name.removesuffix("_size"), type_, value)
+            else:
                 raise AttributeError(
                     f'the node has no output "{name}"; add it to the attributes of the node in the file'
                 )
-            if value == ExecutionAttributeState.ENABLED_AND_PUSH:
-                db.fire_and_return(name)
-            elif value:
-                db.fire(name)
             return
         wanted = db.output_type(name)
         if wanted is not None and TYPES[wanted].storage != "bundle":
@@ -55,6 +56,39 @@ class CheckedOutputs:
             except ValueError as error:
                 raise ValueError(f"output {name}: {error}") from None
         setattr(db.outputs, name, value)
+
+    def close(self) -> None:
+        """Ends the writing in place: from here on others hold the arrays."""
+        for array in self._open:
+            array.setflags(write=False)
+        self._open.clear()
+
+    def _sized(self, name: str) -> Type | None:
+        """The type of the array output whose size this name means; None if it means none."""
+        array = name.removesuffix("_size")
+        if array == name or not hasattr(self._db.outputs, array):
+            return None
+        wanted = self._db.output_type(array)
+        return TYPES[wanted] if wanted is not None and TYPES[wanted].array else None
+
+    def _resize(self, name: str, type_: Type, size: Any) -> None:
+        db = self._db
+        if not isinstance(size, int) or size < 0:
+            raise ValueError(f"output {name}_size: expected a whole number from 0, got {shown(size)}")
+        old = getattr(db.outputs, name)
+        if type_.storage == "token":
+            db.claim(8 * size)
+            setattr(db.outputs, name, [*old[:size], *[""] * (size - len(old))])
+            return
+        import numpy as np
+
+        dtype = np.dtype(dtype_of(type_))
+        db.claim(size * dtype.itemsize * math.prod(type_.shape))
+        array = np.zeros((size, *type_.shape), dtype)
+        kept = min(size, len(old))
+        array[:kept] = old[:kept]
+        setattr(db.outputs, name, array)
+        self._open.append(array)
 
 
 class OgnDatabase:
@@ -91,19 +125,9 @@ class OgnDatabase:
         """The same: a node has one instance."""
         return self.internal_state
 
-    def log_error(self, message: str) -> None:
-        """Reports an error without ending the run."""
-        self._db.warn("node-error", message)
-
-    def log_warning(self, message: str) -> None:
-        """Reports something that the user should know."""
-        self._db.warn("node-warning", message)
-
-    log_warn = log_warning
-
-    def log_info(self, message: str) -> None:
-        """Writes to the log."""
-        LOGGER.info("%s", message)
+    def log_warn(self, message: str) -> None:
+        """An older name of `log_warning`."""
+        self._db.log_warning(message)
 
 
 def log_print(*values: Any, sep: str = " ", **_: Any) -> None:

@@ -15,6 +15,7 @@ from graph.registry import Registry
 
 from .database import OgnDatabase
 from .reading import OgnNode, read_ogn
+from .stand_in import advice, importable
 
 _LOG = logging.getLogger("tickgraph")
 MAX_BYTES = 1_000_000
@@ -65,10 +66,12 @@ def _implementation(module_name: str, name: str) -> Any:
     """The class of the file's stem in the module of that name, else the module with its `compute`."""
     stem = module_name.rpartition(".")[2]
     try:
-        module = import_module(module_name)
+        with importable():
+            module = import_module(module_name)
     except ModuleNotFoundError as error:
         if error.name != module_name:
-            raise UserError(f"{name}: its Python, {module_name}, cannot be imported: {error}") from error
+            problem = f"its Python, {module_name}, cannot be imported: {error}{advice(error)}"
+            raise UserError(f"{name}: {problem}") from error
         raise UserError(f"{name}: there is no {stem}.py beside it with its Python compute") from None
     except Exception as error:
         raise UserError(f"{name}: its Python, {module_name}, cannot be imported: {error}") from error
@@ -88,12 +91,15 @@ def _node_type(node: OgnNode, name: str, implementation: Any) -> NodeType:
         view = OgnDatabase(db, node.tokens)
 
         def compute(db: Any) -> bool:
-            return implementation.compute(view) is not False
+            try:
+                return implementation.compute(view) is not False
+            finally:
+                view.outputs.close()
 
         return compute
 
-    def compute(db: Any) -> bool:
-        return implementation.compute(OgnDatabase(db, node.tokens)) is not False
+    def compute(db: Any) -> bool | None:
+        return specialize(db)(db)
 
     return NodeType(
         node.id,

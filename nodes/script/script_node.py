@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from graph import Attribute, node_type
-from graph.ogn.database import OG, OgnDatabase, log_print
+from graph.ogn.database import OgnDatabase, log_print
+from graph.ogn.stand_in import OG, importable
 from graph.scripts import REFUSED
 
 MAX_BYTES = 1_000_000
@@ -86,6 +87,7 @@ def script_node(db: Any) -> bool:
         worked = None
     else:
         worked = _guarded(db, lambda: exec(memory.code, memory.names))
+    memory.db.outputs.close()
     if worked is False:
         db._enabled.clear()
         return False
@@ -147,7 +149,8 @@ def _guarded(db: Any, call: Any) -> Any:
     from graph.db import NodeError
 
     try:
-        return call()
+        with importable():
+            return call()
     except NodeError:
         raise
     except Exception as error:

@@ -224,6 +224,24 @@ def test_what_a_node_says_itself_is_one_warning_for_each_message_up_to_ten(kind)
     assert [(one.message, one.count) for one in log][2:] == [*((f"tick {i}", 1) for i in range(8)), ("tick 8", 92)]
 
 
+def test_a_compute_says_warnings_and_errors_that_are_collected_and_writes_to_the_log(build, library, playing, caplog):
+    @node_type("test.Says", registry=library)
+    def compute(db):
+        """Says three things."""
+        db.log_warning("battery low")
+        db.log_error("motor hot")
+        db.log_info("going on")
+
+    caplog.set_level("INFO", "tickgraph")
+    graph = build({"x": "test.Says"}, [], "push")
+    run(graph, playing, 2)
+    assert [(one.code, one.where, one.message, one.count) for one in playing.warn] == [
+        ("node-warning", "/World/G/x", "battery low", 2),
+        ("node-error", "/World/G/x", "motor hot", 2),
+    ]
+    assert caplog.messages == ["/World/G/x: going on"] * 2
+
+
 def test_a_standalone_context_counts_exact_updates():
     context = Context.standalone(29.97)
     for _ in range(2997):

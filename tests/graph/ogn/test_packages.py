@@ -144,6 +144,86 @@ def test_a_class_that_keeps_nothing_says_how_to(installed):
         run_node(scale, inputs={"value": {"type": "int", "value": 4}}, pulses={"execIn": [0]})
 
 
+HEADER = """\
+import omni.graph.core
+import omni.graph.core as og
+from omni.graph.core import Controller
+"""
+
+
+def test_its_module_may_import_og_which_is_gone_afterwards(installed):
+    body = "def compute(db):\n    db.outputs.out = og.ExecutionAttributeState.ENABLED\n"
+    check = "assert omni.graph.core is og and Controller is og.Controller\n"
+    pulse = installed({"OgnPulse.ogn": PULSE, "OgnPulse.py": HEADER + check + body}).get("Pulse")
+    assert run_node(pulse, updates=2).fired("out") == [0, 1]
+    assert not [name for name in sys.modules if name.partition(".")[0] == "omni"]
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        (
+            "import omni.usd",
+            "No module named 'omni.usd'; of Kit's modules TickGraph has only omni.graph.core: ",
+        ),
+        ("import carb", "No module named 'carb'; of Kit's modules TickGraph has only omni.graph.core"),
+        ("og.Bundle", "TickGraph has no omni.graph.core.Bundle; of that module it has ExecutionAttributeState, "),
+    ],
+)
+def test_what_of_kit_is_not_there_is_named(installed, line, message):
+    registry = installed({"OgnPulse.ogn": PULSE, "OgnPulse.py": f"{HEADER}{line}\n{PULSE_PY}"})
+    with pytest.raises(UserError, match=re.escape(message)):
+        registry.get("Pulse")
+
+
+SIZED = {
+    "acme.Sized": {
+        "description": "Fill arrays.",
+        "inputs": {"size": {"type": "int", "description": "how long"}},
+        "outputs": {
+            "points": {"type": "pointf[3][]", "description": "filled in place"},
+            "names": {"type": "token[]", "description": "of that size"},
+            "plain": {"type": "int", "description": "no array"},
+            "read": {"type": "int", "description": "the size as it is read"},
+        },
+    }
+}
+SIZED_PY = """\
+def compute(db):
+    n = db.inputs.size
+    db.outputs.points_size = n
+    db.outputs.points[-1] = (1, 2, n)
+    db.outputs.names_size = n
+    db.outputs.read = db.outputs.points_size
+"""
+
+
+def test_an_array_output_is_sized_then_filled_in_place(installed):
+    """The second compute keeps the element of the first and must not change what the first gave away."""
+    sized = installed({"OgnSized.ogn": SIZED, "OgnSized.py": SIZED_PY}).get("Sized")
+    trace = run_node(sized, inputs={"size": lambda update: update + 1}, updates=2)
+    assert [array.tolist() for array in trace.values("points")] == [[[1, 2, 1]], [[1, 2, 1], [1, 2, 2]]]
+    assert trace.value("points").dtype == "float32"
+    assert trace.values("names") == [[""], ["", ""]]
+    assert trace.values("read") == [1, 2]
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("db.outputs.points_size = -1", "output points_size: expected a whole number from 0, got -1"),
+        ("db.outputs.plain_size = 1", 'the node has no output "plain_size"'),
+        ("db.outputs.points_size = 10**12", "its result would take 11,444,092 MiB"),
+        ("db.outputs.points = [[1, 2, 3]]; db.outputs.points[0] = 0", "read-only"),
+    ],
+)
+def test_a_size_that_cannot_be_is_refused(installed, line, message):
+    """10^12 points of 12 bytes are 11,444,091.8 MiB."""
+    sized = installed({"OgnSized.ogn": SIZED, "OgnSized.py": f"def compute(db):\n    {line}\n"}).get("Sized")
+    with pytest.raises(ComputeError, match=message):
+        run_node(sized)
+
+
 def test_the_command_lists_them_with_their_origin(installed, tmp_path):
     installed(GOOD)
     done = command(tmp_path, "nodes", "acme")

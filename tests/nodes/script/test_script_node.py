@@ -52,6 +52,15 @@ def test_an_execution_state_enables_an_output():
     assert run_script(script).fired("execOut") == [0]
 
 
+def test_a_script_may_import_og():
+    script = (
+        "import omni.graph.core as og\ndef compute(db):\n    db.outputs.execOut = og.ExecutionAttributeState.ENABLED"
+    )
+    assert run_script(script).fired("execOut") == [0]
+    whole = "import omni.graph.core as og\ndb.outputs.n = int(og.ExecutionAttributeState.ENABLED)"
+    assert run_script(whole, pulses=(0, 1), updates=2, outputs=["n"]).values("n") == [1, 1]
+
+
 def test_a_changed_script_is_cleaned_up_and_set_up_again():
     scripts = [
         "\n".join(f"def {name}(db): print('{name} {number}')" for name in ("setup", "compute", "cleanup"))
