@@ -13,9 +13,9 @@ from sensors.raycast.shared import cast_world
 
 from .aim import RayPoses
 from .history import history_of
-from .pattern import Pattern
 from .returns import Shot
 from .slerp import Trajectory
+from .turns import Turns
 
 if TYPE_CHECKING:
     from graph.sim import App
@@ -32,11 +32,11 @@ class Bins:
     body moves in a scan there is one span, and neither error.
     """
 
-    def __init__(self, app: App, path: str, pattern: Pattern) -> None:
-        self._app, self._path, self._pattern = app, path, pattern
+    def __init__(self, app: App, path: str, turns: Turns) -> None:
+        self._app, self._path, self._turns = app, path, turns
         self._count = app.fidelity.lidar_bins
         self._history = history_of(app)
-        self._history.keep(2 * pattern.period)
+        self._history.keep(2 * turns.period)
 
     def shots(
         self, start: Fraction, end: Fraction, slices: list[tuple[int, slice]]
@@ -54,20 +54,21 @@ class Bins:
             return [], ends[0], ends[1]
         middles = [(low + high) / 2 for _, low, high, _ in pieces]
         poses = track.poses(np.array([0.0, *(float(middle - start) for middle in middles), float(end - start)]))
-        moves = {turn: self._moves(track, float(start - turn * self._pattern.period), rows) for turn, rows in slices}
+        moves = {turn: self._moves(track, start, turn, rows) for turn, rows in slices}
         first = {turn: rows.start for turn, rows in slices}
         shots = []
         for (turn, _, _, rows), pose, state in zip(pieces, poses[1:-1], self._history.at(middles), strict=True):
-            ahead, base_ns = moves[turn], nanoseconds(turn * self._pattern.period) - nanoseconds(start)
+            ahead, base_ns = moves[turn], nanoseconds(turn * self._turns.period) - nanoseconds(start)
             part = ahead and ahead.part(slice(rows.start - first[turn], rows.stop - first[turn]))
             shots.append(Shot(rows, pose, state, base_ns, part, turn))
         return shots, poses[0], poses[-1]
 
-    def _moves(self, track: Trajectory, begin: float, rows: slice) -> RayPoses | None:
-        """The poses of the firings of a turn; `begin`: the trajectory's, after the turn's start [s]."""
+    def _moves(self, track: Trajectory, start: Fraction, turn: int, rows: slice) -> RayPoses | None:
+        """The poses of the firings of a turn; `start`: the trajectory's [s]."""
         if not (track.moves or track.turns):
             return None
-        offsets = self._pattern.offset_ns[rows]  # rising
+        begin = float(start - turn * self._turns.period)
+        offsets = self._turns.pattern(turn).offset_ns[rows]  # rising
         new = np.diff(offsets, prepend=offsets[:1] - 1) != 0
         times = offsets[new] * 1e-9 - begin
         return RayPoses(track.rotations(times), track.positions(times), np.cumsum(new) - 1, track.turns)
@@ -76,11 +77,11 @@ class Bins:
         self, start: Fraction, end: Fraction, turn: int, rows: slice, count: int
     ) -> Iterator[tuple[Fraction, Fraction, slice]]:
         """(from, to, firings) of each span of a turn, where it meets [start, end)."""
-        begin, width = turn * self._pattern.period, self._pattern.period / count
-        first = rows.start
+        begin, width = turn * self._turns.period, self._turns.period / count
+        first, pattern = rows.start, self._turns.pattern(turn)
         for number in range(count):
             low, high = max(start, begin + number * width), min(end, begin + (number + 1) * width)
-            last = rows.stop if number == count - 1 else self._pattern.index_at((number + 1) * width)
+            last = rows.stop if number == count - 1 else pattern.index_at((number + 1) * width)
             last = min(max(last, first), rows.stop)
             if low < high and last > first:
                 yield low, high, slice(first, last)

@@ -45,40 +45,21 @@ class Pattern:
         scaled = offset * NANOSECONDS * self.key_scale
         return int(np.searchsorted(self.keys, -(-scaled.numerator // scaled.denominator), side="left"))
 
-    def slices(self, start: Fraction, end: Fraction, *, whole_turns: int = 0) -> list[tuple[int, slice]]:
-        """(turn, rows) of the firings at times in [start, end) [s since play], oldest first.
 
-        Turn t covers [t, t + 1) periods. An interval longer than a turn keeps its last turn; with `whole_turns` = n it
-        keeps the last n turns that end in it, and what follows them.
-        """
-        kept_from = (end // self.period - whole_turns) * self.period if whole_turns else end - self.period
-        start = max(start, kept_from)
-        if end <= start:
-            return []
-        first, last = start // self.period, end // self.period
-        found = []
-        for turn in range(first, last + 1):
-            low = self.index_at(start - turn * self.period) if turn == first else 0
-            high = self.index_at(end - turn * self.period) if turn == last else len(self)
-            if high > low:
-                found.append((turn, slice(low, high)))
-        return found
-
-
-def firing_pattern(config: LidarConfig) -> Pattern:
-    """The firing table of a configuration.
+def firing_pattern(config: LidarConfig, turn: int = 0) -> Pattern:
+    """The firing table of a turn of a configuration; turns differ in their emitter states only (see `turns`).
 
     Tick i of a turn fires at i / firing rate after its start, each emitter its fire time later; its azimuth is the
     start azimuth -+ i * 360 * scan rate / firing rate (minus for clockwise) plus the emitter's own azimuth, which is
     never mirrored. A fire time that reaches past the end of the turn fires in the next one: its offset wraps. Firings
     outside the valid azimuth window of a rotary lidar do not exist. Emitter states take turns, each for
-    `state_resolution_step` ticks.
+    `state_resolution_step` ticks since play.
     """
     period = 1 / config.scan_rate_base_hz
     ticks, emitters = config.ticks_per_scan, config.number_of_emitters
     tick = np.repeat(np.arange(ticks), emitters)
     emitter = np.tile(np.arange(emitters), ticks)
-    state = (tick // max(1, config.state_resolution_step)) % config.emitter_state_count
+    state = ((turn * ticks + tick) // max(1, config.state_resolution_step)) % config.emitter_state_count
     keys, key_scale = _firing_keys(config, tick, _per_state(config, "fire_time_ns", state, emitter, 0))
     rotor = _rotor_azimuth(config, tick)
     azimuth = rotor + _per_state(config, "azimuth_deg", state, emitter, 0.0).astype(np.float64)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import OrderedDict
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -33,11 +34,12 @@ from .history import History, history_of
 from .motion import surface_velocities
 from .names import AUX_CHANNELS
 from .noise import Noise
-from .pattern import firing_pattern
+from .pattern import Pattern
 from .prim import has_sensor_api, read_aux_level, read_config, read_exclude, read_tick_rate
 from .receiver import Receiver
 from .returns import Shot
 from .scan import Scanner
+from .turns import Turns
 
 if TYPE_CHECKING:
     from graph.sim import App
@@ -100,8 +102,8 @@ class LidarRuntime:
             return False
         self._authored = authored
         self.config, self.rate = config, rate
-        self.pattern = firing_pattern(config)
-        if not len(self.pattern):
+        self.turns = Turns(config)
+        if not len(self.turns.pattern(0)):
             raise UserError(f"{prim_path}: no firing lies in its valid azimuth window; widen validStart/EndAzimuthDeg")
         whole = self.rate == config.scan_rate_base_hz and config.accumulate_outputs
         self.schedule: TickSchedule | EveryUpdate
@@ -118,29 +120,13 @@ class LidarRuntime:
                 prim_path,
                 "scans of lidar.motion update are NONCOMPENSATED; use continuous, or frozen",
             )
-        self._bins = Bins(app, prim_path, self.pattern) if app.fidelity.lidar_motion == "continuous" else None
+        self._bins = Bins(app, prim_path, self.turns) if app.fidelity.lidar_motion == "continuous" else None
         self._history: History | None = None
         if app.fidelity.lidar_motion == "update":
             self._history = history_of(app)
-            self._history.keep(2 * self.pattern.period)
-        self._scanner = Scanner(
-            self.pattern,
-            lambda: cast_world(app),
-            frame=config.output_frame_of_reference,
-            exclude=exclude,
-            keep_invalid=config.skip_dropping_invalid_points,
-            velocities=surface_velocities(app, prim_path, config.output_frame_of_reference == "WORLD"),
-            receiver=Receiver(config),
-            noise=Noise(config, self.pattern, app.seed, prim_path) if app.fidelity.lidar_noise else None,
-            optics=lambda: surface_optics(app),
-            config=config,
-            subrays=app.fidelity.lidar_subrays,
-            tables={
-                "matId": lambda: surface_materials(app),
-                "objId": lambda: surface_ids(app),
-                "classId": lambda: surface_classes(app),
-            },
-        )
+            self._history.keep(2 * self.turns.period)
+        self._exclude = exclude
+        self._scanners: OrderedDict[int, Scanner] = OrderedDict()
         self._channels: frozenset[str] = frozenset()
         self.reset()
         return True
@@ -229,9 +215,9 @@ class LidarRuntime:
 
     def advance(self, start: Fraction, end: Fraction, poses: Any) -> None:
         """Casts the firings of [start, end) from the state `poses`, for the scans they belong to."""
-        oldest = end // self.pattern.period - 1
+        oldest = end // self.turns.period - 1
         pose = self.pose(poses)
-        for turn, rows in self.pattern.slices(start, end, whole_turns=1):
+        for turn, rows in self.turns.slices(start, end, whole_turns=1):
             if turn >= oldest:
                 self._add(turn, rows, pose, poses)
         for turn in [turn for turn in self._turns if turn < oldest]:
@@ -241,16 +227,17 @@ class LidarRuntime:
         """The frame of a tick."""
         if isinstance(self.schedule, EveryUpdate):
             return self._partial_scan(tick)
+        turn = tick.index - 1
+        firings = len(self.turns.pattern(turn))
         if self._bins is not None:
-            turn = tick.index - 1
-            scan = self._continuous_scan(tick.start, tick.end, [(turn, slice(0, len(self.pattern)))])
+            scan = self._continuous_scan(tick.start, tick.end, [(turn, slice(0, firings))])
         else:
-            scan = self._turns.pop(tick.index - 1, _Turn()) if self.wants_updates else self._frozen_scan(tick)
+            scan = self._turns.pop(turn, _Turn()) if self.wants_updates else self._frozen_scan(tick)
         if self._history is not None:
             scan.start, scan.end = self._history.ends(self.path, tick.start, tick.end)
         stamp = nanoseconds(tick.start)
         poses = FramePose(stamp, scan.start), FramePose(nanoseconds(tick.end), scan.end)
-        return self._frame(stamp, poses, scan.parts, complete=scan.firings == len(self.pattern))
+        return self._frame(stamp, poses, scan.parts, complete=scan.firings == firings)
 
     def pose(self, poses: Any = None) -> np.ndarray:
         """Sensor to world, (4, 4) float64, rigid, metres, in a state (None: now)."""
@@ -260,12 +247,43 @@ class LidarRuntime:
 
     # -- inside ------------------------------------------------------------------------------------------------------
 
-    def _frozen_scan(self, tick: Tick) -> _Turn:
-        pose = self.pose(tick.poses)
-        part = self._scanner.scan(
-            Shot(slice(0, len(self.pattern)), pose, tick.poses, turn=tick.index - 1), self.channels()
+    def _scanner(self, turn: int) -> Scanner:
+        """What casts the firings of a turn; see `Turns`."""
+        number = self.turns.number(turn)
+        found = self._scanners.get(number)
+        if found is None:
+            while len(self._scanners) >= self.turns.kept:
+                self._scanners.popitem(last=False)
+            found = self._scanners[number] = self._new_scanner(self.turns.pattern(turn))
+        return found
+
+    def _new_scanner(self, pattern: Pattern) -> Scanner:
+        app, config = self._app, self.config
+        return Scanner(
+            pattern,
+            lambda: cast_world(app),
+            frame=config.output_frame_of_reference,
+            exclude=self._exclude,
+            keep_invalid=config.skip_dropping_invalid_points,
+            velocities=surface_velocities(app, self.path, config.output_frame_of_reference == "WORLD"),
+            receiver=Receiver(config),
+            noise=Noise(config, pattern, app.seed, self.path) if app.fidelity.lidar_noise else None,
+            optics=lambda: surface_optics(app),
+            config=config,
+            subrays=app.fidelity.lidar_subrays,
+            tables={
+                "matId": lambda: surface_materials(app),
+                "objId": lambda: surface_ids(app),
+                "classId": lambda: surface_classes(app),
+            },
         )
-        return _Turn([part], len(self.pattern), pose, pose)
+
+    def _frozen_scan(self, tick: Tick) -> _Turn:
+        pose, turn = self.pose(tick.poses), tick.index - 1
+        scanner = self._scanner(turn)
+        firings = len(scanner.pattern)
+        part = scanner.scan(Shot(slice(0, firings), pose, tick.poses, turn=turn), self.channels())
+        return _Turn([part], firings, pose, pose)
 
     def _continuous_scan(self, start: Fraction, end: Fraction, slices: list[tuple[int, slice]]) -> _Turn:
         assert self._bins is not None
@@ -273,20 +291,20 @@ class LidarRuntime:
         shots, scan.start, scan.end = self._bins.shots(start, end, slices)
         for shot in shots:
             shot.common = scan.end if self._compensates and shot.moves is not None else None
-            scan.parts.append(self._scanner.scan(shot, self.channels()))
+            scan.parts.append(self._scanner(shot.turn).scan(shot, self.channels()))
             scan.firings += shot.rows.stop - shot.rows.start
         return scan
 
     def _add(self, turn: int, rows: slice, pose: np.ndarray, poses: Any) -> None:
         scan = self._turns.setdefault(turn, _Turn())
-        scan.parts.append(self._scanner.scan(Shot(rows, pose, poses, turn=turn), self.channels()))
+        scan.parts.append(self._scanner(turn).scan(Shot(rows, pose, poses, turn=turn), self.channels()))
         scan.firings += rows.stop - rows.start
 
     def _partial_scan(self, tick: Tick) -> Frame:
-        period = self.pattern.period
+        period = self.turns.period
         start = max(tick.start, tick.end - period)
         stamp = nanoseconds(start)
-        slices = self.pattern.slices(start, tick.end)
+        slices = self.turns.slices(start, tick.end)
         if self._bins is not None:
             scan = self._continuous_scan(start, tick.end, slices)
         else:
@@ -294,7 +312,7 @@ class LidarRuntime:
             shots = [
                 Shot(rows, pose, tick.poses, nanoseconds(turn * period) - stamp, turn=turn) for turn, rows in slices
             ]
-            scan = _Turn([self._scanner.scan(shot, self.channels()) for shot in shots], 0, pose, pose)
+            scan = _Turn([self._scanner(shot.turn).scan(shot, self.channels()) for shot in shots], 0, pose, pose)
             if self._history is not None:
                 scan.start, scan.end = self._history.ends(self.path, start, tick.end)
         poses = FramePose(stamp, scan.start), FramePose(nanoseconds(tick.end), scan.end)

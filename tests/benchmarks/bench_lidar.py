@@ -244,7 +244,7 @@ def bare_casts(app: App, products: list[Any]) -> list[Callable[[], object]]:
     casts = []
     for product in products:
         pose = product.sensor.pose()
-        directions = product.sensor.pattern.directions @ pose[:3, :3].T.astype(np.float32)
+        directions = product.sensor.turns.pattern(0).directions @ pose[:3, :3].T.astype(np.float32)
         rays = np.concatenate([np.broadcast_to(pose[:3, 3], directions.shape), directions], axis=1).astype(np.float32)
         tensor = open3d.core.Tensor.from_numpy(np.ascontiguousarray(rays))
         casts += [lambda t=tensor: static.cast_rays(t), lambda t=tensor: moving.cast_rays(t)]

@@ -47,6 +47,30 @@ def test_angles_times_and_ids_of_a_whole_scan():
         assert not frame.channel("echoId").any()
 
 
+@pytest.mark.parametrize("motion", ["frozen", "update", "continuous"])
+@pytest.mark.parametrize(
+    ("ticks", "step", "expected"),
+    [
+        (1, 1, [[0], [1], [2], [0], [1]]),
+        (4, 1, [[0, 1, 2, 0], [1, 2, 0, 1], [2, 0, 1, 2], [0, 1, 2, 0], [1, 2, 0, 1]]),
+        (2, 2, [[0, 0], [1, 1], [2, 2], [0, 0], [1, 1]]),
+        (3, 1, [[0, 1, 2]] * 5),
+    ],
+)
+def test_emitter_states_go_on_from_turn_to_turn(motion, ticks, step, expected):
+    states = tuple(EmitterState(azimuth_deg=[0.0], elevation_deg=[angle]) for angle in (-5.0, 0.0, 5.0))
+    with weightless(lidar_motion=motion) as app:
+        add_box(app, "/World/Room", 20.0, (0, 0, 0))
+        config = rotary(ticks, emitter_states=states, state_resolution_step=step)
+        product = add_lidar(app, config=config)
+
+        frames = frames_of(app, product, 30)
+
+        assert [frame.channel("tickStates").tolist() for frame in frames] == expected
+        for frame in frames:
+            np.testing.assert_array_equal(frame.channel("elevation"), 5.0 * frame.channel("tickStates") - 5.0)
+
+
 @pytest.mark.parametrize("offset", [0.0, 1e3, 1e4, 1e5, 1e6])
 def test_ranges_normals_and_intensity_match_the_room_wherever_it_is(offset):
     with weightless() as app:

@@ -13,6 +13,7 @@ from sensors import LidarConfig
 from sensors.configs.catalog import find
 from sensors.lidar.config import EmitterState
 from sensors.lidar.pattern import firing_pattern
+from sensors.lidar.turns import Turns
 
 
 def lidar(azimuth=(0.0,), elevation=None, fire=(), **fields):
@@ -148,14 +149,14 @@ def test_slices_of_any_intervals_hold_every_firing_of_three_turns_once(scan, tic
     config = lidar(
         azimuth=np.zeros(len(fire)), fire=fire, scan_rate_base_hz=scan, pattern_firing_rate_hz=scan * (ticks + rest)
     )
-    pattern = firing_pattern(config)
-    period = 1 / scan
+    turns = Turns(config)
+    pattern, period = turns.pattern(0), 1 / scan
     times = sorted({Fraction(0), period, 2 * period, 3 * period, *(cut * period for cut in cuts)})
 
     found = [
         (turn, row)
         for start, end in pairwise(times)
-        for turn, rows in pattern.slices(start, end)
+        for turn, rows in turns.slices(start, end)
         for row in range(rows.start, rows.stop)
     ]
 
@@ -167,9 +168,20 @@ def test_slices_of_any_intervals_hold_every_firing_of_three_turns_once(scan, tic
 
 
 def test_an_interval_longer_than_a_turn_keeps_its_last_turn():
-    pattern = firing_pattern(lidar(scan_rate_base_hz=Fraction(10), pattern_firing_rate_hz=Fraction(40)))
+    turns = Turns(lidar(scan_rate_base_hz=Fraction(10), pattern_firing_rate_hz=Fraction(40)))
 
-    assert pattern.slices(Fraction(0), Fraction(35, 100)) == [(2, slice(2, 4)), (3, slice(0, 2))]
+    assert turns.slices(Fraction(0), Fraction(35, 100)) == [(2, slice(2, 4)), (3, slice(0, 2))]
+
+
+def test_patterns_of_many_turns_are_worked_out_anew_where_keeping_them_takes_too_much(monkeypatch):
+    monkeypatch.setattr("sensors.lidar.turns.MOST_KEPT_RAYS", 2)
+    states = tuple(EmitterState(azimuth_deg=[0.0], elevation_deg=[float(angle)]) for angle in range(5))
+    turns = Turns(lidar(scan_rate_base_hz=Fraction(10), pattern_firing_rate_hz=Fraction(10), emitter_states=states))
+
+    assert (turns.count, turns.kept) == (5, 2)
+    assert [turns.pattern(turn).tick_state.tolist() for turn in (0, 1, 2, 3, 4, 5, 9, 5)] == [
+        *([0], [1], [2], [3], [4], [0], [4], [0])
+    ]
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,64 @@
+"""The turns of a lidar: one firing pattern for all of them, or several that take turns as its emitter states do."""
+
+from __future__ import annotations
+
+import math
+from collections import OrderedDict
+from fractions import Fraction
+
+from .config import LidarConfig
+from .pattern import Pattern, firing_pattern
+
+MOST_KEPT_RAYS = 8_000_000
+"""Of patterns that are kept; what comes round again after more than that is worked out anew."""
+
+
+class Turns:
+    """Which pattern each turn of a lidar has.
+
+    Emitter states go on from turn to turn: a lidar whose ticks a turn are no whole number of rounds of its states
+    begins the next turn in another state, and comes round again after `count` turns. period: one turn [s].
+    """
+
+    def __init__(self, config: LidarConfig) -> None:
+        self._config = config
+        self.period: Fraction = 1 / config.scan_rate_base_hz
+        ticks, round_ = config.ticks_per_scan, config.emitter_state_count * max(1, config.state_resolution_step)
+        self.count = math.lcm(ticks, round_) // ticks
+        self.kept = max(1, min(self.count, MOST_KEPT_RAYS // max(1, config.rays_per_scan)))
+        """For how many turns it is worth keeping what belongs to their patterns."""
+        self._patterns: OrderedDict[int, Pattern] = OrderedDict()
+
+    def number(self, turn: int) -> int:
+        """Turns of the same number have the same pattern."""
+        return turn % self.count
+
+    def pattern(self, turn: int) -> Pattern:
+        """The firings of a turn."""
+        number = self.number(turn)
+        found = self._patterns.get(number)
+        if found is None:
+            while len(self._patterns) >= self.kept:
+                self._patterns.popitem(last=False)
+            found = self._patterns[number] = firing_pattern(self._config, number)
+        return found
+
+    def slices(self, start: Fraction, end: Fraction, *, whole_turns: int = 0) -> list[tuple[int, slice]]:
+        """(turn, rows) of the firings at times in [start, end) [s since play], oldest first.
+
+        Turn t covers [t, t + 1) periods. An interval longer than a turn keeps its last turn; with `whole_turns` = n it
+        keeps the last n turns that end in it, and what follows them.
+        """
+        kept_from = (end // self.period - whole_turns) * self.period if whole_turns else end - self.period
+        start = max(start, kept_from)
+        if end <= start:
+            return []
+        first, last = start // self.period, end // self.period
+        found = []
+        for turn in range(first, last + 1):
+            pattern = self.pattern(turn)
+            low = pattern.index_at(start - turn * self.period) if turn == first else 0
+            high = pattern.index_at(end - turn * self.period) if turn == last else len(pattern)
+            if high > low:
+                found.append((turn, slice(low, high)))
+        return found
