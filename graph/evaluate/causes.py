@@ -13,13 +13,15 @@ _ARITHMETIC = (ArithmeticError, ValueError, TypeError)
 
 
 def cause_of(db: Database, error: Exception) -> str:
-    """The message of a compute's exception, on one line; an input that holds no finite number is named."""
+    """The message of a compute's exception, on one line; an input that holds nothing, or no finite number, is named."""
     if isinstance(error, NodeError | RunError | UserError):
         return " ".join(str(error).split())
     text = " ".join(f"{type(error).__name__}: {error}".split())
     if isinstance(error, _ARITHMETIC):
         for name in db._node.names["inputs"]:
             value = getattr(db.inputs, python_name(name), None)
+            if value is None and db._node.connected(f"inputs:{name}"):
+                return f"input {name} has no value; see what feeds it ({text})"
             if not _finite(value):
                 return f"input {name} is {shown(_plain(value))}; give it finite numbers ({text})"
     return text

@@ -10,7 +10,7 @@ from evaluations import run
 from graph import Attribute, ComputeError, Context, compile_graphs, node_type
 from graph.evaluate import RunawayError
 from graph.registry import Registry
-from graph.spec import GraphSpec, NodeSpec
+from graph.spec import ConnectionSpec, GraphSpec, NodeSpec
 
 
 def test_the_first_wire_is_followed_to_its_end_before_the_next(build, journal, playing):
@@ -311,4 +311,23 @@ def test_an_input_that_is_no_finite_number_is_named_where_python_gives_up():
     [graph] = compile_graphs([GraphSpec("/G", nodes, evaluator="push")], registry)
     message = r"input x is \[1.0, inf\]; give it finite numbers \(ValueError: math domain error\)"
     with pytest.raises(ComputeError, match=message):
+        graph.evaluate(Context.standalone())
+
+
+def test_an_input_whose_source_gave_nothing_is_named_where_python_gives_up():
+    registry = Registry()
+
+    @node_type("test.Source", outputs={"y": Attribute("any", "nothing, ever")}, registry=registry)
+    def source(db):
+        """Leaves its output as it is."""
+
+    @node_type("test.Half", inputs={"x": Attribute("any", "a number")}, registry=registry)
+    def half(db):
+        """Fails for what is no number."""
+        db.inputs.x / 2
+
+    nodes = (NodeSpec("source", "test.Source"), NodeSpec("half", "test.Half"))
+    spec = GraphSpec("/G", nodes, (ConnectionSpec("source.y", "half.x"),), evaluator="push")
+    [graph] = compile_graphs([spec], registry)
+    with pytest.raises(ComputeError, match=r"input x has no value; see what feeds it \(TypeError: unsupported"):
         graph.evaluate(Context.standalone())
