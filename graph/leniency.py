@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from .errors import Problem, UserError
 from .evaluate import Graph
-from .plan import compile_graphs
+from .plan import SKIP_ADVICE, compile_graphs
 from .registry import DEFAULT, Registry
 from .spec import ConnectionSpec, FileSpec, GraphSpec, NodeSpec, Note
 
@@ -93,8 +93,10 @@ def _left_out(spec: FileSpec, problems: Iterable[Problem], registry: Registry) -
     lost_connections: set[int] = set()
     for problem in problems:
         mark = id(problem.mark)
-        if problem.mark is None or mark in unknown:
+        if problem.mark is None:
             rest.append(problem)
+        elif mark in unknown:
+            rest.append(_with_advice(problem))
         elif mark in connections:
             lost_connections.add(mark)
             notes.append(_note("connection-left-out", problem, "the connection is left out"))
@@ -114,6 +116,12 @@ def _left_out(spec: FileSpec, problems: Iterable[Problem], registry: Registry) -
         graphs=tuple(_without(graph, lost_values, lost_connections) for graph in spec.graphs),
     )
     return rest, _without_nodes(spec, lost_nodes)
+
+
+def _with_advice(problem: Problem) -> Problem:
+    """The problem of an unknown type with what helps in any case: nobody typed the names of a saved scene."""
+    asks = problem.message.endswith("?")
+    return replace(problem, message=f"{problem.message} {SKIP_ADVICE}") if asks else problem
 
 
 def _note(code: str, problem: Problem, what: str) -> Note:

@@ -14,7 +14,7 @@ from importlib import import_module, metadata
 from .absent import why_absent
 from .declaration import NodeType
 from .errors import UserError
-from .suggest import did_you_mean
+from .suggest import did_you_mean_id
 
 ENTRY_POINTS = "tickgraph.nodes"
 """Entry point group of third-party node packages: each names a module whose import registers its types."""
@@ -90,7 +90,7 @@ class Registry:
         near = ""
         if suggest:
             known = (*self._types, *self._short) if "." in name else (*self._short, *self._types)
-            near = did_you_mean(name, known)
+            near = did_you_mean_id(name, known)
         lost = "".join(f"; it may be of {problem}" for problem in self._left_out)
         raise UnknownNodeTypeError(f'no node type "{name}"{near}{lost}')
 

@@ -12,7 +12,25 @@ _FEW = 8
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:
-    """The tail of an error message: `; did you mean "X"?`, or nothing when no known name is close.
+    """The tail of an error message: `; did you mean "X"?`, or nothing when no known name is close."""
+    best = closest(name, known)
+    return f'; did you mean "{best}"?' if best else ""
+
+
+def did_you_mean_id(name: str, known: Iterable[str]) -> str:
+    """The same for ids such as `omni.graph.nodes.Add`: names in one namespace are not close for sharing it."""
+    best = closest(name, known)
+    if not best or "." not in name:
+        return f'; did you mean "{best}"?' if best else ""
+    wrong, right = (one[:200].rpartition(".")[2].lower() for one in (name, best))
+    same = sum(
+        block.size for block in difflib.SequenceMatcher(None, wrong, right, autojunk=False).get_matching_blocks()
+    )
+    return f'; did you mean "{best}"?' if len(wrong) + len(right) - 2 * same <= max(3, len(wrong) // 3) else ""
+
+
+def closest(name: str, known: Iterable[str]) -> str | None:
+    """The known name that is closest, if any is close.
 
     Cheap enough for a file of a thousand mistakes: only the names that share most letter pairs are compared in full.
     """
@@ -23,13 +41,12 @@ def did_you_mean(name: str, known: Iterable[str]) -> str:
     for position, candidate in enumerate(dict.fromkeys(known)):
         lowered = candidate.lower()
         if lowered == folded and candidate != name:
-            return f'; did you mean "{candidate}"?'
+            return candidate
         shared = len(pairs & _pairs(lowered))
         if shared:
             scored.append((shared - abs(len(candidate) - len(name)) / 2, -position, candidate))
-    closest = [candidate for _, _, candidate in heapq.nlargest(_CLOSEST, scored)]
-    best = difflib.get_close_matches(name, closest, n=1, cutoff=0.6)
-    return f'; did you mean "{best[0]}"?' if best else ""
+    nearest = [candidate for _, _, candidate in heapq.nlargest(_CLOSEST, scored)]
+    return next(iter(difflib.get_close_matches(name, nearest, n=1, cutoff=0.6)), None)
 
 
 def one_of(name: str, known: Sequence[str]) -> str:

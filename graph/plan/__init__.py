@@ -2,7 +2,7 @@
 
 from graph.evaluate import ComputeError, Graph, Node, RunawayError
 
-from .compiler import compile_graphs
+from .compiler import SKIP_ADVICE, compile_graphs
 from .types import Known
 
-__all__ = ["ComputeError", "Graph", "Known", "Node", "RunawayError", "compile_graphs"]
+__all__ = ["SKIP_ADVICE", "ComputeError", "Graph", "Known", "Node", "RunawayError", "compile_graphs"]

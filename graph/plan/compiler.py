@@ -24,6 +24,7 @@ from .draft import Draft, Shape, all_names, draft_node, initial_values
 from .types import settle_types
 from .wiring import flows, rank, wire
 
+SKIP_ADVICE = "--skip-unknown runs the rest of the file"
 _SUGGESTED = 20
 """Unknown types of a file for which the nearest name is looked for."""
 _NODE_NAME = re.compile(r"[^\s./:\[\]>]+(?:/[^\s./:\[\]>]+)*")
@@ -160,7 +161,7 @@ def _node_type(name: str, nodes: Nodes, registry: Registry) -> NodeType | str:
         return registry.get(name, suggest=len(nodes.unknown) < _SUGGESTED)
     except UnknownNodeTypeError as error:
         message = error.problems[0].message
-        advice = "" if "did you mean" in message else "; --skip-unknown runs the rest of the file"
+        advice = "" if "did you mean" in message else f"; {SKIP_ADVICE}"
         return nodes.unknown.setdefault(name, message + advice)
 
 

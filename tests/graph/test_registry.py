@@ -40,6 +40,13 @@ def test_an_unknown_name_suggests_the_nearest():
         registry.get("omni.graph.actions.Branch")
 
 
+def test_ids_are_not_near_for_sharing_a_namespace():
+    registry = Registry()
+    registry.add(of("omni.graph.nodes.ReadTime", "nodes.t:1"))
+    with pytest.raises(UnknownNodeTypeError, match=r'^no node type "omni.graph.nodes.ReadPaint"$'):
+        registry.get("omni.graph.nodes.ReadPaint")
+
+
 def test_shipped_types_win_a_short_name_and_others_must_be_spelled_out():
     registry = Registry()
     shipped = of("omni.graph.action.Branch", "nodes.flow:1")

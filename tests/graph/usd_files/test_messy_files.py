@@ -168,6 +168,17 @@ def test_unknown_types_are_reported_together_with_their_places(usda):
     ]
 
 
+def test_a_near_name_does_not_hide_that_the_rest_can_run(usda):
+    with pytest.raises(UserError) as caught:
+        load_graph(usda(graph_text(a_node("a", "omni.graph.action.Countdwn") + a_node("b", "omni.graph.nodes.AddAll"))))
+    assert [one.message for one in caught.value.problems] == [
+        'node "a": no node type "omni.graph.action.Countdwn"; did you mean "omni.graph.action.Countdown"? '
+        "--skip-unknown runs the rest of the file",
+        'node "b": no node type "omni.graph.nodes.AddAll"; did you mean "omni.graph.nodes.Add"? '
+        "--skip-unknown runs the rest of the file",
+    ]
+
+
 def test_skip_unknown_runs_the_rest(usda, capsys):
     body = graph_text(
         a_node("tick", TICK)
