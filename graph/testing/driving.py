@@ -37,7 +37,7 @@ class Driver:
         for reference, times in pulses.items():
             try:
                 self._schedule.append((*_execution_input(trace, reference), count_updates(times)))
-            except KeyError as error:
+            except (KeyError, TypeError, ValueError) as error:
                 problems.append(Problem(f"pulses: {error.args[0]}"))
         if problems:
             raise UserError(problems)

@@ -24,6 +24,7 @@ from graph.spec import FileSpec, GraphSpec, PipelineStage
 from .driving import Driver
 from .source import changed, length_in_updates, load_source
 from .trace import GraphTrace
+from .updates import check_length
 from .world import Observed, observe
 
 _STAGES: tuple[PipelineStage, ...] = ("simulation", "pre_render", "on_demand", "post_render")
@@ -68,6 +69,8 @@ def run_graph(
 
     Raises UserError with every problem of the file, of `inputs` and of `pulses`, and RunError when the run fails.
     """
+    if updates is not None:
+        check_length(updates)
     folders = [Path(folder) for folder in allow]
     spec = changed(load_source(source, folders), inputs or {}, loop_hz, settings or {}, fidelity or {})
     in_world = bool(spec.scene.usd or spec.scene.mjcf or spec.scene.prims) if app is None else app

@@ -14,16 +14,17 @@ from typing import Any
 
 from graph.context import Context, Warned, WarningLog
 from graph.declaration import Attribute, NodeType, declare, node_type
-from graph.errors import RunError
+from graph.errors import RunError, UserError
 from graph.evaluate import Graph, Node
 from graph.plan import compile_graphs
 from graph.registry import DEFAULT, Registry
 from graph.spec import ConnectionSpec, GraphSpec, NodeSpec, VariableSpec
+from graph.suggest import one_of
 from graph.types import Type
 from graph.values import coerce
 
 from .trace import held
-from .updates import count_updates
+from .updates import check_length, count_updates
 
 _PROBE = "tickgraph.testing.Probe"
 _SOURCE = "tickgraph.testing.Source"
@@ -120,12 +121,13 @@ def run_node(
     Outputs are held against their declared types after every compute: a value that is not of its type raises
     AssertionError. Raises UserError for a wrong type id, name or value, and ComputeError when the node fails.
     """
+    check_length(updates)
+    schedule = {name: _counted(name, times) for name, times in (pulses or {}).items()}
     kind = registry.get(type_id) if isinstance(type_id, str) else type_id
     graph, trace = _build(
         kind, inputs or {}, pulses or {}, connect or {}, outputs, consumed, variables or {}, evaluator
     )
     graph.interrupts = interrupts
-    schedule = {name: count_updates(times) for name, times in (pulses or {}).items()}
     node = trace.node
     context = Context.standalone(loop_hz)
     context.warn = trace.log
@@ -164,6 +166,13 @@ def run_node(
         if not catch:
             raise
     return trace
+
+
+def _counted(name: str, times: Iterable[int]) -> dict[int, int]:
+    try:
+        return count_updates(times)
+    except (TypeError, ValueError) as error:
+        raise UserError(f"pulses: {name}: {error}") from None
 
 
 def _run_in_app(
@@ -234,8 +243,13 @@ def _build(
     graph = compile_graphs([spec], registry)[0]
     trace = Trace(graph.nodes["node"], graph, 0, WarningLog(), probed.fires)
     for name in pulses:
+        if name not in trace.node.names["inputs"]:
+            execution = [
+                one for one in trace.node.names["inputs"] if trace.node.attribute(f"inputs:{one}").is_execution
+            ]
+            raise UserError(f'pulses: {kind.id} has no input "{name}"{one_of(name, execution)}')
         if not trace.node.attribute(f"inputs:{name}").is_execution:
-            raise KeyError(f'"{name}" of {kind.id} is no execution input; set it by inputs')
+            raise UserError(f'pulses: "{name}" of {kind.id} is no execution input; set it by inputs')
     for full, attribute in trace.node.attributes():
         if not attribute.is_execution:
             trace.recorded[full] = []

@@ -8,6 +8,9 @@ from dataclasses import dataclass
 from itertools import chain
 from typing import Any
 
+from graph.errors import UserError
+from graph.values import shown
+
 _RANGE = re.compile(r"([0-9]{1,9})(?:\.\.([0-9]{1,9}))?")
 
 
@@ -43,11 +46,23 @@ def read_range(item: Any, most: int) -> range | None:
 
 
 def count_updates(times: Iterable[int]) -> dict[int, int]:
-    """How often each update stands in a list."""
+    """How often each update stands in a list. Raises ValueError for what is no index of an update."""
     counted: dict[int, int] = {}
     for update in times:
+        if not _is_count(update):
+            raise ValueError(f"updates are numbered 0, 1, 2 ...; {shown(update)} is none of them")
         counted[update] = counted.get(update, 0) + 1
     return counted
+
+
+def check_length(updates: int) -> None:
+    """Raises UserError for what is no number of updates."""
+    if not _is_count(updates):
+        raise UserError(f"updates: expected a whole number from 0, got {shown(updates)}")
+
+
+def _is_count(value: Any) -> bool:
+    return hasattr(value, "__index__") and not isinstance(value, bool) and value >= 0
 
 
 def show_updates(updates: Iterable[int], most: int = 40) -> str:

@@ -137,6 +137,8 @@ def test_a_failure_is_raised_or_kept_with_what_came_before():
         ({"pulses": {"wait.duration": [0]}}, '"wait.duration" (omni.graph.action.Countdown) is no execution input'),
         ({"pulses": {"wait.execOut": [0]}}, 'pulses: node /World/G/wait (Countdown) has no attribute "execOut"'),
         ({"pulses": {"/World/G/wiat.execIn": [0]}}, 'there is no node "/World/G/wiat"; did you mean "/World/G/wait"?'),
+        ({"pulses": {"wait.execIn": [-1]}}, "pulses: updates are numbered 0, 1, 2 ...; -1 is none of them"),
+        ({"updates": -1}, "updates: expected a whole number from 0, got -1"),
         ({"inputs": {"wait.duration": "many"}}, "duration"),
         (
             {"inputs": {"wait.duration": lambda u: 3 if u < 2 else "many"}},
@@ -146,7 +148,7 @@ def test_a_failure_is_raised_or_kept_with_what_came_before():
 )
 def test_wrong_references_are_told(options, message):
     with pytest.raises(UserError) as caught:
-        run_graph(HELD_BACK, updates=5, **options)
+        run_graph(HELD_BACK, **{"updates": 5, **options})
     assert message in str(caught.value)
 
 
