@@ -134,7 +134,7 @@ def _rule(app: App, product: RenderProduct) -> str:
 def _stamp(product: RenderProduct, tick: Tick) -> int:
     from graph.exact import nanoseconds
 
-    pattern = getattr(product.sensor, "pattern", None)
-    if pattern is None:
+    turns = getattr(product.sensor, "turns", None)  # a lidar's
+    if turns is None:
         return nanoseconds(tick.time)
-    return nanoseconds(max(tick.start, tick.end - pattern.period))
+    return nanoseconds(max(tick.start, tick.end - turns.period))
