@@ -109,8 +109,14 @@ def _variant_sets(db: Any) -> Any:
 
 
 def _variant_set(db: Any) -> Any:
-    """The variant set that `variantSetName` names. Fails the node where the prim has none such."""
+    """The variant set that `variantSetName` names; None, with a warning, for no name or no prim.
+
+    Fails the node where the prim has no set of that name.
+    """
     sets, name = _variant_sets(db), db.inputs.variantSetName
+    if not name:
+        db.warn("variant-set-missing", "input variantSetName is empty; nothing is read")
+        return None
     if sets is not None and not sets.HasVariantSet(name):
         db.fail(f'{db.inputs.prim[0]} has no variant set "{name}"; it has {", ".join(sets.GetNames()) or "none"}')
     return None if sets is None else sets.GetVariantSet(name)
@@ -153,7 +159,7 @@ def get_variant_set_names(db: Any) -> bool:
     outputs={"variantNames": Attribute("token[]", "the variants that can be chosen")},
 )
 def get_variant_names(db: Any) -> bool:
-    """List the variants of a variant set; a missing prim leaves the output as it is."""
+    """List the variants of a variant set; a missing prim or name leaves the output as it is."""
     chosen = _variant_set(db)
     if chosen is None:
         return False
@@ -169,7 +175,7 @@ def get_variant_names(db: Any) -> bool:
     outputs={"variantName": Attribute("token", "the variant chosen; empty where none is")},
 )
 def get_variant_selection(db: Any) -> bool:
-    """Tell which variant of a variant set is chosen; a missing prim leaves the output as it is."""
+    """Tell which variant of a variant set is chosen; a missing prim or name leaves the output as it is."""
     chosen = _variant_set(db)
     if chosen is None:
         return False

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from graph import Attribute, node_type
 
-from .images import CUDA_IN, CUDA_OUT, Given, buffer_of, give, release
+from .images import CUDA_IN, CUDA_OUT, Given, buffer_of, give, given, release
 
 if TYPE_CHECKING:
     import numpy as np
@@ -58,9 +58,12 @@ def points_of(depths: Depths, focal: tuple[float, float]) -> Depths:
     memory=Given,
     release=release,
 )
-def convert_depth_to_point_cloud(db: Any) -> None:
+def convert_depth_to_point_cloud(db: Any) -> bool:
     """Place every pixel whose distance is finite in the camera frame of ROS (x right, y down, z forward)."""
     import numpy as np
+
+    if not given(db):
+        return False
 
     inputs, outputs = db.inputs, db.outputs
     if inputs.format != 33:
@@ -77,3 +80,4 @@ def convert_depth_to_point_cloud(db: Any) -> None:
     outputs.dataPtr, outputs.bufferSize = give(db, points), points.nbytes
     outputs.width, outputs.height, outputs.cudaDeviceIndex = len(points), 1, -1
     db.fire("execOut")
+    return True

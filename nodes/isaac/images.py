@@ -67,6 +67,15 @@ def buffer_of(db: Any, dtype: str, width: int, height: int, channels: int) -> ND
     return flat.view(dtype).reshape(height, width, channels)
 
 
+def given(db: Any) -> bool:
+    """Whether there is an image at dataPtr: 0 says that its source has none yet. Warns where there is no source."""
+    if db.inputs.dataPtr:
+        return True
+    if not db.connected("dataPtr"):
+        db.warn("image-missing", "input dataPtr is 0, so nothing is converted; connect it to what makes an image")
+    return False
+
+
 def _size(db: Any) -> tuple[int, int]:
     width, height = db.inputs.width, db.inputs.height
     if width * height > LARGEST:
@@ -149,10 +158,12 @@ def generate_32fc1(db: Any) -> None:
     memory=Given,
     release=release,
 )
-def convert_rgba_to_rgb(db: Any) -> None:
+def convert_rgba_to_rgb(db: Any) -> bool:
     """Leave the alpha out."""
     import numpy as np
 
+    if not given(db):
+        return False
     inputs, outputs = db.inputs, db.outputs
     if inputs.encoding != "rgba8":
         db.fail(f'input encoding is "{inputs.encoding}"; only rgba8 can be converted')
@@ -160,6 +171,7 @@ def convert_rgba_to_rgb(db: Any) -> None:
     outputs.dataPtr, outputs.bufferSize, outputs.encoding = give(db, image), image.nbytes, "rgb8"
     outputs.width, outputs.height, outputs.cudaDeviceIndex = inputs.width, inputs.height, -1
     db.fire("execOut")
+    return True
 
 
 _PASSED = {

@@ -39,6 +39,15 @@ def test_what_a_prim_has_is_read(world, cube, kind, output, inputs, result):
 
 
 @pytest.mark.parametrize(
+    ("kind", "output"), [("GetVariantNames", "variantNames"), ("GetVariantSelection", "variantName")]
+)
+def test_no_name_of_a_variant_set_is_a_warning(world, cube, kind, output):
+    trace = run_node(kind, inputs=CUBE, app=world())
+    assert not trace.value(output)
+    assert [one.code for one in trace.warnings] == ["variant-set-missing"]
+
+
+@pytest.mark.parametrize(
     ("kind", "inputs", "message"),
     [
         ("ReadPrimRelationship", {"name": "foe"}, 'has no relationship "foe"'),

@@ -12,6 +12,16 @@ def once(node, **inputs):
     return run_node(node, inputs=inputs, pulses={"execIn": [0]})
 
 
+@pytest.mark.parametrize("kind", ["IsaacConvertRGBAToRGB", "IsaacConvertDepthToPointCloud"])
+def test_no_image_yet_is_nothing_to_convert_and_no_source_is_told(kind):
+    trace = run_node(kind, pulses={"execIn": [0]}, connect={"dataPtr": "uint64"}, inputs={"dataPtr": 0})
+    assert (trace.fired("execOut"), trace.warnings) == ([], [])
+    trace = run_node(kind, pulses={"execIn": [0]})
+    assert [(one.code, one.message.partition(",")[0]) for one in trace.warnings] == [
+        ("image-missing", "input dataPtr is 0")
+    ]
+
+
 def test_an_image_of_one_colour():
     trace = run_node("IsaacGenerateRGBA", inputs={"color": [1, 0.5, 0, 1], "width": 2, "height": 1})
     assert trace.value("data").tolist() == [255, 127, 0, 255] * 2
@@ -47,7 +57,7 @@ def test_alpha_is_left_out():
     ("inputs", "message"),
     [
         ({"width": 3}, "the buffer has 16 bytes; an image of 3 x 2 pixels has 24"),
-        ({"dataPtr": 0}, "dataPtr is no handle of a buffer"),
+        ({"dataPtr": 12345}, "dataPtr is no handle of a buffer"),
         ({"cudaDeviceIndex": 0}, "cudaDeviceIndex is 0; buffers are in host memory"),
         ({"encoding": "rgb8"}, 'encoding is "rgb8"; only rgba8 can be converted'),
     ],
