@@ -79,6 +79,21 @@ def test_the_report_names_updates_nodes_and_timing(tmp_path, small, capsys):
     assert report["topics"]["/clock"]["messages"] == 30
 
 
+def test_a_sensor_counts_the_frames_of_all_its_render_products(tmp_path, small, capsys):
+    twice = tmp_path / "twice.yaml"
+    text = small.read_text().replace("    connections:", "      second: {type: IsaacCreateRenderProduct, inputs: "
+                                     "{cameraPrim: /World/Lidar, width: 64}}\n    connections:", 1)  # fmt: skip
+    twice.write_text(text.replace("product.execIn]", "product.execIn, second.execIn]"))
+    counts = []
+    for file in (small, twice):
+        assert main(["run", str(file), "--updates", "30", "--json"]) == 0
+        counts.append(json.loads(capsys.readouterr().out)["sensors"]["/World/Lidar"])
+
+    assert (counts[0]["frames"], counts[1]["frames"]) == (5, 10)  # 10 Hz for 0.5 s
+    for name in ("first_frame_ns", "last_frame_ns", "tick_rate"):
+        assert counts[0][name] == counts[1][name]
+
+
 def test_a_duration_is_rounded_up_to_whole_updates(small, capsys):
     # 0.51 s x 60 Hz = 30.6
     assert main(["run", str(small), "--duration", "0.51", "--json"]) == 0

@@ -12,7 +12,7 @@ from graph.sim.timing.wall_clock import RealClock
 from .silence import silent_parts, wired_sensors
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from rich.console import Console
     from rich.table import Table
@@ -121,7 +121,10 @@ def _frames(report: Report) -> int:
 
 
 def _sensors(app: App, runner: GraphRunner) -> dict[str, Mapping[str, Any]]:
-    sensors = {product.camera_path: _sensor(product) for product in app.rendering.history}
+    products: dict[str, list[Any]] = {}
+    for product in app.rendering.history:
+        products.setdefault(product.camera_path, []).append(product)
+    sensors = {path: _sensor(rendering) for path, rendering in products.items()}
     for path in wired_sensors(app, runner):
         if path not in sensors:
             rate = float(app.stage.GetPrimAtPath(path).GetAttribute("omni:sensor:tickRate").Get() or 0)
@@ -134,15 +137,19 @@ def _sensors(app: App, runner: GraphRunner) -> dict[str, Mapping[str, Any]]:
     return sensors
 
 
-def _sensor(product: Any) -> Mapping[str, Any]:
+def _sensor(products: Sequence[Any]) -> Mapping[str, Any]:
+    """What all render products of one sensor counted."""
+    frames, missed = sum(one.frames for one in products), sum(one.missed for one in products)
+    first = [one.first_frame_ns for one in products if one.first_frame_ns is not None]
+    last = [one.last_frame_ns for one in products if one.last_frame_ns is not None]
     return {
-        "tick_rate": float(product.sensor.rate),
-        "due": product.frames + product.missed,
-        "frames": product.frames,
-        "missed": product.missed,
-        "elements": product.elements,
-        "first_frame_ns": product.first_frame_ns,
-        "last_frame_ns": product.last_frame_ns,
+        "tick_rate": float(products[-1].sensor.rate),
+        "due": frames + missed,
+        "frames": frames,
+        "missed": missed,
+        "elements": sum(one.elements for one in products),
+        "first_frame_ns": min(first, default=None),
+        "last_frame_ns": max(last, default=None),
     }
 
 
