@@ -87,14 +87,20 @@ def missing_targets(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Graph]) -
 
     Graphs and render products are no prims of the scene: they come to be when the file runs.
     """
+    from .sim.scene.prim_paths import is_prim_path
+
     graph_paths = {graph.path for graph in graphs}
     problems = []
     for node, author in _written_nodes(spec, graphs):
         for name in (name for name, attribute in node.type.inputs.items() if attribute.type == "target"):
             for target in node.get(name) or ():
-                if target in graph_paths or target.startswith("/Render/") or stage.GetPrimAtPath(target):
+                if not is_prim_path(target):
+                    wrong = f"{target} is no path of a prim; write / and names of letters, digits and _"
+                elif target in graph_paths or target.startswith("/Render/") or stage.GetPrimAtPath(target):
                     continue
-                message = f"{node.path}.inputs:{name}: there is no prim {target} on the stage; correct the path."
+                else:
+                    wrong = f"there is no prim {target} on the stage; correct the path."
+                message = f"{node.path}.inputs:{name}: {wrong}"
                 problems.append(Problem(message, author.input_marks.get(name, author.mark)))
     return problems
 
@@ -103,21 +109,25 @@ def unrenderable_cameras(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Grap
     """A line for each cameraPrim that the file gives whose prim is there and is no sensor that can be rendered."""
     from sensors.products import sensor_problem
 
+    from .sim.scene.prim_paths import prim_at
+
     return [
         Problem(f"{node.path}.inputs:{name}: {problem}", mark)
         for node, name, mark in _given_inputs(spec, graphs)
         if name == "cameraPrim"
         for target in node.get(name) or ()
-        if stage.GetPrimAtPath(target) and (problem := sensor_problem(stage, target))
+        if prim_at(stage, target) and (problem := sensor_problem(stage, target))
     ]
 
 
 def prims_for_products(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Graph]) -> list[Problem]:
     """A line for each renderProductPath that the file gives and that names a prim of the scene: no frame would come."""
+    from .sim.scene.prim_paths import prim_at
+
     problems = []
     for node, name, mark in _given_inputs(spec, graphs):
         path = str(node.get(name) or "") if name == "renderProductPath" else ""
-        prim = stage.GetPrimAtPath(path) if path.startswith("/") else None
+        prim = prim_at(stage, path)
         if prim and prim.GetTypeName() != "RenderProduct":
             message = f"{node.path}.inputs:{name}: {path} is a prim, not a render product; connect it to"
             problems.append(Problem(f"{message} IsaacCreateRenderProduct with cameraPrim {path}", mark))
@@ -131,6 +141,8 @@ def flat_scans_of_3d(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Graph]) 
     from sensors.annotators import require_2d
     from sensors.lidar.prim import read_config
 
+    from .sim.scene.prim_paths import prim_at
+
     problems: list[Problem] = []
     flat = [
         (node, author)
@@ -143,7 +155,7 @@ def flat_scans_of_3d(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Graph]) 
     for node, author in flat:
         makers = [source for source in node.sources if "cameraPrim" in source.names["inputs"]]
         for path in cameras.get(makers[0], ()) if len(makers) == 1 else ():
-            prim = stage.GetPrimAtPath(path)
+            prim = prim_at(stage, path)
             if not prim or prim.GetTypeName() != "OmniLidar":
                 continue
             try:
@@ -158,15 +170,25 @@ def flat_scans_of_3d(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Graph]) 
 
 
 def bad_topics(spec: FileSpec, graphs: Sequence[Graph]) -> list[Problem]:
-    """A line for each topic that the file gives and ROS 2 does not allow."""
-    from nodes.ros2.publishing import topic_problem
+    """A line for each topic and namespace that the file gives and ROS 2 does not allow."""
+    from nodes.ros2.publishing import namespace_problem, topic_problem
+
+    def problem(node: Node, name: str) -> str | None:
+        if name.lower().endswith("topicname"):
+            return topic_problem(str(node.get(name)))
+        return namespace_problem(str(node.get(name))) if name == "nodeNamespace" and _in_namespace(node) else None
 
     return [
-        Problem(f"{node.path}.inputs:{name}: {problem}", mark)
+        Problem(f"{node.path}.inputs:{name}: {wrong}", mark)
         for node, name, mark in _given_inputs(spec, graphs)
-        if name.lower().endswith("topicname") and node.type.id.startswith("isaacsim.ros2.")
-        if (problem := topic_problem(str(node.get(name))))
+        if node.type.id.startswith("isaacsim.ros2.") and (wrong := problem(node, name))
     ]
+
+
+def _in_namespace(node: Node) -> bool:
+    """Whether a node's namespace is used: for any topic or service whose name does not begin with /."""
+    names = [name for name in node.names["inputs"] if name.lower().endswith(("topicname", "servicename"))]
+    return any(node.connected(name) or not str(node.get(name)).startswith("/") for name in names)
 
 
 def _given_inputs(spec: FileSpec, graphs: Sequence[Graph]) -> Iterator[tuple[Node, str, Mark | None]]:

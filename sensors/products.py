@@ -7,6 +7,8 @@ import re
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, cast
 
+from graph.sim.scene.prim_paths import prim_at
+
 from .errors import SensorValueError
 
 if TYPE_CHECKING:
@@ -108,7 +110,7 @@ def remove_product(app: App, product: RenderProduct) -> None:
 
 def sensor_problem(stage: Usd.Stage, prim_path: str) -> str | None:
     """Why a prim cannot be rendered, as one line; None for one that can."""
-    prim = stage.GetPrimAtPath(prim_path) if prim_path.startswith("/") else None
+    prim = prim_at(stage, prim_path)
     if not prim:
         return f"there is no prim {prim_path} to render; give the path of a sensor"
     kind = str(prim.GetTypeName())

@@ -214,6 +214,26 @@ def test_a_topic_that_ros_does_not_allow_is_found_before_anything_is_written(tmp
     assert not (tmp_path / "out").exists()
 
 
+def test_a_namespace_that_ros_does_not_allow_is_found_where_a_bad_topic_is(small, capsys):
+    small.write_text(SMALL.replace("topicName: points", 'topicName: points, nodeNamespace: "1abc"'))
+    line = next(n for n, text in enumerate(SMALL.splitlines(), 1) if "topicName: points" in text)
+    for command in ("check", "explain", "run"):
+        assert main([command, str(small)]) == 2
+        error = capsys.readouterr().err
+        assert f"{small}:{line}:" in error
+        assert "cloud.inputs:nodeNamespace: '1abc' is no ROS 2 namespace" in error
+
+
+def test_a_path_that_is_none_is_one_line_of_ours_and_none_of_usds(small, capfd):
+    small.write_text(SMALL.replace("cameraPrim: /World/Lidar", 'cameraPrim: "/Wo-rld/a b"'))
+    for command in ("check", "explain", "run"):
+        assert main([command, str(small)]) == 2
+        [line] = capfd.readouterr().err.splitlines()
+        assert line.endswith(
+            "inputs:cameraPrim: /Wo-rld/a b is no path of a prim; write / and names of letters, digits and _"
+        )
+
+
 def test_a_camera_prim_that_is_no_sensor_is_found_before_anything_is_written(tmp_path, small, capsys):
     small.write_text(SMALL.replace("cameraPrim: /World/Lidar", "cameraPrim: /World/Ball"))
     assert main(["run", str(small), "--updates", "3", "--out", str(tmp_path / "out")]) == 2
@@ -302,3 +322,5 @@ def test_a_sensor_that_sees_nothing_is_said_so(tmp_path, capsys):
     assert main(["run", str(file), "--updates", "12"]) == 0
 
     assert "sensor-saw-nothing: /World/Lidar: no return in any of its 2 frames" in capsys.readouterr().err
+    assert main(["run", str(file), "--updates", "12", "--strict"]) == 1
+    assert "strict: sensor /World/Lidar rendered 2 frames without a single return" in capsys.readouterr().err

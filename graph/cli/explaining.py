@@ -52,7 +52,7 @@ def explain(session: Session, file: str | Path) -> dict[str, Any]:
 
 def _topics(session: Session) -> list[dict[str, Any]]:
     """The topics announced so far, and those of publishers that have not come to it (type None where none is told)."""
-    from nodes.ros2.publishing import topic_name
+    from nodes.ros2.publishing import planned_topic
 
     bus = session.app.bus
     found: dict[str, tuple[str | None, list[str]]] = {
@@ -62,7 +62,8 @@ def _topics(session: Session) -> list[dict[str, Any]]:
     for node in (node for graph in session.runner.graphs.values() for node in graph.nodes.values()):
         if node.path not in known and "Publish" in node.type.short_name and "topicName" in node.type.inputs:
             type_name = getattr(node.db.memory, "type_name", "") or None
-            found.setdefault(topic_name(node.db, node.path), (type_name, []))[1].append(node.path)
+            if topic := planned_topic(node.db, node.path):  # else the run tells what is wrong with it
+                found.setdefault(topic, (type_name, []))[1].append(node.path)
     return [
         {"topic": name, "type": type_name, "publishers": owners, "heard_in_file": bus.is_listened_to(name)}
         for name, (type_name, owners) in found.items()

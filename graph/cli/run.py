@@ -47,7 +47,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="seed of every random stream (default 0)")
     parser.add_argument("--realtime", action="store_true", help="pace updates to the wall clock")
     parser.add_argument("--json", action="store_true", help="print the report as JSON and nothing else on stdout")
-    parser.add_argument("--strict", action="store_true", help="exit 1 if a wired sensor or publisher stayed silent")
+    parser.add_argument(
+        "--strict",
+        action="store_true",
+        help="exit 1 if a wired sensor or publisher was silent all the run",
+    )
     parser.add_argument(
         "--on-error",
         choices=("stop", "continue"),

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
+from graph.sim.scene.prim_paths import prim_at
+
 if TYPE_CHECKING:
     from graph.declaration import NodeType
     from graph.runner import GraphRunner
@@ -18,16 +20,21 @@ def wired_sensors(app: App, runner: GraphRunner) -> Iterator[str]:
     for node in _nodes(runner):
         if SENSOR_INPUT in node.type.inputs:
             for path in node.get(SENSOR_INPUT) or ():
-                prim = app.stage.GetPrimAtPath(path)
+                prim = prim_at(app.stage, path)
                 if prim and prim.HasAttribute("omni:sensor:tickRate"):
                     yield str(path)
 
 
 def silent_parts(app: App, runner: GraphRunner) -> list[str]:
-    """A line for each wired sensor without a frame and each publisher without a message."""
+    """A line for each wired sensor without a frame or without any return, and each publisher without a message."""
     rendered = {product.camera_path for product in app.rendering.history if product.frames}
+    blind = blind_sensors(app)
     lines = [
-        f"sensor {path} rendered no frame" for path in dict.fromkeys(wired_sensors(app, runner)) if path not in rendered
+        f"sensor {path} rendered {blind[path]} frames without a single return"
+        if path in blind
+        else f"sensor {path} rendered no frame"
+        for path in dict.fromkeys(wired_sensors(app, runner))
+        if path in blind or path not in rendered
     ]
     heard: dict[str, int] = {}
     for topic in app.bus.topics.values():
@@ -41,8 +48,8 @@ def silent_parts(app: App, runner: GraphRunner) -> list[str]:
     return lines
 
 
-def warn_of_blind_sensors(app: App) -> None:
-    """Warns of each sensor that rendered and saw nothing in any of its frames."""
+def blind_sensors(app: App) -> dict[str, int]:
+    """How many frames each sensor rendered that saw nothing in any of them."""
     frames: dict[str, int] = {}
     seen: set[str] = set()
     for product in app.rendering.history:
@@ -50,13 +57,17 @@ def warn_of_blind_sensors(app: App) -> None:
         frames[path] = frames.get(path, 0) + product.frames
         if product.elements:
             seen.add(path)
-    for path, count in frames.items():
-        if count and path not in seen:
-            app.warn(
-                "sensor-saw-nothing",
-                path,
-                f"no return in any of its {count} frames; is something within its range, in its view and not excluded?",
-            )
+    return {path: count for path, count in frames.items() if count and path not in seen}
+
+
+def warn_of_blind_sensors(app: App) -> None:
+    """Warns of each sensor that rendered and saw nothing in any of its frames."""
+    for path, count in blind_sensors(app).items():
+        app.warn(
+            "sensor-saw-nothing",
+            path,
+            f"no return in any of its {count} frames; is something within its range, in its view and not excluded?",
+        )
 
 
 def is_publisher(node_type: NodeType) -> bool:

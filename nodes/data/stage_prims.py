@@ -6,6 +6,7 @@ from contextlib import AbstractContextManager, nullcontext
 from typing import Any
 
 from graph import Attribute
+from graph.sim.scene.prim_paths import prim_at
 from graph.suggest import did_you_mean
 
 PRIM = Attribute("target", "the prim, unless usePath is set", optional=True)
@@ -32,9 +33,7 @@ def only_target(db: Any, name: str, targets: list[str]) -> str:
 
 def find_prim(db: Any, path: str) -> Any:
     """The prim of that path; None, with a warning, where there is none."""
-    from graph.sim.usd import Sdf
-
-    prim = db.app.stage.GetPrimAtPath(path) if Sdf.Path.IsValidPathString(path) and path.startswith("/") else None
+    prim = prim_at(db.app.stage, path)
     if not prim:
         db.warn("prim-missing", f"there is no prim {path or 'of an empty path'} on the stage; nothing was done")
         return None

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from graph import Attribute, node_type
+from graph.sim.scene.prim_paths import prim_at
 
 FISHEYE = (
     *(f"ftheta{name}" for name in ("Width", "Height", "Cx", "Cy", "MaxFov")),
@@ -79,7 +80,7 @@ def camera_and_size(db: Any, path: str) -> tuple[Any, tuple[int, int]]:
 
     app = db.app
     product = app.rendering.products.get(path)
-    prim = UsdRender.Product(app.stage.GetPrimAtPath(path)) if path.startswith("/") else None
+    prim = UsdRender.Product(prim_at(app.stage, path))
     if product is not None:
         camera, size = product.camera_path, product.resolution
     elif prim:

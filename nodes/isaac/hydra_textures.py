@@ -6,6 +6,7 @@ import re
 from typing import Any
 
 from graph import Attribute, node_type
+from graph.sim.scene.prim_paths import prim_at
 
 VARS = "/Render/Vars"
 
@@ -50,7 +51,7 @@ def _attached(db: Any, path: str) -> Any:
     from graph.sim.usd import UsdRender
     from sensors.products import place_product
 
-    prim = UsdRender.Product(db.app.stage.GetPrimAtPath(path))
+    prim = UsdRender.Product(prim_at(db.app.stage, path))
     if not prim:
         db.fail(f"{path} is no RenderProduct prim on the stage; correct renderProductPrim")
     cameras = prim.GetCameraRel().GetTargets()

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from graph import Attribute, node_type
+from graph.sim.scene.prim_paths import prim_at
 from nodes.ros2.transform_trees import NAME_OVERRIDE
 
 
@@ -49,7 +50,7 @@ def _overrides(db: Any, robot: str) -> dict[str, str]:
     """Override -> prim name, the first prim winning. Fails the node where there is no articulation."""
     from graph.sim.usd import Usd, UsdPhysics
 
-    prim = db.app.stage.GetPrimAtPath(robot) if robot else None
+    prim = prim_at(db.app.stage, robot)
     if not prim:
         db.lack(f"there is no prim {robot} on the stage" if robot else "no robot; set targetPrim or robotPath")
     real: dict[str, str] = {}

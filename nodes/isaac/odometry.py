@@ -7,6 +7,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from graph import Attribute, node_type
+from graph.sim.scene.prim_paths import prim_at
 
 from .poses import IDENTITY, ZERO, quaternions_xyzw
 
@@ -92,7 +93,7 @@ def _body(db: Any) -> str:
     app, targets = db.app, db.inputs.chassisPrim
     if len(targets) != 1:
         db.lack(f"input chassisPrim names {len(targets)} prims; give it one prim path")
-    if not app.stage.GetPrimAtPath(targets[0]):
+    if not prim_at(app.stage, targets[0]):
         db.lack(f"there is no prim {targets[0]} on the stage; correct the path")
     bodies = () if app.physics is None else app.physics.body_paths
     for _, link in links_of(app.stage, targets[0]):

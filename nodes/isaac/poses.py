@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from graph import Attribute, node_type
+from graph.sim.scene.prim_paths import prim_at
 
 if TYPE_CHECKING:
     import numpy as np
@@ -37,7 +38,7 @@ def read_world_pose(db: Any) -> None:
 def world_matrix(db: Any, path: str) -> NDArray[np.float64]:
     """Prim to world, (4, 4), column vectors, stage units. Fails the node where there is no such prim."""
     app = db.app
-    if not app.stage.GetPrimAtPath(path):
+    if not prim_at(app.stage, path):
         db.fail(f"there is no prim {path} on the stage; correct the path")
     matrix: NDArray[np.float64] = app.fabric.world_matrix(path)
     return matrix

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from graph import Attribute, node_type
+from graph.sim.scene.prim_paths import prim_at
 from nodes.ros2.transform_trees import TransformTree, edges_of
 
 
@@ -44,7 +45,7 @@ def compute_transform_tree(db: Any) -> None:
         if not key[1]:
             db.lack("nothing to place; set targetPrims")
         for path in (*key[1], *filter(None, key[:1])):
-            if not app.stage.GetPrimAtPath(path):
+            if not prim_at(app.stage, path):
                 db.fail(f"there is no prim {path} on the stage; correct the path")
         memory.key, memory.tree = key, TransformTree(edges_of(app.stage, *key))
     poses = memory.tree.read(app.fabric, app.meters_per_unit)

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from graph import Attribute, node_type
+from graph.sim.scene.prim_paths import prim_at
 
 from .random_numbers import Random, generator_of
 
@@ -45,7 +46,7 @@ def _place(db: Any, inner: float, outer: float) -> bool:
 def _xformable(db: Any, path: str) -> Any:
     from graph.sim.usd import UsdGeom
 
-    prim = db.app.stage.GetPrimAtPath(path) if path.startswith("/") else None
+    prim = prim_at(db.app.stage, path)
     if not prim:
         db.fail(f"there is no prim {path} on the stage; correct input prims")
     elif not prim.IsA(UsdGeom.Xformable):

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from graph import Attribute, node_type
+from graph.sim.scene.prim_paths import prim_at
 
 
 @dataclass(slots=True)
@@ -64,7 +65,7 @@ def _set(db: Any, path: str, motion: tuple[float, ...], curved: bool) -> None:
     from graph.sim.usd import UsdPhysics
 
     app = db.app
-    prim = app.stage.GetPrimAtPath(path)
+    prim = prim_at(app.stage, path)
     if not prim or not prim.HasAPI(UsdPhysics.RigidBodyAPI):
         db.fail(f"{path} is no rigid body; give it a RigidBodyAPI, kinematic for a belt that stays")
     if app.physics is None:  # nothing moves, so nothing is carried

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from graph import Attribute, node_type
+from graph.sim.scene.prim_paths import prim_at
 
 if TYPE_CHECKING:
     import numpy as np
@@ -48,7 +49,7 @@ def holonomic_robot_usd_setup(db: Any) -> None:
     else:
         robot, center = (str(targets[0]) if targets else "" for targets in (inputs.robotPrim, inputs.comPrim))
     for path in (robot, center or robot):
-        if not path or not stage.GetPrimAtPath(path):
+        if not path or not prim_at(stage, path):
             db.lack(f"there is no prim {path} on the stage" if path else "no robot; set robotPrim")
     prims = Usd.PrimRange(stage.GetPrimAtPath(robot), Usd.TraverseInstanceProxies())
     joints = [UsdPhysics.RevoluteJoint(prim) for prim in prims if prim.HasAttribute(ANGLE)]

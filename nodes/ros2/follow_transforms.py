@@ -8,6 +8,7 @@ from typing import Any
 
 from graph import Attribute, node_type
 from graph.errors import RunError
+from graph.sim.scene.prim_paths import prim_at
 
 from .messages import TRANSFORMS
 from .subscribing import EXEC_OUT, Subscriber, next_message, subscriber_inputs, unsubscribe
@@ -73,7 +74,7 @@ def _frames(db: Any) -> dict[str, str]:
             db.fail(f"frameNamesMap names {frame if frame in frames else path} twice; each prim has one frame")
         frames[frame] = path
     for path in (*frames.values(), *inputs.articulationRoots):
-        if not path.startswith("/") or not stage.GetPrimAtPath(path):
+        if not prim_at(stage, path):
             db.fail(f"there is no prim {path} on the stage; correct the path")
     return frames
 

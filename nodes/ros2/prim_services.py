@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from graph import Attribute, node_type
+from graph.sim.scene.prim_paths import prim_at
 
 from .publishing import topic_name
 
@@ -142,10 +143,7 @@ SERVICES: tuple[tuple[str, str, Callable[[Any, Any], Answer]], ...] = (
 
 def _prim(stage: Any, path: str) -> Any:
     """The prim at a path; None if there is none or it is no path."""
-    from graph.sim.usd import Sdf
-
-    found = stage.GetPrimAtPath(path) if Sdf.Path.IsValidPathString(path) and path.startswith("/") else None
-    return found if found else None
+    return prim_at(stage, path) or None
 
 
 def _attribute(stage: Any, request: Any) -> tuple[Any, str]:

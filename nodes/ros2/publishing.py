@@ -64,15 +64,25 @@ _TOPIC = re.compile(r"(/[A-Za-z_][A-Za-z0-9_]*)+")
 def topic_name(db: Any, below: str, name: str | None = None) -> str:
     """The absolute topic of a publishing node; `below`: the path whose ancestors may carry isaac:namespace.
 
-    name: what to publish on instead of the input topicName. Fails the node where the name is empty.
+    name: what to publish on instead of the input topicName. Fails the node where that makes no topic.
     """
-    name = (db.inputs.topicName if name is None else name).strip()
-    namespace = ""
-    if not name.startswith("/"):
-        namespace = db.inputs.nodeNamespace or collect_namespace(db.app.stage, below)
+    name, namespace = _name_and_namespace(db, below, name)
     if problem := topic_problem(name, namespace):
         db.fail(problem)
     return absolute_topic(name, namespace)
+
+
+def planned_topic(db: Any, below: str) -> str | None:
+    """The topic that a node will publish on, as far as its inputs tell now; None where they make no topic."""
+    name, namespace = _name_and_namespace(db, below, None)
+    return None if topic_problem(name, namespace) else absolute_topic(name, namespace)
+
+
+def _name_and_namespace(db: Any, below: str, name: str | None) -> tuple[str, str]:
+    name = (db.inputs.topicName if name is None else name).strip()
+    if name.startswith("/"):
+        return name, ""
+    return name, db.inputs.nodeNamespace or collect_namespace(db.app.stage, below)
 
 
 def absolute_topic(name: str, namespace: str = "") -> str:
@@ -90,6 +100,14 @@ def topic_problem(name: str, namespace: str = "") -> str | None:
     if _TOPIC.fullmatch(topic):
         return None
     return f"{topic!r} is no ROS 2 topic name; its parts are letters, digits and _, and start with no digit"
+
+
+def namespace_problem(namespace: str) -> str | None:
+    """Why a namespace can stand before no topic, as one line; None for one that can."""
+    below = absolute_topic("topic", namespace)
+    if _TOPIC.fullmatch(below):
+        return None
+    return f"{namespace!r} is no ROS 2 namespace; its parts are letters, digits and _, and start with no digit"
 
 
 def collect_namespace(stage: Any, path: str) -> str:

@@ -7,6 +7,7 @@ from functools import partial
 from typing import Any
 
 from graph import Attribute, node_type
+from graph.sim.scene.prim_paths import prim_at
 from nodes.isaac.clocks import stamp_ns
 
 from .messages import TRANSFORMS, FrameTransform, transforms
@@ -71,7 +72,7 @@ def _of_prims(db: Any) -> list[FrameTransform]:
         if not key[1]:
             db.lack("nothing to publish; set targetPrims")
         for path in (*key[1], *filter(None, key[:1])):
-            if not app.stage.GetPrimAtPath(path):
+            if not prim_at(app.stage, path):
                 db.fail(f"there is no prim {path} on the stage; correct the path")
         memory.key, memory.tree = key, TransformTree(edges_of(app.stage, *key))
     poses: list[FrameTransform] = memory.tree.read(app.fabric, app.meters_per_unit)

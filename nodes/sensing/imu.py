@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from graph import Attribute, node_type
+from graph.sim.scene.prim_paths import prim_at
 
 EVERY_STEP = "readings are always of the newest physics step"
 
@@ -26,7 +27,7 @@ def sensor_prim(db: Any, targets: Any, name: str) -> Any:
     """The one prim that a target input names. Fails the node where it is none or several, or not on the stage."""
     if len(targets) != 1:
         db.lack(f"input {name} names {len(targets)} prims; give it the path of one prim")
-    prim = db.app.stage.GetPrimAtPath(targets[0])
+    prim = prim_at(db.app.stage, targets[0])
     if not prim:
         db.fail(f"there is no prim {targets[0]} on the stage; correct the path")
     return prim

@@ -1,5 +1,6 @@
 import math
 from fractions import Fraction
+from types import SimpleNamespace
 
 import pytest
 
@@ -67,6 +68,14 @@ def test_a_topic_is_the_namespace_and_the_name(world, inputs, topic):
     app = world()
     run_node("ROS2PublishClock", inputs=inputs, pulses={"execIn": [0]}, app=app)
     assert [name for name, messages in app.sink.messages.items() if messages] == [topic]
+
+
+@pytest.mark.parametrize(("name", "namespace"), [("clock", "1abc"), ("a b", ""), ("", "robot")])
+def test_inputs_that_make_no_topic_plan_none(name, namespace):
+    from nodes.ros2.publishing import planned_topic
+
+    inputs = SimpleNamespace(topicName=name, nodeNamespace=namespace or "robot")
+    assert planned_topic(SimpleNamespace(inputs=inputs), "/World/G/n") is None
 
 
 def test_the_namespace_comes_from_the_prims_above_where_the_node_gives_none(stage):

@@ -1,0 +1,24 @@
+"""Prims by paths that users wrote: asking a stage for what is no path makes USD print about its own source code."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from pxr import Usd
+
+
+@lru_cache(maxsize=1024)
+def is_prim_path(path: str) -> bool:
+    """Whether a text could be the absolute path of a prim."""
+    from graph.sim.usd import Sdf
+
+    return path.startswith("/") and bool(Sdf.Path.IsValidPathString(path)) and Sdf.Path(path).IsAbsoluteRootOrPrimPath()
+
+
+def prim_at(stage: Usd.Stage, path: str) -> Usd.Prim:
+    """The prim of that path; an invalid one (it is false) where there is none, and for what is no path."""
+    from graph.sim.usd import Usd
+
+    return stage.GetPrimAtPath(path) if is_prim_path(path) else Usd.Prim()

@@ -1,0 +1,58 @@
+"""Paths that are none reach every node type that takes a path at run time: USD prints nothing about its own source."""
+
+import json
+
+import pytest
+
+from graph import registry
+from graph.files import loads
+from graph.plan import compile_graphs
+from graph.runner import GraphRunner
+from graph.types import Extended
+
+NO_PATH = "/Wo-rld/x y"
+ALSO = {
+    "usePath": True,
+    "variableName": "v",
+    "condition": True,
+    "value": {"type": "double", "value": 1.0},
+    "input0": {"type": "token", "value": "a"},
+}
+"""What some of the types do not come to their paths without."""
+
+
+def path_inputs(node_type):
+    """The inputs of a type that name prims: targets, and texts called paths."""
+    return {
+        name: [NO_PATH] if attribute.type == "target" else NO_PATH
+        for name, attribute in node_type.inputs.items()
+        if attribute.type == "target" or (attribute.type in ("string", "token") and name.endswith("Path"))
+    }
+
+
+def _asked_for(attribute):
+    """Whether an input that a type may have must be given for the type to compute."""
+    return attribute is not None and (attribute.type in ("bool", "token") or isinstance(attribute.parsed, Extended))
+
+
+TYPES = [one for one in registry.all() if path_inputs(one)]
+
+
+@pytest.mark.parametrize("node_type", TYPES, ids=lambda one: one.id)
+def test_a_path_that_is_none_prints_nothing_of_usds_own(world, capfd, node_type):
+    needed = {name: value for name, value in ALSO.items() if _asked_for(node_type.inputs.get(name))}
+    triggers = [name for name, attribute in node_type.inputs.items() if attribute.type == "execution"]
+    text = json.dumps(
+        {
+            "nodes": {"tick": "OnTick", "n": {"type": node_type.id, "inputs": needed | path_inputs(node_type)}},
+            "variables": {"v": {"type": "double"}},
+            "connections": [f"tick.tick -> n.{name}" for name in triggers],
+            "evaluator": "execution" if triggers else "push",
+        }
+    )
+    app = world()
+    graphs = compile_graphs(loads(f'{{"tickgraph": 1, "graphs": {{"/G": {text}}}}}', name="a.json").graphs)
+    GraphRunner(app, graphs, on_error="continue")
+    app.play()
+    app.update(steps=2)
+    assert capfd.readouterr().err == ""
