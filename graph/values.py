@@ -26,7 +26,8 @@ _DTYPES = {
     "float": "float32",
     "double": "float64",
 }
-_LARGEST = {"half": 65504.0, "float": 3.4028234663852886e38}
+LARGEST = {"half": 65504.0, "float": 3.4028234663852886e38}
+"""The largest finite number of the storages that Python's float goes beyond."""
 
 
 @cache
@@ -153,7 +154,7 @@ def _real(type_: Type, value: Any) -> float:
     except OverflowError:
         real = math.inf
     # An infinity that was written as one is fine; a finite number that would become one is not.
-    if (math.isinf(real) and isinstance(value, int)) or _LARGEST.get(type_.storage, math.inf) < abs(real) < math.inf:
+    if (math.isinf(real) and isinstance(value, int)) or LARGEST.get(type_.storage, math.inf) < abs(real) < math.inf:
         raise ValueError(f"{shown(value)} does not fit {type_}")
     return real
 
@@ -251,6 +252,6 @@ def _numbers(type_: Type, array: np.ndarray[Any, Any], value: Any) -> np.ndarray
             raise ValueError(f"expected whole numbers ({type_}), got {shown(value)}")
         if array.size and (int(array.min()) < low or int(array.max()) > high):
             raise ValueError(f"{shown(value)} does not fit {type_} ({low} to {high} each)")
-    elif array.size and (np.abs(array[np.isfinite(array)]) > _LARGEST.get(type_.storage, math.inf)).any():
+    elif array.size and (np.abs(array[np.isfinite(array)]) > LARGEST.get(type_.storage, math.inf)).any():
         raise ValueError(f"{shown(value)} does not fit {type_}")
     return array.astype(dtype_of(type_), copy=True)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
 import operator
 from typing import Any
 
 from graph import Attribute, node_type
+from graph.types import INTEGER_RANGES
 
 from .like_inputs import incremented
-from .numbers import aligned, folded, settled, two_numbers
+from .numbers import aligned, fitting, folded, quietly, settled, two_numbers
 from .promotion import promoted, quotient
 
 NUMERICS = ("numerics",)
@@ -80,7 +82,7 @@ def divide(db: Any) -> None:
     a, b = aligned(db, "ab", settled(db, "result"))
     if not (b.all() if hasattr(b, "all") else b):
         db.fail("input b holds a 0; it must not")
-    db.outputs.result = a / b
+    db.outputs.result = quietly(lambda: a / b)
 
 
 @node_type(
@@ -111,18 +113,11 @@ def modulo(db: Any) -> None:
 )
 def increment(db: Any) -> None:
     """Add a number to a value of any shape; in whole numbers the sum is cut off towards zero."""
-    from graph.values import coerce
-
     value, step, result = db.inputs.value, db.inputs.increment, settled(db, "result")
-    if hasattr(value, "dtype"):
-        db.outputs.result = (value + step).astype(value.dtype)
-    elif result is not None and result.storage not in ("half", "float", "double"):
-        try:
-            db.outputs.result = coerce(result, int(value + step))
-        except (ValueError, OverflowError):
-            db.fail(f"the sum {value + step} does not fit {result}; connect a double")
-    else:
-        db.outputs.result = value + step
+    total = quietly(lambda: value + step)
+    if result is not None and result.storage in INTEGER_RANGES and not hasattr(total, "dtype"):
+        total = math.trunc(total) if math.isfinite(total) else total
+    db.outputs.result = fitting(db, total, result)
 
 
 @node_type(

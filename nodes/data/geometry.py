@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from graph import Attribute, node_type
+from graph.types import INTEGER_RANGES
 
 from .like_inputs import length_of, product_of, same_type
-from .numbers import aligned, settled
+from .numbers import aligned, changed, fitting, quietly, settled, widened
 from .promotion import promoted
 
 VECTORS = tuple(
@@ -25,17 +27,15 @@ VECTORS3 = tuple(f"vector{kind}[3]{many}" for kind in "dfh" for many in ("", "[]
 )
 def magnitude(db: Any) -> None:
     """Give the length of a vector."""
-    import math
-
     value, kind = db.inputs.input, db.input_type("input")
-    if not hasattr(value, "dtype"):
-        db.outputs.magnitude = abs(value)
+    if not hasattr(value, "dtype") or (value.ndim == 1 and kind is not None and kind.endswith("[]")):
+        db.outputs.magnitude = changed(db, abs, value, settled(db, "magnitude"))
     elif kind is None or not str(kind).endswith("[]"):
         db.outputs.magnitude = math.hypot(*map(float, value.flat))
     else:
         import numpy as np
 
-        db.outputs.magnitude = np.abs(value) if value.ndim == 1 else np.linalg.norm(value.astype(float), axis=-1)
+        db.outputs.magnitude = np.linalg.norm(value.astype(float), axis=-1)
 
 
 @node_type(
@@ -50,8 +50,13 @@ def magnitude(db: Any) -> None:
 )
 def dot_product(db: Any) -> None:
     """Multiply vectors to numbers."""
+    import numpy as np
+
     a, b = aligned(db, "ab", None)
-    product = (a * b).sum(axis=-1)
+    kind = settled(db, "product")
+    if kind is not None and kind.storage in INTEGER_RANGES:
+        a, b = widened([a, b], lambda bounds: math.prod(bounds) * a.shape[-1])
+    product = fitting(db, quietly(lambda: np.asarray((a * b).sum(axis=-1))), kind)
     db.outputs.product = product if product.ndim else product.item()
 
 

@@ -1,17 +1,19 @@
 """How data nodes calculate: two plain numbers by the shortest way, everything else element by element.
 
-Operands take the result's precision before they meet. Whole numbers that their type cannot hold fail the node where
-they are plain numbers; in tuples and arrays they wrap round, as NumPy's do.
+Operands take the result's precision before they meet. One rule holds for numbers, tuples and arrays: a whole result
+that its type cannot hold fails the node, a real one beyond its type's largest number is infinite.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import math
+import operator
+from collections.abc import Callable, Iterable, Sequence
 from functools import reduce
 from typing import TYPE_CHECKING, Any
 
 from graph.types import INTEGER_RANGES, TYPES, Type
-from graph.values import dtype_of
+from graph.values import LARGEST, dtype_of
 
 if TYPE_CHECKING:
     from graph.declaration import Compute, Specialize
@@ -22,11 +24,15 @@ Operation = Callable[[Any, Any], Any]
 def folded(operation: Operation, output: str) -> Callable[[Any], None]:
     """A compute: `operation` over a, b and the operands that the file adds, from left to right."""
 
+    reach = operator.mul if operation is operator.mul else operator.add
+
     def compute(db: Any) -> None:
-        names = ["a", "b", *db.dynamic_input_names()]
-        values = aligned(db, names, settled(db, output))
+        kind = settled(db, output)
+        values = aligned(db, ["a", "b", *db.dynamic_input_names()], kind)
         db.claim(max(getattr(value, "nbytes", 0) for value in values))
-        setattr(db.outputs, output, reduce(operation, values))
+        if kind is not None and kind.storage in INTEGER_RANGES:
+            values = widened(values, lambda bounds: reduce(reach, bounds))
+        setattr(db.outputs, output, fitting(db, quietly(lambda: reduce(operation, values)), kind))
 
     return compute
 
@@ -34,7 +40,7 @@ def folded(operation: Operation, output: str) -> Callable[[Any], None]:
 def two_numbers(operation: Operation, output: str, *, nonzero: str = "") -> Specialize:
     """The compute of a node with two plain numbers a and b: no shapes to look up.
 
-    A result that its type cannot hold fails the node; so does 0 in the input named `nonzero`.
+    A result that its type cannot hold is as `fitting` has it; 0 in the input named `nonzero` fails the node.
     """
 
     def specialize(db: Any) -> Compute | None:
@@ -44,24 +50,82 @@ def two_numbers(operation: Operation, output: str, *, nonzero: str = "") -> Spec
         if not all((one := input_type(db, name)) is not None and one.number for name in "ab"):
             return None
         inputs, outputs = db.inputs, db.outputs
-        low, high = INTEGER_RANGES.get(result.storage, (None, None))
+        largest = LARGEST.get(result.storage, math.inf)
+        low, high = INTEGER_RANGES.get(result.storage, (-largest, largest))
 
-        def compute_real(db: Any) -> None:
+        def compute_double(db: Any) -> None:
             setattr(outputs, output, operation(inputs.a, inputs.b))
 
         def compute_checked(db: Any) -> None:
             if nonzero and not getattr(inputs, nonzero):
                 db.fail(f"input {nonzero} holds a 0; it must not")
             value = operation(inputs.a, inputs.b)
-            if low is not None and not low <= value <= high:
-                db.fail(
-                    f"the result {value} does not fit {result} ({low} to {high}); make an operand wider, or a double"
-                )
-            setattr(outputs, output, value)
+            setattr(outputs, output, value if low <= value <= high else fitting(db, value, result))
 
-        return compute_real if low is None and not nonzero else compute_checked
+        return compute_double if high == math.inf and not nonzero else compute_checked
 
     return specialize
+
+
+def quietly(calculate: Callable[[], Any]) -> Any:
+    """What the calculation gives; NumPy says nothing of what becomes infinite or nan."""
+    import numpy as np
+
+    with np.errstate(all="ignore"):
+        return calculate()
+
+
+def fitting(db: Any, value: Any, kind: Type | None) -> Any:
+    """A result in the storage of its type: whole numbers that do not fit fail the node, real ones become infinite.
+
+    Whole numbers come exact, as `widened` operands give them.
+    """
+    if kind is None or not kind.numeric:
+        return value
+    if kind.storage not in INTEGER_RANGES:
+        if not hasattr(value, "dtype"):
+            beyond = abs(value) > LARGEST.get(kind.storage, math.inf)
+            return math.copysign(math.inf, value) if beyond else value
+        import numpy as np
+
+        with np.errstate(over="ignore"):
+            return value.astype(dtype_of(kind), copy=False)
+    low, high = INTEGER_RANGES[kind.storage]
+    array = hasattr(value, "dtype")
+    for end in () if array and not value.size else (value.min(), value.max()) if array else (value,):
+        whole = int(end) if end - end == 0 else None  # neither infinite nor nan
+        if whole is None or not low <= whole <= high:
+            shown = end if whole is None else whole
+            db.fail(f"the result {shown} does not fit {kind} ({low} to {high}); make an operand wider, or a double")
+    return value.astype(dtype_of(kind), copy=False) if array else value
+
+
+def widened(values: Sequence[Any], reach: Callable[[Iterable[int]], int]) -> list[Any]:
+    """Whole operands whose results will be exact: arrays as int64, as Python's own integers where that is too small.
+
+    reach: how far from 0 a result may be, given how far each operand is.
+    """
+    if not any(hasattr(value, "dtype") for value in values):
+        return list(values)
+    import numpy as np
+
+    bounds = [_bound(value) for value in values]
+    wide: Any = np.int64 if max([*bounds, reach(bounds)]) < 2**63 else object
+    return [value.astype(wide, copy=False) if hasattr(value, "dtype") else value for value in values]
+
+
+def changed(db: Any, change: Callable[[Any], Any], value: Any, kind: Type | None) -> Any:
+    """`change` of every number, such as abs: the least whole number of a type has no positive one there, and fails."""
+    if kind is None or kind.storage not in INTEGER_RANGES:
+        return change(value)
+    return fitting(db, change(widened([value], max)[0]), kind)
+
+
+def _bound(value: Any) -> int:
+    """How far from 0 the whole numbers of a value are."""
+    if not hasattr(value, "dtype"):
+        return abs(int(value))
+    return max(abs(int(value.min())), abs(int(value.max()))) if value.size else 0
 
 
 def input_type(db: Any, name: str) -> Type | None:
@@ -88,13 +152,14 @@ def aligned(db: Any, names: Sequence[str], result: Type | None) -> list[Any]:
         return values
     known = [one for one in types if one is not None]
     check_lengths(db, [value for value, one in zip(values, known, strict=True) if one.array])
-    return [_aligned(value, one, result) for value, one in zip(values, known, strict=True)]
+    return [_aligned(db, value, one, result) for value, one in zip(values, known, strict=True)]
 
 
-def _aligned(value: Any, given: Type, result: Type) -> Any:
+def _aligned(db: Any, value: Any, given: Type, result: Type) -> Any:
     if not hasattr(value, "astype"):
         return value
-    value = value.astype(dtype_of(result), copy=False) if result.numeric else value
+    if result.numeric and value.dtype != dtype_of(result):
+        value = fitting(db, value, result)
     if given.array and given.count == 1 and result.count > 1:
         value = value.reshape(-1, *[1] * len(result.shape))
     return value

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+import operator
 from typing import Any
 
 from graph import Attribute, node_type
 from graph.types import TYPES
 
 from .like_inputs import same_type, signed
-from .numbers import aligned, input_type, settled
+from .numbers import aligned, changed, input_type, settled
 from .promotion import promoted
 
 NUMERICS = ("numerics",)
@@ -25,7 +26,7 @@ TOLERANCE = Attribute("double", "how far from 0 still counts as 0", default=0.0,
 )
 def absolute(db: Any) -> None:
     """Take the signs away, element by element; for the length of a vector there is Magnitude."""
-    db.outputs.absolute = abs(db.inputs.input)
+    db.outputs.absolute = changed(db, abs, db.inputs.input, settled(db, "absolute"))
 
 
 @node_type(
@@ -37,7 +38,7 @@ def absolute(db: Any) -> None:
 )
 def negate(db: Any) -> None:
     """Change the signs, element by element."""
-    db.outputs.output = -db.inputs.input
+    db.outputs.output = changed(db, operator.neg, db.inputs.input, settled(db, "output"))
 
 
 @node_type(

@@ -1,4 +1,5 @@
 import math
+import re
 
 import numpy as np
 import pytest
@@ -64,7 +65,9 @@ def test_increment_adds_to_any_shape_and_keeps_the_type():
     assert result("Increment", value=of("int", 4), increment=0.9) == (4, "int")
     assert result("Increment", value=of("double", 4), increment=-0.5) == (3.5, "double")
     assert result("Increment", value=of("int[2]", [1, 2])) == ([2, 3], "int[2]")
-    with pytest.raises(ComputeError, match=r"the sum 256\.0 does not fit uchar; connect a double"):
+    with pytest.raises(
+        ComputeError, match=r"the result 256 does not fit uchar \(0 to 255\); make an operand wider"
+    ):
         result("Increment", value=of("uchar", 255))
 
 
@@ -80,9 +83,58 @@ def test_crossed_bounds_fail():
         result("Clamp", input=of("double", 5), lower=of("double", 3), upper=of("double", 2))
 
 
-def test_whole_results_that_do_not_fit_fail():
-    with pytest.raises(ComputeError, match=r"the result 4294967294 does not fit int \(-2147483648 to 2147483647\)"):
-        run_node("Add", inputs={"a": of("int", 2**31 - 1), "b": of("int", 2**31 - 1)})
+LEAST, MOST = -(2**31), 2**31 - 1
+UNFIT = [
+    ("Add", {"a": of("int", MOST), "b": of("int", MOST)}, "4294967294 does not fit int (-2147483648 to 2147483647)"),
+    ("Add", {"a": of("int[2]", [0, MOST]), "b": of("int[2]", [0, 1])}, "2147483648 does not fit int[2] ("),
+    ("Add", {"a": of("int[]", [LEAST]), "b": of("int", -1)}, "-2147483649 does not fit int[] ("),
+    ("Add", {"a": of("int", MOST), "b": of("int", 1), "c": of("int", 0)}, "2147483648 does not fit int ("),
+    ("Add", {"a": of("uint64[]", [2**64 - 1]), "b": of("uint64[]", [1])}, "18446744073709551616 does not fit uint64[]"),
+    ("Add", {"a": of("uint64[]", [2**63]), "b": of("int", 0)}, "9223372036854775808 does not fit int64[] ("),
+    ("Subtract", {"a": of("uchar[]", [3]), "b": of("uchar[]", [4])}, "-1 does not fit uchar[] (0 to 255)"),
+    ("Multiply", {"a": of("int64[]", [2**62]), "b": of("int64[]", [2])}, "9223372036854775808 does not fit int64[] ("),
+    ("Increment", {"value": of("uchar[]", [255])}, "256 does not fit uchar[] (0 to 255)"),
+    ("Increment", {"value": of("int", 1), "increment": float("inf")}, "inf does not fit int ("),
+    ("Absolute", {"input": of("int", LEAST)}, "2147483648 does not fit int ("),
+    ("Absolute", {"input": of("int[]", [LEAST])}, "2147483648 does not fit int[] ("),
+    ("Magnitude", {"input": of("int[]", [LEAST])}, "2147483648 does not fit int[] ("),
+    ("Negate", {"input": of("int[2]", [0, LEAST])}, "2147483648 does not fit int[2] ("),
+    ("DotProduct", {"a": of("int[2]", [MOST, 0]), "b": of("int[2]", [2, 0])}, "4294967294 does not fit int ("),
+]
+
+
+@pytest.mark.parametrize(("node", "inputs", "message"), UNFIT)
+def test_whole_results_that_do_not_fit_fail_in_every_shape(node, inputs, message):
+    with pytest.raises(ComputeError, match=re.escape(f"the result {message}")):
+        run_node(node, inputs=inputs)
+
+
+def test_whole_results_at_the_ends_of_their_type_are_exact():
+    most = 2**64 - 1
+    assert result("Add", "sum", a=of("uint64[]", [most - 1]), b=of("uint64[]", [1])) == ([most], "uint64[]")
+    assert result("Subtract", "difference", a=of("uint64[]", [most]), b=of("uint64[]", [most])) == ([0], "uint64[]")
+    assert result("Multiply", "product", a=of("int[2]", [LEAST, MOST]), b=of("int", 1)) == ([LEAST, MOST], "int[2]")
+    low = -(2**63)
+    assert result("Multiply", "product", a=of("int64[]", [2**62]), b=of("int64", -2)) == ([low], "int64[]")
+    assert result("Add", "sum", a=of("int[]", []), b=of("int[]", [])) == ([], "int[]")
+
+
+@pytest.mark.parametrize(("kind", "large"), [("half", 6e4), ("float", 3e38), ("double", 1e308)])
+@pytest.mark.parametrize("shape", ["", "[2]", "[]"])
+@pytest.mark.filterwarnings("error")
+def test_real_results_beyond_their_type_are_infinite_in_every_shape(kind, large, shape):
+    def given(number):
+        return of(kind + shape, [number] * 2 if shape else number)
+
+    def ends(node, output, *operands):
+        inputs = dict(zip("abc", map(given, operands), strict=False))
+        return np.unique(run_node(node, inputs=inputs).value(output)).tolist()
+
+    assert ends("Add", "sum", large, large) == [math.inf]
+    assert ends("Add", "sum", -large, -large, 0) == [-math.inf]
+    assert ends("Multiply", "product", -large, large) == [-math.inf]
+    assert ends("Divide", "result", large, 0.25) == [math.inf]
+    assert np.isnan(ends("Subtract", "difference", math.inf, math.inf)).all()
 
 
 def test_an_array_of_numbers_meets_a_tuple_element_by_element():
