@@ -3,10 +3,12 @@
 from graph import Controller
 """
 
+from graph.evaluate.familiar import Variable
+
 from .controller import Controller, get_graph_by_path, get_node_by_path, get_registered_nodes
 from .errors import OmniGraphError, OmniGraphValueError
 from .graph_set import GraphSet
-from .handles import Compound, Variable
+from .handles import Compound
 from .keys import GraphEvaluationMode, GraphPipelineStage, Keys, TypedValue
 
 __all__ = [

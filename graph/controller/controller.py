@@ -18,7 +18,7 @@ from typing import Any, Concatenate, Generic, ParamSpec, TypeVar, overload
 
 from graph.collector import collector_paused
 from graph.evaluate import Graph, Node
-from graph.evaluate.familiar import AttributeOf
+from graph.evaluate.familiar import AttributeOf, Variable
 from graph.registry import Registry
 from graph.spec import GraphSpec
 from graph.suggest import did_you_mean
@@ -28,7 +28,7 @@ from .edit import Edit, plain_value
 from .errors import OmniGraphError, OmniGraphValueError
 from .evaluating import evaluate_all
 from .graph_set import GraphSet, graphs_of, present_set
-from .handles import Compound, Variable
+from .handles import Compound
 from .keys import GraphEvaluationMode, GraphPipelineStage, Keys, PrimExposureType, TypedValue
 from .model import Model
 from .specs import new_spec
@@ -94,8 +94,9 @@ class Controller:
     ) -> tuple[Graph, list[Any], list[Any], dict[str, Any]]:
         """Makes or changes a graph; gives the graph, the new nodes, the new prims, and new nodes by short name.
 
-        graph_id: the path of a graph (made with the default settings, push, if there is none), a Graph, or a dict with
-        graph_path, evaluator_name, pipeline_stage, evaluation_mode, which makes a new graph. edit_commands: lists by
+        graph_id: the path of a graph (made with the default settings, push, if there is none), a Graph, the path of a
+        compound's inside (`.../compound/Subgraph`), or a dict with graph_path, evaluator_name, pipeline_stage,
+        evaluation_mode, which makes a new graph. edit_commands: lists by
         key, see `Keys`; a single entry may stand for a list of one. Raises OmniGraphError with every problem, and
         OmniGraphValueError where only values are wrong; then nothing has changed.
         """
@@ -214,6 +215,8 @@ class Controller:
     def get(self: Any, attribute: Any = None, node: Any = None) -> Any:
         """The present value of an attribute (or variable); without one, of that of this Controller."""
         found = _value_of(self, attribute, node)
+        if isinstance(found, AttributeOf) and found.full_name not in found.node.types:
+            self.edit(found.node.graph, {Keys.CREATE_ATTRIBUTES: [(found, "any")]})  # a field of a message, say
         return found.get()
 
     @OnEither
@@ -259,13 +262,14 @@ class Controller:
 
 def _edited(graphs: GraphSet, graph_id: Any, commands: Mapping[str, Any]) -> tuple[Edit, Graph, list[Any]]:
     """The edit, made: in place where its effect is small, else by compiling the graph anew."""
-    path = find.existing(graphs, graph_id)
+    path, scope = find.inside_compound(graphs, graph_id)
+    path = path or find.existing(graphs, graph_id)
     model = graphs.lasting_model(path) if path else None
     if model is not None:
         work = Edit(graphs, model)
         done = None
         try:
-            work.collect(commands)
+            work.collect(commands, scope)
             done = work.apply_in_place()
         finally:
             if done is None:
@@ -274,7 +278,7 @@ def _edited(graphs: GraphSet, graph_id: Any, commands: Mapping[str, Any]) -> tup
             return work, *done
     spec = graphs.current_spec(path) if path else new_spec(graphs, graph_id)
     work = Edit(graphs, Model(spec, graphs.registry))
-    work.collect(commands)
+    work.collect(commands, scope)
     return work, *work.apply()
 
 

@@ -42,7 +42,7 @@ class Edit:
         self._marks: set[int] = set()
         self._kept: list[Mark] = []
         self._broken: set[str] = set()
-        self._prims = PrimPlan(graphs.app)
+        self._prims = PrimPlan(graphs, model.path)
         self._notes: dict[tuple[str, str, str], None] = {}
         self.created: list[str] = []
         """Names of new nodes in this graph, compounds included, in order."""
@@ -323,6 +323,7 @@ class Edit:
         ports = self._main.compounds[compound]
         if port in ports and prefix == "outputs":
             raise OmniGraphError(f"the compound {compound} has a port {port} already")
+        self._main.changes.others = True
         ports[port] = (*ports.get(port, ()), *(f"{node}.{full}" for _, node, full in ends))
 
     def _disconnect(self, entry: Any, scope: str, mark: Mark) -> None:

@@ -12,6 +12,7 @@ from graph.suggest import did_you_mean
 from .errors import OmniGraphError
 from .graph_set import GraphSet
 from .handles import Compound
+from .model import SUBGRAPH
 from .names import attribute_text, end_text, node_text
 
 
@@ -22,6 +23,20 @@ def graph_path(graph_id: Any) -> str:
             raise OmniGraphError('a graph dict needs "graph_path"')
         graph_id = graph_id["graph_path"]
     return node_text(graph_id, "graph")
+
+
+def inside_compound(graphs: GraphSet, graph_id: Any) -> tuple[str, str]:
+    """The graph and the beginning of the names where the path is that of a compound's inside; else "", ""."""
+    path = graph_path(graph_id)
+    if not path.endswith(f"/{SUBGRAPH}") or graphs.latest(path) is not None:
+        return "", ""
+    owner = graphs.owner_of(path)
+    name = "" if owner is None else path[len(owner.path) + 1 :].removesuffix(f"/{SUBGRAPH}")
+    if owner is None or name not in owner.spec.compounds:
+        return "", ""
+    if isinstance(graph_id, Mapping):
+        raise OmniGraphError(f"{path} is the inside of a compound; give its path instead of a dict to change it")
+    return owner.path, f"{name}/{SUBGRAPH}/"
 
 
 def existing(graphs: GraphSet, graph_id: Any) -> str:
@@ -39,6 +54,8 @@ def graph(graphs: GraphSet, graph_id: Any) -> Graph:
     """The graph. Raises OmniGraphError with the nearest one."""
     if graph_id is None:
         raise OmniGraphError("name a graph")
+    if isinstance(graph_id, Graph) and graph_id.target != graph_id.path:
+        return graph_id  # as one prim has it: the path is that of the graph on all of them
     return graphs.get(graph_path(graph_id))
 
 

@@ -1,4 +1,4 @@
-"""What an edit returns beside nodes: compounds, variables."""
+"""What an edit returns beside nodes: compounds."""
 
 from __future__ import annotations
 
@@ -49,29 +49,3 @@ class Compound:
     def get_prim_path(self) -> str:
         """The compound's path."""
         return self.path
-
-
-class Variable:
-    """A variable of a graph."""
-
-    def __init__(self, graph: Graph, name: str) -> None:
-        self.graph = graph
-        self.name = name
-
-    def __repr__(self) -> str:
-        return f"<variable {self.name} of {self.graph.path}>"
-
-    def get(self, instance_path: str | None = None) -> Any:
-        """The present value, of the graph or of the instance on a prim."""
-        return self._of(instance_path).variables[self.name]
-
-    def set(self, value: Any, instance_path: str | None = None) -> None:
-        """Sets the value. Raises ValueError for one that is not of its type."""
-        self._of(instance_path).variables[self.name] = value
-
-    def get_type_name(self) -> str:
-        """The OGN type name."""
-        return self.graph.variables.types[self.name].name
-
-    def _of(self, prim: str | None) -> Graph:
-        return self.graph if prim is None else self.graph.instance(prim)

@@ -11,14 +11,18 @@ from graph.types import TYPES
 from graph.values import coerce, shown
 
 from .errors import OmniGraphError
+from .graph_set import GraphSet
 from .names import node_text
 
 
 class PrimPlan:
     """The prims that one edit makes."""
 
-    def __init__(self, app: Any) -> None:
-        self._app = app
+    def __init__(self, graphs: GraphSet, graph_path: str) -> None:
+        """graph_path: of the graph that the edit makes or changes."""
+        self._graphs = graphs
+        self._graph_path = graph_path
+        self._app = graphs.app
         self._entries: dict[str, tuple[str, dict[str, tuple[Any, Any]]]] = {}
 
     def add(self, entry: Any) -> None:
@@ -34,7 +38,23 @@ class PrimPlan:
             raise OmniGraphError(f'"{path}" is no absolute prim path')
         if path in self._entries or self._app.stage.GetPrimAtPath(path):
             raise OmniGraphError(f"prim {path} already exists")
+        if path == self._graph_path or self._graphs.latest(path) is not None or self._graphs.node(path) is not None:
+            raise OmniGraphError(f"there is a graph or a node at {path}; give the prim another path")
+        self._refuse_while_playing(usd, path, kind)
         self._entries[path] = kind, {name: _typed(usd, path, name, given) for name, given in attributes.items()}
+
+    def _refuse_while_playing(self, usd: Any, path: str, kind: str) -> None:
+        """Raises OmniGraphError for what physics or sensors would have to take in while the App plays."""
+        live = self._app.live
+        if live is None or live.watch.collecting or self._app.when_playing == "recompile":
+            return
+        scratch = usd.Usd.Stage.CreateInMemory()
+        role = import_module("graph.sim.scene.roles").role_of(scratch.DefinePrim(path, kind))
+        if role:
+            raise OmniGraphError(
+                f"prim {path} ({role.strip()}) cannot come while the world plays; stop first, edit inside `with "
+                'app.edit(when_playing="recompile"):`, or make App(when_playing="recompile")'
+            )
 
     def apply(self) -> list[Any]:
         """Makes the prims, in order."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from importlib import import_module
 from typing import Any
 
 from graph.spec import GraphSpec
@@ -13,6 +14,7 @@ from .errors import OmniGraphError
 from .find import graph_path
 from .graph_set import GraphSet
 from .keys import EVALUATORS, MODES, STAGES
+from .model import SUBGRAPH
 
 _KEYS = ("graph_path", "evaluator_name", "pipeline_stage", "evaluation_mode", "fc_backing_type")
 
@@ -25,6 +27,11 @@ def new_spec(graphs: GraphSet, graph_id: Any) -> GraphSpec:
         raise OmniGraphError(f'"{path}" is not a legal graph; write an absolute prim path such as /World/ActionGraph')
     if graphs.node(path) is not None:
         raise OmniGraphError(f"there is a node at {path}; a graph needs a path of its own")
+    owner = graphs.owner_of(path)
+    if owner is not None and path[len(owner.path) + 1 :] in owner.spec.compounds:
+        inside = f"{path}/{SUBGRAPH}"
+        raise OmniGraphError(f"there is a compound at {path}; edit {inside}, what is inside it, or choose another path")
+    _refuse_other_prims(graphs, path)
     settings = graph_id if isinstance(graph_id, Mapping) else {}
     for key in settings:
         if key not in _KEYS:
@@ -36,6 +43,14 @@ def new_spec(graphs: GraphSet, graph_id: Any) -> GraphSpec:
         evaluation_mode=_choice(path, settings, "evaluation_mode", MODES, "automatic"),
         unfinished=True,
     )
+
+
+def _refuse_other_prims(graphs: GraphSet, path: str) -> None:
+    """Raises OmniGraphError where the stage has a prim at the path that is something else."""
+    prim = graphs.app.stage.GetPrimAtPath(path) if graphs.app is not None else None
+    kind = str(prim.GetTypeName()) if prim else ""
+    if kind not in import_module("graph.staging").GRAPH_PRIMS:
+        raise OmniGraphError(f"{path} is a {kind} on the stage; give the graph another path")
 
 
 def _choice(path: str, settings: Mapping[str, Any], key: str, choices: Mapping[str, Any], default: str) -> Any:

@@ -55,7 +55,9 @@ class AttributeOf:
     def get_type_name(self) -> str:
         """The OGN type name: the settled one of an open attribute, else as declared."""
         settled = self.node.types.get(self.full_name)
-        return str(settled if settled is not None else self.node.attribute(self.full_name).parsed)
+        if settled is not None or self.full_name not in self.node.types:
+            return str(settled or "any")
+        return str(self.node.attribute(self.full_name).parsed)
 
     def get_port_type(self) -> str:
         """inputs, outputs or state."""
@@ -63,7 +65,37 @@ class AttributeOf:
 
     def is_connected(self) -> bool:
         """Whether something feeds it or leads away from it."""
-        return self.node.connected(self.full_name) or self.full_name in self.node._consumed
+        return self.full_name in self.node._fed or self.full_name in self.node._consumed
+
+
+class Variable:
+    """A variable of a graph."""
+
+    def __init__(self, graph: Graph, name: str) -> None:
+        self.graph = graph
+        self.name = name
+
+    def __repr__(self) -> str:
+        return f"<variable {self.name} of {self.graph.path}>"
+
+    def get_name(self) -> str:
+        """Its name."""
+        return self.name
+
+    def get(self, instance_path: str | None = None) -> Any:
+        """The present value, of the graph or of the instance on a prim."""
+        return self._of(instance_path).variables[self.name]
+
+    def set(self, value: Any, instance_path: str | None = None) -> None:
+        """Sets the value. Raises ValueError for one that is not of its type."""
+        self._of(instance_path).variables[self.name] = value
+
+    def get_type_name(self) -> str:
+        """The OGN type name."""
+        return self.graph.variables.types[self.name].name
+
+    def _of(self, prim: str | None) -> Graph:
+        return self.graph if prim is None else self.graph.instance(prim)
 
 
 class FamiliarNode:
@@ -72,8 +104,17 @@ class FamiliarNode:
     __slots__ = ()
 
     def get_attribute(self: Any, name: str) -> AttributeOf:
-        """The attribute of that name, `x` or `inputs:x`. Raises KeyError with the nearest one."""
-        return AttributeOf(self, self.full_name(name))
+        """The attribute of that name, `x` or `inputs:x`. Raises KeyError with the nearest one.
+
+        One that the node may be given, such as a field of a message, comes to be with its first connection or value.
+        """
+        try:
+            return AttributeOf(self, self.full_name(name))
+        except KeyError:
+            prefix, _, short = name.partition(":")
+            if prefix not in ("inputs", "outputs", "state") or self.type.find(prefix, short) is None:
+                raise
+            return AttributeOf(self, name)
 
     def get_attributes(self: Any) -> list[AttributeOf]:
         """All attributes, inputs first."""
@@ -132,3 +173,11 @@ class FamiliarGraph:
     def get_evaluator_name(self: Any) -> str:
         """execution, push or dirty_push."""
         return str(self.evaluator)
+
+    def get_variables(self: Any) -> list[Variable]:
+        """Its variables, in order."""
+        return [Variable(self, name) for name in self.variables]
+
+    def find_variable(self: Any, name: str) -> Variable | None:
+        """The variable of that name; None if there is none."""
+        return Variable(self, name) if name in self.variables else None

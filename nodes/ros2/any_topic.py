@@ -21,6 +21,8 @@ from .subscribing import EXEC_OUT, Subscriber, next_message, subscriber_inputs, 
 @dataclass(slots=True)
 class _AnyPublisher(Publisher):
     fields: Fields | None = None
+    names: Any = None
+    """The node's attributes that the fields were looked up for; an edit gives it others."""
 
 
 def _input_types(known: Any) -> Mapping[str, str]:
@@ -44,7 +46,8 @@ def _input_types(known: Any) -> Mapping[str, str]:
 def publish_any(db: Any) -> bool:
     """Publish a message of any type: its fields are the inputs that the file adds, those left out are zero or empty."""
     memory = db.memory
-    if memory.fields is None:
+    if memory.names is not db.node.names:
+        memory.names = db.node.names
         memory.type_name = required_type(db)
         memory.fields = Fields(memory.type_name, db.dynamic_input_names())
     fields = memory.fields
@@ -65,6 +68,8 @@ def _now(db: Any) -> int:
 @dataclass(slots=True)
 class _AnySubscriber(Subscriber):
     fields: Fields | None = None
+    names: Any = None
+    """The node's attributes that the fields were looked up for; an edit gives it others."""
 
 
 def _output_types(known: Any) -> Mapping[str, str]:
@@ -85,7 +90,8 @@ def _output_types(known: Any) -> Mapping[str, str]:
 def subscribe_any(db: Any) -> bool:
     """Receive a message of any type: its fields are the outputs that the file connects."""
     memory = db.memory
-    if memory.fields is None:
+    if memory.names is not db.node.names:
+        memory.names = db.node.names
         memory.fields = Fields(required_type(db), db.dynamic_outputs(""))
     message = next_message(db, memory.fields.message)
     if message is None:

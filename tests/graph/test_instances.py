@@ -112,3 +112,13 @@ def test_an_edit_reaches_the_instances_and_keeps_their_memory(robots, library, p
     graph.evaluate(playing)
     assert graph.instance("/A").nodes["count"].get("state:count") == 11
     assert graph.nodes["record"].computes == 2
+
+
+def test_a_variable_of_an_instance_is_its_own(robots, library, playing):
+    graph = robots({"/A": {"speed": 3.0}, "/B": {}})
+    control = Controller(registry=library)
+    control.graphs.graphs[graph.path] = graph
+    one = control.variable((graph.instance("/A"), "speed"))
+    assert (one.get(), control.variable((graph, "speed")).get()) == (3.0, 1.0)
+    one.set(4.0)
+    assert [graph.instance(prim).variables["speed"] for prim in ("/A", "/B")] == [4.0, 1.0]

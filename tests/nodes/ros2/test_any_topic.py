@@ -2,7 +2,8 @@
 
 import pytest
 
-from graph import ComputeError, UserError
+from graph import ComputeError, Controller, OmniGraphError, UserError
+from graph.sim import App
 from graph.testing import run_node
 
 POINT = {"messagePackage": "geometry_msgs", "messageName": "Point"}
@@ -124,3 +125,34 @@ def test_a_type_that_is_not_there_is_told_when_the_file_is_loaded(run_file):
 def test_what_cannot_be_sent_stops_the_run(world, inputs, message):
     with pytest.raises(ComputeError, match=message):
         run_node("ROS2Publisher", inputs=inputs, pulses={"execIn": [0]}, app=world())
+
+
+def test_a_script_may_ask_for_a_field_that_nobody_connected(says, play):
+    """Fields are there as in Isaac Sim, where the node makes them when it learns the message type."""
+    keys = Controller.Keys
+    with App() as app:
+        _, (_, hear), _, _ = Controller.edit(
+            {"graph_path": "/World/G", "evaluator_name": "execution"},
+            {
+                keys.CREATE_NODES: [("tick", "OnPlaybackTick"), ("hear", "isaacsim.ros2.bridge.ROS2Subscriber")],
+                keys.SET_VALUES: [
+                    ("hear.inputs:messagePackage", "std_msgs"),
+                    ("hear.inputs:messageName", "Int32"),
+                    ("hear.inputs:topicName", "talk"),
+                ],
+                keys.CONNECT: [("tick.outputs:tick", "hear.inputs:execIn")],
+            },
+        )
+        app.play()
+        app.update()
+        data = hear.get_attribute("outputs:data")
+        assert Controller.get(data) == 0
+        play(
+            app,
+            (app.simulation.get_simulation_time(), "/talk", "std_msgs/msg/Int32", says("std_msgs/msg/Int32", data=7)),
+        )
+        app.update(steps=2)
+        assert Controller.get(data) == 7
+        assert data.get_type_name() == "int"
+        with pytest.raises(OmniGraphError, match="outputs:datum is no field of std_msgs/msg/Int32; did you mean"):
+            Controller.get(hear.get_attribute("outputs:datum"))
