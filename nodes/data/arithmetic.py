@@ -10,7 +10,7 @@ from graph import Attribute, node_type
 from graph.types import INTEGER_RANGES
 
 from .like_inputs import incremented
-from .numbers import aligned, fitting, folded, quietly, settled, two_numbers
+from .numbers import aligned, fitting, folded, for_types, quietly, settled, two_numbers
 from .promotion import promoted, quotient
 
 NUMERICS = ("numerics",)
@@ -34,7 +34,7 @@ _multiply = folded(operator.mul, "product")
     outputs={"sum": Attribute(NUMERICS, "a + b, and any further operands")},
     dynamic_inputs={"{operand}": EXTRA},
     resolve=promoted("sum"),
-    specialize=two_numbers(operator.add, "sum"),
+    specialize=for_types(operator.add, "sum"),
 )
 def add(db: Any) -> None:
     """Add the operands."""
@@ -48,7 +48,7 @@ def add(db: Any) -> None:
     outputs={"difference": Attribute(NUMERICS, "a - b, less any further operands")},
     dynamic_inputs={"{operand}": EXTRA},
     resolve=promoted("difference"),
-    specialize=two_numbers(operator.sub, "difference"),
+    specialize=for_types(operator.sub, "difference"),
 )
 def subtract(db: Any) -> None:
     """Subtract the further operands from the first."""
@@ -62,7 +62,7 @@ def subtract(db: Any) -> None:
     outputs={"product": Attribute(NUMERICS, "a x b, times any further operands")},
     dynamic_inputs={"{operand}": EXTRA},
     resolve=promoted("product"),
-    specialize=two_numbers(operator.mul, "product"),
+    specialize=for_types(operator.mul, "product"),
 )
 def multiply(db: Any) -> None:
     """Multiply the operands element by element (matrices too)."""

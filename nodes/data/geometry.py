@@ -9,7 +9,7 @@ from graph import Attribute, node_type
 from graph.types import INTEGER_RANGES
 
 from .like_inputs import length_of, product_of, same_type
-from .numbers import aligned, changed, fitting, quietly, settled, widened
+from .numbers import aligned, bound, changed, fitting, quietly, settled, widened
 from .promotion import promoted
 
 VECTORS = tuple(
@@ -55,7 +55,7 @@ def dot_product(db: Any) -> None:
     a, b = aligned(db, "ab", None)
     kind = settled(db, "product")
     if kind is not None and kind.storage in INTEGER_RANGES:
-        a, b = widened([a, b], lambda bounds: math.prod(bounds) * a.shape[-1])
+        a, b = widened([a, b], bound(a) * bound(b) * a.shape[-1])
     product = fitting(db, quietly(lambda: np.asarray((a * b).sum(axis=-1))), kind)
     db.outputs.product = product if product.ndim else product.item()
 

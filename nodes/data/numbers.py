@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import reduce
 from typing import TYPE_CHECKING, Any
 
+from graph.db import python_name
 from graph.types import INTEGER_RANGES, TYPES, Type
 from graph.values import LARGEST, dtype_of
 
@@ -24,15 +25,49 @@ Operation = Callable[[Any, Any], Any]
 def folded(operation: Operation, output: str) -> Callable[[Any], None]:
     """A compute: `operation` over a, b and the operands that the file adds, from left to right."""
 
+    def compute(db: Any) -> None:
+        values = aligned(db, ["a", "b", *db.dynamic_input_names()], settled(db, output))
+        db.claim(max(getattr(value, "nbytes", 0) for value in values))
+        setattr(db.outputs, output, quietly(lambda: reduce(operation, values)))
+
+    return compute
+
+
+def for_types(operation: Operation, output: str) -> Specialize:
+    """The compute of a node with operands as `folded` has them, made for their types once these are settled."""
+    numbers = two_numbers(operation, output)
+
+    def specialize(db: Any) -> Compute | None:
+        names = ["a", "b", *db.dynamic_input_names()]
+        result, kinds = settled(db, output), [input_type(db, name) for name in names]
+        known = [kind for kind in kinds if kind is not None]
+        if result is None or len(known) < len(kinds):
+            return None
+        return numbers(db) or _shaped(db, operation, output, dict(zip(names, known, strict=True)), result)
+
+    return specialize
+
+
+def _shaped(db: Any, operation: Operation, output: str, kinds: Mapping[str, Type], result: Type) -> Compute:
+    """A compute for operands of these types, by name, with a result that is whole or real."""
+    inputs, outputs = db.inputs, db.outputs
+    operands = [(python_name(name), kind) for name, kind in kinds.items()]
+    arrays = [place for place, kind in enumerate(kinds.values()) if kind.array]
+    alike = all(kind.number or (kind.storage, kind.count) == (result.storage, result.count) for kind in kinds.values())
+    whole = result.storage in INTEGER_RANGES
     reach = operator.mul if operation is operator.mul else operator.add
+    most = reduce(reach, [max(map(abs, INTEGER_RANGES[kind.storage])) for kind in kinds.values()]) if whole else 0
 
     def compute(db: Any) -> None:
-        kind = settled(db, output)
-        values = aligned(db, ["a", "b", *db.dynamic_input_names()], kind)
-        db.claim(max(getattr(value, "nbytes", 0) for value in values))
-        if kind is not None and kind.storage in INTEGER_RANGES:
-            values = widened(values, lambda bounds: reduce(reach, bounds))
-        setattr(db.outputs, output, fitting(db, quietly(lambda: reduce(operation, values)), kind))
+        values = [getattr(inputs, name) for name, _ in operands]
+        if arrays:
+            check_lengths(db, [values[place] for place in arrays])
+            db.claim(max(values[place].nbytes for place in arrays))
+        if whole:
+            values = widened(values, most if most < 2**63 else reduce(reach, map(bound, values)))
+        if not alike:
+            values = [_facing(value, kind, result) for value, (_, kind) in zip(values, operands, strict=True)]
+        setattr(outputs, output, fitting(db, quietly(lambda: reduce(operation, values)), result))
 
     return compute
 
@@ -83,6 +118,8 @@ def fitting(db: Any, value: Any, kind: Type | None) -> Any:
     if kind is None or not kind.numeric:
         return value
     if kind.storage not in INTEGER_RANGES:
+        if hasattr(value, "dtype") and value.dtype == dtype_of(kind):
+            return value
         if not hasattr(value, "dtype"):
             beyond = abs(value) > LARGEST.get(kind.storage, math.inf)
             return math.copysign(math.inf, value) if beyond else value
@@ -100,28 +137,27 @@ def fitting(db: Any, value: Any, kind: Type | None) -> Any:
     return value.astype(dtype_of(kind), copy=False) if array else value
 
 
-def widened(values: Sequence[Any], reach: Callable[[Iterable[int]], int]) -> list[Any]:
-    """Whole operands whose results will be exact: arrays as int64, as Python's own integers where that is too small.
+def widened(values: Sequence[Any], most: int) -> list[Any]:
+    """Whole operands of a calculation whose result is at most `most` away from 0, such that it will be exact.
 
-    reach: how far from 0 a result may be, given how far each operand is.
+    Arrays become int64, or Python's own integers where that is too small.
     """
-    if not any(hasattr(value, "dtype") for value in values):
-        return list(values)
-    import numpy as np
-
-    bounds = [_bound(value) for value in values]
-    wide: Any = np.int64 if max([*bounds, reach(bounds)]) < 2**63 else object
+    wide: Any = "int64" if most < 2**63 and all(_in_int64(value) for value in values) else object
     return [value.astype(wide, copy=False) if hasattr(value, "dtype") else value for value in values]
+
+
+def _in_int64(value: Any) -> bool:
+    return bool(value.dtype != "uint64" or bound(value) < 2**63) if hasattr(value, "dtype") else abs(value) < 2**63
 
 
 def changed(db: Any, change: Callable[[Any], Any], value: Any, kind: Type | None) -> Any:
     """`change` of every number, such as abs: the least whole number of a type has no positive one there, and fails."""
     if kind is None or kind.storage not in INTEGER_RANGES:
         return change(value)
-    return fitting(db, change(widened([value], max)[0]), kind)
+    return fitting(db, change(widened([value], bound(value))[0]), kind)
 
 
-def _bound(value: Any) -> int:
+def bound(value: Any) -> int:
     """How far from 0 the whole numbers of a value are."""
     if not hasattr(value, "dtype"):
         return abs(int(value))
@@ -158,11 +194,22 @@ def aligned(db: Any, names: Sequence[str], result: Type | None) -> list[Any]:
 def _aligned(db: Any, value: Any, given: Type, result: Type) -> Any:
     if not hasattr(value, "astype"):
         return value
-    if result.numeric and value.dtype != dtype_of(result):
-        value = fitting(db, value, result)
+    other = result.numeric and value.dtype != dtype_of(result)
+    return _facing(fitting(db, value, result) if other else value, given, result)
+
+
+def _facing(value: Any, given: Type, result: Type) -> Any:
+    """An array of numbers such that each faces a whole tuple of an array of tuples; other values as they are.
+
+    Real ones in the precision of the result.
+    """
+    if not hasattr(value, "astype"):
+        return value
     if given.array and given.count == 1 and result.count > 1:
         value = value.reshape(-1, *[1] * len(result.shape))
-    return value
+    return (
+        value if result.storage in INTEGER_RANGES or not result.numeric else value.astype(dtype_of(result), copy=False)
+    )
 
 
 def _check_untyped(db: Any, values: Sequence[Any]) -> None:
