@@ -1,4 +1,7 @@
-"""Whether two pieces of plain data say the same to a reader of a file: 1 and 1.0 do, nan and nan; 1 and true do not."""
+"""Whether two pieces of plain data say the same to a reader of a file: 1 and 1.0 do, nan and nan; 1 and true do not.
+
+Keys in another order do not either: prims are authored, and nodes computed, in the order of the file.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +18,7 @@ def same(one: Any, other: Any) -> bool:
     if isinstance(one, int | float) and isinstance(other, int | float):
         return one == other
     if isinstance(one, dict) and isinstance(other, dict):
-        return one.keys() == other.keys() and all(same(value, other[key]) for key, value in one.items())
+        return list(one) == list(other) and all(same(value, other[key]) for key, value in one.items())
     if isinstance(one, list | tuple) and isinstance(other, list | tuple):
         return len(one) == len(other) and all(map(same, one, other))
     return (type(one) is type(other) and bool(one == other)) or (isinstance(one, str) and one == other)

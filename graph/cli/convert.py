@@ -100,12 +100,9 @@ def _of_text(source: str) -> tuple[dict[str, Any], dict[str, str], str | None]:
 
 def _of_usd(source: str, spec: Any) -> tuple[dict[str, Any], dict[str, str], None]:
     from graph.files.document import graph_document, simple
-    from graph.usd_files.reading import documentation, kept_keys
+    from graph.usd_files.reading import documentation, whole_document
 
-    document = {"tickgraph": 1, **kept_keys(Path(source))}
-    graphs = {graph.path: graph_document(graph) for graph in spec.graphs}
-    if graphs:
-        document["graphs"] = graphs
+    document = whole_document(Path(source), {graph.path: graph_document(graph) for graph in spec.graphs})
     return simple(document), documentation(Path(source), spec), None
 
 

@@ -10,13 +10,16 @@ from graph.strict_equality import same
 
 from .values import plain
 
+KEYS = "keys"
+"""Key, in the layer's own data, of the order that the file's keys had."""
+
 
 def other_keys(document: Mapping[str, Any]) -> dict[str, Any]:
     """The keys of a graph file beside its graphs, for `customLayerData.tickgraph`.
 
-    A key that USD cannot hold as it is becomes `key:json`, a text.
+    A key that USD cannot hold as it is, in its order, becomes `key:json`, a text; `KEYS` notes the order of all.
     """
-    kept: dict[str, Any] = {}
+    kept: dict[str, Any] = {KEYS: texts(list(document))}
     for key, value in document.items():
         if key in ("tickgraph", "graphs"):
             continue
@@ -53,7 +56,7 @@ def _native(value: Any) -> Any:
     if isinstance(value, int):
         return value if -(2**31) <= value < 2**31 else None
     if isinstance(value, Mapping):
-        inner = {str(key): _native(item) for key, item in value.items()}
+        inner = {str(key): _native(value[key]) for key in sorted(value)}  # in USD's order
         fits = all(item is not None for item in inner.values()) and all(inner) and len(inner) > 0
         return inner if fits else None
     return None

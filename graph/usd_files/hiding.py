@@ -16,6 +16,7 @@ from .custom_data import texts
 from .graph_prims import RawGraph, read_graphs, variable_name
 from .json_values import kept
 from .node_prims import KEY, RawNode
+from .noted_order import noted
 from .properties import RawAttribute
 from .values import from_usd
 
@@ -64,11 +65,17 @@ class Hiding:
                     self._remove(node.path)
                 else:
                     self._node(node, written)
-        with_order = {raw.path for raw in scene} & self._graphs.keys()
-        for path in with_order:
-            names = dict.fromkeys(node.name.partition("/")[0] for node in self._graphs[path].nodes)
-            if names:
-                self._layer.GetPrimAtPath(path).nameChildrenOrder = list(names)
+        for path in dict.fromkeys(raw.path for raw in scene if raw.path in self._graphs):
+            self._order(path)
+
+    def _order(self, path: str) -> None:
+        """The order of nodes and variables is that of the file, and no note of the scene's counts."""
+        prim, graph = self._layer.GetPrimAtPath(path), self._graphs[path]
+        names = [node.name for node in graph.nodes]
+        if names:
+            prim.nameChildrenOrder = list(dict.fromkeys(name.partition("/")[0] for name in names))
+        ours = {**prim.customData[KEY], "nodes": noted(names), "variables": noted(graph.variables)}
+        prim.customData = {**prim.customData, KEY: ours}
 
     def _remove(self, path: str) -> None:
         """Deactivates a prim of the scene; one that the file needs something below becomes a plain Scope."""
@@ -90,7 +97,6 @@ class Hiding:
                 self._value(prim, one, graph.variables[name].value, graph.variables[name].type)
             else:
                 removed.append(name)
-        prim.propertyOrder = [f"{_VARIABLE}{name}" for name in graph.variables]
         ours = dict(prim.customData[KEY])
         ours["removedVariables"] = texts(removed)
         prim.customData = {**prim.customData, KEY: ours}
@@ -118,9 +124,8 @@ class Hiding:
             if not one.name.startswith("outputs:"):
                 value = node.inputs.get(one.name.removeprefix("inputs:"))
                 self._value(prim, one, value)
-        if raw.custom:
-            prim.customData = {KEY: {"attributes": "{}", "inputs": "{}", **prim.customData[KEY]}}
-        prim.propertyOrder = [name if name.startswith("state:") else f"inputs:{name}" for name in node.inputs]
+        ours = {"order": noted(node.inputs), **prim.customData[KEY]}
+        prim.customData = {KEY: {"attributes": "{}", "inputs": "{}", **ours} if raw.custom else ours}
 
     def _links(self, prim: Any, raw: RawAttribute) -> None:
         """No connection, and no target, but those that the layer has."""

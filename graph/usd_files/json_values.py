@@ -6,8 +6,10 @@ A value counts only while the attribute still holds what was stored with it: an 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
+
+from graph.files.source import DEPTH_LIMIT
 
 from .node_prims import KEY
 
@@ -27,9 +29,27 @@ def decoded(ours: Mapping[str, Any], name: str) -> Any:
     if not isinstance(text, str):
         return None
     try:
-        return json.loads(text)
-    except (ValueError, RecursionError):
+        return loaded(text)
+    except ValueError:
         return None
+
+
+def loaded(text: str) -> Any:
+    """What a JSON text of ours says. Raises ValueError for what is no JSON, or nested deeper than a graph file may."""
+    try:
+        value = json.loads(text)
+    except RecursionError:
+        raise ValueError("nested too deeply") from None
+    level = [value]
+    for _ in range(DEPTH_LIMIT):
+        level = [inner for one in level if isinstance(one, dict | list) for inner in _inside(one)]
+        if not level:
+            return value
+    raise ValueError("nested too deeply")
+
+
+def _inside(value: dict[str, Any] | list[Any]) -> Iterable[Any]:
+    return value.values() if isinstance(value, dict) else value
 
 
 def kept(written: Any, stored: Any) -> str:

@@ -17,6 +17,7 @@ from graph.values import coerce
 from .custom_data import survives
 from .json_values import kept
 from .node_prims import KEY
+from .noted_order import noted
 from .ports import as_source
 from .values import from_usd, ogn_name, plain, sdf_name, to_usd
 
@@ -54,6 +55,8 @@ class NodeWriter:
             else:
                 unnameable[full.removeprefix("inputs:")] = value
         ours: dict[str, Any] = {"type": node.type}
+        if len(node.inputs) > 1:
+            ours["order"] = noted(node.inputs)
         if node.attributes:
             ours["attributes"] = json.dumps(dict(node.attributes))
         if unnameable:
@@ -118,7 +121,7 @@ def write_value(prim: Any, full: str, type_name: str | None, value: Any, *, note
         stored = None
         if value is not None and type_.storage != "execution" and survives(value):
             try:
-                prop.default = to_usd(coerce(type_, value), type_)
+                prop.default = _as_text_holds_it(coerce(type_, value), type_)
                 stored = from_usd(prop.default, sdf)
             except (ValueError, TypeError, OverflowError, UnicodeError):
                 stored = None  # kept as text below
@@ -128,6 +131,21 @@ def write_value(prim: Any, full: str, type_name: str | None, value: Any, *, note
     if ours:
         prop.customData = {KEY: ours}
     return prop
+
+
+def _as_text_holds_it(value: Any, type_: Type) -> Any:
+    """The value for USD; of time codes USD's text has six digits, so it gets what that brings back."""
+    if type_.role != "timecode":
+        return to_usd(value, type_)
+    rounded = [float(f"{x:g}") for x in value] if type_.array else float(f"{value:g}")
+    return to_usd(rounded, type_)
+
+
+def _in_dictionary(value: Any, type_: Type) -> Any:
+    """The value as an entry of a dictionary, which tells the type of integers by their size, and not of the largest."""
+    from graph.sim.usd import Vt
+
+    return Vt.UInt64(value) if type_.storage == "uint64" and not type_.array else value
 
 
 def _natural(value: Any) -> list[Type]:
@@ -184,8 +202,9 @@ def _write_extended(prim: Any, full: str, declared: Extended, value: Any) -> Non
         typed = (fitting, coerce(fitting, value)) if fitting else None
     if typed is not None and survives(value) and sdf_name(typed[0]) != "rel" and typed[0].storage != "execution":
         graph["resolvedType"] = typed[0].name
-        graph["attrValue"] = to_usd(typed[1], typed[0])
-        stored = {"type": typed[0].name, "value": plain(graph["attrValue"])}
+        held = _as_text_holds_it(typed[1], typed[0])
+        graph["attrValue"] = _in_dictionary(held, typed[0])
+        stored = {"type": typed[0].name, "value": plain(held)}
     custom: dict[str, Any] = {"omni": {"graph": graph}}
     if not same(stored, value):
         custom[KEY] = {"value": kept(value, stored)}

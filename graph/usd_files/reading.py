@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,9 @@ from graph.files.source import DEPTH_LIMIT
 from graph.migration import migrate
 from graph.spec import FileSpec, GraphSpec, Note, SceneSpec
 
+from .custom_data import KEYS
 from .graph_prims import read_graphs
+from .json_values import decoded, loaded
 from .node_prims import COMMENTS, KEY
 from .places import PlacedMark, Text
 from .specs import graph_specs
@@ -57,8 +60,7 @@ def examine(path: Path, name: str, allow: Iterable[Path] = ()) -> Examined:
 
 def _in_file_order(graphs: tuple[GraphSpec, ...], path: Path) -> tuple[GraphSpec, ...]:
     """Graphs in the order that our own writer noted; others last, in stage order."""
-    ours = plain(dict(_layer(path).customLayerData)).get(KEY)
-    noted = ours.get("graphs") if isinstance(ours, dict) else None
+    noted = _ours(_layer(path)).get("graphs")
     rank = {name: position for position, name in enumerate(noted)} if isinstance(noted, list) else {}
     return tuple(sorted(graphs, key=lambda graph: rank.get(graph.path, len(rank))))
 
@@ -133,28 +135,35 @@ def _other_keys(path: Path, name: str, text: Text) -> tuple[FileSpec, tuple[Prob
 
 def other_keys(layer: Any) -> dict[str, Any]:
     """The keys of a graph file, other than its graphs, that a layer keeps in `customLayerData.tickgraph`."""
-    kept = plain(dict(layer.customLayerData)).get(KEY) if layer else None
     document: dict[str, Any] = {}
-    for key, value in kept.items() if isinstance(kept, dict) else ():
-        if key == COMMENTS:
+    for key, value in _ours(layer).items() if layer else ():
+        if key in ("tickgraph", "graphs", COMMENTS, KEYS):
             continue
-        if key.endswith(":json") and isinstance(value, str):
-            try:
-                document[key.removesuffix(":json")] = json.loads(value)
-            except ValueError:
-                document[key.removesuffix(":json")] = value
-        elif key not in ("tickgraph", "graphs"):
-            document[key] = value
+        name = key.removesuffix(":json")
+        document[name] = value
+        if name != key and isinstance(value, str):
+            with suppress(ValueError):
+                document[name] = loaded(value)
     return document
 
 
-def kept_keys(path: Path) -> dict[str, Any]:
-    """The keys of a graph file, other than its graphs, for a USD file: its own, or itself as the scene."""
+def _ours(layer: Any) -> dict[str, Any]:
+    """What a layer keeps in `customLayerData.tickgraph`."""
+    ours = plain(dict(layer.customLayerData)).get(KEY)
+    return ours if isinstance(ours, dict) else {}
+
+
+def whole_document(path: Path, graphs: Mapping[str, Any]) -> dict[str, Any]:
+    """A USD file as a graph file with these graphs: the keys that it keeps, or itself as the scene."""
     layer = _layer(path)
-    document = other_keys(layer)
+    document = {"tickgraph": 1, **other_keys(layer)}
     if KEY not in layer.customLayerData:
         document["scene"] = {"usd": path.name}
-    return document
+    noted = _ours(layer).get(KEYS)
+    keys = dict.fromkeys(noted if isinstance(noted, list) else ())
+    if graphs or "graphs" in keys:
+        document["graphs"] = dict(graphs)
+    return {key: document[key] for key in {**keys, **document} if key in document}
 
 
 def documentation(path: Path, spec: FileSpec) -> dict[str, str]:
@@ -168,11 +177,7 @@ def documentation(path: Path, spec: FileSpec) -> dict[str, str]:
 
 
 def _comments(layer: Any) -> dict[str, str]:
-    kept = plain(dict(layer.customLayerData)).get(KEY)
-    try:
-        comments = json.loads(kept[COMMENTS]) if isinstance(kept, dict) and COMMENTS in kept else {}
-    except (TypeError, ValueError):  # edited by hand
-        return {}
+    comments = decoded(_ours(layer), COMMENTS)
     return {str(place): str(text) for place, text in comments.items()} if isinstance(comments, dict) else {}
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from operator import attrgetter, itemgetter
 from typing import Any
 
 from graph.declaration import Attribute
@@ -15,6 +16,7 @@ from graph.types import Type
 from .graph_prims import RawGraph, Tell, variable_name
 from .json_values import decoded, restored
 from .node_prims import KEY, PREFIXES, RawNode, ogn_type
+from .noted_order import in_noted_order
 from .ports import Ports, sources_of, targets_of
 from .properties import RawAttribute, extended_in
 
@@ -64,11 +66,13 @@ def _graph(
         if (sources := sources_of(attribute))
         for connection in _connections(graph.path, node, attribute.name, sources, ports, homes, mark_of, tell)
     ]
+    variables = in_noted_order(graph.variables, variable_name, graph.custom, "variables")
+    nodes = in_noted_order(graph.nodes, attrgetter("name"), graph.custom, "nodes")
     listed = graph.custom.get("removedVariables")
     removed = set(listed) if isinstance(listed, list) else set()
     return GraphSpec(
         graph.path,
-        tuple(_node(node, ports, {} if node.custom else settled[node.type], mark_of) for node in graph.nodes),
+        tuple(_node(node, ports, {} if node.custom else settled[node.type], mark_of) for node in nodes),
         tuple(_in_written_order(connections, graph.custom.get("connections"))),
         graph.evaluator,
         graph.pipeline_stage,
@@ -76,7 +80,7 @@ def _graph(
             variable_name(one): VariableSpec(
                 _written_type(one), restored(one.value, one.custom), mark_of(f"{graph.path}.{one.name}")
             )
-            for one in graph.variables
+            for one in variables
             if variable_name(one) not in removed
         },
         mark_of(graph.path),
@@ -138,6 +142,7 @@ def _node(node: RawNode, ports: Ports, settled: Mapping[str, Attribute], mark_of
     if node.custom:  # our own writer notes which attributes are not of the type, and what USD has no names for
         types = {str(full): str(one) for full, one in _mapping(node.custom, "attributes").items()}
         inputs.update(_mapping(node.custom, "inputs"))
+        inputs = dict(in_noted_order(inputs.items(), itemgetter(0), node.custom, "order"))
     given = upgraded(node.type, node.version, inputs) if node.type in MEANT_NOTHING else inputs
     return NodeSpec(node.name, _type_as_written(node), given, mark_of(node.path), marks, types)
 

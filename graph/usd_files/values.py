@@ -113,6 +113,8 @@ def _plain(value: Any) -> Any:
         return {str(key): _plain(inner) for key, inner in value.items()}
     if hasattr(value, "imaginary"):
         return [*value.imaginary, value.real]
+    if hasattr(value, "GetValue"):
+        return float(value.GetValue())  # a time code
     if hasattr(value, "GetRow"):
         return [list(value.GetRow(i)) for i in range(value.dimension[0])]
     if hasattr(value, "__iter__"):

@@ -17,6 +17,7 @@ from . import custom_data
 from .hiding import Hiding, scene_graphs
 from .node_prims import COMMENTS, KEY
 from .node_writing import NodeWriter, write_value
+from .noted_order import noted
 from .written_links import Links
 
 _EVALUATORS = {"execution": "execution", "push": "push", "dirty_push": "dirty_push"}
@@ -131,6 +132,10 @@ def _graph(layer: Any, graph: GraphSpec, links: Links, documentation: Mapping[st
         NodeWriter(node_prim, node, registry).write()
     notes = links.write(layer, graph)
     ours: dict[str, Any] = {"connections": custom_data.texts(notes)}
+    if len(graph.variables) > 1:
+        ours["variables"] = noted(graph.variables)
+    if any("/" in node.name for node in graph.nodes):  # prims lie in their parents, whatever came between
+        ours["nodes"] = noted(node.name for node in graph.nodes)
     if graph.instances:
         ours["instances"] = json.dumps(simple(graph.instances))
     prim.customData = {KEY: ours}

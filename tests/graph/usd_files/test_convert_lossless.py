@@ -1,20 +1,25 @@
-"""graph convert: whatever a file says, it says in every format, there and back."""
+"""graph convert: whatever a file says, it says in every format, there and back, in the same order."""
 
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from graph.cli.convert import convert
 from graph.files import examine
+from graph.files.document import parsed, simple
 from graph.files.writing import yaml_document
 from graph.strict_equality import same
 
 NAMES = st.sampled_from(["a", "b", "c", "tick", "Node_1", "größe"])
+NODE_NAMES = st.one_of(NAMES, st.sampled_from(["sub/b", "sub/a", "a/b", "tick/deep/c"]))
 TEXTS = st.one_of(
     st.text(max_size=12),
     st.sampled_from(["on", "1e3", "null", "~", "/World/Box", "a: b", "#x", "'", '"', "0x1F", "é\u2028", "- a", "@x@"]),
 )
 NUMBERS = st.one_of(
-    st.integers(-(2**70), 2**70), st.integers(-5, 5), st.floats(), st.sampled_from([0.1, 1e300, 3.4e38, 1e-45])
+    st.integers(-(2**70), 2**70),
+    st.integers(-5, 5),
+    st.floats(),
+    st.sampled_from([0.1, 1e300, 3.4e38, 1e-45, 123456789.125, 2**64 - 1, 2**63]),
 )
 SCALARS = st.one_of(st.booleans(), NUMBERS, TEXTS)
 VALUES = st.recursive(
@@ -24,7 +29,12 @@ VALUES = st.recursive(
 )
 TYPED = st.builds(
     lambda kind, value: {"type": kind, "value": value},
-    st.sampled_from(["double", "float[3]", "token", "int[]", "quatd[4]", "matrixd[4]", "nonsense"]),
+    st.sampled_from(
+        [
+            *("double", "float[3]", "token", "int[]", "quatd[4]", "matrixd[4]", "nonsense"),
+            *("timecode", "timecode[]", "uint64", "uint64[]", "objectId"),
+        ]
+    ),
     st.one_of(VALUES, st.lists(st.integers(-9, 9), min_size=3, max_size=4)),
 )
 NODES = {
@@ -32,6 +42,7 @@ NODES = {
     "Countdown": ["execIn", "duration", "period", "tick"],
     "omni.graph.nodes.Add": ["a", "b", "sum", "input2"],
     "omni.graph.nodes.ConstantDouble": ["value"],
+    "omni.graph.nodes.ConstantTimecode": ["value"],
     "IsaacCreateRenderProduct": ["cameraPrim", "width", "renderProductPath"],
     "my.own.Thing": ["x", "y:z", "state:memory"],
 }
@@ -61,7 +72,7 @@ def nodes(draw):
 
 @st.composite
 def graphs(draw):
-    made = draw(st.dictionaries(NAMES, nodes(), max_size=4))
+    made = draw(st.dictionaries(NODE_NAMES, nodes(), max_size=4))
     graph = {"nodes": made}
     graph["evaluator"] = draw(st.sampled_from(["execution", "push", "dirty_push"]))
     graph["pipeline_stage"] = draw(st.sampled_from(["simulation", "pre_render", "post_render", "on_demand"]))
@@ -78,10 +89,15 @@ def graphs(draw):
             NAMES,
             st.builds(
                 lambda kind, value: {"type": kind, "value": value},
-                st.sampled_from(["double", "path", "objectId", "frame[4]", "vectord[3]", "token[]", "doubel", "half"]),
+                st.sampled_from(
+                    [
+                        *("double", "path", "objectId", "frame[4]", "vectord[3]", "token[]", "doubel", "half"),
+                        *("timecode", "timecode[]", "uint64"),
+                    ]
+                ),
                 VALUES,
             ),
-            max_size=2,
+            max_size=3,
         )
     )
     ends = [
@@ -94,6 +110,22 @@ def graphs(draw):
     pairs = draw(st.lists(st.tuples(st.sampled_from(ends), st.sampled_from(ends)), max_size=6, unique=True))
     graph["connections"] = [f"{source} -> {target}" for source, target in pairs]
     return graph
+
+
+PRIMS = st.dictionaries(
+    st.sampled_from(["type", "rigid_body", "attributes", "size"]),
+    st.one_of(st.sampled_from(["Cube", True, 2.5]), st.dictionaries(st.sampled_from("cba"), NUMBERS, max_size=3)),
+    max_size=4,
+)
+"""Such as USD dictionaries hold, but for their order."""
+
+ADD = {"type": "omni.graph.nodes.Add"}
+SCENE = {"scene": {"prims": {"/World/Thing": {"type": "Cube", "rigid_body": True}, "/World/A": {"type": "Cube"}}}}
+
+
+def in_graph(**parts):
+    """A document of one graph."""
+    return {"tickgraph": 1, "graphs": {"/World/G": parts}}
 
 
 DOCUMENTS = st.fixed_dictionaries(
@@ -118,7 +150,9 @@ DOCUMENTS = st.fixed_dictionaries(
         "scene": st.fixed_dictionaries(
             {
                 "prims": st.dictionaries(
-                    st.sampled_from(["/World/Box", "/World/L"]), st.dictionaries(TEXTS, VALUES, max_size=3), max_size=2
+                    st.sampled_from(["/World/Box", "/World/L", "/A/B"]),
+                    st.one_of(PRIMS, st.dictionaries(TEXTS, VALUES, max_size=3)),
+                    max_size=3,
                 )
             }
         ),
@@ -139,7 +173,7 @@ def said(path):
             "mode": graph.evaluation_mode,
             "instances": {prim: dict(values) for prim, values in graph.instances.items()},
             "variables": {name: [one.type, one.value] for name, one in graph.variables.items()},
-            "nodes": [[n.name, n.type, dict(n.inputs), dict(n.attributes)] for n in graph.nodes],
+            "nodes": [[n.name, n.type, *inputs_and_state(n.inputs), dict(n.attributes)] for n in graph.nodes],
             "connections": [f"{one.source} -> {one.target}" for one in graph.connections],
         }
         for graph in spec.graphs
@@ -155,16 +189,34 @@ def said(path):
     return {"graphs": graphs, **other}
 
 
+def inputs_and_state(given):
+    """What stands below the two keys of a node, each in order; between the two there is none."""
+    state = {key: value for key, value in given.items() if key.startswith("state:")}
+    return {key: value for key, value in given.items() if key not in state}, state
+
+
+def keys_in_order(path):
+    """The keys of a YAML or JSON file and, of the file's other keys than its graphs, all that stands below them."""
+    document = simple(parsed(path, path.name)[0])
+    return [(key, None if key == "graphs" else value) for key, value in document.items()]
+
+
 @settings(
     max_examples=80, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow]
 )
 @given(DOCUMENTS)
+@example(in_graph(nodes={"a": ADD | {"inputs": {"b": 2**64 - 1, "a": {"type": "uint64", "value": 2**64 - 1}}}}))
+@example(in_graph(variables={"t": {"type": "timecode", "value": 123456789.125}, "a": {"type": "int", "value": 1}}))
+@example(in_graph(nodes={"a": {"type": "omni.graph.nodes.ConstantTimecode", "inputs": {"value": 1 / 3}}}))
+@example(in_graph(nodes=dict.fromkeys(("sub/b", "a", "sub/a", "sub"), ADD)))
+@example(SCENE | in_graph())
 def test_yaml_to_usd_to_json_to_yaml_says_the_same(tmp_path_factory, document):
     folder = tmp_path_factory.mktemp("convert")
     (folder / "a.yaml").write_text(yaml_document(document), encoding="utf8")
     if examine(folder / "a.yaml").problems:
         return  # not a file that says anything
-    first = said(folder / "a.yaml")
+    first, keys = said(folder / "a.yaml"), keys_in_order(folder / "a.yaml")
     for source, target in (("a.yaml", "b.usda"), ("b.usda", "c.json"), ("c.json", "d.usdc"), ("d.usdc", "e.yaml")):
         convert(str(folder / source), str(folder / target))
         assert same(said(folder / target), first), target
+    assert same(keys_in_order(folder / "e.yaml"), keys)

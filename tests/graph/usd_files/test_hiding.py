@@ -1,5 +1,7 @@
 """graph convert over a scene that holds the original graphs: what was deleted stays deleted."""
 
+import json
+
 import pytest
 
 from graph.cli.convert import convert
@@ -180,3 +182,29 @@ def OmniGraph "G" {
     edit(tmp_path / "a.yaml", ("      comp/Sub/m: omni.graph.nodes.Multiply\n", ""))
     before, after = through_usd(tmp_path)
     assert after == before
+
+
+def test_an_order_that_the_scene_notes_itself_does_not_count_any_more(tmp_path):
+    """The scene is a file of our own writer; over it lies one with the same parts in the opposite order."""
+    folder = tmp_path
+    first = {
+        "tickgraph": 1,
+        "graphs": {
+            "/G": {
+                "variables": {"v": {"type": "int"}, "a": {"type": "int"}},
+                "nodes": {"sub/b": {"type": "Add", "inputs": {"b": 1, "a": 2}}, "x": "OnTick", "sub/a": "OnTick"},
+            }
+        },
+    }
+    graph = first["graphs"]["/G"]
+    turned = {
+        "variables": dict(reversed(graph["variables"].items())),
+        "nodes": {"sub/a": "OnTick", "x": "OnTick", "sub/b": {"type": "Add", "inputs": {"a": 2, "b": 1}}},
+    }
+    (folder / "first.json").write_text(json.dumps(first))
+    convert(str(folder / "first.json"), str(folder / "first.usda"))
+    second = {"tickgraph": 1, "scene": {"usd": "first.usda"}, "graphs": {"/G": turned}}
+    (folder / "second.json").write_text(json.dumps(second))
+    convert(str(folder / "second.json"), str(folder / "second.usda"))
+    convert(str(folder / "second.usda"), str(folder / "third.json"))
+    assert json.dumps(json.loads((folder / "third.json").read_text())["graphs"]["/G"]) == json.dumps(turned)

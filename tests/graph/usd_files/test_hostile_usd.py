@@ -43,6 +43,10 @@ def graph(nodes):
     return f'{HEAD}def OmniGraph "G" {{\n{nodes}}}\n'
 
 
+def our_own_data(key, text):
+    return f"{HEAD}(\ncustomLayerData = {{\ndictionary tickgraph = {{\n{key}'{text}'\n}}\n}}\n)\n"
+
+
 HOSTILE = {
     "empty": ("", "1:1: the file is empty"),
     "no USD": ("tickgraph: 1\n", "1:1: this is no USD text; it must start with"),
@@ -77,6 +81,12 @@ HOSTILE = {
         "#usda 1.0\n(\ncustomLayerData = {\ndictionary tickgraph = {\n"
         'string "scene:json" = "[[["\nstring clock = "x"\n}\n}\n)\n',
         "customLayerData.tickgraph: ",
+    ),
+    "our own data, nested deeply": (our_own_data('string "scene:json" = ', "[" * 30_000), "scene must be a mapping"),
+    "our own comments, nested deeply": (our_own_data("string comments = ", "[" * 30_000), None),
+    "our own data, nested 101 levels": (
+        our_own_data('string "settings:json" = ', "[" * 101 + "]" * 101),
+        "customLayerData.tickgraph: settings must be a mapping",
     ),
 }
 
