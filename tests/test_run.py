@@ -13,6 +13,7 @@ from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
 from graph.cli.main import main
+from graph.cli.run import _interrupt_between_updates
 
 ROOT = Path(__file__).parents[1]
 TYPES = get_typestore(Stores.ROS2_HUMBLE)
@@ -282,7 +283,58 @@ def test_a_diverging_simulation_ends_the_run_with_1_and_keeps_the_recording(tmp_
     assert (tmp_path / "out" / "report.json").exists()
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_terminal_that_closes_twice_over_lets_the_update_in_progress_finish():
+    """The system and the shell may both say so; then nothing is left that could end the process before its report."""
+    before = signal.getsignal(signal.SIGHUP)
+    try:
+        with _interrupt_between_updates() as received:
+            signal.raise_signal(signal.SIGHUP)
+            signal.raise_signal(signal.SIGHUP)
+        assert received == [signal.SIGHUP] * 2
+        assert signal.getsignal(signal.SIGHUP) == signal.SIG_IGN
+    finally:
+        signal.signal(signal.SIGHUP, before)
+
+
+def test_a_run_under_nohup_goes_on_when_the_terminal_closes():
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        with _interrupt_between_updates() as received:
+            signal.raise_signal(signal.SIGHUP)
+        assert received == []
+    finally:
+        signal.signal(signal.SIGHUP, before)
+
+
+def test_what_an_earlier_run_left_does_not_stand_beside_a_run_that_records_nothing(tmp_path, small):
+    out = tmp_path / "out"
+    assert main(["run", str(small), "--updates", "6", "--out", str(out)]) == 0
+    assert (out / "run.mcap").exists()
+    small.write_text("tickgraph: 1\n")
+    assert main(["run", str(small), "--updates", "6", "--out", str(out)]) == 0
+    assert sorted(file.name for file in out.iterdir()) == ["report.json"]
+    assert json.loads((out / "report.json").read_text())["topics"] == {}
+
+
+def test_input_that_is_wrong_leaves_an_earlier_run_as_it_was(tmp_path, small):
+    out = tmp_path / "out"
+    assert main(["run", str(small), "--updates", "6", "--out", str(out)]) == 0
+    before = (out / "run.mcap").read_bytes(), (out / "report.json").read_bytes()
+    small.write_text(SMALL.replace("radius: 0.25", "radios: 0.25"))
+    assert main(["run", str(small), "--updates", "6", "--out", str(out)]) == 2
+    assert ((out / "run.mcap").read_bytes(), (out / "report.json").read_bytes()) == before
+
+
+def test_a_recording_that_is_being_played_is_not_written_over(tmp_path, small, capsys):
+    out = tmp_path / "out"
+    assert main(["run", str(small), "--updates", "6", "--out", str(out)]) == 0
+    before = (out / "run.mcap").read_bytes()
+    assert main(["run", str(small), "--updates", "6", "--out", str(out), "--play", str(out / "run.mcap")]) == 2
+    assert "run.mcap and would write over it; name another folder" in capsys.readouterr().err
+    assert (out / "run.mcap").read_bytes() == before
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_an_interrupt_ends_with_130_and_a_readable_recording(number, tmp_path, small):
     out = tmp_path / "out"
     process = subprocess.Popen(

@@ -8,7 +8,7 @@ import math
 import signal
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, contextmanager
 from fractions import Fraction
 from pathlib import Path
@@ -98,7 +98,7 @@ def run(args: argparse.Namespace) -> int:
         app.play()
         if args.out:
             app.output_folder = args.out
-            _record(session, args.out, cleanup)
+            _record(session, args.out, (args.file, *args.play), cleanup)
         if args.trace:
             _trace(session, args.trace, tracing)
         failure: BaseException | None = None
@@ -178,7 +178,8 @@ def pairs(options: list[str], flag: str) -> dict[str, str]:
     return pairs
 
 
-def _record(session: Session, out: Path, cleanup: ExitStack) -> None:
+def _record(session: Session, out: Path, read: Iterable[Path], cleanup: ExitStack) -> None:
+    """Begins the recording; what an earlier run left under the names of this one's files goes, unless it is `read`."""
     from graph.sim.messages.recording import McapSink
 
     from .report import REPORT
@@ -187,8 +188,13 @@ def _record(session: Session, out: Path, cleanup: ExitStack) -> None:
     for file in (recording, out / REPORT):
         if file.is_dir():
             raise UserError(f"--out {out}: {file} is a folder; move it or name another folder")
+        if file.exists() and any(file.samefile(one) for one in read):
+            raise UserError(f"--out {out}: this run reads {file} and would write over it; name another folder")
     try:
         recording.parent.mkdir(parents=True, exist_ok=True)
+        for file in (recording, out / REPORT):
+            if file.is_file():  # not a device; of a link, what it leads to
+                file.resolve().unlink()
     except OSError as error:
         raise UserError(f"--out {out}: {error.strerror}; name a folder that can be written") from None
     sink = McapSink(recording)
@@ -220,18 +226,23 @@ def _advance(app: App, updates: int, *, show_progress: bool) -> None:
 
 @contextmanager
 def _interrupt_between_updates() -> Iterator[list[int]]:
-    """Ctrl-C (or SIGTERM) lets the update in progress finish; a second one stops at once."""
+    """Ctrl-C, SIGTERM or a terminal that closes let the update in progress finish; a second Ctrl-C stops at once."""
     received: list[int] = []
 
     def note(signum: int, frame: Any) -> None:
-        if received:
+        if received and signum != signal.SIGHUP:  # a closing terminal may say so twice
             raise KeyboardInterrupt
         received.append(signum)
 
-    previous = {number: signal.signal(number, note) for number in (signal.SIGINT, signal.SIGTERM)}
+    numbers = [signal.SIGINT, signal.SIGTERM]
+    if signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:  # as nohup asks for
+        numbers.append(signal.SIGHUP)
+    previous = {number: signal.signal(number, note) for number in numbers}
     try:
         yield received
     finally:
+        if signal.SIGHUP in received:
+            previous[signal.SIGHUP] = signal.SIG_IGN  # what is left to do is to write the report
         for number, handler in previous.items():
             signal.signal(number, handler)
 

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import FrameType
-from typing import Any, BinaryIO
+from typing import BinaryIO
 
 from mcap.writer import CompressionType, Writer  # noqa: TID253
 
@@ -21,6 +21,7 @@ from .message import Message
 from .ros_types import definition, serialize
 
 CHUNK_BYTES = 1_000_000
+_ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 _RECORD_OVERHEAD = 31  # opcode, length and the fixed fields of an MCAP Message record
 
 
@@ -28,7 +29,7 @@ class McapSink:
     """Writes every message it receives to the MCAP file `path`, which it opens at the first one.
 
     Chunks hold at most 1 MB before compression (a larger message gets a chunk of its own) and reach the file as they
-    fill; `close` finishes the file. A Ctrl-C never splits a chunk: it is honoured once the chunk is written. A file
+    fill; `close` finishes the file. A signal never splits a chunk: it is honoured once the chunk is written. A file
     that takes no more, as on a full disk, is cut back to its whole chunks and finished; every later `write` raises.
     """
 
@@ -152,27 +153,24 @@ class McapSink:
 
 @contextmanager
 def _uninterrupted() -> Iterator[None]:
-    """Holds Ctrl-C back until the block ends; outside the main thread signals do not arrive anyway."""
+    """Holds what would end the process back until the block ends; outside the main thread no signals arrive anyway."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    received: list[tuple[int, FrameType | None]] = []
-    handler = signal.getsignal(signal.SIGINT)
-    if not callable(handler):  # ignored, left to the system, or not set from Python: nothing raises in the block
-        yield
-        return
+    received: list[int] = []
 
     def hold(signum: int, frame: FrameType | None) -> None:
-        received.append((signum, frame))
+        received.append(signum)
 
-    signal.signal(signal.SIGINT, hold)
+    handlers = {number: signal.getsignal(number) for number in _ENDING}
+    for number, handler in handlers.items():
+        if handler not in (signal.SIG_IGN, None):  # None: not set from Python, and not to be set again
+            signal.signal(number, hold)
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, handler)
+        for number, handler in handlers.items():
+            if handler not in (signal.SIG_IGN, None):
+                signal.signal(number, handler)
     if received:
-        _deliver(handler, *received[0])
-
-
-def _deliver(handler: Any, signum: int, frame: FrameType | None) -> None:
-    handler(signum, frame)
+        signal.raise_signal(received[0])

@@ -320,6 +320,26 @@ def test_an_interrupt_during_a_flush_is_honoured_after_it(tmp_path, monkeypatch)
         assert [message.log_time for _, _, message in make_reader(file).iter_messages()] == [1]
 
 
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_that_ends_the_process_waits_until_the_file_is_finished(tmp_path, number):
+    path = tmp_path / "run.mcap"
+    program = textwrap.dedent(f"""
+        import signal, sys
+        sys.path.insert(0, {str(ROOT)!r}); sys.path.insert(0, {str(Path(__file__).parent)!r})
+        from test_recording import CLOCK, clock, MessageBus, McapSink
+        sink = McapSink({str(path)!r})
+        bus = MessageBus(); bus.subscribe(sink)
+        bus.publish("/clock", CLOCK, clock(1), 1)
+        channel = sink._channel
+        sink._channel = lambda *given: (signal.raise_signal({int(number)}), channel(*given))[1]
+        sink.close()
+        sys.exit("went on")
+    """)
+    assert subprocess.run([sys.executable, "-c", program], check=False).returncode == -number
+    with path.open("rb") as file:
+        assert [message.log_time for _, _, message in make_reader(file).iter_messages()] == [1]
+
+
 def test_stop_then_play_records_the_bytes_of_the_first_play(tmp_path):
     with App() as app:
 
