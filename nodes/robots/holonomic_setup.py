@@ -39,8 +39,11 @@ AXES = {"X": [1.0, 0.0, 0.0], "Y": [0.0, 1.0, 0.0], "Z": [0.0, 0.0, 1.0]}
         "wheelDofNames": Attribute("token[]", "names of the wheels' joints"),
     },
 )
-def holonomic_robot_usd_setup(db: Any) -> None:
-    """Find the joints below a robot that have isaacmecanumwheel:radius and :angle, and where they are on the stage."""
+def holonomic_robot_usd_setup(db: Any) -> bool:
+    """Find the joints below a robot that have isaacmecanumwheel:radius and :angle, and where they are on the stage.
+
+    A robot without such joints leaves the outputs as they are, with a warning.
+    """
     from graph.sim.usd import Usd, UsdGeom, UsdPhysics
 
     inputs, outputs, stage = db.inputs, db.outputs, db.app.stage
@@ -53,14 +56,18 @@ def holonomic_robot_usd_setup(db: Any) -> None:
             db.lack(f"there is no prim {path} on the stage" if path else "no robot; set robotPrim")
     prims = Usd.PrimRange(stage.GetPrimAtPath(robot), Usd.TraverseInstanceProxies())
     joints = [UsdPhysics.RevoluteJoint(prim) for prim in prims if prim.HasAttribute(ANGLE)]
-    if not all(joints) or not joints:
-        db.fail(f"{robot} has no wheels: give their revolute joints {RADIUS} and {ANGLE}")
+    if not joints:
+        db.warn("wheels-missing", f"{robot} has no wheels: give their revolute joints {RADIUS} and {ANGLE}")
+        return False
+    if not all(joints):
+        db.fail(f"a prim below {robot} has {ANGLE} and is no revolute joint; give it to the wheels' joints")
     outputs.wheelRadius = [_number(db, joint, RADIUS) for joint in joints]
     outputs.mecanumAngles = [_number(db, joint, ANGLE) for joint in joints]
     outputs.wheelPositions, outputs.wheelOrientations = wheel_frames(stage, center or robot, joints)
     outputs.wheelAxis = AXES[str(joints[-1].GetAxisAttr().Get())]
     outputs.upAxis = AXES[str(UsdGeom.GetStageUpAxis(stage))]
     outputs.wheelDofNames = [joint.GetPrim().GetName() for joint in joints]
+    return True
 
 
 def _number(db: Any, joint: Any, name: str) -> float:

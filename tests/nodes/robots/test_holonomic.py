@@ -135,9 +135,25 @@ def test_the_centre_may_be_another_prim_and_both_be_given_as_paths(platform, wor
     [
         ({}, "no robot; set robotPrim"),
         ({"robotPrim": ["/World/Gone"]}, "there is no prim /World/Gone"),
-        ({"robotPrim": ["/World/Bot/body"]}, "/World/Bot/body has no wheels"),
     ],
 )
-def test_a_robot_without_wheels_is_said(platform, world, inputs, message):
+def test_a_robot_that_is_not_there_is_said(platform, world, inputs, message):
     with pytest.raises(ComputeError, match=message):
         setup(world(), **inputs)
+
+
+def test_a_robot_without_wheels_is_a_warning(platform, world):
+    trace = setup(world(), robotPrim=["/World/Bot/body"])
+    assert len(trace.value("wheelRadius")) == 0
+    assert [(one.code, one.message.partition(":")[0]) for one in trace.warnings] == [
+        ("wheels-missing", "/World/Bot/body has no wheels")
+    ]
+
+
+def test_what_has_wheel_attributes_and_is_no_revolute_joint_is_said(platform, world):
+    from pxr import Sdf
+
+    body = platform.GetPrimAtPath("/World/Bot/body")
+    body.CreateAttribute("isaacmecanumwheel:angle", Sdf.ValueTypeNames.Float).Set(45.0)
+    with pytest.raises(ComputeError, match="a prim below /World/Bot has isaacmecanumwheel:angle and is no revolute"):
+        setup(world(), robotPrim=["/World/Bot"])
