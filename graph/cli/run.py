@@ -240,6 +240,10 @@ def _interrupt_between_updates() -> Iterator[list[int]]:
     previous = {number: signal.signal(number, note) for number in numbers}
     try:
         yield received
+    except OSError as error:  # of a progress bar whose terminal has gone
+        if signal.SIGHUP in received:
+            raise KeyboardInterrupt from error
+        raise
     finally:
         if signal.SIGHUP in received:
             previous[signal.SIGHUP] = signal.SIG_IGN  # what is left to do is to write the report

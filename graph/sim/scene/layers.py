@@ -175,7 +175,11 @@ class _Walk:
         if plain:
             anchored = Sdf.ComputeAssetPathRelativeToLayer(layer, plain)
             if "#" in plain:
-                return glob.glob(re.sub("#+", "*", anchored))
+                # A template of clips may match nothing, but not out there: whether it does must not be told.
+                found = glob.glob(re.sub("#+", "*", glob.escape(anchored)))
+                if not found and (problem := _climbs_out(plain, on_disk, self._allowed, layer.identifier)):
+                    self.problems[Problem(problem)] = None
+                return found
             found = [resolved for resolved in [str(Ar.GetResolver().Resolve(anchored))] if resolved]
             if found and plain is not asset:
                 self.expressions.setdefault((layer.identifier, asset), set()).update(found)

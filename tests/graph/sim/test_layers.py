@@ -81,6 +81,28 @@ def test_whatever_leads_out_of_the_folder_is_refused(tmp_path, arc):
     open_stage(scene, allow_roots=[tmp_path])
 
 
+def clips(template):
+    inner = f'dictionary default = {{\n string templateAssetPath = "{template}"\n }}'
+    return f'def "W" (\n clips = {{\n {inner}\n }}\n) {{}}\n'
+
+
+def test_a_clip_template_that_leads_out_is_refused_whether_or_not_anything_matches(tmp_path):
+    scene = write(tmp_path / "in" / "a.usda", clips("../nothing.###.usda"))
+    with pytest.raises(UserError, match=r"\.\./nothing\.###\.usda leads out of .* Allow its folder with --allow DIR"):
+        open_stage(scene)
+    open_stage(scene, allow_roots=[tmp_path])
+
+
+def test_a_clip_template_stands_for_numbers_alone(tmp_path):
+    """What means something in a pattern of files is a character like any other."""
+    write(tmp_path / "in" / "[ab].1.usda", 'def "O" {}\n')
+    write(tmp_path / "in" / "a.1.usda", nested(300))
+    open_stage(write(tmp_path / "in" / "a.usda", clips("./[ab].#.usda")))
+    write(tmp_path / "in" / "[ab].1.usda", nested(300))
+    with pytest.raises(UserError, match=r"\[ab\]\.1\.usda nests deeper"):
+        open_stage(tmp_path / "in" / "a.usda")
+
+
 def test_an_absolute_path_out_of_the_folder_is_refused(tmp_path):
     outside = write(tmp_path / "out.usda", 'def "O" {}\n')
     scene = write(tmp_path / "in" / "a.usda", f'def "W" (references = @{outside}@) {{}}\n')
