@@ -7,11 +7,11 @@ anything else.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any
 
-from .types import INTEGER_RANGES, Extended, Type
+from .types import INTEGER_RANGES, TYPES, AnyType, Extended, Type
 from .values import dtype_of, shown
 
 Converter = Callable[[Any], Any]
@@ -46,10 +46,15 @@ def converter(source: Type, target: Type) -> Converter | None:
     return float if source.storage in INTEGER_RANGES else None
 
 
-def way_between(source: Type | None, target: Type | None) -> str:
-    """The tail of a message about two types that cannot meet: the node that leads from one to the other, if any."""
+def way_between(source: Type | None, target: AnyType | None) -> str:
+    """The tail of a message about two types that cannot meet: the node that leads from one to the other, if any.
+
+    For a union without such a node: what it takes.
+    """
     if source is None or target is None:
         return ""
+    if isinstance(target, Extended):
+        return _way_into(source, target)
     if (source.storage == "execution") != (target.storage == "execution"):
         return ""
     if source.array != target.array:
@@ -66,6 +71,51 @@ def way_between(source: Type | None, target: Type | None) -> str:
     if target.storage == "target" and source.text:
         return "; convert it with ToTarget"
     return ""
+
+
+def _way_into(source: Type, target: Extended) -> str:
+    """As `way_between`, into an open attribute."""
+    if source.storage == "execution" or settle(source, target) is not None:
+        return ""
+    nearest: list[tuple[Type, str]] = []
+    if source.array:
+        nearest.append((source.element, "take an element with ArrayIndex"))
+    elif source.name + "[]" in TYPES:
+        nearest.append((source.array_of(), "make an array with ConstructArray"))
+    if source.scalar and source.storage == "bool":
+        nearest.append((TYPES["double"], "convert it with ToDouble"))
+    if source.number:
+        nearest.append((TYPES["double[2]"], "make a tuple with MakeVector2, MakeVector3 or MakeVector4"))
+    elif not source.array and 2 <= source.count <= 4 and not source.square:
+        nearest.append((source.component, f"take a component with BreakVector{source.count}"))
+    if source.numeric or source.storage == "bool":
+        nearest.append((TYPES["string"], "convert it with ToString"))
+    if source.text:
+        nearest.append((TYPES["target"], "convert it with ToTarget"))
+    way = next((way for type_, way in nearest if settle(type_, target) is not None), "")
+    return f"; {way or f'give it {_kinds(target)}'}"
+
+
+def _kinds(target: Extended) -> str:
+    """What a union takes, in words: its types where they are few, else the kinds of them."""
+    members = target.members
+    if len(members) <= 4:
+        return _either([one.name for one in members])
+    numeric = [one for one in members if one.numeric]
+    kinds = [
+        "a number" * any(one.number for one in numeric),
+        "a matrix" * any(one.square and not one.array for one in numeric),
+        "a tuple of numbers" * any(not one.array and one.count > 1 and not one.square for one in numeric),
+        "an array of numbers" * any(one.array for one in numeric),
+        "a bool" * any(one.storage == "bool" and one.scalar for one in members),
+        "a text" * any(one.text for one in members),
+        "a token[] or bool[]" * any(one.array and not one.numeric for one in members),
+    ]
+    return _either([kind for kind in kinds if kind])
+
+
+def _either(words: Sequence[str]) -> str:
+    return " or ".join(filter(None, (", ".join(words[:-1]), words[-1])))
 
 
 def settle(source: Type, target: Extended) -> Type | None:

@@ -234,10 +234,9 @@ def _behind_cycles(links: Sequence[Link]) -> set[Draft]:
     return set(waits)
 
 
-def _asked_of(link: Link) -> Type | None:
-    """The type that the target has, or the only one it takes."""
-    declared = link.target.attribute(link.target_name).parsed
-    return link.target.types[link.target_name] or (declared if isinstance(declared, Type) else None)
+def _asked_of(link: Link) -> AnyType:
+    """The type that the target has, or the ones it takes."""
+    return link.target.types[link.target_name] or link.target.attribute(link.target_name).parsed
 
 
 def _closed_to(link: Link, target: Type) -> bool:

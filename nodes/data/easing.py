@@ -11,7 +11,7 @@ from graph.types import Type
 from graph.values import dtype_of
 
 from .numbers import aligned, input_type, settled
-from .promotion import common_type, promoted
+from .promotion import common_type, promoted, tuples_of_one_size
 
 DECIMALS = ("decimals",)
 
@@ -64,7 +64,7 @@ def _eased_type(known: Any) -> Mapping[str, Type]:
     start, end, alpha = (known[f"inputs:{name}"] for name in ("start", "end", "alpha"))
     if None in (start, end, alpha):
         return {}
-    chosen = common_type([start, end])
+    chosen = common_type(tuples_of_one_size(known, "start", "end"))
     return {"outputs:result": chosen.array_of() if alpha.array and not chosen.array else chosen}
 
 

@@ -71,7 +71,7 @@ def whole_of(name: str, output: str) -> Resolve:
         if given is None:
             return {}
         if given.square:
-            raise ValueError(f"input {name} is {given}; there are no matrices of whole numbers")
+            raise ValueError(f"{known.end(name)}: there are no matrices of whole numbers; give it numbers or tuples")
         element = "int" if given.count == 1 else f"int[{given.count}]"
         return {f"outputs:{output}": concrete_type(element + "[]" * given.array)}
 
@@ -86,7 +86,7 @@ def length_of(name: str, output: str) -> Resolve:
         if given is None:
             return {}
         if given.square:
-            raise ValueError(f"input {name} is {given}; a matrix has no length")
+            raise ValueError(f"{known.end(name)} is a matrix, which has no length; give it a number or a vector")
         number = given.component
         if given.count > 1 and number.storage not in DECIMALS:
             number = TYPES["double"]
@@ -103,8 +103,10 @@ def product_of(output: str) -> Resolve:
         if not types:
             return {}
         flat = [one.array and one.count == 1 for one in types]
-        if any(one.square or (one.scalar and one.count == 1) for one in types) or len(set(flat)) > 1:
-            raise ValueError(f"{types[0]} and {types[1]} have no dot product; give it two vectors of one size")
+        no_vector = any(one.square or (one.scalar and one.count == 1) for one in types)
+        if no_vector or len(set(flat)) > 1 or len({one.count for one in types}) > 1:
+            ends = f"{known.end('a')} and {known.end('b')}"
+            raise ValueError(f"{ends} have no dot product; give it two vectors of one size")
         number = common_type(types).component
         return {f"outputs:{output}": number if all(flat) or not any(one.array for one in types) else number.array_of()}
 
@@ -142,7 +144,7 @@ def _element_input(known: Any, name: str) -> Answer:
     if value is None:
         return {f"inputs:{name}": array.element}
     if not convertible(value, array.element):
-        raise ValueError(f"input {name} is {value}, which cannot go into {array}")
+        raise ValueError(f"{known.end(name)} cannot go into {known.end('array')}; give it {array.element}")
     return {}
 
 
@@ -152,9 +154,12 @@ def appended(known: Any) -> Answer:
     first = next((known[name] for name in inputs if known[name] is not None), None)
     if first is None:
         return {}
-    others = [known[name] for name in inputs if known[name] is not None and not convertible(known[name], first)]
-    if others:
-        raise ValueError(f"{first} and {others[0]} cannot be put into one array")
+    for name in inputs:
+        given = known[name]
+        if given is not None and not convertible(given, first):
+            start = next(one for one in inputs if known[one] is not None)
+            ends = " and ".join(known.end(one.removeprefix("inputs:")) for one in (start, name))
+            raise ValueError(f"{ends} cannot be put into one array; give it arrays of one type")
     return {"outputs:array": first, **{name: first for name in inputs if known[name] is None}}
 
 

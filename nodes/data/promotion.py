@@ -62,7 +62,7 @@ def promoted(output: str, *names: str) -> Resolve:
     """The output has the common type of these inputs, of all where none are named."""
 
     def resolve(known: Any) -> Answer:
-        types = _tuples_of_one_size(known, *names)
+        types = tuples_of_one_size(known, *names)
         return {output: common_type(types)} if types else {}
 
     return resolve
@@ -72,7 +72,7 @@ def quotient(output: str) -> Resolve:
     """As `promoted`, but integers divided by integers are doubles."""
 
     def resolve(known: Any) -> Answer:
-        types = _tuples_of_one_size(known)
+        types = tuples_of_one_size(known)
         if not types:
             return {}
         result = common_type(types)
@@ -91,7 +91,7 @@ def input_types(known: Any, *names: str) -> list[Type]:
     return [] if None in types else types
 
 
-def _tuples_of_one_size(known: Any, *chosen: str) -> list[Type]:
+def tuples_of_one_size(known: Any, *chosen: str) -> list[Type]:
     """As `input_types`. Raises ValueError, naming both inputs and their sources, for tuples of different size."""
     types = input_types(known, *chosen)
     names = list(chosen) or [name.removeprefix("inputs:") for name in known if name.startswith("inputs:")]
@@ -149,9 +149,11 @@ def array_of_first(known: Any) -> Answer:
         array = element.array_of()
     else:
         array = concrete_type(wanted)
-        wrong = [one for name in inputs if (one := known[name]) is not None and not convertible(one, array.element)]
-        if wrong:
-            raise ValueError(f"{wrong[0]} cannot go into {array}; set arrayType to auto or correct it")
+        for name in inputs:
+            given = known[name]
+            if given is not None and not convertible(given, array.element):
+                end = known.end(name.removeprefix("inputs:"))
+                raise ValueError(f"{end} cannot go into {array}; set arrayType to auto or correct it")
     return {"outputs:array": array, **{name: array.element for name in inputs if known[name] is None}}
 
 
@@ -228,7 +230,10 @@ def selected_type(known: Any) -> Answer:
     elif all(side.text for side in sides):
         chosen = TYPES["string"]
     else:
-        raise ValueError(f"{sides[0]} and {sides[1]} have no common type")
+        raise ValueError(
+            f"{known.end('ifTrue')} and {known.end('ifFalse')} have no common type; give it two numbers, two texts or "
+            "two values of one type"
+        )
     return {"outputs:result": chosen.array_of() if condition.array and not chosen.array else chosen}
 
 
@@ -261,7 +266,7 @@ def double_of(known: Any) -> Answer:
     else:
         name = "double" if given.count == 1 else f"double[{given.count}]"
     if name not in TYPES or TYPES[name].square != given.square:
-        raise ValueError(f"{given} cannot have the role {wanted}")
+        raise ValueError(f"{known.end('value')} cannot have the role {wanted}; set role to None or to one that fits")
     return {"outputs:converted": TYPES[f"{name}[]"] if given.array else TYPES[name]}
 
 
@@ -282,9 +287,10 @@ def real_of(storage: str) -> Resolve:
         else:
             name = storage if given.count == 1 else f"{storage}[{given.count}]"
         if name not in TYPES or given.square:
-            raise ValueError(
-                f"{given} cannot become {storage}" + ("" if wanted == "None" else f" in the role {wanted}")
+            role, way = (
+                ("", "leave it in doubles") if wanted == "None" else (f" in the role {wanted}", "set role to None")
             )
+            raise ValueError(f"{known.end('value')} cannot become {storage}{role}; {way}")
         return {"outputs:converted": TYPES[f"{name}[]"] if given.array else TYPES[name]}
 
     return resolve

@@ -136,7 +136,8 @@ def test_ends_that_cannot_meet_are_both_named_with_their_types(library, make_spe
     found = problems(library, make_spec(nodes, links))
     ends = "v.inputs:value (double[3]) cannot feed inc.inputs:a (double)"
     assert found[0] == f"g.yaml:101:1: {ends}; take a component with BreakVector3"
-    assert found[1] == "g.yaml:102:1: w.inputs:value (token) cannot feed s.inputs:a (numerics)"
+    ends = "w.inputs:value (token) cannot feed s.inputs:a (numerics)"
+    assert found[1] == f"g.yaml:102:1: {ends}; give it a number, a matrix, a tuple of numbers or an array of numbers"
 
 
 def test_an_open_input_that_nobody_sets_is_reported(library, make_spec):

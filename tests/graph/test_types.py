@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from graph.conversion import converter, convertible, settle
+from graph.conversion import converter, convertible, settle, way_between
 from graph.types import GROUPS, INTEGER_RANGES, TYPES, Extended, concrete_type, parse_type
 from graph.untyped import natural_type, typed_value
 from graph.values import coerce, dtype_of, zero
@@ -223,6 +223,29 @@ def test_conversions_that_omnigraph_does_not_allow(source, target):
     assert not convertible(TYPES[source], TYPES[target])
     with pytest.raises(TypeError, match=r"cannot feed"):
         converter(TYPES[source], TYPES[target])
+
+
+@pytest.mark.parametrize(
+    ("source", "target", "way"),
+    [
+        ("double[3]", "arrays", "make an array with ConstructArray"),
+        ("double", "numeric_tuples", "make a tuple with MakeVector2, MakeVector3 or MakeVector4"),
+        ("double[3]", "decimal_scalers", "take a component with BreakVector3"),
+        ("token[]", ("token", "bool"), "take an element with ArrayIndex"),
+        ("bool", "numerics", "convert it with ToDouble"),
+        ("int[2]", "strings", "convert it with ToString"),
+        ("string", "numerics", "give it a number, a matrix, a tuple of numbers or an array of numbers"),
+        ("token", "bools", "give it bool or bool[]"),
+        ("string", "arrays", "give it an array of numbers or a token[] or bool[]"),
+    ],
+)
+def test_a_union_that_refuses_a_type_says_the_way_or_what_it_takes(source, target, way):
+    assert way_between(TYPES[source], parse_type(target)) == f"; {way}"
+
+
+@pytest.mark.parametrize(("source", "target"), [("execution", "numerics"), ("int", "numerics"), ("int", "any")])
+def test_no_way_is_told_to_a_union_that_takes_it_or_into_execution(source, target):
+    assert way_between(TYPES[source], parse_type(target)) == ""
 
 
 def test_numbers_are_converted_towards_zero_and_never_wrap():

@@ -73,7 +73,9 @@ def test_a_real_number_enters_an_array_of_whole_numbers_cut_off():
 
 
 def test_an_element_of_another_kind_is_refused_when_the_graph_is_compiled():
-    with pytest.raises(UserError, match=r"input value is token, which cannot go into double\[\]"):
+    with pytest.raises(
+        UserError, match=r"input value \(token\) cannot go into input array \(double\[\]\); give it double"
+    ):
         edited("ArraySetIndex", array=NUMBERS, index=0, value=of("token", "x"))
 
 
@@ -97,5 +99,7 @@ def test_arrays_are_appended_in_the_order_of_their_inputs():
 
 
 def test_arrays_of_two_types_cannot_be_appended():
-    with pytest.raises(UserError, match=r"double\[\] and token\[\] cannot be put into one array"):
+    with pytest.raises(
+        UserError, match=r"input input0 \(double\[\]\) and input input1 \(token\[\]\) cannot be put into one"
+    ):
         edited("AppendArray", input0=NUMBERS, input1=TEXTS)

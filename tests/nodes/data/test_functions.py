@@ -65,9 +65,7 @@ def test_increment_adds_to_any_shape_and_keeps_the_type():
     assert result("Increment", value=of("int", 4), increment=0.9) == (4, "int")
     assert result("Increment", value=of("double", 4), increment=-0.5) == (3.5, "double")
     assert result("Increment", value=of("int[2]", [1, 2])) == ([2, 3], "int[2]")
-    with pytest.raises(
-        ComputeError, match=r"the result 256 does not fit uchar \(0 to 255\); make an operand wider"
-    ):
+    with pytest.raises(ComputeError, match=r"the result 256 does not fit uchar \(0 to 255\); make an operand wider"):
         result("Increment", value=of("uchar", 255))
 
 

@@ -24,7 +24,7 @@ def test_the_magnitude_is_the_length(value, length, name):
 
 
 def test_a_matrix_has_no_length():
-    with pytest.raises(UserError, match="a matrix has no length"):
+    with pytest.raises(UserError, match=r"input input \(matrixd\[2\]\) is a matrix, which has no length"):
         run_node("Magnitude", inputs={"input": of("matrixd[2]", [[1, 0], [0, 1]])})
 
 
@@ -34,8 +34,10 @@ def test_dot_products():
     assert outcome("DotProduct", "product", a=of("double[]", [1, 2]), b=of("double[]", [3, 4])) == (11, "double")
     rows, name = outcome("DotProduct", "product", a=of("int[2][]", [[1, 2], [3, 4]]), b=of("int[2]", [1, 10]))
     assert (rows.tolist(), name) == ([21, 43], "int[]")
-    with pytest.raises(UserError, match=r"double\[3\] and double have no dot product"):
+    with pytest.raises(UserError, match=r"input a \(double\[3\]\) and input b \(double\) have no dot product"):
         outcome("DotProduct", "product", a=of("double[3]", [1, 2, 3]), b=of("double", 2))
+    with pytest.raises(UserError, match=r"input a \(double\[3\]\) and input b \(double\[2\]\) have no dot product"):
+        outcome("DotProduct", "product", a=of("double[3]", [1, 2, 3]), b=of("double[2]", [1, 2]))
 
 
 def test_cross_products_follow_the_right_hand():

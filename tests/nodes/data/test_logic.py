@@ -74,7 +74,9 @@ def test_select_takes_one_of_two(condition, if_true, if_false, found):
 
 
 def test_select_refuses_values_without_a_common_type():
-    with pytest.raises(UserError, match="int and string have no common type"):
+    with pytest.raises(
+        UserError, match=r"input ifTrue \(int\) and input ifFalse \(string\) have no common type; give it two numbers"
+    ):
         result("SelectIf", condition=True, ifTrue=of("int", 1), ifFalse=of("string", "x"))
 
 
@@ -142,7 +144,7 @@ def test_to_double_refuses_a_role_that_is_none_as_a_mistake_in_the_file(role):
 
 
 def test_to_double_refuses_a_role_that_does_not_fit():
-    with pytest.raises(UserError, match=r"float\[2\] cannot have the role Vector"):
+    with pytest.raises(UserError, match=r"input value \(float\[2\]\) cannot have the role Vector; set role to None"):
         result("ToDouble", "converted", value=of("float[2]", [1, 2]), role="Vector")
 
 

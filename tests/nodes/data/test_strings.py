@@ -72,7 +72,7 @@ def test_a_number_is_rounded_to_the_storage_asked_for(kind, value, role, convert
 
 
 def test_matrices_have_no_float_form():
-    with pytest.raises(UserError, match=r"matrixd\[2\] cannot become float"):
+    with pytest.raises(UserError, match=r"input value \(matrixd\[2\]\) cannot become float; leave it in doubles"):
         run_node("ToFloat", inputs={"value": of("matrixd[2]", [1, 0, 0, 1])})
 
 

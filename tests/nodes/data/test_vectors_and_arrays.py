@@ -156,7 +156,7 @@ def test_constants_start_at_the_zero_of_their_type():
 
 
 def test_construct_array_refuses_what_cannot_go_into_its_type():
-    with pytest.raises(UserError, match=r"cannot go into normalf\[3\]\[\]"):
+    with pytest.raises(UserError, match=r"input input0 \(half\[4\]\) cannot go into normalf\[3\]\[\]; set arrayType"):
         run_node("ConstructArray", inputs={"arrayType": "normalf[3][]", "input0": of("half[4]", [1, 2, 3, 4])})
 
 
