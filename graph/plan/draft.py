@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from graph.conversion import way_between
 from graph.declaration import Attribute, NodeType
 from graph.errors import Mark
 from graph.evaluate.graph import Graph
@@ -14,7 +15,7 @@ from graph.evaluate.node import PREFIXES, Layout, Node
 from graph.spec import NodeSpec
 from graph.suggest import one_of
 from graph.types import Extended, Type
-from graph.untyped import typed_value
+from graph.untyped import natural_type, typed_value
 from graph.values import coerce, shown, zero
 
 Report = Callable[[str, "Mark | None"], None]
@@ -192,10 +193,7 @@ def initial_values(draft: Draft, shape: Shape, report: Report) -> Mapping[str, A
         try:
             explicit = typed_value(raw)
             if type_ is None:
-                report(
-                    f"{draft.label}: {name}: cannot tell the type of {shown(raw)}; write {{type: ..., value: ...}}",
-                    mark,
-                )
+                report(f"{draft.label}: {name}: {_untypable(attribute, raw, explicit)}", mark)
                 continue
             value = coerce(type_, raw if explicit is None else explicit[1])
         except ValueError as error:
@@ -206,6 +204,15 @@ def initial_values(draft: Draft, shape: Shape, report: Report) -> Mapping[str, A
             report(f"{draft.label}: {name}: {wrong}", mark)
         initial[full] = value
     return initial
+
+
+def _untypable(attribute: Attribute, raw: Any, explicit: tuple[Type, Any] | None) -> str:
+    """Why a value settles no type of an open attribute."""
+    value, declared = explicit[1] if explicit else raw, attribute.parsed
+    given = explicit[0] if explicit else next(iter(natural_type(raw)), None)
+    if given is None or not isinstance(declared, Extended) or declared.accepts(given):
+        return f"cannot tell the type of {shown(raw)}; write {{type: ..., value: ...}}"
+    return f"{shown(value)} ({given}) is none of its types ({declared}){way_between(given, declared)}"
 
 
 def all_names(draft: Draft, shape: Shape) -> Mapping[str, tuple[str, ...]]:

@@ -201,6 +201,26 @@ def test_types_that_cannot_meet_are_told_with_the_node_that_leads_from_one_to_th
     assert [line.endswith(MISMATCHES[ends]) for line in lines] == [True], lines
 
 
+NUMERICS = "none of its types (numerics); give it a number, "
+UNFIT = {
+    "Add, inputs: {b: 1, a: {type: token, value: x}}": f"a: 'x' (token) is {NUMERICS}",
+    "Add, inputs: {b: 1, a: hello}": f"a: 'hello' (token) is {NUMERICS}",
+    "SelectIf, inputs: {ifTrue: 1, ifFalse: 2, condition: 7}": (
+        "condition: 7 (int) is none of its types (bool | bool[]); give it bool or bool[]"
+    ),
+    "Add, inputs: {b: 1, a: {x: 1}}": "a: cannot tell the type of {'x': 1}; write {type: ..., value: ...}",
+}
+
+
+@pytest.mark.parametrize("node", UNFIT)
+def test_a_value_that_an_open_input_cannot_take_is_told_with_what_it_takes(folder, graph, node):
+    (folder / "u.yaml").write_text(
+        f"tickgraph: 1\ngraphs: {{/G: {{evaluator: push, nodes: {{n: {{type: {node}}}}}}}}}\n"
+    )
+    [line] = graph("check", "u.yaml").err.splitlines()
+    assert f'node "n": {UNFIT[node]}' in line
+
+
 def test_a_cycle_is_one_line_whatever_its_types_would_have_been(folder, graph):
     """Types that only the cycle could settle are no mistake of their own, neither in it nor behind it."""
     (folder / "cycle.yaml").write_text(
