@@ -9,6 +9,7 @@ from importlib.resources.abc import Traversable
 from types import ModuleType, SimpleNamespace
 from typing import Any
 
+from graph.db import NodeError
 from graph.declaration import Compute, NodeType
 from graph.errors import UserError
 from graph.registry import Registry
@@ -93,6 +94,8 @@ def _node_type(node: OgnNode, name: str, implementation: Any) -> NodeType:
         def compute(db: Any) -> bool:
             try:
                 return implementation.compute(view) is not False
+            except ImportError as error:
+                raise NodeError(f"{error}{advice(error)}") from error
             finally:
                 view.outputs.close()
 

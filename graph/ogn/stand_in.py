@@ -81,4 +81,6 @@ def advice(error: ImportError) -> str:
     """What to do about a module of Kit's that is not there, as the tail of a message; "" for any other module."""
     if (error.name or "").partition(".")[0] not in KIT:
         return ""
+    if f"{NAME}.".startswith(f"{error.name}."):
+        return f"; import {NAME} at the top of the module, not while it computes"
     return f"; of Kit's modules TickGraph has only {NAME}: do without it, or catch the error"

@@ -176,6 +176,19 @@ def test_what_of_kit_is_not_there_is_named(installed, line, message):
         registry.get("Pulse")
 
 
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("omni.graph.core", "No module named 'omni'; import omni.graph.core at the top of the module, not while"),
+        ("carb", "No module named 'carb'; of Kit's modules TickGraph has only omni.graph.core: do without it"),
+    ],
+)
+def test_what_its_compute_cannot_import_is_told_with_what_to_do(installed, name, message):
+    python = f"def compute(db):\n    import {name}\n"
+    with pytest.raises(ComputeError, match=re.escape(message)):
+        run_node(installed({"OgnPulse.ogn": PULSE, "OgnPulse.py": python}).get("Pulse"))
+
+
 SIZED = {
     "acme.Sized": {
         "description": "Fill arrays.",
