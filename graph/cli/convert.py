@@ -13,7 +13,7 @@ from typing import Any
 
 from graph.brief import listed
 from graph.errors import UserError
-from graph.spec import FileSpec, Note
+from graph.spec import FileSpec, GraphSpec, Note
 
 from .arguments import add_allow
 from .printing import note_line
@@ -72,7 +72,20 @@ def convert(source: str, target: str, *, allow: Sequence[Path] = ()) -> tuple[No
         whole = text if same_format and text is not None else None
         written = whole or (json_document(moved) if kind == "json" else yaml_document(moved, comments))
         _write(Path(target), written.encode("utf-8", "surrogatepass"))
-    return (*spec.notes, *_outside(moved, target))
+    return (*spec.notes, *_flattened(spec.graphs), *_outside(moved, target))
+
+
+def _flattened(graphs: Sequence[GraphSpec]) -> Iterator[Note]:
+    """A note on each graph that has compounds, which a graph file has not."""
+    for graph in graphs:
+        inside = {one: [n.name for n in graph.nodes if n.name.startswith(f"{one}/")] for one in graph.compounds}
+        names = [one for one, nodes in inside.items() if nodes]
+        if names:
+            example = inside[names[0]][0]
+            message = (
+                f"{graph.path}: the nodes in {listed(names)} become its own, such as {example}; the ports are gone"
+            )
+            yield "compound-flattened", str(graph.mark or graph.path), message
 
 
 def _outside(document: Mapping[str, Any], target: str) -> Iterator[Note]:

@@ -2,39 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, get_args
 
 from graph.spec import EvaluationMode, Evaluator, PipelineStage
 
-from .json_values import decoded, restored
-from .node_prims import (
-    COMPOUND_TYPE,
-    GRAPH_TYPES,
-    KEY,
-    NODE_TYPES,
-    PREFIXES,
-    RawNode,
-)
+from .instances import GRAPHS, Users
+from .node_prims import COMPOUND_TYPE, GRAPH_TYPES, KEY, NODE_TYPES, PREFIXES, RawNode, Tell, schemas_of, some
 from .properties import RawAttribute, properties_of
+from .variables import VARIABLE, variable_name, variable_type
 
 COMPOUND = "omni.graph.nodes.CompoundSubgraph"
-_VARIABLE = "graph:variable:"
 _SETTINGS = ("evaluator:type", "evaluationMode", "pipelineStage")
-_GRAPHS = "omniGraphs"
-"""The relationship of a prim that has graphs of its own (OmniGraphAPI)."""
 _EVALUATORS: dict[str, Evaluator] = {"execution": "execution", "push": "push", "dirty_push": "dirty_push"}
 _GONE_EVALUATORS: dict[str, Evaluator] = {"pull": "dirty_push", "execution_pull": "execution"}
+_MODES: dict[str, EvaluationMode] = {mode: mode for mode in get_args(EvaluationMode)}
 _STAGES: dict[str, PipelineStage] = {
     "pipelineStageSimulation": "simulation",
     "pipelineStagePreRender": "pre_render",
     "pipelineStagePostRender": "post_render",
     "pipelineStageOnDemand": "on_demand",
 }
-
-Tell = Callable[[str, str, str], None]
-"""Takes a code, the path of what it is about, and a message."""
 
 
 @dataclass(slots=True)
@@ -64,7 +53,8 @@ def read_graphs(stage: Any, tell: Tell) -> list[RawGraph]:
 
     found: list[RawGraph] = []
     overs: dict[str, list[str]] = {}
-    users: dict[str, dict[str, dict[str, Any]]] = {}
+    outside: list[str] = []
+    users = Users()
     predicate = Usd.TraverseInstanceProxies(Usd.PrimIsActive & Usd.PrimIsLoaded & ~Usd.PrimIsAbstract)
     prims = iter(Usd.PrimRange(stage.GetPseudoRoot(), predicate))
     for prim in prims:
@@ -76,33 +66,20 @@ def read_graphs(stage: Any, tell: Tell) -> list[RawGraph]:
                 found.append(graph)
                 for path in graph.overs:
                     overs.setdefault(graph.path, []).append(path)
-        elif prim.HasRelationship(_GRAPHS):
-            for path in prim.GetRelationship(_GRAPHS).GetTargets():
-                users.setdefault(str(path), {})[str(prim.GetPath())] = _variables_of(prim)
+        elif is_node(prim):
+            outside.append(str(prim.GetPath()))
+        elif prim.HasRelationship(GRAPHS):
+            users.add(prim)
         elif not prim.IsDefined() and _over_of_node(prim):
             overs.setdefault(str(prim.GetPath().GetParentPath()), []).append(str(prim.GetPath()))
-    for graph in found:
-        graph.instances = users.get(graph.path, {})
-        noted = decoded(graph.custom, "instances")
-        if isinstance(noted, dict) and noted.keys() == graph.instances.keys():
-            graph.instances = noted  # in the order, and with the values, that our own writer had
+    users.give(found, tell)
     for parent, paths in overs.items():
-        names = ", ".join(path.rpartition("/")[2] for path in paths[:3]) + (", ..." if len(paths) > 3 else "")
-        message = f"{parent}: {_some(len(paths), 'prim')} ({names}) only override nodes that no file defines; left out"
+        message = f"{parent}: {some(paths, 'prim')} only override nodes that no file defines; left out"
         tell("usd-over-only", paths[0], message)
+    if outside:
+        message = f"{some(outside, 'node')} in no graph; only nodes below an OmniGraph prim compute"
+        tell("usd-node-outside", outside[0], message)
     return found
-
-
-def _variables_of(prim: Any) -> dict[str, Any]:
-    """The variable values that a prim gives the graphs it has."""
-    properties = properties_of(prim, prim.GetPath())
-    found = [properties.find(name) for name in properties.names() if name.startswith(_VARIABLE)]
-    values = ((one, one.value) for one in found)
-    return {variable_name(one): restored(value, one.custom) for one, value in values if value is not None}
-
-
-def _some(count: int, noun: str) -> str:
-    return f"{count} {noun}{'' if count == 1 else 's'}"
 
 
 def is_graph(prim: Any) -> bool:
@@ -120,8 +97,9 @@ def is_node(prim: Any) -> bool:
 
 def _over_of_node(prim: Any) -> bool:
     """Whether a prim that nothing defines looks like an override of a node; shaders and lights have inputs, too."""
-    if prim.GetTypeName():
-        return False
+    type_name = prim.GetTypeName()
+    if type_name:
+        return type_name in NODE_TYPES
     names = prim.GetAuthoredPropertyNames()
     if any(name.startswith(("node:type", "ui:nodegraph:node:")) for name in names):
         return not any(name.startswith("info:") for name in names)
@@ -134,13 +112,13 @@ def _graph_and_nested(prim: Any, predicate: Any, tell: Tell) -> Iterator[RawGrap
     graph = RawGraph(str(prim.GetPath()), prim.GetStage())
     nested: list[Any] = []
     _settings(prim, graph, tell)
-    _collect(prim, graph, "", nested, predicate)
+    _collect(prim, graph, "", nested, predicate, tell)
     yield graph
     for inner in nested:
         yield from _graph_and_nested(inner, predicate, tell)
 
 
-def _collect(prim: Any, graph: RawGraph, prefix: str, nested: list[Any], predicate: Any) -> None:
+def _collect(prim: Any, graph: RawGraph, prefix: str, nested: list[Any], predicate: Any, tell: Tell) -> None:
     """Adds the nodes below a prim, those of compounds too; other graphs below it come to `nested`."""
 
     def below(one: Any, path: str, before: str) -> list[tuple[Any, str, str]]:
@@ -155,13 +133,16 @@ def _collect(prim: Any, graph: RawGraph, prefix: str, nested: list[Any], predica
             node = RawNode(child, path, text, name)
             inside = below(child, text, f"{name}/")
             subgraph = _subgraph(child, node) if inside or node.type == COMPOUND or node.has_compound_type else None
-            if subgraph is None:
+            if subgraph is None and node.type == COMPOUND:
+                graph.compounds.append(node)  # its ports lead nowhere
+                tell("usd-empty-compound", text, f"{text} is a compound whose graph is missing; it does nothing")
+            elif subgraph is None:
                 graph.nodes.append(node)
                 pending += inside
             else:
                 graph.compounds.append(node)
                 inner = f"{name}/{subgraph.GetName()}/" if subgraph.GetParent() == child else f"{name}/"
-                _collect(subgraph, graph, inner, nested, predicate)
+                _collect(subgraph, graph, inner, nested, predicate, tell)
         elif is_graph(child):
             nested.append(child)
         elif not child.IsDefined() and _over_of_node(child):
@@ -172,7 +153,7 @@ def _collect(prim: Any, graph: RawGraph, prefix: str, nested: list[Any], predica
 
 def _subgraph(prim: Any, node: RawNode) -> Any | None:
     """The graph inside a compound node; None for any other node."""
-    applied = node.has_compound_type or "OmniGraphCompoundNodeAPI" in prim.GetAppliedSchemas()
+    applied = node.has_compound_type or "OmniGraphCompoundNodeAPI" in schemas_of(prim)
     if node.type != COMPOUND and not applied:
         return None
     kind = prim.GetAttribute(COMPOUND_TYPE)
@@ -191,8 +172,8 @@ def _settings(prim: Any, graph: RawGraph, tell: Tell) -> None:
     for holder in (prim, *(child for child in prim.GetChildren() if child.GetTypeName() == "ComputeGraphSettings")):
         properties = properties_of(holder, holder.GetPath())
         for name in properties.names():
-            if name.startswith(_VARIABLE):
-                graph.variables.append(properties.find(name))
+            if name.startswith(VARIABLE):
+                _variable(properties.find(name), graph, tell)
             elif name in _SETTINGS and (value := properties.find(name).value) is not None:
                 values[name] = value
     evaluator = str(values.get("evaluator:type") or "push")
@@ -205,8 +186,11 @@ def _settings(prim: Any, graph: RawGraph, tell: Tell) -> None:
         graph.evaluator = _EVALUATORS[evaluator]
     else:
         tell("evaluator-unknown", graph.path, f'{graph.path} has the unknown evaluator "{evaluator}"; it runs as push')
-    mode = str(values.get("evaluationMode") or "Automatic").lower()
-    graph.evaluation_mode = mode if mode in ("standalone", "instanced") else "automatic"  # type: ignore[assignment]
+    mode = str(values.get("evaluationMode") or "Automatic")
+    graph.evaluation_mode = _MODES.get(mode.lower(), "automatic")
+    if mode.lower() not in _MODES:
+        message = f'{graph.path} has the unknown evaluation mode "{mode}"; it runs as automatic'
+        tell("evaluation-mode-unknown", graph.path, message)
     stage = str(values.get("pipelineStage") or "pipelineStageSimulation")
     if stage not in _STAGES:
         tell(
@@ -225,6 +209,10 @@ def _settings(prim: Any, graph: RawGraph, tell: Tell) -> None:
         )
 
 
-def variable_name(attribute: RawAttribute) -> str:
-    """The name of a variable from its attribute's."""
-    return attribute.name.removeprefix(_VARIABLE)
+def _variable(attribute: RawAttribute, graph: RawGraph, tell: Tell) -> None:
+    if variable_type(attribute) is not None:
+        graph.variables.append(attribute)
+        return
+    name, type_ = variable_name(attribute), attribute.sdf_type or "a type"
+    message = f'{graph.path}: the variable "{name}" is left out; OmniGraph has no type {type_}'
+    tell("usd-variable-type", f"{graph.path}.{attribute.name}", message)

@@ -13,14 +13,13 @@ from typing import Any
 from graph.spec import FileSpec, GraphSpec, NodeSpec
 
 from .custom_data import texts
-from .graph_prims import RawGraph, read_graphs, variable_name
+from .graph_prims import RawGraph, read_graphs
 from .json_values import kept
 from .node_prims import KEY, RawNode
 from .noted_order import noted
 from .properties import RawAttribute
 from .values import from_usd
-
-_VARIABLE = "graph:variable:"
+from .variables import VARIABLE, variable_name
 
 
 def scene_graphs(path: Path, allow: Iterable[Path] = ()) -> list[RawGraph]:
@@ -112,7 +111,7 @@ class Hiding:
             if not targets.isExplicit:
                 targets.ClearEditsAndMakeExplicit()
             for name in values.keys() - given.keys():
-                full = f"{_VARIABLE}{name}"
+                full = f"{VARIABLE}{name}"
                 if full not in prim.properties:
                     Sdf.AttributeSpec(prim, full, Sdf.ValueTypeNames.Token).default = Sdf.ValueBlock()
 

@@ -2,16 +2,78 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Collection, Iterable, Mapping
+from typing import TYPE_CHECKING, Any
 
-from .graph_prims import _GRAPHS, _variables_of
+from graph.brief import listed
+
+from .json_values import decoded
+from .node_prims import Tell, schemas_of, some
+from .variables import variable_name, variables_of
+
+if TYPE_CHECKING:
+    from .graph_prims import RawGraph
+
+GRAPHS = "omniGraphs"
+_API = "OmniGraphAPI"
+
+
+class Users:
+    """The prims that have graphs, as they are met."""
+
+    def __init__(self) -> None:
+        self.of: dict[str, dict[str, dict[str, Any]]] = {}
+        """By graph path, the prims that have the graph, each with the variable values it gives."""
+        self._bare: list[str] = []
+        """Prims that lack the API schema which makes the relationship mean something."""
+
+    def add(self, prim: Any) -> None:
+        """Takes a prim that has the relationship."""
+        targets, path = prim.GetRelationship(GRAPHS).GetTargets(), str(prim.GetPath())
+        if targets and _API not in schemas_of(prim):
+            self._bare.append(path)
+        for target in targets:
+            self.of.setdefault(str(target), {})[path] = variables_of(prim)
+
+    def give(self, graphs: Iterable[RawGraph], tell: Tell) -> None:
+        """Gives each graph its prims, each with the values that concern it; tells what cannot be meant."""
+        given: dict[str, set[str]] = {}
+        for graph in graphs:
+            users = self.of.pop(graph.path, {})
+            noted = decoded(graph.custom, "instances")
+            if isinstance(noted, dict) and noted.keys() == users.keys():
+                graph.instances = noted  # in the order, and with the values, that our own writer had
+            else:
+                names = {variable_name(one) for one in graph.variables}
+                graph.instances = {path: _only(names, values) for path, values in users.items()}
+                if graph.evaluation_mode == "instanced" and not users and not graph.custom:
+                    message = f"{graph.path} runs for the prims that have it (evaluationMode Instanced), and none has"
+                    tell("usd-no-instances", graph.path, message)
+            for path, values in users.items():
+                given.setdefault(path, set(values)).difference_update(graph.instances.get(path, {}))
+        self._tell(given, tell)
+
+    def _tell(self, unused: Mapping[str, Collection[str]], tell: Tell) -> None:
+        for path, names in unused.items():
+            if names:
+                message = f"{path} gives values to {listed(sorted(names))}, which no graph of it has; they are left out"
+                tell("usd-instance-variable", path, message)
+        for graph, users in self.of.items():
+            message = f"{graph}, named in omniGraphs of {some(list(users), 'prim')}, is no graph that runs"
+            tell("usd-instance-lost", next(iter(users)), message)
+        if self._bare:
+            message = f"omniGraphs of {some(self._bare, 'prim')} counts, though the API schema {_API} is not applied"
+            tell("usd-instance-schema", self._bare[0], message)
+
+
+def _only(names: Collection[str], values: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in values.items() if name in names}
 
 
 def instances_on(stage: Any) -> dict[str, dict[str, dict[str, Any]]]:
     """By graph path, the prims that have the graph, in stage order, each with the variable values it gives."""
-    users: dict[str, dict[str, dict[str, Any]]] = {}
+    users = Users()
     for prim in stage.Traverse():
-        if prim.HasRelationship(_GRAPHS):
-            for path in prim.GetRelationship(_GRAPHS).GetTargets():
-                users.setdefault(str(path), {})[str(prim.GetPath())] = _variables_of(prim)
-    return users
+        if prim.HasRelationship(GRAPHS):
+            users.add(prim)
+    return users.of

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from .properties import RawAttribute, properties_of
@@ -18,6 +18,21 @@ KEY = "tickgraph"
 COMMENTS = "comments"
 """Key, in the layer's own data, of the comments that are no prim's documentation, as JSON."""
 _NOTHING: Mapping[str, Any] = {}
+
+Tell = Callable[[str, str, str], None]
+"""Takes a code, the path of what it is about, and a message."""
+
+
+def schemas_of(prim: Any) -> Sequence[str]:
+    """The API schemas applied to a prim, those too that USD does not know."""
+    schemas: Sequence[str] = prim.GetPrimTypeInfo().GetAppliedAPISchemas()
+    return schemas
+
+
+def some(paths: Sequence[str], noun: str) -> str:
+    """How many prims there are, and the names of the first."""
+    names = ", ".join(path.rpartition("/")[2] for path in paths[:3]) + (", ..." if len(paths) > 3 else "")
+    return f"{len(paths)} {noun}{'' if len(paths) == 1 else 's'} ({names})"
 
 
 class RawNode:

@@ -24,6 +24,11 @@ class RawAttribute:
     is_relationship = False
 
     @property
+    def is_animated(self) -> bool:
+        """Whether its value is the first of several at other times."""
+        return False
+
+    @property
     def sdf_type(self) -> str:
         """The Sdf type name; "rel" for a relationship."""
         raise NotImplementedError
@@ -128,6 +133,10 @@ class _WrittenAttribute(RawAttribute):
         self._prim = prim
 
     @property
+    def is_animated(self) -> bool:
+        return bool(self._spec.HasInfo("timeSamples"))
+
+    @property
     def sdf_type(self) -> str:
         return str(self._spec.typeName)
 
@@ -135,7 +144,7 @@ class _WrittenAttribute(RawAttribute):
     def value(self) -> Any:
         spec = self._spec
         value = spec.default
-        if value is None and spec.HasInfo("timeSamples"):
+        if value is None and self.is_animated:
             value = self._prim.GetAttribute(self.name).Get(EARLIEST)
         return None if value is None else _plain(value, str(spec.typeName))
 
@@ -155,6 +164,7 @@ class _WrittenAttribute(RawAttribute):
 class _WrittenRelationship(_WrittenAttribute):
     __slots__ = ()
     is_relationship = True
+    is_animated = False
     sdf_type = "rel"
     sources = ()
 
@@ -193,6 +203,10 @@ class _ComposedAttribute(RawAttribute):
         self._property = prop
 
     @property
+    def is_animated(self) -> bool:
+        return bool(self._property.GetNumTimeSamples())
+
+    @property
     def sdf_type(self) -> str:
         return str(self._property.GetTypeName())
 
@@ -215,6 +229,7 @@ class _ComposedAttribute(RawAttribute):
 class _ComposedRelationship(_ComposedAttribute):
     __slots__ = ()
     is_relationship = True
+    is_animated = False
     sdf_type = "rel"
     sources = ()
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from operator import attrgetter, itemgetter
 from typing import Any
 
@@ -13,12 +13,13 @@ from graph.registry import DEFAULT
 from graph.spec import ConnectionSpec, GraphSpec, NodeSpec, VariableSpec
 from graph.types import Type
 
-from .graph_prims import RawGraph, Tell, variable_name
+from .graph_prims import RawGraph
 from .json_values import decoded, restored
-from .node_prims import KEY, PREFIXES, RawNode, ogn_type
+from .node_prims import KEY, PREFIXES, RawNode, Tell, ogn_type, some
 from .noted_order import in_noted_order
 from .ports import Ports, sources_of, targets_of
 from .properties import RawAttribute, extended_in
+from .variables import variable_name, variable_type
 
 MarkOf = Callable[[str], Mark]
 """The mark of a path on the stage."""
@@ -31,8 +32,26 @@ def graph_specs(graphs: Sequence[RawGraph], mark_of: MarkOf, tell: Tell) -> tupl
     )
     homes = {node.path: (graph.path, node.name) for graph in graphs for node in graph.nodes}
     homes |= {compound.path: (graph.path, compound.name) for graph in graphs for compound in graph.compounds}
-    settled = _Settled()
-    return tuple(_graph(graph, ports, homes, settled, mark_of, tell) for graph in graphs)
+    settled, animated = _Settled(), list[str]()
+    specs = tuple(_graph(graph, ports, homes, settled, animated, mark_of, tell) for graph in graphs)
+    if animated:
+        message = f"time samples move no graph; one value counts of {some(animated, 'attribute')}"
+        tell("value-animated", animated[0], message)
+    _tell_newer_types(graphs, tell)
+    return specs
+
+
+def _tell_newer_types(graphs: Iterable[RawGraph], tell: Tell) -> None:
+    """Tells which types are of a later version in the file than here, by the first node of each."""
+    first: dict[str, RawNode] = {}
+    for graph in graphs:
+        for node in graph.nodes:
+            first.setdefault(node.type, node)
+    for type_id, node in first.items():
+        version = node.version if type_id in DEFAULT else None
+        if version is not None and version > (here := DEFAULT.get(type_id)).version:
+            message = f"{here.short_name} is of version {version} in the file and of version {here.version} here"
+            tell("type-newer", node.path, f"{message}; what is new is left out")
 
 
 class _Settled(dict[str, Mapping[str, Attribute]]):
@@ -56,6 +75,7 @@ def _graph(
     ports: Ports,
     homes: Mapping[str, tuple[str, str]],
     settled: Mapping[str, Mapping[str, Attribute]],
+    animated: list[str],
     mark_of: MarkOf,
     tell: Tell,
 ) -> GraphSpec:
@@ -72,13 +92,13 @@ def _graph(
     removed = set(listed) if isinstance(listed, list) else set()
     return GraphSpec(
         graph.path,
-        tuple(_node(node, ports, {} if node.custom else settled[node.type], mark_of) for node in nodes),
+        tuple(_node(node, ports, {} if node.custom else settled[node.type], animated, mark_of) for node in nodes),
         tuple(_in_written_order(connections, graph.custom.get("connections"))),
         graph.evaluator,
         graph.pipeline_stage,
         {
             variable_name(one): VariableSpec(
-                _written_type(one), restored(one.value, one.custom), mark_of(f"{graph.path}.{one.name}")
+                variable_type(one) or one.sdf_type, restored(one.value, one.custom), mark_of(f"{graph.path}.{one.name}")
             )
             for one in variables
             if variable_name(one) not in removed
@@ -102,15 +122,13 @@ def _ports(graph: RawGraph, compound: RawNode, ports: Ports) -> dict[str, tuple[
     return {name: tuple(end.removeprefix(prefix) for end in ends) for name, ends in found.items()}
 
 
-def _written_type(variable: RawAttribute) -> str:
-    """The OGN type of a variable; our own writer notes those that share a USD type with another."""
-    ours = variable.custom.get(KEY)
-    noted = ours.get("type") if isinstance(ours, dict) else None
-    return noted if isinstance(noted, str) else ogn_type(variable) or variable.sdf_type
+def _node(
+    node: RawNode, ports: Ports, settled: Mapping[str, Attribute], animated: list[str], mark_of: MarkOf
+) -> NodeSpec:
+    """The node; what the file says of attributes that its type settles is read only where it counts.
 
-
-def _node(node: RawNode, ports: Ports, settled: Mapping[str, Attribute], mark_of: MarkOf) -> NodeSpec:
-    """The node; what the file says of attributes that its type settles is read only where it counts."""
+    Paths of attributes that have time samples come to `animated`.
+    """
     inputs: dict[str, Any] = {}
     marks: dict[str, Mark] = {}
     types: dict[str, str] = {}
@@ -139,6 +157,8 @@ def _node(node: RawNode, ports: Ports, settled: Mapping[str, Attribute], mark_of
             key = name.removeprefix("inputs:")
             inputs[key] = value
             marks[key] = mark_of(written)
+            if attribute.is_animated:
+                animated.append(f"{node.path}.{name}")
     if node.custom:  # our own writer notes which attributes are not of the type, and what USD has no names for
         types = {str(full): str(one) for full, one in _mapping(node.custom, "attributes").items()}
         inputs.update(_mapping(node.custom, "inputs"))

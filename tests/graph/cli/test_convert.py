@@ -209,6 +209,19 @@ def test_a_saved_scene_becomes_a_graph_file_over_that_scene(source, graph):
     )
 
 
+def test_compounds_become_nodes_of_the_graph_and_that_is_said(source, graph):
+    inner = 'def OmniGraphNode "add" {\ntoken node:type = "omni.graph.nodes.Add"\n}\n'
+    (source / "saved.usda").write_text(
+        '#usda 1.0\ndef OmniGraph "G" {\ntoken evaluator:type = "execution"\n'
+        'def OmniGraphNode "c" {\ntoken node:type = "omni.graph.nodes.CompoundSubgraph"\n'
+        f'def OmniGraph "Subgraph" {{\n{inner}}}\n}}\n}}\n'
+    )
+    for target in ("out.yaml", "out.usda"):
+        said = "/G: the nodes in c become its own, such as c/Subgraph/add; the ports are gone"
+        assert f"warning compound-flattened: saved.usda:2:1: {said}\n" in graph("convert", "saved.usda", target).err
+    assert [node.name for node in load(source / "out.yaml").graphs[0].nodes] == ["c/Subgraph/add"]
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

@@ -11,7 +11,9 @@ from graph.loading import load_graph
 
 TICK = "omni.graph.action.OnPlaybackTick"
 COUNTER = "omni.graph.action.Counter"
+COMPOUND = "omni.graph.nodes.CompoundSubgraph"
 CONSTANT = "omni.graph.nodes.ConstantDouble"
+UNITS = 'metersPerUnit = 1; upAxis = "Z"'
 EXEC = "uint inputs:execIn.connect = </G/{}>"
 
 
@@ -23,12 +25,98 @@ def a_node(name, type_id, body=""):
     return f'def OmniGraphNode "{name}"\n{{\ntoken node:type = "{type_id}"\n{body}\n}}\n'
 
 
+def user(name, graphs, body=""):
+    """A prim that has graphs."""
+    return (
+        f'def Xform "{name}" (\nprepend apiSchemas = ["OmniGraphAPI"]\n)\n{{\nrel omniGraphs = {graphs}\n{body}\n}}\n'
+    )
+
+
 CASES = {
     "empty graph": (graph_text(""), "usd-empty-graph", "3:1: /G has no nodes"),
     "over-only file": (
         'over "Robot"\n{\nover "ActionGraph"\n{\nover "tick"\n{\ncustom string inputs:topicName = "x"\n}\n}\n}\n',
         "usd-over-only",
         "/Robot/ActionGraph: 1 prim (tick) only override nodes that no file defines; left out",
+    ),
+    "overs that name their types": (
+        'over OmniGraph "G"\n{\nover OmniGraphNode "tick"\n{\ntoken node:type = "omni.graph.action.OnTick"\n}\n}\n',
+        "usd-over-only",
+        "5:1: /G: 1 prim (tick) only override nodes that no file defines; left out",
+    ),
+    "nodes outside every graph": (
+        'def Xform "World"\n{\n' + a_node("a", TICK) + a_node("b", TICK) + "}\n",
+        "usd-node-outside",
+        "5:1: 2 nodes (a, b) in no graph; only nodes below an OmniGraph prim compute",
+    ),
+    "variable of a type that OmniGraph lacks": (
+        graph_text("custom string[] graph:variable:V = []\n" + a_node("tick", TICK)),
+        "usd-variable-type",
+        '6:17: /G: the variable "V" is left out; OmniGraph has no type string[]',
+    ),
+    "compound whose graph is missing": (
+        graph_text(
+            a_node("tick", TICK)
+            + a_node(
+                "c",
+                COMPOUND,
+                "rel omni:graph:compoundGraph = </G/c/Gone>\n"
+                "uint inputs:go.connect = </G/tick.outputs:tick>\ncustom uint outputs:done",
+            )
+            + a_node("n", COUNTER, EXEC.format("c.outputs:done"))
+        ),
+        "usd-empty-compound",
+        "11:1: /G/c is a compound whose graph is missing; it does nothing",
+    ),
+    "compound without a graph": (
+        graph_text(a_node("tick", TICK) + a_node("c", COMPOUND)),
+        "usd-empty-compound",
+        "11:1: /G/c is a compound whose graph is missing; it does nothing",
+    ),
+    "unknown evaluation mode": (
+        graph_text('token evaluationMode = "Foo"\n' + a_node("tick", TICK)),
+        "evaluation-mode-unknown",
+        '3:1: /G has the unknown evaluation mode "Foo"; it runs as automatic',
+    ),
+    "instanced graph that no prim has": (
+        graph_text('token evaluationMode = "Instanced"\n' + a_node("tick", TICK)),
+        "usd-no-instances",
+        "3:1: /G runs for the prims that have it (evaluationMode Instanced), and none has",
+    ),
+    "prim that has what is no graph": (
+        graph_text(a_node("tick", TICK)) + user("A", "[</G>, </A>]") + user("B", "</A>"),
+        "usd-instance-lost",
+        "13:1: /A, named in omniGraphs of 2 prims (A, B), is no graph that runs",
+    ),
+    "prim that has a graph without the API schema": (
+        graph_text(a_node("tick", TICK)) + 'def Xform "A"\n{\nrel omniGraphs = </G>\n}\n',
+        "usd-instance-schema",
+        "13:1: omniGraphs of 1 prim (A) counts, though the API schema OmniGraphAPI is not applied",
+    ),
+    "variable of an instance that its graph lacks": (
+        graph_text("custom int graph:variable:n = 1\n" + a_node("tick", TICK))
+        + user("A", "</G>", "custom int graph:variable:n = 2\ncustom int graph:variable:gone = 2"),
+        "usd-instance-variable",
+        "14:1: /A gives values to gone, which no graph of it has; they are left out",
+    ),
+    "node of a newer type": (
+        graph_text("".join(a_node(name, TICK, "int node:typeVersion = 99") for name in "ab")),
+        "type-newer",
+        "6:1: OnPlaybackTick is of version 99 in the file and of version 2 here; what is new is left out",
+    ),
+    "animated input": (
+        graph_text(
+            a_node("w", "omni.graph.action.Delay", "double inputs:duration.timeSamples = {\n0: 1,\n10: 2,\n}\n")
+        ),
+        "value-animated",
+        "9:8: time samples move no graph; one value counts of 1 attribute (w.inputs:duration)",
+    ),
+    "attribute of an unknown type, composed": (
+        'class OmniGraph "_G"\n{\nininint2 fileFormatVersion = (1, 9)\n'
+        + a_node("w", "omni.graph.action.Countdown", "ininint2 inputs:duration = (1, 9)")
+        + '}\ndef OmniGraph "G" (inherits = </_G>)\n{\nover "w"\n{\nint inputs:period = 2\n}\n}\n',
+        "value-left-out",
+        "the value is left out",
     ),
     "connection to a missing prim": (
         graph_text(a_node("n", COUNTER, "uint inputs:execIn.connect = </G/gone.outputs:tick>")),
@@ -117,11 +205,23 @@ CASES = {
 @pytest.mark.parametrize("case", CASES)
 def test_it_loads_with_one_line(usda, case):
     body, code, message = CASES[case]
-    loaded = load_graph(usda(body))
+    loaded = load_graph(usda(body, head=UNITS))
     told = [f"{where}: {text}" for one, where, text in loaded.spec.notes if one == code]
     assert len(told) == 1, loaded.spec.notes
     assert message in told[0]
     assert [one for one, _, _ in loaded.spec.notes] == [code]
+
+
+def test_a_prim_with_two_graphs_gives_each_the_variables_that_it_has(usda):
+    variables = (("G", "a"), ("H", "b"))
+    graphs = [
+        graph_text(f"custom int graph:variable:{one} = 1\n" + a_node("tick", TICK), path=path)
+        for path, one in variables
+    ]
+    values = "custom int graph:variable:a = 2\ncustom int graph:variable:b = 3"
+    loaded = load_graph(usda("".join(graphs) + user("A", "[</G>, </H>]", values), head=UNITS))
+    assert [dict(graph.instances) for graph in loaded.spec.graphs] == [{"/A": {"a": 2}}, {"/A": {"b": 3}}]
+    assert loaded.spec.notes == ()
 
 
 def test_a_node_whose_source_is_gone_does_nothing_and_the_run_goes_on(usda, capsys):
