@@ -218,7 +218,6 @@ class Edit:
 
     def _delete_nodes(self, entry: Any, scope: str, mark: Mark) -> None:
         model, name = self._known_name(node_text(entry), scope)
-        model.changes.others = True
         inside = [one for one in model.nodes if one == name or one.startswith(f"{name}/")]
         gone = {f"{model.path}{separator}{one}" for separator in "/." for one in inside}
         for other in self._graphs.linked_with(model.path):
@@ -330,8 +329,7 @@ class Edit:
         for source, target in self._pairs(entry, scope):
             for model in self._models.values():
                 ends = _seen_from(model, source), _seen_from(model, target)
-                if model.connections.pop(ends, None) is not None:
-                    model.changes.others = True
+                if model.disconnect(ends):
                     target[0].touched.add(target[1])
                     break
             else:
@@ -342,8 +340,7 @@ class Edit:
             model = target[0]
             ends = _seen_from(model, source), _seen_from(model, target)
             if ends not in model.connections:
-                model.connections[ends] = ConnectionSpec(*ends, mark)
-                model.changes.connections.append(ends)
+                model.connect(ends, mark)
                 model.touched.add(target[1])
 
     def _pairs(self, entry: Any, scope: str) -> list[tuple[tuple[Model, str, str], tuple[Model, str, str]]]:

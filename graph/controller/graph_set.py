@@ -14,13 +14,16 @@ from graph.errors import Problem, UserError
 from graph.evaluate import Graph, Node
 from graph.evaluate.adopt import adopt
 from graph.plan import compile_graphs
-from graph.plan.patch import Patch, apply_patch
+from graph.plan.patch import Patch, Patches, with_written
 from graph.registry import DEFAULT, Registry
-from graph.spec import GraphSpec, NodeSpec
+from graph.spec import GraphSpec
 from graph.suggest import did_you_mean
 
 from .errors import OmniGraphError
 from .model import Model
+
+MOST_COMPILED = 64
+"""How many edits are compiled at most before one is tried in place again."""
 
 
 class GraphSet:
@@ -47,6 +50,9 @@ class GraphSet:
         self._waiting: dict[str, Graph] = {}
         self._models: dict[str, Model] = {}
         """What edits were made in place with, by path."""
+        self._given_up: dict[str, int] = {}
+        self._patience: dict[str, int] = {}
+        """How many edits are compiled before one is tried in place again, by path."""
         self._touched: dict[str, set[str]] = {}
 
     def latest(self, path: str) -> Graph | None:
@@ -82,7 +88,11 @@ class GraphSet:
         """What a graph would be compiled from now: its spec with the values that were set since."""
         graph = self.latest(path)
         assert graph is not None
-        return with_written(graph.spec, graph.written)
+        if not graph.written:
+            return graph.spec
+        concerned = {name for name, _ in graph.written}
+        nodes = (with_written(node, graph) if node.name in concerned else node for node in graph.spec.nodes)
+        return replace(graph.spec, nodes=tuple(nodes))
 
     def lasting_model(self, path: str) -> Model | None:
         """A model of a graph to be edited in place, which lasts from one such edit to the next; None if it runs.
@@ -91,6 +101,9 @@ class GraphSet:
         """
         if self._waiting or self._runs(path):
             return None
+        if self._patience.get(path, 0) > 0:
+            self._patience[path] -= 1
+            return None
         spec = self.graphs[path].spec
         model = self._models.get(path)
         if model is None or model.base is not spec:
@@ -98,15 +111,25 @@ class GraphSet:
         return model
 
     def forget(self, path: str) -> None:
-        """Gives up a model that an edit was worked into which was not made."""
+        """Gives up a model that an edit was worked into which was not made.
+
+        Making a new one costs as much as compiling the graph: the more edits in a row could not be made in place, the
+        more of those that follow are compiled without a try.
+        """
         self._models.pop(path, None)
+        self._given_up[path] = min(2 * self._given_up.get(path, 0) + 1, MOST_COMPILED)
+        self._patience[path] = self._given_up[path] // 2
 
     def patched(self, model: Model, patch: Patch) -> Graph | None:
         """The graph of a lasting model, with a patch made in place; None, with nothing changed, if that does not do."""
         graph = self.graphs[model.path]
-        if not apply_patch(graph, patch, self.registry):
+        if model.patches is None:
+            model.patches = Patches(graph, self.registry)
+        set_now = {(name, full): None for name, full, _ in patch.values}
+        if not model.patches.make(patch, lambda node: with_written(model.as_it_is(node.name), graph, set_now)):
             return None
         graph.spec = model.patched(patch)
+        self._given_up.pop(model.path, None)
         for name, full, _ in patch.values:
             graph.written.pop((name, full), None)  # the spec has it
         return graph
@@ -164,7 +187,8 @@ class GraphSet:
             )
         self.graphs.pop(path, None)
         self._waiting.pop(path, None)
-        self.forget(path)
+        for known in (self._models, self._given_up, self._patience):
+            known.pop(path, None)
         if self.app is not None:
             self.app.graphs.pop(path, None)
         graph.close()
@@ -197,26 +221,6 @@ class GraphSet:
                 self.graphs[path] = graph
                 if self.app is not None:
                     self.app.graphs[path] = graph
-
-
-def with_written(spec: GraphSpec, written: Mapping[tuple[str, str], Any]) -> GraphSpec:
-    """The spec with values that were set on its compiled nodes, by node name and full attribute name."""
-    if not written:
-        return spec
-    by_node: dict[str, dict[str, Any]] = {}
-    for (name, full), value in written.items():
-        by_node.setdefault(name, {})[full] = value
-
-    def renewed(node: NodeSpec) -> NodeSpec:
-        if node.name not in by_node:
-            return node
-        inputs = dict(node.inputs)
-        for full, value in by_node[node.name].items():
-            key = next((k for k in (full, full.partition(":")[2]) if k in inputs), full)
-            inputs[key] = value
-        return replace(node, inputs=inputs)
-
-    return replace(spec, nodes=tuple(map(renewed, spec.nodes)))
 
 
 _OF_APP: WeakKeyDictionary[Any, GraphSet] = WeakKeyDictionary()

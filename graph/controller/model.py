@@ -32,10 +32,12 @@ class NodeModel:
 
 @dataclass(slots=True)
 class Changes:
-    """What one edit does to a model, as long as it only adds and sets."""
+    """What one edit does to a model, as far as it can be made in place."""
 
     nodes: dict[str, None] = field(default_factory=dict)
     connections: list[tuple[str, str]] = field(default_factory=list)
+    removed: list[str] = field(default_factory=list)
+    cut: list[tuple[str, str]] = field(default_factory=list)
     values: list[tuple[str, str]] = field(default_factory=list)
     """Set on nodes that were there: the node and the attribute's full name."""
     others: bool = False
@@ -58,7 +60,11 @@ class Model:
         self.variables: dict[str, VariableSpec] = dict(spec.variables)
         self.compounds = {name: dict(ports) for name, ports in spec.compounds.items()}
         self._connections: dict[tuple[str, str], ConnectionSpec] | None = None
+        self._by_owner: dict[str, dict[tuple[str, str], None]] | None = None
+        """Ends of connections by either node; None until they are asked for."""
         self.touched: set[str] = set()
+        self.patches: Any = None
+        """What makes edits in place; made at the first."""
         self.changes = Changes()
         self._positions = {node.name: position for position, node in enumerate(spec.nodes)}
 
@@ -120,18 +126,41 @@ class Model:
     def remove_node(self, name: str) -> None:
         """Removes a node, or a compound with all that is inside, with every connection in this graph."""
         gone = {name, *(one for one in self.nodes if one.startswith(f"{name}/"))}
+        self.changes.others |= name in self.compounds or not gone.isdisjoint(self.changes.nodes)
+        self.changes.removed += [one for one in self.nodes if one in gone]
         for one in gone:
             self.nodes.pop(one, None)
         for compound in [one for one in self.compounds if one == name or one.startswith(f"{name}/")]:
             del self.compounds[compound]
         self.drop(gone)
 
+    def connect(self, ends: tuple[str, str], mark: Mark) -> None:
+        """Adds a connection."""
+        self.connections[ends] = ConnectionSpec(*ends, mark)
+        if self._by_owner is not None:
+            _note_ends(self._by_owner, ends)
+        self.changes.connections.append(ends)
+
+    def disconnect(self, ends: tuple[str, str]) -> bool:
+        """Takes a connection away; False if there is none."""
+        if self.connections.pop(ends, None) is None:
+            return False
+        self.changes.cut.append(ends)
+        if self._by_owner is not None:
+            for end in ends:
+                self._by_owner[end.rpartition(".")[0]].pop(ends, None)
+        return True
+
     def drop(self, names: set[str]) -> None:
         """Removes the connections from and to these nodes (names, or paths of nodes of other graphs)."""
-        for source, target in list(self.connections):
-            if source.rpartition(".")[0] in names or target.rpartition(".")[0] in names:
-                del self.connections[source, target]
-                self.touched.add(target.rpartition(".")[0])
+        if self._by_owner is None:
+            self._by_owner = {}
+            for ends in self.connections:
+                _note_ends(self._by_owner, ends)
+        for name in names:
+            for ends in list(self._by_owner.get(name, ())):
+                if self.disconnect(ends):
+                    self.touched.add(ends[1].rpartition(".")[0])
 
     def patch(self) -> Patch | None:
         """What the edit adds and sets, without its marks; None if it does more than that."""
@@ -143,9 +172,11 @@ class Model:
         for name, full in changes.values:
             self.nodes[name].marks.pop(full, None)
         return Patch(
-            [self._as_it_is(name) for name in changes.nodes],
+            [self.as_it_is(name) for name in changes.nodes],
             [ConnectionSpec(*ends) for ends in changes.connections],
             [(name, full, self.nodes[name].inputs[full]) for name, full in changes.values],
+            changes.removed,
+            changes.cut,
         )
 
     def patched(self, patch: Patch) -> GraphSpec:
@@ -154,14 +185,20 @@ class Model:
         for node in patch.nodes:
             self._positions[node.name] = len(self._positions)
         for name, _, _ in patch.values:
-            nodes[self._positions[name]] = self._as_it_is(name)
-        connections = (*self.base.connections, *patch.connections)
+            nodes[self._positions[name]] = self.as_it_is(name)
+        if patch.removed:
+            gone = set(patch.removed)
+            nodes = [node for node in nodes if node.name not in gone]
+            self._positions = {node.name: position for position, node in enumerate(nodes)}
+        for one in patch.connections:
+            self.connections[one.source, one.target] = one
+        connections = tuple(self.connections.values()) if patch.cut else (*self.base.connections, *patch.connections)
         self.base = replace(self.base, nodes=tuple(nodes), connections=connections)
         self.changes = Changes()
         self.touched = set()
         return self.base
 
-    def _as_it_is(self, name: str) -> NodeSpec:
+    def as_it_is(self, name: str) -> NodeSpec:
         """A node's spec that later edits leave alone."""
         node = self.nodes[name]
         return NodeSpec(name, node.type, dict(node.inputs), node.mark, dict(node.marks), dict(node.attributes))
@@ -175,6 +212,11 @@ class Model:
             variables=self.variables,
             compounds=self.compounds,
         )
+
+
+def _note_ends(by_owner: dict[str, dict[tuple[str, str], None]], ends: tuple[str, str]) -> None:
+    for end in ends:
+        by_owner.setdefault(end.rpartition(".")[0], {})[ends] = None
 
 
 def _node_spec(name: str, node: NodeModel) -> NodeSpec:

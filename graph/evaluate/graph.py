@@ -62,6 +62,8 @@ class Graph(FamiliarGraph):
         self.nodes: dict[str, Node] = {}
         self.ranks = 0
         """More than any of its nodes' ranks."""
+        self.reorder: Callable[[], None] | None = None
+        """Brings the ranks up to date, where edits left them in an order that does but is not that of the file."""
         self.context = Context()
         self.on_error: Literal["stop", "continue"] = "stop"
         self.excuses_lacks = spec.saved
@@ -71,7 +73,7 @@ class Graph(FamiliarGraph):
         self.evaluations = 0
         self.notes: tuple[tuple[str, str, str], ...] = ()
         """Warnings of the compiler (code, where, message); given to the context at the first evaluation."""
-        self.starts: list[Copy] = []
+        self.starts: dict[Copy, None] = {}
         """Copies along every data connection that begins or ends in this graph."""
         self.linked: set[str] = set()
         """Paths of the graphs that it exchanges data with."""
@@ -131,6 +133,12 @@ class Graph(FamiliarGraph):
             self._running = False
             if self._idle:
                 self._now_idle()
+
+    def settle_order(self) -> None:
+        """Brings the ranks up to date."""
+        reorder, self.reorder = self.reorder, None
+        if reorder is not None:
+            reorder()
 
     def request(self, node: Node) -> None:
         """Has a node compute in the next evaluation: after the events and activations; at most once."""
@@ -226,18 +234,19 @@ class Graph(FamiliarGraph):
             self.pipeline_stage = fresh.pipeline_stage
         self.spec, self.evaluator, self.mark = fresh.spec, fresh.evaluator, fresh.mark
         self.starts, self.linked, self.written, self.ranks = fresh.starts, fresh.linked, {}, fresh.ranks
+        self.reorder = None
         told = set(self.notes) if self._told else set()
         self.notes = tuple(note for note in fresh.notes if note not in told)
         self._told = False
         self._wrap(self._wraps)
 
-    def add(self, nodes: Mapping[str, Node], starts: Sequence[Copy]) -> None:
+    def add(self, nodes: Mapping[str, Node], starts: Mapping[Copy, None]) -> None:
         """Takes in new nodes, which come behind all others, and the copies among them."""
         for node in nodes.values():
             node.graph = self
         self.nodes.update(nodes)
         self.ranks += len(nodes)
-        self.starts += starts
+        self.starts.update(starts)
 
     def _wrap(self, wraps: Sequence[Callable[[Node, Compute], Compute]]) -> None:
         for wrap in wraps:
@@ -312,6 +321,7 @@ def _evaluator_of(graph: Graph) -> EvaluatorProtocol:
     from .execution import ExecutionEvaluator
     from .push import PushEvaluator
 
+    graph.settle_order()
     if graph.evaluator == "execution":
         return ExecutionEvaluator(graph)
     return PushEvaluator(graph) if graph.evaluator == "push" else DirtyPushEvaluator(graph)

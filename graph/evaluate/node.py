@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -266,34 +266,98 @@ class Node(FamiliarNode):
         wire.add(target.db, name.partition(":")[2])
         target._wires_in = {**target._wires_in, name: [*target._wires_in.get(name, ()), wire]}
 
+    def cut_wire(self, output: str, target: Node, name: str) -> None:
+        """Takes a wire away that leads from an execution output to another node's input (full names)."""
+        wire = self.db._wires[output.partition(":")[2]]
+        wire.remove(target.db, name.partition(":")[2])
+        left = list(target._wires_in[name])
+        left.remove(wire)
+        target._wires_in = {**target._wires_in, name: left} if left else _without(target._wires_in, name)
+        if not left:
+            target._fed -= {name}
+        if not wire.targets:
+            self._consumed -= {output}
+
     def lead_data(self, source: str, target: Node, name: str, copy: Copy) -> None:
-        """Adds a connection by which `copy` brings an output, or a set input, to another node's input, and makes it.
+        """Adds a connection by which `copy` brings an output, or a set input, to another node's input.
 
         source, name: full names.
         """
         self._add_connection(source, target, name)
         self.readers = tuple(dict.fromkeys((*self.readers, target)))
-        target._initial = {**target._initial, name: target.attribute(name).initial}
         if source.startswith("inputs:"):
             self._passes.setdefault(source, []).append(copy)
         else:
-            self._push_by(copy, target)
-        self.graph.starts.append(copy)
-        copy()
+            target.sources = tuple(dict.fromkeys((*target.sources, self)))
+            self._pushes.append(copy)
+            self._renew_pushes()
+            target.pull_anew()
 
-    def _push_by(self, copy: Copy, target: Node) -> None:
-        target.sources = tuple(dict.fromkeys((*target.sources, self)))
-        self._pushes.append(copy)
+    def lead_otherwise(self, source: str, before: Copy, copy: Copy) -> None:
+        """Has another copy make what one made so far."""
+        copies = self._passes[source] if source.startswith("inputs:") else self._pushes
+        copies[copies.index(before)] = copy
+        if copies is self._pushes:
+            self._renew_pushes()
+
+    def cut_data(self, source: str, target: Node, name: str, copy: Copy, *, last: bool) -> None:
+        """Takes away what `lead_data` added; last: whether nothing else is connected to the source now."""
+        target._fed -= {name}
+        if last:
+            self._consumed -= {source}
+        if source.startswith("inputs:"):
+            self._passes[source].remove(copy)
+        else:
+            self._pushes.remove(copy)
+            self._renew_pushes()
+
+    def neighbours(self, sources: Iterable[Node] | None, readers: Iterable[Node] | None) -> None:
+        """Sets whom it gets data from, or who gets its own, where connections were taken away."""
+        if readers is not None:
+            self.readers = tuple(dict.fromkeys(readers))
+        if sources is not None:
+            self.sources = tuple(dict.fromkeys(sources))
+            self.pull_anew()
+
+    def retype(self, types: Mapping[str, Type | None], initial: Mapping[str, Any]) -> None:
+        """Takes other types and starting values; outputs and state keep their values where their types stay."""
+        db = self.db
+        parts = {"inputs": db.inputs, "outputs": db.outputs, "state": db.state}
+        for full, value in initial.items():
+            prefix, name = _place(full)
+            if prefix == "inputs" or self.types[full] is not types[full]:
+                setattr(parts[prefix], name, value)
+        self.types, self._initial = types, initial
+
+    def start_with(self, full: str, value: Any) -> None:
+        """Gives an input that nothing feeds the value that it starts with, now too."""
+        self._initial = {**self._initial, full: value}
+        prefix, name = _place(full)
+        setattr(getattr(self.db, prefix), name, value)
+
+    def specialize(self, unset: str) -> None:
+        """Has it compute as its types ask for; unset: what keeps it from computing, "" for nothing."""
+        db = self.db
+        own = None if unset or self.type.specialize is None else self.type.specialize(db)
+        db._compute = _refusing(unset) if unset else own or self.type.compute
+        self._renew_wires()
+
+    def _renew_pushes(self) -> None:
         self.db._push = all_of(self._pushes)
+        self._renew_wires()
+
+    def _renew_wires(self) -> None:
         for wires in self._wires_in.values():
             for wire in wires:
                 wire.renew()
-        # Whoever computes the target on demand has to look for what is upstream again.
-        seen, pending = {target}, [target]
+
+    def pull_anew(self) -> None:
+        """Has whoever computes it on demand look for what is upstream again."""
+        self.db._pulls = True if self.sources else ()
+        seen, pending = {self}, [self] if self.graph.evaluator == "execution" else []
         while pending:
             node = pending.pop()
-            if node.sources:
-                node.db._pulls = True
+            node.db._pulls = True if node.sources else ()
             if not node.type.has_execution:
                 fresh = [reader for reader in node.readers if reader not in seen]
                 seen.update(fresh)
@@ -358,6 +422,10 @@ class Node(FamiliarNode):
         db._frames.clear()
         db._blocked = db.asleep = False
         db.memory = None if self.type.memory is None else self.type.memory()
+
+
+def _without(mapping: Mapping[str, Any], key: str) -> dict[str, Any]:
+    return {one: value for one, value in mapping.items() if one != key}
 
 
 @cache

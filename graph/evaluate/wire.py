@@ -45,6 +45,12 @@ class Wire:
         """Adds a target that is followed after the others."""
         self.lead_to([*((step[0], step[1]) for step in reversed(self.targets)), (db, name)])
 
+    def remove(self, db: Database, name: str) -> None:
+        """Takes a target away."""
+        kept = [(step[0], step[1]) for step in reversed(self.targets)]
+        kept.remove((db, name))
+        self.lead_to(kept)
+
     def renew(self) -> None:
         """Takes up the present compute functions of the targets."""
         self.targets = tuple(step_to(db, cause) for db, cause, *_ in self.targets)

@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import heapq
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from graph.evaluate import Node
 
 
 def dependency_order(count: int, readers: Sequence[Sequence[int]]) -> list[int]:
@@ -25,6 +29,29 @@ def dependency_order(count: int, readers: Sequence[Sequence[int]]) -> list[int]:
             if not waiting[target]:
                 heapq.heappush(ready, target)
     return order
+
+
+def moved_behind(source: Node, target: Node) -> dict[Node, int] | None:
+    """New ranks that put a node behind another one, and all others behind what they read; None where that is a cycle.
+
+    Only nodes between the two are looked at (Pearce and Kelly 2006).
+    """
+    low, high = target.rank, source.rank
+
+    def reached(start: Node, step: Callable[[Node], Iterable[Node]]) -> list[Node]:
+        seen = {start: None}
+        for node in (pending := [start]):
+            fresh = [one for one in step(node) if low <= one.rank <= high and one not in seen]
+            seen.update(dict.fromkeys(fresh))
+            pending += fresh
+        return sorted(seen, key=lambda node: node.rank)
+
+    behind = reached(target, lambda node: [one for one in node.readers if node in one.sources])
+    if source in behind:
+        return None
+    before = reached(source, lambda node: node.sources)
+    ranks = sorted(node.rank for node in (*before, *behind))
+    return dict(zip((*before, *behind), ranks, strict=True))
 
 
 def cycles(count: int, readers: Sequence[Sequence[int]], *, most: int) -> list[list[int]]:

@@ -1,172 +1,407 @@
-"""Small edits of a compiled graph, made in place: what they do not concern is not looked at.
+"""Edits of a compiled graph, made in place: what they do not concern is not looked at.
 
-New nodes, connections behind all that there are and values have their effect where they are made, as long as no open
-type, no order of computing and no other graph depends on them. Whatever else an edit does, or does wrong, is left to
-the compiler, which sees the whole graph and says what is wrong.
+New nodes, connections and values, and what is taken away, have their effect where they are; open types are settled anew
+as far as they may change (`region`), the order of computing is brought up to date before the next evaluation. Whatever
+else an edit does, or does wrong, is left to the compiler, which sees the whole graph and says what is wrong.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Container, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 from graph.conversion import converter, convertible
 from graph.errors import UserError
 from graph.evaluate import Graph, Node
+from graph.evaluate.dirty import DirtyPushEvaluator
 from graph.evaluate.instances import with_target
-from graph.evaluate.wire import Copy, copy_between
 from graph.registry import Registry
 from graph.spec import ConnectionSpec, NodeSpec
-from graph.types import Extended
 from graph.untyped import typed_value
 from graph.values import coerce
 
 from .compiler import compile_graphs
+from .feeds import BACKWARDS, Feed, Feeds, OtherwiseError, feeds_of, is_open
+from .order import dependency_order, moved_behind
+from .region import settle_region
+
+Wire = tuple[Node, str, Node, str]
+"""An execution output, and the input that it leads to."""
+SpecOf = Callable[[Node], NodeSpec]
+"""What a node is made of after the edit."""
 
 
 @dataclass(frozen=True)
 class Patch:
-    """New nodes, connections with both ends in full (`node.outputs:x`), values by node and full attribute name."""
+    """What is added, by full names (`node.outputs:x`), and what is taken away: nodes with all of their connections."""
 
     nodes: Sequence[NodeSpec] = ()
     connections: Sequence[ConnectionSpec] = ()
     values: Sequence[tuple[str, str, Any]] = ()
+    """Of nodes that were there: name, full attribute name, value."""
+    removed: Sequence[str] = ()
+    cut: Sequence[tuple[str, str]] = ()
 
 
-class _OtherwiseError(Exception):
-    """The edit is not one that can be made in place."""
+class Patches:
+    """Makes edits of one graph in place, as long as nothing else changes it."""
+
+    def __init__(self, graph: Graph, registry: Registry) -> None:
+        self._graph = graph
+        self._registry = registry
+        self._feeds: Feeds | None = None
+
+    def make(self, patch: Patch, spec_of: SpecOf) -> bool:
+        """Makes the edit; False, and nothing is changed, if it must be compiled. The graph is not being evaluated."""
+        graph = self._graph
+        if graph.linked or graph.instances or graph.spec.instances or graph.observed:
+            return False
+        try:
+            fresh = _compiled(graph, patch, self._registry)
+            feeds = self._known(spec_of)
+            plan = _Plan(feeds, patch, fresh, spec_of)
+        except (OtherwiseError, UserError):
+            return False
+        plan.make()
+        return True
+
+    def _known(self, spec_of: SpecOf) -> Feeds:
+        if self._feeds is None:
+            feeds = feeds_of(self._graph)
+            open_nodes = [node for node in self._graph.nodes.values() if feeds.has_open(node)]
+            region = settle_region(feeds, open_nodes, _as_compiled(self._graph), feeds.at)
+            if any(draft.types != node.types for node, draft in region.drafts.items()):
+                raise OtherwiseError
+            feeds.stages = region.stages
+            self._feeds = feeds
+        return self._feeds
 
 
-@dataclass(frozen=True, slots=True)
-class _Lead:
-    """A connection to be added; `copy` brings the value of a data connection, whose source may be a set input."""
-
-    source: Node
-    output: str
-    target: Node
-    input: str
-    copy: Copy | None
+def _as_compiled(graph: Graph) -> SpecOf:
+    specs = {spec.name: spec for spec in graph.spec.nodes}
+    return lambda node: with_written(specs[node.name], graph)
 
 
-def apply_patch(graph: Graph, patch: Patch, registry: Registry) -> bool:
-    """Makes the edit in a graph that is not being evaluated; False, and nothing is changed, if it must be compiled."""
-    if graph.linked or graph.instances or graph.spec.instances or graph.observed:
-        return False
-    if graph.evaluator == "dirty_push" and graph.evaluator_state is not None:
-        return False  # it knows what has changed since it ran
-    try:
-        fresh, starts, apart = _compiled(graph, patch, registry)
-        leads = _leads(graph, fresh, () if apart else patch.connections)
-        values = [_settable(graph, *one) for one in patch.values]
-    except (_OtherwiseError, UserError):
-        return False
-    fed = {(lead.target, lead.input) for lead in leads}
-    if any((node, full) in fed for node, full, _ in values):
-        return False
-    graph.add(fresh, starts)
-    for node, full, value in values:
-        node.set(full, value)
-    for lead in leads:
-        if lead.copy is None:
-            lead.source.lead_wire(lead.output, lead.target, lead.input)
-        else:
-            lead.source.lead_data(lead.output, lead.target, lead.input, lead.copy)
-    graph.evaluator_state = None
-    return True
+def with_written(spec: NodeSpec, graph: Graph, besides: Container[tuple[str, str]] = ()) -> NodeSpec:
+    """The node with the values that were set on it since it was compiled, but for those that an edit sets.
+
+    What is set on an attribute whose type is open keeps the type that it had then.
+    """
+    node = graph.nodes.get(spec.name)
+    if node is None:
+        return spec
+    inputs: dict[str, Any] | None = None
+    for full, type_ in node.types.items():
+        place = (spec.name, full)
+        if place in graph.written and place not in besides:
+            inputs = dict(spec.inputs) if inputs is None else inputs
+            key = next((k for k in (full, full.partition(":")[2]) if k in inputs), full)
+            value = graph.written[place]
+            inputs[key] = {"type": type_.name, "value": value} if type_ is not None and is_open(node, full) else value
+    return spec if inputs is None else replace(spec, inputs=inputs)
 
 
-def _compiled(graph: Graph, patch: Patch, registry: Registry) -> tuple[dict[str, Node], Sequence[Copy], bool]:
-    """The new nodes, behind all others; their copies; whether all connections are among them, and made already."""
-    names = {node.name for node in patch.nodes}
-    ends = [end.rpartition(".")[0] for one in patch.connections for end in (one.source, one.target)]
-    apart = bool(names) and names.issuperset(ends)
-    if not names:
-        return {}, (), False
-    connections = tuple(patch.connections) if apart else ()
-    spec = replace(graph.spec, nodes=tuple(patch.nodes), connections=connections, compounds={})
+def _compiled(graph: Graph, patch: Patch, registry: Registry) -> dict[str, Node]:
+    """The new nodes, behind all others and without connections."""
+    if not patch.nodes:
+        return {}
+    if any(node.name in graph.nodes for node in patch.nodes):
+        raise OtherwiseError  # made anew under its name
+    spec = replace(graph.spec, nodes=tuple(patch.nodes), connections=(), compounds={})
     alone = compile_graphs([spec], registry)[0]
     if alone.notes:
-        raise _OtherwiseError
+        raise OtherwiseError
     last = next(reversed(graph.nodes.values()), None)
     for node in alone.nodes.values():
         node.index += last.index + 1 if last else 0
         node.rank += graph.ranks
-    return alone.nodes, alone.starts, apart
+        node.graph = graph
+    return alone.nodes
 
 
-def _leads(graph: Graph, fresh: Mapping[str, Node], connections: Iterable[ConnectionSpec]) -> list[_Lead]:
-    fed: set[tuple[Node, str]] = set()
-    passed: set[tuple[Node, str]] = set()
-    leads = []
-    for connection in connections:
-        (source, output), (target, name) = (_end(graph, fresh, end) for end in (connection.source, connection.target))
-        leads.append(_lead(source, output, target, name, fed, passed))
-    return leads
+class _Plan:
+    """One edit, checked whole: nothing is changed before `make`."""
 
+    def __init__(self, feeds: Feeds, patch: Patch, fresh: dict[str, Node], spec_of: SpecOf) -> None:
+        graph = feeds.graph
+        self._graph, self._feeds, self._patch, self._fresh, self._spec_of = graph, feeds, patch, fresh, spec_of
+        self._gone = [self._node(name) for name in patch.removed]
+        self._wires_cut: list[Wire] = []
+        self._cut: dict[Feed, None] = {}
+        self._wires: list[Wire] = []
+        self._leads: dict[Feed, None] = {}
+        for ends in patch.cut:
+            self._note_cut(*ends)
+        for connection in patch.connections:
+            self._note_lead(connection)
+        self._open_values: set[Node] = set()
+        self._values = [one for value in patch.values if (one := self._settable(*value)) is not None]
+        self._ranks = self._order()
+        self._region = settle_region(feeds, self._start(), spec_of, self._feeds_at)
+        self._changed = [feed for feed in self._feeds_of_region() if self._pair(feed) != feed.types]
+        for feed in (*self._leads, *self._changed):
+            self._check(feed)
+        self._starts = self._values_of_cut()
 
-def _lead(
-    source: Node, output: str, target: Node, name: str, fed: set[tuple[Node, str]], passed: set[tuple[Node, str]]
-) -> _Lead:
-    """The connection, if it can be added; `fed` and `passed` are the inputs that this edit feeds and reads."""
-    at_source, at_target = source.attribute(output), target.attribute(name)
-    out = output.startswith("outputs:")
-    if not name.startswith("inputs:") or at_target.deprecated or at_source.is_execution != at_target.is_execution:
-        raise _OtherwiseError
-    if at_source.is_execution:
-        if not out:
-            raise _OtherwiseError
-        return _Lead(source, output, target, name, None)
-    if not out and (not output.startswith("inputs:") or output in source._fed or (source, output) in fed):
-        raise _OtherwiseError
-    first, second = source.types[output], target.types[name]
-    end = target, name
-    taken = name in target._fed or end in fed or name in target._passes or end in passed or end == (source, output)
-    barred = at_target.literal_only or at_target.output_only
-    late = out and source.rank >= target.rank
-    if first is None or second is None or taken or barred or late or _has_open(target):
-        raise _OtherwiseError
-    if not convertible(first, second):
-        raise _OtherwiseError
-    fed.add(end)
-    passed.add((source, output))
-    convert = converter(first, second)
-    if convert is not None:
+    # -- checking ----------------------------------------------------------------------------------------------------
+
+    def _node(self, name: str) -> Node:
+        node = self._fresh.get(name) or self._graph.nodes.get(name)
+        if node is None:
+            raise OtherwiseError
+        return node
+
+    def _end(self, end: str) -> tuple[Node, str]:
+        name, _, full = end.rpartition(".")
+        node = self._node(name)
+        if full not in node.types:
+            raise OtherwiseError
+        return node, full
+
+    def _note_cut(self, source: str, target: str) -> None:
+        (at, output), (to, name) = self._end(source), self._end(target)
+        for node, full in ((at, output), (to, name)):
+            if full in node.added and node not in self._gone and full not in self._spec_of(node).attributes:
+                raise OtherwiseError  # it was there for the connection alone
+        if to.attribute(name).is_execution:
+            self._wires_cut.append((at, output, to, name))
+            return
+        feed = self._feeds.into.get(to, {}).get(name)
+        if feed is None or feed.source is not at or feed.output != output:
+            raise OtherwiseError
+        self._cut[feed] = None
+
+    def _note_lead(self, connection: ConnectionSpec) -> None:
+        (at, output), (to, name) = self._end(connection.source), self._end(connection.target)
+        declared = to.attribute(name)
+        out = output.startswith("outputs:")
+        mixed = declared.is_execution != at.attribute(output).is_execution
+        if not name.startswith("inputs:") or declared.deprecated or mixed:
+            raise OtherwiseError
+        if declared.is_execution:
+            if not out:
+                raise OtherwiseError
+            self._wires.append((at, output, to, name))
+            return
+        if not out and (not output.startswith("inputs:") or self._fed(at, output)):
+            raise OtherwiseError
+        passes = any(
+            feed.output == name for feed in (*self._feeds.out_of.get(to, ()), *self._leads) if feed.source is to
+        )
+        if self._fed(to, name) or passes or declared.literal_only or declared.output_only or at is to:
+            raise OtherwiseError
+        self._leads[Feed(at, output, to, name, self._feeds.count + len(self._leads) + 1)] = None
+
+    def _fed(self, node: Node, full: str) -> bool:
+        feed = self._feeds.into.get(node, {}).get(full)
+        if feed is not None and feed not in self._cut:
+            return True
+        return any(lead.target is node and lead.input == full for lead in self._leads)
+
+    def _settable(self, name: str, full: str, value: Any) -> tuple[Node, str, Any] | None:
+        node, full = self._end(f"{name}.{full}")
+        attribute, type_ = node.attribute(full), node.types[full]
+        if full.startswith("outputs:") or attribute.is_execution or attribute.deprecated or full in node._fed:
+            raise OtherwiseError
+        if self._fed(node, full) or node in self._gone:
+            raise OtherwiseError
+        if self._feeds.has_open(node):
+            self._open_values.add(node)
+            return None
+        if type_ is None or with_target(value, self._graph.target) is not value:
+            raise OtherwiseError
         try:
-            for value in (source.initial(output), source.get(output)):
+            right = typed_value(value) is None and not attribute.check(coerce(type_, value))
+        except ValueError as error:
+            raise OtherwiseError from error
+        if not right:
+            raise OtherwiseError
+        return node, full, value
+
+    def _order(self) -> dict[Node, int]:
+        """New ranks where a connection leads from a later node to an earlier one."""
+        late = [one for one in self._leads if one.output.startswith("outputs:") and one.source.rank >= one.target.rank]
+        if not late:
+            return {}
+        if len(self._leads) > 1:
+            raise OtherwiseError
+        ranks = moved_behind(late[0].source, late[0].target)
+        if ranks is None:
+            raise OtherwiseError
+        return ranks
+
+    def _start(self) -> Iterator[Node]:
+        """The nodes whose open types the edit may change at once."""
+        feeds = self._feeds
+        for node in (*self._fresh.values(), *self._open_values):
+            if feeds.has_open(node):
+                yield node
+        for feed in (*self._cut, *self._leads):
+            if feed.target not in self._gone and feeds.has_open(feed.target):
+                yield feed.target
+            source = feed.source
+            backwards = feeds.stages.get(source, {}).get(feed.output) == BACKWARDS
+            if source not in self._gone and (backwards or source.types[feed.output] is None):
+                yield source
+
+    def _feeds_at(self, node: Node) -> Iterator[Feed]:
+        """The feeds of a node after the edit."""
+        for feed in self._feeds.at(node):
+            if feed not in self._cut:
+                yield feed
+        for feed in self._leads:
+            if node in (feed.source, feed.target):
+                yield feed
+
+    def _feeds_of_region(self) -> dict[Feed, None]:
+        found = {feed: None for node in self._region.drafts for feed in self._feeds.at(node)}
+        return {feed: None for feed in found if feed not in self._cut}
+
+    def _pair(self, feed: Feed) -> tuple[object, object]:
+        region = self._region
+        return region.type_of(feed.source, feed.output), region.type_of(feed.target, feed.input)
+
+    def _check(self, feed: Feed) -> None:
+        """Raises OtherwiseError where the types or the present values at both ends cannot meet."""
+        region = self._region
+        first, second = region.type_of(feed.source, feed.output), region.type_of(feed.target, feed.input)
+        if first is None or second is None:
+            if feed.source in region.drafts or feed.target in region.drafts:
+                return  # settled, and checked, there
+            raise OtherwiseError
+        if not convertible(first, second):
+            raise OtherwiseError
+        convert = converter(first, second)
+        if convert is None:
+            return
+        values = [region.initial_of(feed.source, feed.output)]
+        if first is feed.source.types[feed.output]:
+            values.append(feed.source.get(feed.output))
+        try:
+            for value in values:
                 convert(value)
         except ValueError as error:
-            raise _OtherwiseError from error
-    part, _, short = output.partition(":")
-    copy = copy_between(getattr(source.db, part), short, target.db.inputs, name.partition(":")[2], convert)
-    return _Lead(source, output, target, name, copy)
+            raise OtherwiseError from error
+
+    def _values_of_cut(self) -> list[tuple[Node, str, Any]]:
+        """What inputs of settled types start with that nothing feeds any more."""
+        found = []
+        for feed in self._cut:
+            node, full = feed.target, feed.input
+            if node in self._gone or node in self._region.drafts or self._fed(node, full):
+                continue
+            found.append((node, full, self._authored(node, full)))
+        return found
+
+    def _authored(self, node: Node, full: str) -> Any:
+        inputs, attribute, type_ = self._spec_of(node).inputs, node.attribute(full), node.types[full]
+        key = next((k for k in (full, full.partition(":")[2]) if k in inputs), None)
+        if key is None:
+            return attribute.initial
+        if type_ is None:
+            raise OtherwiseError
+        raw = with_target(inputs[key], self._graph.target)
+        try:
+            explicit = typed_value(raw)
+            value = coerce(type_, raw if explicit is None else explicit[1])
+        except ValueError as error:
+            raise OtherwiseError from error
+        if attribute.check(value):
+            raise OtherwiseError
+        return value
+
+    # -- making ------------------------------------------------------------------------------------------------------
+
+    def make(self) -> None:
+        """Makes the edit."""
+        graph, region = self._graph, self._region
+        before = graph.evaluator_state
+        graph.add(self._fresh, {})
+        self._take_away()
+        for node, full, value in self._values:
+            node.set(full, value)
+        for node, full, value in self._starts:
+            node.start_with(full, value)
+        for node, draft in region.drafts.items():
+            node.retype(draft.types, region.initial[node])
+        self._feeds.stages.update(region.stages)
+        for feed in self._changed:
+            copy = feed.made()
+            feed.source.lead_otherwise(feed.output, feed.copy, copy)
+            graph.starts.pop(feed.copy, None)
+            feed.copy = copy
+            self._start_copy(feed)
+        for at, output, to, name in self._wires:
+            at.lead_wire(output, to, name)
+        for feed in self._leads:
+            self._lead(feed)
+        for node, draft in region.drafts.items():
+            node.specialize(draft.unset)
+            for feed in self._feeds.into.get(node, {}).values():
+                if feed.source.types[feed.output] is not None:
+                    feed.copy()
+            for feed in self._feeds.out_of.get(node, ()):
+                if feed.output.startswith("inputs:") and feed.source.types[feed.output] is not None:
+                    feed.copy()
+        for node, rank in self._ranks.items():
+            node.rank = rank
+        if self._ranks or self._cut:
+            graph.reorder = lambda: _reorder(graph)
+        touched = self._touched()
+        if isinstance(before, DirtyPushEvaluator):
+            before.edited(touched)
+        else:
+            graph.evaluator_state = None
+
+    def _touched(self) -> list[Node]:
+        targets = [feed.target for feed in (*self._cut, *self._leads, *self._changed)]
+        wired = [wire[2] for wire in (*self._wires, *self._wires_cut)]
+        every = [*self._fresh.values(), *targets, *wired, *self._region.drafts]
+        return [node for node in dict.fromkeys(every) if node not in self._gone]
+
+    def _take_away(self) -> None:
+        graph, feeds = self._graph, self._feeds
+        for at, output, to, name in self._wires_cut:
+            at.cut_wire(output, to, name)
+        for feed in self._cut:
+            feeds.remove(feed)
+            left = feeds.out_of.get(feed.source, {})
+            last = not any(one.output == feed.output for one in left)
+            feed.source.cut_data(feed.output, feed.target, feed.input, feed.copy, last=last)
+            graph.starts.pop(feed.copy, None)
+        for source in dict.fromkeys(feed.source for feed in self._cut):
+            source.neighbours(None, (one.target for one in feeds.out_of.get(source, ())))
+        for target in dict.fromkeys(feed.target for feed in self._cut):
+            into = feeds.into.get(target, {}).values()
+            target.neighbours((one.source for one in into if one.output.startswith("outputs:")), None)
+        for node in self._gone:
+            feeds.forget(node)
+            del graph.nodes[node.name]
+            for full in node.types:
+                graph.written.pop((node.name, full), None)
+            node.release()
+
+    def _lead(self, feed: Feed) -> None:
+        made = self._feeds.add(feed.source, feed.output, feed.target, feed.input)
+        target, name = made.target, made.input
+        if target not in self._region.drafts:
+            target._initial = {**target._initial, name: target.attribute(name).initial}
+        made.copy = made.made()
+        made.source.lead_data(made.output, target, name, made.copy)
+        self._start_copy(made)
+
+    def _start_copy(self, feed: Feed) -> None:
+        if feed.source.types[feed.output] is not None:
+            self._graph.starts[feed.copy] = None
+            feed.copy()
 
 
-def _end(graph: Graph, fresh: Mapping[str, Node], end: str) -> tuple[Node, str]:
-    name, _, full = end.rpartition(".")
-    node = fresh.get(name) or graph.nodes.get(name)
-    if node is None or full not in node.types:
-        raise _OtherwiseError
-    return node, full
-
-
-def _settable(graph: Graph, name: str, full: str, value: Any) -> tuple[Node, str, Any]:
-    node, full = _end(graph, {}, f"{name}.{full}")
-    attribute, type_ = node.attribute(full), node.types[full]
-    if full.startswith("outputs:") or attribute.is_execution or full in node._fed or attribute.deprecated:
-        raise _OtherwiseError
-    if type_ is None or _has_open(node) or with_target(value, graph.target) is not value:
-        raise _OtherwiseError
-    try:
-        right = typed_value(value) is None and not attribute.check(coerce(type_, value))
-    except ValueError as error:
-        raise _OtherwiseError from error
-    if not right:
-        raise _OtherwiseError
-    return node, full, value
-
-
-def _has_open(node: Node) -> bool:
-    """Whether anything about the node's types depends on its values and connections."""
-    kinds = (one.parsed for _, one in node.attributes())
-    return node.type.resolve is not None or any(isinstance(kind, Extended) for kind in kinds)
+def _reorder(graph: Graph) -> None:
+    """Gives every node the rank that a compile would."""
+    nodes = list(graph.nodes.values())
+    number = {node: position for position, node in enumerate(nodes)}
+    readers = [[number[one] for one in node.readers if node in one.sources] for node in nodes]
+    for rank, position in enumerate(dependency_order(len(nodes), readers)):
+        nodes[position].rank = rank
+    graph.ranks = len(nodes)

@@ -86,7 +86,9 @@ class Known(Mapping[str, "Type | None"]):
         return self._draft.node.graph.spec.unfinished
 
 
-class _Settling:
+class Settling:
+    """Settles the open types of some nodes along some links."""
+
     def __init__(self, drafts: Sequence[Draft], links: Sequence[Link], report: Report) -> None:
         self._open = [draft for draft in drafts if draft.open]
         self._links = links if self._open else ()
@@ -187,7 +189,12 @@ def settle_types(drafts: Sequence[Draft], links: Sequence[Link], report: Report)
     An open output that nothing settles stays open: its values pass as they are. A required open input that is neither
     connected nor set is reported.
     """
-    _Settling(drafts, links, report).run()
+    Settling(drafts, links, report).run()
+    check_types(drafts, links, report)
+
+
+def check_types(drafts: Sequence[Draft], links: Sequence[Link], report: Report) -> None:
+    """Reports connections whose types cannot meet, and required open inputs that are neither connected nor set."""
     unknowable: set[Draft] | None = None
     for link in links:
         source, target = link.source.types[link.source_name], link.target.types[link.target_name]

@@ -180,9 +180,9 @@ def _start(copy: Copy, flow: Flow, target: Draft, report: Report) -> None:
     except ValueError as error:
         source, reader = flow.link.ends()
         report(f"{source} cannot feed {reader}: {error}", flow.link.mark)
-    target_graph.starts.append(copy)
+    target_graph.starts[copy] = None
     if origin_graph is not target_graph:
-        origin_graph.starts.append(copy)
+        origin_graph.starts[copy] = None
 
 
 def _copy(flow: Flow, target: Draft, name: str) -> Copy:
