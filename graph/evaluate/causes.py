@@ -20,7 +20,8 @@ def cause_of(db: Database, error: Exception) -> str:
     if isinstance(error, _ARITHMETIC):
         for name in db._node.names["inputs"]:
             value = getattr(db.inputs, python_name(name), None)
-            if value is None and db._node.connected(f"inputs:{name}"):
+            full = f"inputs:{name}"
+            if value is None and db._node.connected(full) and not db._node.attribute(full).is_execution:
                 return f"input {name} has no value; see what feeds it ({text})"
             if not _finite(value):
                 return f"input {name} is {shown(_plain(value))}; give it finite numbers ({text})"

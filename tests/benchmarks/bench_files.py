@@ -79,6 +79,21 @@ def in_single_edits(edits: int) -> None:
             control.connect(f"/G/n{i - 1}.outputs:finished", f"/G/n{i}.inputs:execIn")
 
 
+def sums_by_single_edits(nodes: int) -> None:
+    """A chain of sums: `nodes` of them created, connected, set and deleted again, each by a call of its own."""
+    control = Controller(graphs=GraphSet())
+    graph = control.edit("/G")[0]
+    control.create_node("/G/one", "omni.graph.nodes.ConstantDouble")
+    for i in range(nodes):
+        control.create_node(f"/G/n{i}", "omni.graph.nodes.Add")
+        source = f"/G/n{i - 1}.outputs:sum" if i else "/G/one.inputs:value"
+        control.connect(source, f"/G/n{i}.inputs:a")
+        control.set(f"/G/n{i}.inputs:b", 1.0)
+    control.evaluate_sync(graph)
+    for i in reversed(range(nodes)):
+        control.delete_node(f"/G/n{i}")
+
+
 def measure(quick: bool) -> Iterable[Row]:
     """Seconds of JSON, USD and the Controller, milliseconds a node of YAML; ratios to what the text alone costs."""
     from ruamel.yaml import YAML
@@ -102,6 +117,13 @@ def measure(quick: bool) -> Iterable[Row]:
     few, many = seconds(lambda: in_single_edits(edits // 3)) * 3, seconds(lambda: in_single_edits(edits))
     yield Row(f"Controller, {edits:,} single edits, each", many / edits * 1e3, 1.0, "ms")
     yield Row(f"Controller, an edit of {edits:,} / of {edits // 3:,}", many / few, 2.0)
+    sums_by_single_edits(2)
+    few, many = (
+        seconds(lambda: sums_by_single_edits(edits // 12)) * 3,
+        seconds(lambda: sums_by_single_edits(edits // 4)),
+    )
+    yield Row(f"Controller, {edits:,} single edits of sums, each", many / edits * 1e3, 1.5, "ms")
+    yield Row(f"Controller, an edit of sums of {edits:,} / of {edits // 3:,}", many / few, 2.5)
     small = json.dumps(document(5_000))
     yield Row("JSON, against json.loads", ratio(lambda: loads(small, name="a.json"), lambda: json.loads(small), 5))
     lines = 500 if quick else 2_000
