@@ -10,7 +10,7 @@ from graph.spec import EvaluationMode, Evaluator, PipelineStage
 
 from .instances import GRAPHS, Users
 from .node_prims import COMPOUND_TYPE, GRAPH_TYPES, KEY, NODE_TYPES, PREFIXES, RawNode, Tell, schemas_of, some
-from .properties import RawAttribute, properties_of
+from .properties import RawAttribute, lone_layer, properties_of
 from .variables import VARIABLE, variable_name, variable_type
 
 COMPOUND = "omni.graph.nodes.CompoundSubgraph"
@@ -33,6 +33,8 @@ class RawGraph:
     path: str
     stage: Any
     """The stage, without which nothing of it could be read."""
+    lone: Any = None
+    """Its `lone_layer`."""
     evaluator: Evaluator = "push"
     pipeline_stage: PipelineStage = "simulation"
     variables: list[RawAttribute] = field(default_factory=list)
@@ -54,7 +56,7 @@ def read_graphs(stage: Any, tell: Tell) -> list[RawGraph]:
     found: list[RawGraph] = []
     overs: dict[str, list[str]] = {}
     outside: list[str] = []
-    users = Users()
+    users, lone = Users(), lone_layer(stage)
     predicate = Usd.TraverseInstanceProxies(Usd.PrimIsActive & Usd.PrimIsLoaded & ~Usd.PrimIsAbstract)
     prims = iter(Usd.PrimRange(stage.GetPseudoRoot(), predicate))
     for prim in prims:
@@ -62,7 +64,7 @@ def read_graphs(stage: Any, tell: Tell) -> list[RawGraph]:
             continue
         if is_graph(prim):
             prims.PruneChildren()
-            for graph in _graph_and_nested(prim, predicate, tell):
+            for graph in _graph_and_nested(prim, lone, predicate, tell):
                 found.append(graph)
                 for path in graph.overs:
                     overs.setdefault(graph.path, []).append(path)
@@ -108,14 +110,14 @@ def _over_of_node(prim: Any) -> bool:
     return in_graph and any(name.startswith(PREFIXES) for name in names)
 
 
-def _graph_and_nested(prim: Any, predicate: Any, tell: Tell) -> Iterator[RawGraph]:
-    graph = RawGraph(str(prim.GetPath()), prim.GetStage())
+def _graph_and_nested(prim: Any, lone: Any, predicate: Any, tell: Tell) -> Iterator[RawGraph]:
+    graph = RawGraph(str(prim.GetPath()), prim.GetStage(), lone)
     nested: list[Any] = []
     _settings(prim, graph, tell)
     _collect(prim, graph, "", nested, predicate, tell)
     yield graph
     for inner in nested:
-        yield from _graph_and_nested(inner, predicate, tell)
+        yield from _graph_and_nested(inner, lone, predicate, tell)
 
 
 def _collect(prim: Any, graph: RawGraph, prefix: str, nested: list[Any], predicate: Any, tell: Tell) -> None:
@@ -130,7 +132,7 @@ def _collect(prim: Any, graph: RawGraph, prefix: str, nested: list[Any], predica
         path = child.GetPath()
         text, name = parent + path.name, before + path.name
         if is_node(child):
-            node = RawNode(child, path, text, name)
+            node = RawNode(child, path, text, name, graph.lone)
             inside = below(child, text, f"{name}/")
             subgraph = _subgraph(child, node) if inside or node.type == COMPOUND or node.has_compound_type else None
             if subgraph is None and node.type == COMPOUND:

@@ -40,9 +40,9 @@ class RawNode:
 
     __slots__ = ("_properties", "attributes", "custom", "has_compound_type", "name", "path", "type")
 
-    def __init__(self, prim: Any, path: Any, text: str, name: str) -> None:
-        """Of a prim, whose path is `path`, as text `text`."""
-        self._properties = properties = properties_of(prim, path)
+    def __init__(self, prim: Any, path: Any, text: str, name: str, lone: Any = None) -> None:
+        """Of a prim, whose path is `path`, as text `text`; `lone` is as in `properties_of`."""
+        self._properties = properties = properties_of(prim, path, lone)
         names = properties.names()
         self.path = text
         self.name = name

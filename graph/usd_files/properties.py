@@ -7,6 +7,7 @@ say no more than their node's type does. So a property is read when somebody ask
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from graph.sim.usd import EARLIEST, Sdf, Usd
@@ -90,11 +91,30 @@ class Properties:
         raise NotImplementedError
 
 
-def properties_of(prim: Any, path: Any) -> Properties:
-    """The properties of a prim, whose path is `path`: as its layer has them if one alone wrote it, else composed."""
+_COMPOSING = (b"subLayers", b"references", b"payload", b"inherits", b"specializes", b"variant", b"relocates")
+"""Words without which a text layer composes nothing."""
+
+
+def lone_layer(stage: Any) -> Any | None:
+    """The layer that alone wrote all prims of a stage, each at its own path; None where that is not sure."""
+    layers = [layer for layer in stage.GetUsedLayers() if not layer.anonymous or layer.rootPrims]
+    if len(layers) != 1 or layers[0].dirty or not layers[0].realPath.endswith((".usd", ".usda")):
+        return None
+    data = Path(layers[0].realPath).read_bytes()
+    composed = data.startswith((b"PXR-USDC", b"PK")) or any(word in data for word in _COMPOSING)
+    return None if composed else layers[0]
+
+
+def properties_of(prim: Any, path: Any, lone: Any = None) -> Properties:
+    """The properties of a prim, whose path is `path`: as its layer has them if one alone wrote it, else composed.
+
+    lone: the stage's `lone_layer`, which spares asking each prim.
+    """
+    if lone is not None:
+        return _Written(prim, path, lone.GetPrimAtPath(path), lone)
     stack = prim.GetPrimStack()
     if len(stack) == 1 and stack[0].path == path:
-        return _Written(prim, path, stack[0])
+        return _Written(prim, path, stack[0], stack[0].layer)
     return _Composed(prim)
 
 
@@ -103,9 +123,9 @@ class _Written(Properties):
 
     __slots__ = ("_find", "_path", "_prim", "_spec")
 
-    def __init__(self, prim: Any, path: Any, spec: Any) -> None:
+    def __init__(self, prim: Any, path: Any, spec: Any, layer: Any) -> None:
         self._prim, self._path, self._spec = prim, path, spec
-        self._find = spec.layer.GetPropertyAtPath
+        self._find = layer.GetPropertyAtPath
 
     def names(self) -> Sequence[str]:
         names: Sequence[str] = self._spec.GetInfo("properties")  # as quick again as `properties`

@@ -38,6 +38,10 @@ _OPAQUE = re.compile(
     rb"|@@@.*?@@@|@[^@\n]*@|#[^\n]*|/\*.*?\*/|//[^\n]*",
     re.DOTALL,
 )
+_RARE = (b"#", b"'", b"@", b"\\", b"//", b"/*", b'"""')
+"""What starts something opaque in few texts. Without any, a string is what stands between two quotes of a line."""
+_SHORT_STRING = re.compile(rb'"[^"\n]*"')
+_MEANINGLESS = bytes(set(range(256)) - set(b'"\n{}()[]'))
 _NAMING = ("references", "payload")
 _ARCS = (*_NAMING, "inheritPaths", "specializes")
 _COMPOSING = (b"subLayers", b"references", b"payload", b"inherits", b"specializes", b"clips")
@@ -304,9 +308,18 @@ def nesting(data: bytes) -> int:
     steps = np.zeros(256, np.int8)
     steps[list(b"{([")] = 1
     steps[list(b"})]")] = -1
-    letters = np.frombuffer(_OPAQUE.sub(b" ", data), np.uint8)
+    letters = np.frombuffer(_without_opaque(data), np.uint8)
     marks = steps[letters]
     return int(np.cumsum(marks[marks != 0], dtype=np.int64).max(initial=0))
+
+
+def _without_opaque(data: bytes) -> bytes:
+    """Without strings, comments and asset paths; of a text that has no other than short strings, the brackets alone."""
+    if data.startswith(b"#"):
+        data = data.partition(b"\n")[2]
+    if any(mark in data for mark in _RARE):
+        return _OPAQUE.sub(b" ", data)
+    return _SHORT_STRING.sub(b"", data.translate(None, _MEANINGLESS))
 
 
 def _may_compose(path: Path) -> bool:

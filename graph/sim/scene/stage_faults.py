@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from graph.errors import Problem, UserError
-from graph.sim.usd import Tf, UsdGeom
+from graph.sim.usd import Tf, Usd, UsdGeom
 
 from .stage import Warn, meters_per_unit, scene_name, up_axis
 
@@ -37,7 +37,7 @@ def tell_assumed_units(stage: Any, warn: Warn) -> None:
         assumed["metersPerUnit = 1"] = f"{UsdGeom.GetStageMetersPerUnit(stage):g} m a unit"
     if not stage.HasAuthoredMetadata("upAxis"):
         assumed['upAxis = "Z"'] = f"{UsdGeom.GetStageUpAxis(stage)} up"
-    if assumed and any(prim.IsA(UsdGeom.Imageable) for prim in stage.TraverseAll()):
+    if assumed and _has_place(stage):
         names = " and ".join(name.partition(" ")[0] for name in assumed)
         warn(
             "units-assumed",
@@ -45,6 +45,17 @@ def tell_assumed_units(stage: Any, warn: Warn) -> None:
             f"its root layer authors no {names}, so USD takes {' and '.join(assumed.values())}; author what is meant "
             f"in its metadata, such as {', '.join(assumed)}.",
         )
+
+
+def _has_place(stage: Any) -> bool:
+    """Whether any prim of the stage has a place; the nodes of graphs, of which there may be many, have none."""
+    prims = iter(Usd.PrimRange(stage.GetPseudoRoot(), Usd.PrimAllPrimsPredicate))
+    for prim in prims:
+        if prim.IsA(UsdGeom.Imageable):
+            return True
+        if prim.GetTypeName() == "OmniGraph":
+            prims.PruneChildren()
+    return False
 
 
 def repair_transforms(stage: Any, warn: Warn) -> None:

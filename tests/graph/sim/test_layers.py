@@ -1,6 +1,8 @@
 import zipfile
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from graph.errors import UserError
 from graph.sim.scene.layers import nesting
@@ -140,6 +142,16 @@ def test_a_deep_layer_is_refused_wherever_it_hides(tmp_path):
 def test_brackets_in_texts_comments_and_asset_paths_do_not_count():
     data = b'"{{{" \'((\' """[\n[""" # {{{\n @{{@ @@@[[[@@@ /* (( */ { [ ( ) ] }' * 100
     assert nesting(data) == 3
+
+
+PIECES = st.lists(st.sampled_from([*'{}()[]"a/\n', '"a"', '"{"', *"'@#\\", '"""', "/*", "*/"]), max_size=60)
+
+
+@given(PIECES)
+def test_texts_with_nothing_but_short_strings_are_counted_like_any_other(pieces):
+    """A comment with a quote behind it makes the same text one of the others, and changes no depth."""
+    data = b"{}" * 60 + "".join(pieces).encode()
+    assert nesting(data) == nesting(data + b"\n# '")
 
 
 def test_closing_brackets_in_texts_hide_no_depth():
