@@ -10,7 +10,7 @@ from graph.spec import EvaluationMode, Evaluator, PipelineStage
 
 from .instances import GRAPHS, Users
 from .node_prims import COMPOUND_TYPE, GRAPH_TYPES, KEY, NODE_TYPES, PREFIXES, RawNode, Tell, schemas_of, some
-from .properties import RawAttribute, lone_layer, properties_of
+from .properties import LoneLayer, RawAttribute, lone_layer, properties_of
 from .variables import VARIABLE, variable_name, variable_type
 
 COMPOUND = "omni.graph.nodes.CompoundSubgraph"
@@ -33,7 +33,7 @@ class RawGraph:
     path: str
     stage: Any
     """The stage, without which nothing of it could be read."""
-    lone: Any = None
+    lone: LoneLayer | None = None
     """Its `lone_layer`."""
     evaluator: Evaluator = "push"
     pipeline_stage: PipelineStage = "simulation"
@@ -110,7 +110,7 @@ def _over_of_node(prim: Any) -> bool:
     return in_graph and any(name.startswith(PREFIXES) for name in names)
 
 
-def _graph_and_nested(prim: Any, lone: Any, predicate: Any, tell: Tell) -> Iterator[RawGraph]:
+def _graph_and_nested(prim: Any, lone: LoneLayer | None, predicate: Any, tell: Tell) -> Iterator[RawGraph]:
     graph = RawGraph(str(prim.GetPath()), prim.GetStage(), lone)
     nested: list[Any] = []
     _settings(prim, graph, tell)

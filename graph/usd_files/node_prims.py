@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from .properties import RawAttribute, properties_of
+from .properties import LoneLayer, RawAttribute, properties_of
 from .values import ogn_name
 
 PREFIXES = ("inputs:", "outputs:", "state:")
@@ -40,7 +40,7 @@ class RawNode:
 
     __slots__ = ("_properties", "attributes", "custom", "has_compound_type", "name", "path", "type")
 
-    def __init__(self, prim: Any, path: Any, text: str, name: str, lone: Any = None) -> None:
+    def __init__(self, prim: Any, path: Any, text: str, name: str, lone: LoneLayer | None = None) -> None:
         """Of a prim, whose path is `path`, as text `text`; `lone` is as in `properties_of`."""
         self._properties = properties = properties_of(prim, path, lone)
         names = properties.names()

@@ -6,7 +6,8 @@ say no more than their node's type does. So a property is read when somebody ask
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -95,43 +96,60 @@ _COMPOSING = (b"subLayers", b"references", b"payload", b"inherits", b"specialize
 """Words without which a text layer composes nothing."""
 
 
-def lone_layer(stage: Any) -> Any | None:
-    """The layer that alone wrote all prims of a stage, each at its own path; None where that is not sure."""
+_FED_OUTPUT = re.compile(rb"""outputs:[^\s.=<>()"']*\s*\.\s*connect|\brel\s+outputs:""")
+
+
+class LoneLayer:
+    """The layer that alone wrote all prims of a stage, each at its own path, and what its text tells of all."""
+
+    __slots__ = ("find_prim", "find_property", "outputs_unfed")
+
+    def __init__(self, layer: Any, text: bytes) -> None:
+        self.find_prim, self.find_property = layer.GetPrimAtPath, layer.GetPropertyAtPath
+        self.outputs_unfed = _FED_OUTPUT.search(text) is None
+        """Whether no output has a connection, and none is a relationship."""
+
+
+def lone_layer(stage: Any) -> LoneLayer | None:
+    """The lone layer of a stage; None where it is not sure that there is one."""
     layers = [layer for layer in stage.GetUsedLayers() if not layer.anonymous or layer.rootPrims]
     if len(layers) != 1 or layers[0].dirty or not layers[0].realPath.endswith((".usd", ".usda")):
         return None
     data = Path(layers[0].realPath).read_bytes()
     composed = data.startswith((b"PXR-USDC", b"PK")) or any(word in data for word in _COMPOSING)
-    return None if composed else layers[0]
+    return None if composed else LoneLayer(layers[0], data)
 
 
-def properties_of(prim: Any, path: Any, lone: Any = None) -> Properties:
+def properties_of(prim: Any, path: Any, lone: LoneLayer | None = None) -> Properties:
     """The properties of a prim, whose path is `path`: as its layer has them if one alone wrote it, else composed.
 
     lone: the stage's `lone_layer`, which spares asking each prim.
     """
     if lone is not None:
-        return _Written(prim, path, lone.GetPrimAtPath(path), lone)
+        return _Written(prim, path, lone.find_prim(path), lone.find_property, lone.outputs_unfed)
     stack = prim.GetPrimStack()
     if len(stack) == 1 and stack[0].path == path:
-        return _Written(prim, path, stack[0], stack[0].layer)
+        return _Written(prim, path, stack[0], stack[0].layer.GetPropertyAtPath)
     return _Composed(prim)
 
 
 class _Written(Properties):
     """What one layer says of a prim of which no other says anything."""
 
-    __slots__ = ("_find", "_path", "_prim", "_spec")
+    __slots__ = ("_find", "_path", "_prim", "_spec", "_unfed")
 
-    def __init__(self, prim: Any, path: Any, spec: Any, layer: Any) -> None:
-        self._prim, self._path, self._spec = prim, path, spec
-        self._find = layer.GetPropertyAtPath
+    def __init__(self, prim: Any, path: Any, spec: Any, find: Callable[[Any], Any], unfed: bool = False) -> None:
+        self._prim, self._path, self._spec, self._find, self._unfed = prim, path, spec, find, unfed
 
     def names(self) -> Sequence[str]:
         names: Sequence[str] = self._spec.GetInfo("properties")  # as quick again as `properties`
         return names
 
     def find(self, name: str) -> RawAttribute:
+        return _UnfedOutput(name, self) if self._unfed and name.startswith("outputs:") else self.read(name)
+
+    def read(self, name: str) -> RawAttribute:
+        """The one of that name, looked up at once."""
         spec = self._find(self._path.AppendProperty(name))
         kind = _WrittenRelationship if type(spec) is Sdf.RelationshipSpec else _WrittenAttribute
         return kind(name, spec, self._prim)
@@ -179,6 +197,30 @@ class _WrittenAttribute(RawAttribute):
     def custom(self) -> Mapping[str, Any]:
         spec = self._spec
         return (plain(spec.GetInfo("customData")) or _NOTHING) if spec.HasInfo("customData") else _NOTHING
+
+
+class _UnfedOutput(RawAttribute):
+    """An output of which it is known that nothing feeds it, which is all that matters of most."""
+
+    __slots__ = ("_properties",)
+    is_animated = False
+    sources = ()
+
+    def __init__(self, name: str, properties: _Written) -> None:
+        self.name = name
+        self._properties = properties
+
+    @property
+    def sdf_type(self) -> str:
+        return self._properties.read(self.name).sdf_type
+
+    @property
+    def value(self) -> Any:
+        return self._properties.read(self.name).value
+
+    @property
+    def custom(self) -> Mapping[str, Any]:
+        return self._properties.read(self.name).custom
 
 
 class _WrittenRelationship(_WrittenAttribute):
