@@ -216,9 +216,7 @@ def test_it_loads_with_one_line(usda, case):
 def test_a_file_that_composes_nothing_is_read_as_one_that_may(read, case):
     """Prims of the one are read straight from its layer; a comment makes it one of the other kind."""
     more = {
-        "fed output": a_node(
-            "n", COUNTER, "int outputs:count.connect = </G/n.outputs:count>"
-        ),
+        "fed output": a_node("n", COUNTER, "int outputs:count.connect = </G/n.outputs:count>"),
         "unknown type": a_node("n", "my.Own", "custom double[3] outputs:x = (1, 2, 3)\ncustom rel outputs:y = </G>"),
     }
     body = CASES[case][0] if case in CASES else graph_text(more[case])
