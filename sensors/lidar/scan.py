@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -27,6 +28,20 @@ STEP_M = 5e-4
 
 MOST_KEPT_BYTES = 64 << 20
 """Directions of sub-rays are worked out once, unless they take up more."""
+
+
+@dataclass(slots=True)
+class _Part:
+    """Rows of the ray table that are one slice of the pattern.
+
+    turned_by: the rotation that its directions have; scans: in how many it was cast; grid: of its directions alone,
+    once it comes again and again.
+    """
+
+    memory: RayMemory = field(default_factory=RayMemory)
+    turned_by: bytes | None = None
+    scans: int = 0
+    grid: RayGrid | None = None
 
 
 class Scanner:
@@ -70,11 +85,10 @@ class Scanner:
         count = len(pattern)
         self._columns = np.ascontiguousarray(pattern.directions.T)
         self._table = np.empty((count, 6), np.float32)
-        self._memory = RayMemory()
+        self._parts: dict[tuple[int, int], _Part] = {}
         self._world = np.empty((3, count), np.float32)
         self._cosine, self._term = np.empty(count, np.float32), np.empty(count, np.float32)
         self._kept: dict[int, np.ndarray] = {}
-        self._turned_by: bytes | None = None
         self._grid: RayGrid | None = None
         self._reach = float(pattern.far_m.max(initial=0.0)) * (1 + 1e-6)
 
@@ -209,38 +223,50 @@ class Scanner:
         self, shot: Shot, columns: np.ndarray, origins: np.ndarray | None, swing: float, exact: bool
     ) -> tuple[Aim, float]:
         """Turns beams (3, n) into the world, in the table too; also the largest angle to their place in the grid."""
-        rows = shot.rows
-        table = self._table[: rows.stop - rows.start]
-        world = self._world[:, : len(table)]
+        rows, part = shot.rows, self._part(shot.rows)
+        table, world = self._table[rows], self._world[:, rows]
+        if self._noise is not None and origins is not None:
+            part.memory.forget()
         if shot.moves is not None:
             aim = moving_aim(shot.pose, shot.moves, columns, origins, world)
             for axis in range(3):
                 table[:, 3 + axis] = world[axis]
-            self._turned_by = None
-            self._memory.forget()
+            part.turned_by = None
+            part.memory.forget()
             return aim, swing + shot.moves.swing(shot.pose)
         rotation = shot.pose[:3, :3]
-        whole = exact and rows.start == 0 and rows.stop == len(self.pattern)
-        key = rotation.tobytes() if whole else None
-        if key is None or key != self._turned_by:
-            self._turn(table, columns, rotation.astype(np.float32))
-            self._turned_by = key
-            self._memory.forget()
+        key = rotation.tobytes() if exact else None
+        if key is None or key != part.turned_by:
+            self._turn(table, world, columns, rotation.astype(np.float32))
+            part.turned_by = key
+            part.memory.forget()
         offsets = None if origins is None else turned_back(origins, rotation.T.astype(np.float32))
         return Aim(shot.pose, world, offsets), swing
 
+    def _part(self, rows: slice) -> _Part:
+        """What is known of these rows of the table; nothing, if others have been written that they share rows with."""
+        key = rows.start, rows.stop
+        if key not in self._parts:
+            if any(start < rows.stop and rows.start < stop for start, stop in self._parts):
+                self._parts.clear()
+            self._parts[key] = _Part()
+        return self._parts[key]
+
     def _bundle(self, shot: Shot, aim: Aim, swing: float) -> RayBundle:
+        part = self._part(shot.rows)
+        grid, first = self._grid_of(part, shot.rows)
+        grid.rotation = aim.pose[:3, :3]
         return RayBundle(
             origin=aim.pose[:3, 3],
-            table=self._table[: shot.rows.stop - shot.rows.start],
+            table=self._table[shot.rows],
             offsets=aim.offsets,
             exclude=self._exclude,
             reach=self._reach,
-            grid=self._turned_grid(aim.pose[:3, :3]),
-            first=shot.rows.start,
+            grid=grid,
+            first=first,
             swing=swing,
             columns=aim.directions,
-            memory=self._memory,
+            memory=part.memory,
         )
 
     def _cast(self, bundle: RayBundle, shot: Shot, *, normals: bool) -> Hits:
@@ -258,12 +284,12 @@ class Scanner:
         origins = noise.origins(rows, shot.turn)
         return (columns, origins, 0.0, True) if off is None else (off[0], origins, off[1], False)
 
-    def _turn(self, table: np.ndarray, columns: np.ndarray, rotation: np.ndarray) -> None:
+    def _turn(self, table: np.ndarray, world: np.ndarray, columns: np.ndarray, rotation: np.ndarray) -> None:
         """World directions into the table; by columns, so that a slice has the bytes it has in the whole."""
         x, y, z = columns
         term = self._term[: len(table)]
         for axis in range(3):
-            column = self._world[axis, : len(table)]
+            column = world[axis]
             np.multiply(x, rotation[axis, 0], out=column)
             np.multiply(y, rotation[axis, 1], out=term)
             column += term
@@ -271,11 +297,16 @@ class Scanner:
             column += term
             table[:, 3 + axis] = column
 
-    def _turned_grid(self, rotation: np.ndarray) -> RayGrid:
+    def _grid_of(self, part: _Part, rows: slice) -> tuple[RayGrid, int]:
+        """The grid to find a slice's rays in, and the number of its first ray there."""
+        part.scans += 1
+        if part.grid is None and part.scans > 2 and rows.stop - rows.start < len(self.pattern):
+            part.grid = RayGrid(self.pattern.directions[rows])
+        if part.grid is not None:
+            return part.grid, 0
         if self._grid is None:
             self._grid = RayGrid(self.pattern.directions)
-        self._grid.rotation = rotation
-        return self._grid
+        return self._grid, rows.start
 
     def _incidence(self, directions: np.ndarray, normals: np.ndarray) -> np.ndarray:
         """The cosine of incidence of rays (3, n), on normals (n, 3), float32, unsigned; 0 where nothing was hit."""

@@ -34,6 +34,9 @@ BEYOND = 2.05
 ALL_ROUND_RAD = np.deg2rad(60.0)
 """Half the angle of a near mesh from which on all rays are cast at those that are near."""
 
+FEW_RAYS = 10_000
+"""So many cost less to cast at few small meshes than to choose among."""
+
 MARGIN_RAD = 1e-4
 """Cones are this much wider than they need be, so that rounding loses no ray."""
 
@@ -108,6 +111,11 @@ class MovingMeshes:
         nearest: Nearest,
     ) -> None:
         """Adds hits with the bodies at `poses` (b, 4, 4) float64 [m]; skip: (m,) bool, meshes that are left out."""
+        if self._near.all_few and len(rays.table) <= FEW_RAYS:
+            which = np.arange(len(self.bodies)) if skip is None else np.flatnonzero(~skip)
+            if len(which):
+                self._near.cast(rays, None, which, anchor, poses, threads, nearest)
+            return
         rotations = poses[self.bodies, :3, :3]
         places = self._places(rays, poses, rotations)
         seen = places.distance - places.radius <= rays.reach

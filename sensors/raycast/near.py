@@ -71,6 +71,8 @@ class NearMeshes:
         """(m,) bool, which of them may be near."""
         self.few = bool(counts[self.small].sum() <= FEW_TRIANGLES)
         """Whether all that are small are gathered."""
+        self.all_few = self.few and bool(self.small.all())
+        """Whether all are."""
         self._layout: tuple[bytes, _Layout] | None = None
         self._scene: tuple[tuple[bytes, ...], TriangleScene] | None = None
 

@@ -18,7 +18,8 @@ NOTHING = np.uint32(2**32 - 1)
 
 @dataclass(slots=True)
 class RayMemory:
-    """What a caster remembers of rays whose table is used again; whoever writes directions into it calls `forget`.
+    """What a caster remembers of rays whose table is used again; whoever writes directions into it, or gives the rays
+    other offsets, calls `forget`.
 
     start: (3,) float32, where the first `rows` rays start, as they stand in the table; None: not known. cast: what was
     last cast at a scene that stands still, with the start and the number of rays; met: what it met, kept from the

@@ -44,7 +44,8 @@ class RayGrid:
         # Each band stands there twice, so that a window across the seam is one run as well.
         self._index = np.concatenate([each for row in rows for each in (row, row)] or [order])
         filled = np.bincount(band * COLUMNS + column, minlength=count * COLUMNS).reshape(count, COLUMNS)
-        self._start = 2 * ends[:-1, None] + np.cumsum(np.concatenate([0 * filled[:, :1], filled, filled], 1), axis=1)
+        before = np.cumsum(np.concatenate([0 * filled[:, :1], filled, filled], 1), axis=1)
+        self._start = (2 * ends[:-1, None] + before).astype(np.int32)
         self._low = np.array([elevation[row].min() for row in rows])
         self._high = np.array([elevation[row].max() for row in rows])
         middle = np.deg2rad(self._low + self._high) / 2

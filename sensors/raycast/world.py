@@ -159,11 +159,11 @@ class _Scenes:
         """
         memory = rays.memory
         cast = self._number, start.tobytes(), len(rays.table)
-        again = memory is not None and rays.offsets is None and memory.cast == cast
+        again = memory is not None and memory.cast == cast
         if again and memory is not None and memory.met is not None:
             return memory.met, True
         rays.start_at(start)
         found = static.cast(rays.table, threads)
-        if memory is not None and rays.offsets is None:
+        if memory is not None:
             memory.cast, memory.met = cast, found if again else None
         return found, again

@@ -47,6 +47,45 @@ def test_angles_times_and_ids_of_a_whole_scan():
         assert not frame.channel("echoId").any()
 
 
+def cast_anew(_, static, rays, start, threads):
+    """Instead of `_Scenes.cast`: what rays have met before is not remembered."""
+    rays.start_at(start)
+    return static.cast(rays.table, threads), False
+
+
+@pytest.mark.parametrize("motion", ["frozen", "update", "continuous"])
+@pytest.mark.parametrize("tick_rate", [10, 7, 0])
+@pytest.mark.parametrize("origin", [0.0, 0.1])
+def test_a_lidar_that_stops_and_turns_again_sees_what_it_would_see_without_a_memory(
+    motion, tick_rate, origin, monkeypatch
+):
+    state = EmitterState(azimuth_deg=[0, 0], elevation_deg=[-5, 5], hor_offset_m=[0, origin])
+
+    def frames():
+        with weightless(lidar_motion=motion) as app:
+            add_box(app, "/World/Room", 20.0, (0, 0, 0))
+            add_box(app, "/World/Body", 1.0, (4, 0, 0), velocity=(1, 0.5, 0), spin=(50, 60, 70))
+            product = add_lidar(app, config=rotary(emitter_states=(state,)), tick_rate=tick_rate)
+            found = []
+            app.play()
+            for update in range(90):
+                if update in (40, 41, 60):
+                    pose = np.eye(4)
+                    pose[:2, 3] = 0.1 * (update == 41), update / 1000
+                    app.fabric.set_world_matrix("/World/Lidar", pose)
+                app.update()
+                if product.new_frame:
+                    found.append(product.frame)
+            return found
+
+    remembered = frames()
+    monkeypatch.setattr("sensors.raycast.world._Scenes.cast", cast_anew)
+    for one, other in zip(remembered, frames(), strict=True):
+        assert one.count > 0
+        for name in one.arrays:
+            np.testing.assert_array_equal(one.channel(name), other.channel(name))
+
+
 @pytest.mark.parametrize("motion", ["frozen", "update", "continuous"])
 @pytest.mark.parametrize(
     ("ticks", "step", "expected"),
