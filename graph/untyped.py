@@ -52,6 +52,12 @@ def _sequence_types(value: list[Any], storage: str | None) -> list[Type]:
     return [TYPES[name] for name in names if name in TYPES]
 
 
+def coerced(type_: Type, raw: Any) -> Any:
+    """A value as of this type, given as it is or in the explicit form. Raises ValueError where that cannot be."""
+    explicit = typed_value(raw)
+    return coerce(type_, raw if explicit is None else explicit[1])
+
+
 def typed_value(value: Any) -> tuple[Type, Any] | None:
     """The type and value of the explicit form `{type: double[3], value: [1, 0, 0]}`; None for any other value.
 

@@ -18,7 +18,7 @@ from graph.evaluate.dirty import DirtyPushEvaluator
 from graph.evaluate.instances import with_target
 from graph.registry import Registry
 from graph.spec import ConnectionSpec, NodeSpec
-from graph.untyped import typed_value
+from graph.untyped import coerced, typed_value
 from graph.values import coerce
 
 from .compiler import compile_graphs
@@ -303,8 +303,7 @@ class _Plan:
             raise OtherwiseError
         raw = with_target(inputs[key], self._graph.target)
         try:
-            explicit = typed_value(raw)
-            value = coerce(type_, raw if explicit is None else explicit[1])
+            value = coerced(type_, raw)
         except ValueError as error:
             raise OtherwiseError from error
         if attribute.check(value):

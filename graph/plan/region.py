@@ -64,12 +64,7 @@ class _Resettling(Settling):
         self.stages: dict[tuple[Draft, str], Stage] = {}
 
     def run(self) -> None:
-        for draft in self._open:
-            self._take_explicit(draft)
-            self._ask(draft)
-        for link in self._links:
-            self._forward(link)
-        self._spread()
+        self._run_forwards()
         written: list[tuple[Stage, bool, Draft, str, Type | None]] = [
             ((1, draft.node.index, place), False, draft, full, None)
             for draft in self._open

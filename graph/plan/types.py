@@ -8,7 +8,7 @@ from typing import Any
 
 from graph.conversion import convertible, settle, way_between
 from graph.types import AnyType, Extended, Type, concrete_type
-from graph.untyped import natural_type, typed_value
+from graph.untyped import coerced, natural_type, typed_value
 from graph.values import coerce
 
 from .connections import Link, by_attribute
@@ -56,8 +56,7 @@ class Known(Mapping[str, "Type | None"]):
         if type_ is None:
             return raw
         try:
-            explicit = typed_value(raw)
-            value = coerce(type_, raw if explicit is None else explicit[1])
+            value = coerced(type_, raw)
         except ValueError as error:
             raise _WrongValueError from error
         if attribute.check(value):
@@ -99,12 +98,7 @@ class Settling:
 
     def run(self) -> None:
         """Forwards along connections, then from written values, then backwards from typed readers."""
-        for draft in self._open:
-            self._take_explicit(draft)
-            self._ask(draft)
-        for link in self._links:
-            self._forward(link)
-        self._spread()
+        self._run_forwards()
         for draft in self._open:
             for full in draft.open:
                 if draft.types[full] is None and full in draft.authored and full not in draft.fed:
@@ -113,6 +107,14 @@ class Settling:
         for link in self._links:
             self._backward(link)
             self._spread()
+
+    def _run_forwards(self) -> None:
+        for draft in self._open:
+            self._take_explicit(draft)
+            self._ask(draft)
+        for link in self._links:
+            self._forward(link)
+        self._spread()
 
     def _take_explicit(self, draft: Draft) -> None:
         for full in draft.open:

@@ -10,6 +10,11 @@ from .stage_prims import find_prim, only_target
 
 _IDENTITY = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]]
 PATH = Attribute("token", "path of the prim where usePath is set", default="")
+ONE_PRIM = {
+    "prim": Attribute("target", "the prim, unless usePath is set", optional=True),
+    "primPath": PATH,
+    "usePath": Attribute("bool", "whether primPath names the prim instead of the input prim", default=True),
+}
 
 
 @node_type(
@@ -38,11 +43,7 @@ def read_prim_local_transform(db: Any) -> bool:
     "omni.graph.nodes.GetPrimLocalToWorldTransform",
     version=2,
     volatile=True,
-    inputs={
-        "prim": Attribute("target", "the prim, unless usePath is set", optional=True),
-        "primPath": PATH,
-        "usePath": Attribute("bool", "whether primPath names the prim instead of the input prim", default=True),
-    },
+    inputs=ONE_PRIM,
     outputs={"localToWorldTransform": Attribute("matrixd[4]", "its place in the world")},
 )
 def get_prim_local_to_world_transform(db: Any) -> bool:
@@ -106,11 +107,7 @@ _OPPOSITES = {"right": "left", "up": "down", "backward": "forward"}
     "omni.graph.nodes.GetPrimDirectionVector",
     version=2,
     volatile=True,
-    inputs={
-        "prim": Attribute("target", "the prim, unless usePath is set", optional=True),
-        "primPath": PATH,
-        "usePath": Attribute("bool", "whether primPath names the prim instead of the input prim", default=True),
-    },
+    inputs=ONE_PRIM,
     outputs={
         f"{name}Vector": Attribute("double[3]", f"the direction {name} in the world, of length 1")
         for name in ("backward", "down", "forward", "left", "right", "up")

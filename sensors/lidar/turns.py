@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import functools
 import math
-from collections import OrderedDict
 from fractions import Fraction
 
 from .config import LidarConfig
@@ -21,13 +21,12 @@ class Turns:
     """
 
     def __init__(self, config: LidarConfig) -> None:
-        self._config = config
         self.period: Fraction = 1 / config.scan_rate_base_hz
         ticks, round_ = config.ticks_per_scan, config.emitter_state_count * max(1, config.state_resolution_step)
         self.count = math.lcm(ticks, round_) // ticks
         self.kept = max(1, min(self.count, MOST_KEPT_RAYS // max(1, config.rays_per_scan)))
         """For how many turns it is worth keeping what belongs to their patterns."""
-        self._patterns: OrderedDict[int, Pattern] = OrderedDict()
+        self._pattern = functools.lru_cache(self.kept)(functools.partial(firing_pattern, config))
 
     def number(self, turn: int) -> int:
         """Turns of the same number have the same pattern."""
@@ -35,13 +34,7 @@ class Turns:
 
     def pattern(self, turn: int) -> Pattern:
         """The firings of a turn."""
-        number = self.number(turn)
-        found = self._patterns.get(number)
-        if found is None:
-            while len(self._patterns) >= self.kept:
-                self._patterns.popitem(last=False)
-            found = self._patterns[number] = firing_pattern(self._config, number)
-        return found
+        return self._pattern(self.number(turn))
 
     def slices(self, start: Fraction, end: Fraction, *, whole_turns: int = 0) -> list[tuple[int, slice]]:
         """(turn, rows) of the firings at times in [start, end) [s since play], oldest first.

@@ -82,7 +82,8 @@ class MovingMeshes:
         self.radii = np.array(radii) * (1 + 1e-6) + 1e-6
         self._lengths = self.radii.astype(np.float32)
         self._near = NearMeshes(moving)
-        self._build(moving, centre)
+        if not self._near.all_few:  # else all are gathered
+            self._build(moving, centre)
 
     def _build(self, moving: Sequence[Moving], centre: np.ndarray) -> None:
         first: dict[bytes, int] = {}
