@@ -34,13 +34,13 @@ MOST_KEPT_BYTES = 64 << 20
 class _Part:
     """Rows of the ray table that are one slice of the pattern.
 
-    turned_by: the rotation that its directions have; scans: in how many it was cast; grid: of its directions alone,
+    turned_by: the rotation that its directions have; casts: how often it was cast; grid: of its directions alone,
     once it comes again and again.
     """
 
     memory: RayMemory = field(default_factory=RayMemory)
     turned_by: bytes | None = None
-    scans: int = 0
+    casts: int = 0
     grid: RayGrid | None = None
 
 
@@ -299,8 +299,8 @@ class Scanner:
 
     def _grid_of(self, part: _Part, rows: slice) -> tuple[RayGrid, int]:
         """The grid to find a slice's rays in, and the number of its first ray there."""
-        part.scans += 1
-        if part.grid is None and part.scans > 2 and rows.stop - rows.start < len(self.pattern):
+        part.casts += 1
+        if part.grid is None and part.casts > 2 and rows.stop - rows.start < len(self.pattern):
             part.grid = RayGrid(self.pattern.directions[rows])
         if part.grid is not None:
             return part.grid, 0
