@@ -10,38 +10,40 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from .moved import install as _install_old_paths
+
 if TYPE_CHECKING:
-    from .context import Context
+    from .base.errors import Mark, Problem, RunError, UserError
     from .controller import Controller, OmniGraphError, OmniGraphValueError
-    from .db import Database, NodeError
-    from .declaration import UNSET, Attribute, NodeType, declare, node_type
-    from .errors import Mark, Problem, RunError, UserError
     from .evaluate import ComputeError, Graph, Node
-    from .loading import LoadedFile, load_graph
+    from .node.context import Context
+    from .node.database import Database, NodeError
+    from .node.declaration import UNSET, Attribute, NodeType, declare, node_type
     from .plan import compile_graphs
+    from .session.load import LoadedFile, load_graph
 
 _HOMES = {
-    "UNSET": "declaration",
-    "Attribute": "declaration",
+    "UNSET": "node.declaration",
+    "Attribute": "node.declaration",
     "ComputeError": "evaluate",
-    "Context": "context",
+    "Context": "node.context",
     "Controller": "controller",
-    "Database": "db",
+    "Database": "node.database",
     "Graph": "evaluate",
-    "LoadedFile": "loading",
-    "Mark": "errors",
+    "LoadedFile": "session.load",
+    "Mark": "base.errors",
     "Node": "evaluate",
-    "NodeError": "db",
-    "NodeType": "declaration",
+    "NodeError": "node.database",
+    "NodeType": "node.declaration",
     "OmniGraphError": "controller",
     "OmniGraphValueError": "controller",
-    "Problem": "errors",
-    "RunError": "errors",
-    "UserError": "errors",
+    "Problem": "base.errors",
+    "RunError": "base.errors",
+    "UserError": "base.errors",
     "compile_graphs": "plan",
-    "declare": "declaration",
-    "load_graph": "loading",
-    "node_type": "declaration",
+    "declare": "node.declaration",
+    "load_graph": "session.load",
+    "node_type": "node.declaration",
 }
 
 __all__ = [
@@ -67,6 +69,9 @@ __all__ = [
     "load_graph",
     "node_type",
 ]
+
+
+_install_old_paths()
 
 
 def __getattr__(name: str) -> Any:

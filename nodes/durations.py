@@ -6,7 +6,7 @@ import math
 from fractions import Fraction
 from typing import Any
 
-from graph.exact import duration
+from graph.base.exact import duration
 
 
 def finite_duration(db: Any) -> Fraction:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from graph.errors import UserError
+from graph.base.errors import UserError
 
 from .annotators import (
     EXTRACT_CHANNELS,

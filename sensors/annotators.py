@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from graph.errors import UserError
+from graph.base.errors import UserError
 
 from .channels import CHANNELS
 from .frame import Frame, spherical

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from graph.errors import RunError
+from graph.base.errors import RunError
 
 from .frame import Frame
 

@@ -13,13 +13,13 @@ ROOT = Path(__file__).parents[1]
 HEAVY = ("mujoco", "open3d", "pxr", "matplotlib")
 OWN = ("graph", "nodes", "sensors")
 
-LEAVES = {"graph.brief", "graph.errors", "graph.exact", "graph.repeats"}
+LEAVES = {"graph.base.shorten", "graph.base.errors", "graph.base.exact", "graph.base.warning_keys"}
 """Core modules that know nothing themselves; the world shares them."""
 
 JOINTS = {
-    "graph.assembly",
-    "graph.staging",
-    "graph.runner",
+    "graph.session.open",
+    "graph.session.staging",
+    "graph.session.runner",
     "graph.cli",
     "graph.testing",
     "graph.__main__",

@@ -10,13 +10,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from graph.errors import Mark, Problem
+from graph.base.errors import Mark, Problem
 
 from .arguments import add_allow
 from .printing import note_line, problem_line, safe_line
 
 if TYPE_CHECKING:
-    from graph.spec import FileSpec, Note
+    from graph.spec.file_spec import FileSpec, Note
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +92,7 @@ def check(
 ) -> Checked:
     """Loads, compiles and stages one file, without playing it; `settings` beat the file's."""
     # Only here are the engine, the world and the nodes imported: `graph check --help` needs none of them.
-    from graph.assembly import build_parts
+    from graph.session.open import build_parts
     from graph.testing.names import is_test_file
 
     if is_test_file(Path(file)):

@@ -11,9 +11,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from graph.brief import listed
-from graph.errors import UserError
-from graph.spec import FileSpec, GraphSpec, Note
+from graph.base.errors import UserError
+from graph.base.shorten import listed
+from graph.spec.file_spec import FileSpec, GraphSpec, Note
 
 from .arguments import add_allow
 from .printing import note_line
@@ -50,7 +50,7 @@ def convert(source: str, target: str, *, allow: Sequence[Path] = ()) -> tuple[No
     if not folder.is_dir():
         raise UserError(f"{target}: there is no folder {folder}; make it first.")
     from graph.files import examine
-    from graph.leniency import without_untyped
+    from graph.session.leniency import without_untyped
 
     examined = examine(source, allow=allow)
     if examined.problems or examined.spec is None:

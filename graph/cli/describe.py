@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from graph.declaration import Attribute, NodeType
+    from graph.node.declaration import Attribute, NodeType
 
 
 def node_type_as_dict(node_type: NodeType) -> dict[str, Any]:
@@ -28,7 +28,7 @@ def node_type_as_dict(node_type: NodeType) -> dict[str, Any]:
 
 def default_of(attribute: Attribute) -> Any:
     """The declared default as plain data that JSON can hold (infinity as text); None if there is none."""
-    from graph.declaration import UNSET
+    from graph.node.declaration import UNSET
 
     value = attribute.default
     if value is UNSET:

@@ -11,10 +11,10 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from graph import registry
-from graph.declaration import NodeType
-from graph.errors import UserError
-from graph.spec import FileSpec, GraphSpec
+from graph.base.errors import UserError
+from graph.node import registry
+from graph.node.declaration import NodeType
+from graph.spec.file_spec import FileSpec, GraphSpec
 
 Kind = Literal["execution", "data", "unknown"]
 _SHOWN = 40

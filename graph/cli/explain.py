@@ -25,7 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Runs the command. Its first updates are really run, without casting rays."""
-    from graph.assembly import open_session
+    from graph.session.open import open_session
 
     from .explaining import explain
 

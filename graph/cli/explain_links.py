@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from graph.evaluate import Graph, Node
-    from graph.spec import GraphSpec
+    from graph.spec.file_spec import GraphSpec
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,8 +10,8 @@ from .explain_links import Links
 from .frames import FrameSink
 
 if TYPE_CHECKING:
-    from graph.assembly import Session
     from graph.evaluate import Node
+    from graph.session.open import Session
     from graph.sim import App
     from graph.sim.renderer.rendering import RenderProduct
     from graph.sim.renderer.schedule import Tick

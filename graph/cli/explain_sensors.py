@@ -132,7 +132,7 @@ def _rule(app: App, product: RenderProduct) -> str:
 
 
 def _stamp(product: RenderProduct, tick: Tick) -> int:
-    from graph.exact import nanoseconds
+    from graph.base.exact import nanoseconds
 
     turns = getattr(product.sensor, "turns", None)  # a lidar's
     if turns is None:

@@ -15,7 +15,7 @@ from .explain_sensors import sensors_of
 from .explain_traps import find_traps
 
 if TYPE_CHECKING:
-    from graph.assembly import Session
+    from graph.session.open import Session
 
 DEFAULT_DURATION_S = 5
 MOST_PLANNED_UPDATES = 100_000

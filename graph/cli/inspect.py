@@ -11,13 +11,13 @@ from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from graph.errors import RunError, UserError
+from graph.base.errors import RunError, UserError
 
 from .arguments import add_allow
 from .printing import aligned, note_line, safe_line
 
 if TYPE_CHECKING:
-    from graph.assembly import Session
+    from graph.session.open import Session
     from graph.sim import App
     from graph.sim.renderer.rendering import RenderProduct
 
@@ -42,7 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Runs the command: plays the file until the sensor has a frame. Object ids and normals are switched on for it."""
-    from graph.assembly import open_session
+    from graph.session.open import open_session
     from sensors.lidar.runtime import PUBLISH_NORMALS, STABLE_IDS
 
     from .run import pairs, show_log
@@ -77,8 +77,8 @@ _WARNING = ("code", "where", "message")
 
 def find_sensor(app: App, path: str | None) -> str:
     """The path of the sensor to look at. Raises UserError for a prim that is none, with the sensors there are."""
+    from graph.base.suggest import did_you_mean
     from graph.sim.usd import Usd
-    from graph.suggest import did_you_mean
     from sensors.products import sensor_problem
 
     prims = [str(prim.GetPath()) for prim in app.stage.Traverse(Usd.TraverseInstanceProxies())]

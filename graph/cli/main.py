@@ -20,7 +20,7 @@ from importlib import import_module
 from io import TextIOWrapper
 from typing import Any, NoReturn
 
-from graph.errors import RunError, UserError
+from graph.base.errors import RunError, UserError
 
 from .printing import problem_line, safe_line
 

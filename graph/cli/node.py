@@ -11,7 +11,7 @@ from .describe import default_of, node_type_as_dict, type_name
 from .printing import safe_line
 
 if TYPE_CHECKING:
-    from graph.declaration import Attribute, NodeType
+    from graph.node.declaration import Attribute, NodeType
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -22,7 +22,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Runs the command."""
-    from graph import registry
+    from graph.node import registry
 
     node_type = registry.get(args.type)
     if args.json:
@@ -34,7 +34,7 @@ def run(args: argparse.Namespace) -> int:
 
 def describe(node_type: NodeType) -> Iterator[str]:
     """The lines that describe a type to a person."""
-    from graph.example import example
+    from nodes.catalog.example import example
 
     yield f"{node_type.id} (version {node_type.version})"
     if node_type.doc:

@@ -7,13 +7,13 @@ import json
 from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING
 
-from graph.errors import UserError
+from graph.base.errors import UserError
 
 from .describe import first_line, node_type_as_dict
 from .printing import print_table
 
 if TYPE_CHECKING:
-    from graph.declaration import NodeType
+    from graph.node.declaration import NodeType
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -29,7 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Runs the command; a pattern that fits nothing is the user's mistake."""
-    from graph import registry
+    from graph.node import registry
 
     types = [one for one in registry.all() if args.pattern is None or fits(one, args.pattern)]
     if not types and args.pattern is not None:

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from graph.errors import Problem, UserError
+from graph.base.errors import Problem, UserError
 
 if TYPE_CHECKING:
     from graph.sim import App
@@ -74,11 +74,11 @@ def _open(path: Path) -> Source:
 
 
 def _text_source(path: Path) -> MemorySource:
+    from graph.base.suggest import did_you_mean
     from graph.files.played import load_played
     from graph.sim.messages.ros_fields import from_plain
     from graph.sim.messages.ros_types import known, type_names
     from graph.sim.messages.sources import MemorySource
-    from graph.suggest import did_you_mean
 
     problems: list[Problem] = []
     messages: list[tuple[Any, str, str, Any]] = []

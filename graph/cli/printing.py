@@ -5,8 +5,8 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterable, Iterator, Sequence
 
-from graph.brief import brief
-from graph.errors import Problem
+from graph.base.errors import Problem
+from graph.base.shorten import brief
 
 
 def problem_line(problem: Problem) -> str:

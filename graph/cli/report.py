@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from graph.errors import RunError
+from graph.base.errors import RunError
 from graph.sim.timing.wall_clock import RealClock
 
 from .silence import silent_parts, wired_sensors
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
-    from graph.runner import GraphRunner
+    from graph.session.runner import GraphRunner
     from graph.sim import App
     from graph.sim.messages.bus import CountingSink
 

@@ -14,14 +14,14 @@ from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from graph.errors import RunError, UserError
-from graph.exact import duration as exact_duration
+from graph.base.errors import RunError, UserError
+from graph.base.exact import duration as exact_duration
 
 from .arguments import add_allow
 from .playing import add_play_argument, open_sources, play_into, warn_unheard
 
 if TYPE_CHECKING:
-    from graph.assembly import Session
+    from graph.session.open import Session
     from graph.sim import App
 
 HELP = "run a graph file"
@@ -63,7 +63,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Runs the command; returns its exit code."""
-    from graph.assembly import open_session
+    from graph.session.open import open_session
     from graph.sim.messages.bus import CountingSink
 
     from .frames import FrameSink
@@ -203,7 +203,7 @@ def _record(session: Session, out: Path, read: Iterable[Path], cleanup: ExitStac
 
 
 def _trace(session: Session, path: Path, cleanup: ExitStack) -> None:
-    from graph.tracing import Tracer
+    from graph.session.tracing import Tracer
 
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -25,8 +25,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Runs the command."""
-    from graph import registry
     from graph.files import json_schema
+    from graph.node import registry
     from graph.sim.fidelity import KNOBS
     from graph.sim.settings import DEFAULTS
 

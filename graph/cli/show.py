@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 
-from graph.errors import UserError
+from graph.base.errors import UserError
 
 from .arguments import add_allow
 from .printing import note_line, problem_line
@@ -28,7 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Runs the command. What is wrong with the file is told, and the rest drawn: a drawing helps to find mistakes."""
     from graph.files import examine
-    from graph.leniency import without_unknown_types
+    from graph.session.leniency import without_unknown_types
 
     from . import drawing
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 from graph.sim.scene.prim_paths import prim_at
 
 if TYPE_CHECKING:
-    from graph.declaration import NodeType
-    from graph.runner import GraphRunner
+    from graph.node.declaration import NodeType
+    from graph.session.runner import GraphRunner
     from graph.sim import App
 
 SENSOR_INPUT = "cameraPrim"

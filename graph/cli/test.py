@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from graph.errors import Mark, Problem, UserError
+from graph.base.errors import Mark, Problem, UserError
 
 from .arguments import add_allow
 from .printing import safe_line

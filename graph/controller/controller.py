@@ -16,12 +16,12 @@ from collections.abc import Callable, Iterable, Mapping
 from types import MethodType
 from typing import Any, Concatenate, Generic, ParamSpec, TypeVar, overload
 
-from graph.collector import collector_paused
+from graph.base.gc_pause import collector_paused
+from graph.base.suggest import did_you_mean
 from graph.evaluate import Graph, Node
 from graph.evaluate.familiar import AttributeOf, Variable
-from graph.registry import Registry
-from graph.spec import GraphSpec
-from graph.suggest import did_you_mean
+from graph.node.registry import Registry
+from graph.spec.file_spec import GraphSpec
 
 from . import find
 from .edit import Edit, plain_value

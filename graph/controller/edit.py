@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from graph.declaration import NodeType
-from graph.errors import Mark, Problem, UserError
+from graph.base.errors import Mark, Problem, UserError
+from graph.base.suggest import did_you_mean
 from graph.evaluate import Graph, Node
-from graph.migration import changed_attribute, migrated_type
-from graph.registry import UnknownNodeTypeError
-from graph.spec import ConnectionSpec, VariableSpec
-from graph.suggest import did_you_mean
-from graph.types import concrete_type
-from graph.values import shown
+from graph.node.declaration import NodeType
+from graph.node.registry import UnknownNodeTypeError
+from graph.spec.file_spec import ConnectionSpec, VariableSpec
+from graph.spec.migration import changed_attribute, migrated_type
+from graph.values.coercion import shown
+from graph.values.types import concrete_type
 
 from .errors import OmniGraphError, OmniGraphValueError
 from .graph_set import GraphSet

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from graph.errors import UserError
+from graph.base.errors import UserError
 
 
 class OmniGraphError(UserError):

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from graph.base.suggest import did_you_mean
 from graph.evaluate import Graph, Node
 from graph.evaluate.familiar import AttributeOf
-from graph.suggest import did_you_mean
 
 from .errors import OmniGraphError
 from .graph_set import GraphSet

@@ -9,15 +9,15 @@ from importlib import import_module
 from typing import Any
 from weakref import WeakKeyDictionary
 
-from graph.context import Context
-from graph.errors import Problem, UserError
+from graph.base.errors import Problem, UserError
+from graph.base.suggest import did_you_mean
 from graph.evaluate import Graph, Node
 from graph.evaluate.adopt import adopt
+from graph.node.context import Context
+from graph.node.registry import DEFAULT, Registry
 from graph.plan import compile_graphs
 from graph.plan.patch import Patch, Patches, with_written
-from graph.registry import DEFAULT, Registry
-from graph.spec import GraphSpec
-from graph.suggest import did_you_mean
+from graph.spec.file_spec import GraphSpec
 
 from .errors import OmniGraphError
 from .model import Model
@@ -241,7 +241,7 @@ def unbind(app: Any, graphs: GraphSet) -> None:
 def graphs_of(app: Any) -> GraphSet:
     """The set of an App's graphs; an App that has none gets an empty one, evaluated in its phases."""
     if app not in _OF_APP:
-        import_module("graph.runner").GraphRunner(app, [])
+        import_module("graph.session.runner").GraphRunner(app, [])
     return _OF_APP[app]
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from graph.spec import EvaluationMode, Evaluator, PipelineStage
+from graph.spec.file_spec import EvaluationMode, Evaluator, PipelineStage
 
 
 class Keys:

@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
-from graph.errors import Mark
+from graph.base.errors import Mark
+from graph.node.registry import Registry, UnknownNodeTypeError
 from graph.plan.patch import Patch
-from graph.registry import Registry, UnknownNodeTypeError
-from graph.spec import ConnectionSpec, GraphSpec, NodeSpec, VariableSpec
+from graph.spec.file_spec import ConnectionSpec, GraphSpec, NodeSpec, VariableSpec
 
 Side = Literal["source", "target"]
 PREFIXES = ("inputs", "outputs", "state")

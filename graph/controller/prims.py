@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from importlib import import_module
 from typing import Any
 
-from graph.suggest import did_you_mean
-from graph.types import TYPES
-from graph.values import coerce, shown
+from graph.base.suggest import did_you_mean
+from graph.values.coercion import coerce, shown
+from graph.values.types import TYPES
 
 from .errors import OmniGraphError
 from .graph_set import GraphSet

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from importlib import import_module
 from typing import Any
 
-from graph.spec import GraphSpec
-from graph.suggest import did_you_mean
-from graph.values import shown
+from graph.base.suggest import did_you_mean
+from graph.spec.file_spec import GraphSpec
+from graph.values.coercion import shown
 
 from .errors import OmniGraphError
 from .find import graph_path
@@ -49,7 +49,7 @@ def _refuse_other_prims(graphs: GraphSet, path: str) -> None:
     """Raises OmniGraphError where the stage has a prim at the path that is something else."""
     prim = graphs.app.stage.GetPrimAtPath(path) if graphs.app is not None else None
     kind = str(prim.GetTypeName()) if prim else ""
-    if kind not in import_module("graph.staging").GRAPH_PRIMS:
+    if kind not in import_module("graph.session.staging").GRAPH_PRIMS:
         raise OmniGraphError(f"{path} is a {kind} on the stage; give the graph another path")
 
 

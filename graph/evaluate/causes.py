@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
-from graph.db import Database, NodeError, python_name
-from graph.errors import RunError, UserError
-from graph.values import shown
+from graph.base.errors import RunError, UserError
+from graph.node.database import Database, NodeError, python_name
+from graph.values.coercion import shown
 
 # What Python and NumPy raise when a number is none that they can work with.
 _ARITHMETIC = (ArithmeticError, ValueError, TypeError)

@@ -6,7 +6,7 @@ import heapq
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from graph.db import STARTED, Database
+from graph.node.database import STARTED, Database
 
 from .push import count_fired
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from graph.errors import RunError
+from graph.base.errors import RunError
 
 if TYPE_CHECKING:
     from .node import Node

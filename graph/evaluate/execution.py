@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from graph.db import RETURN, RETURNED, STARTED, Database
-from graph.declaration import CLOSING
+from graph.node.database import RETURN, RETURNED, STARTED, Database
+from graph.node.declaration import CLOSING
 
 from .errors import RunawayError
 from .node import Node, upstream_data

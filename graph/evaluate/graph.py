@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Literal, Protocol, get_args
 
-from graph.context import Context
-from graph.db import STARTED, Database, LackError
-from graph.declaration import Compute
-from graph.spec import Evaluator, GraphSpec, PipelineStage
-from graph.suggest import did_you_mean
-from graph.variables import Variables
+from graph.base.suggest import did_you_mean
+from graph.node.context import Context
+from graph.node.database import STARTED, Database, LackError
+from graph.node.declaration import Compute
+from graph.node.variables import Variables
+from graph.spec.file_spec import Evaluator, GraphSpec, PipelineStage
 
 from .causes import cause_of
 from .errors import ComputeError

@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
-from graph.spec import GraphSpec
+from graph.spec.file_spec import GraphSpec
 
 GRAPH_TARGET = "_OMNI_GRAPH_TARGET"
 """What stands for the prim of the instance, alone or as a part of a path."""

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from graph.context import Context
-from graph.db import Database, LackError, python_name
-from graph.declaration import Attribute, Compute, NodeType
-from graph.errors import Mark
-from graph.suggest import did_you_mean
-from graph.types import Type
-from graph.values import coerce
+from graph.base.errors import Mark
+from graph.base.suggest import did_you_mean
+from graph.node.context import Context
+from graph.node.database import Database, LackError, python_name
+from graph.node.declaration import Attribute, Compute, NodeType
+from graph.values.coercion import coerce
+from graph.values.types import Type
 
 from .familiar import FamiliarNode
 from .wire import Copy, Wire, all_of, storage

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from graph.db import RETURN, STARTED, Database
+from graph.node.database import RETURN, STARTED, Database
 
 if TYPE_CHECKING:
     from .graph import Activation, Graph

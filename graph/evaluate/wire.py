@@ -7,10 +7,10 @@ from collections.abc import Callable, Sequence
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from graph.db import python_name
+from graph.node.database import python_name
 
 if TYPE_CHECKING:
-    from graph.db import Database
+    from graph.node.database import Database
 
 Copy = Callable[[], None]
 

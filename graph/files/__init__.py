@@ -1,4 +1,4 @@
-"""Graph files: YAML or JSON text to a validated `graph.spec.FileSpec`, every problem with its file, line and column.
+"""Graph files: YAML or JSON text to a validated `FileSpec`, every problem with its file, line and column.
 
 The stages, one module each: bytes to text (`source`), text to a plain tree that knows its places (`yaml_text`,
 `json_text`, `tree`), tree to validated models (`model`, `messages`), models to the specification (`build`).

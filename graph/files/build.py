@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from graph.errors import Mark, Problem
-from graph.spec import ClockSpec, ConnectionSpec, FileSpec, GraphSpec, NodeSpec, SceneSpec, VariableSpec
+from graph.base.errors import Mark, Problem
+from graph.spec.file_spec import ClockSpec, ConnectionSpec, FileSpec, GraphSpec, NodeSpec, SceneSpec, VariableSpec
 
 from . import connections, model, paths
 from .source import Source

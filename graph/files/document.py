@@ -8,8 +8,8 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-from graph.errors import Problem, UserError
-from graph.spec import GraphSpec, NodeSpec
+from graph.base.errors import Problem, UserError
+from graph.spec.file_spec import GraphSpec, NodeSpec
 
 from . import json_text
 from .source import file_format, read

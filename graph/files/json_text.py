@@ -13,7 +13,7 @@ from collections.abc import Callable
 from json import decoder
 from typing import Any
 
-from graph.errors import Problem, UserError
+from graph.base.errors import Problem, UserError
 
 from . import scalars
 from .source import DEPTH_LIMIT, Source

@@ -10,9 +10,9 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from graph.collector import collector_paused
-from graph.errors import Mark, Problem, UserError
-from graph.spec import FileSpec, GraphSpec
+from graph.base.errors import Mark, Problem, UserError
+from graph.base.gc_pause import collector_paused
+from graph.spec.file_spec import FileSpec, GraphSpec
 
 from . import json_text, messages, model, tree
 from .build import Builder
@@ -67,7 +67,7 @@ def examine(path: str | Path, *, allow: Iterable[str | Path] = ()) -> Examined:
 
 def migrated(examined: Examined) -> Examined:
     """The same with old type ids and attributes brought up to date."""
-    from graph.migration import migrate
+    from graph.spec.migration import migrate
 
     return examined if examined.spec is None else replace(examined, spec=migrate(examined.spec))
 

@@ -8,8 +8,8 @@ from typing import Any, get_args
 from pydantic import BaseModel
 from pydantic_core import ErrorDetails
 
-from graph.errors import Problem
-from graph.suggest import did_you_mean
+from graph.base.errors import Problem
+from graph.base.suggest import did_you_mean
 
 from . import model
 from .source import Source

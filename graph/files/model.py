@@ -14,8 +14,8 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainValidator, WithJsonSchema, model_validator
 from pydantic_core import PydanticCustomError
 
-from graph import exact
-from graph.types import parse_type
+from graph.base import exact
+from graph.values.types import parse_type
 
 from .connections import PATTERN
 from .prim_schema import PRIM

@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
-from graph.suggest import did_you_mean
+from graph.base.suggest import did_you_mean
 
 from .text import quoted
 

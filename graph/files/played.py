@@ -15,8 +15,8 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-from graph.errors import Mark, Problem, UserError
-from graph.exact import duration
+from graph.base.errors import Mark, Problem, UserError
+from graph.base.exact import duration
 
 from . import json_text
 from .source import JSON_LIMIT, Source, decode, file_format

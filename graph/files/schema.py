@@ -6,12 +6,12 @@ import math
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from graph.types import TYPES, Type
+from graph.values.types import TYPES, Type
 
 from . import model
 
 if TYPE_CHECKING:
-    from graph.declaration import Attribute, NodeType
+    from graph.node.declaration import Attribute, NodeType
 
 JsonSchema = dict[str, Any]
 

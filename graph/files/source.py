@@ -7,8 +7,8 @@ from bisect import bisect_right
 from functools import cached_property
 from pathlib import Path
 
-from graph.errors import Mark, Problem, UserError
-from graph.suggest import did_you_mean
+from graph.base.errors import Mark, Problem, UserError
+from graph.base.suggest import did_you_mean
 
 YAML_LIMIT = 8 * 2**20
 """Bytes of the largest YAML file that is read; JSON is read a hundred times faster and may be larger."""

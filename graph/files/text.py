@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from graph.suggest import did_you_mean
+from graph.base.suggest import did_you_mean
 
 _SHOWN = 60
 

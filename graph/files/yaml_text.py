@@ -21,7 +21,7 @@ from ruamel.yaml.events import (
     SequenceStartEvent,
 )
 
-from graph.errors import Problem, UserError
+from graph.base.errors import Problem, UserError
 
 from . import scalars
 from .source import DEPTH_LIMIT, Source

@@ -8,9 +8,9 @@ from collections.abc import Mapping
 from types import SimpleNamespace
 from typing import Any
 
-from graph.db import NodeError
-from graph.types import TYPES, Type
-from graph.values import coerce, dtype_of, shown
+from graph.node.database import NodeError
+from graph.values.coercion import coerce, dtype_of, shown
+from graph.values.types import TYPES, Type
 
 from .stand_in import ExecutionAttributeState
 
@@ -95,7 +95,7 @@ class OgnDatabase:
     """`db` as OmniGraph's Python nodes know it: inputs, outputs, state, tokens, logging, and a place of its own.
 
     `internal_state`, `per_instance_state` and `shared_state` are the node's one memory, made afresh after every stop.
-    Everything else is that of the node's own database (`graph.db.Database`).
+    Everything else is that of the node's own database (`graph.node.database.Database`).
     """
 
     def __init__(self, db: Any, tokens: Mapping[str, str] | None = None) -> None:

@@ -9,10 +9,10 @@ from importlib.resources.abc import Traversable
 from types import ModuleType, SimpleNamespace
 from typing import Any
 
-from graph.db import NodeError
-from graph.declaration import Compute, NodeType
-from graph.errors import UserError
-from graph.registry import Registry
+from graph.base.errors import UserError
+from graph.node.database import NodeError
+from graph.node.declaration import Compute, NodeType
+from graph.node.registry import Registry
 
 from .database import OgnDatabase
 from .reading import OgnNode, read_ogn

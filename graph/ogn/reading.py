@@ -6,14 +6,14 @@ import re
 from dataclasses import dataclass, field
 from typing import Any
 
-from graph.declaration import UNSET, Attribute
-from graph.errors import Problem, UserError
+from graph.base.errors import Problem, UserError
 from graph.files.json_text import parse
 from graph.files.source import Source
 from graph.files.text import described, suggestion
 from graph.files.tree import Map
-from graph.types import Extended
-from graph.values import coerce
+from graph.node.declaration import UNSET, Attribute
+from graph.values.coercion import coerce
+from graph.values.types import Extended
 
 NODE_KEYS = (
     *("version", "description", "language", "uiName", "icon", "tags", "categories", "categoryDefinitions", "metadata"),

@@ -6,18 +6,18 @@ import re
 from collections.abc import Sequence
 from typing import Any
 
-from graph.collector import collector_paused
-from graph.declaration import NodeType
-from graph.errors import Mark, Problem, UserError
+from graph.base.errors import Mark, Problem, UserError
+from graph.base.gc_pause import collector_paused
+from graph.base.suggest import did_you_mean
 from graph.evaluate.graph import Graph
 from graph.evaluate.instances import instance_spec
 from graph.evaluate.node import Layout
-from graph.registry import DEFAULT, Registry, UnknownNodeTypeError
-from graph.spec import GraphSpec, Note
-from graph.suggest import did_you_mean
-from graph.types import Type, concrete_type
-from graph.values import coerce, zero
-from graph.variables import Variables
+from graph.node.declaration import NodeType
+from graph.node.registry import DEFAULT, Registry, UnknownNodeTypeError
+from graph.node.variables import Variables
+from graph.spec.file_spec import GraphSpec, Note
+from graph.values.coercion import coerce, zero
+from graph.values.types import Type, concrete_type
 
 from .connections import Nodes, link_all
 from .draft import Draft, Shape, all_names, draft_node, initial_values

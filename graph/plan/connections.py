@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from graph.declaration import NodeType
-from graph.errors import Mark
-from graph.spec import ConnectionSpec, GraphSpec
-from graph.suggest import did_you_mean, one_of
+from graph.base.errors import Mark
+from graph.base.suggest import did_you_mean, one_of
+from graph.node.declaration import NodeType
+from graph.spec.file_spec import ConnectionSpec, GraphSpec
 
 from .draft import Draft, Report, no_attribute
 

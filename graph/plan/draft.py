@@ -6,17 +6,17 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from graph.conversion import way_between
-from graph.declaration import Attribute, NodeType
-from graph.errors import Mark
+from graph.base.errors import Mark
+from graph.base.suggest import one_of
 from graph.evaluate.graph import Graph
 from graph.evaluate.instances import with_target
 from graph.evaluate.node import PREFIXES, Layout, Node
-from graph.spec import NodeSpec
-from graph.suggest import one_of
-from graph.types import Extended, Type
-from graph.untyped import natural_type, typed_value
-from graph.values import coerce, shown, zero
+from graph.node.declaration import Attribute, NodeType
+from graph.spec.file_spec import NodeSpec
+from graph.values.coercion import coerce, shown, zero
+from graph.values.conversion import way_between
+from graph.values.types import Extended, Type
+from graph.values.untyped import natural_type, typed_value
 
 Report = Callable[[str, "Mark | None"], None]
 """Takes a message and a mark."""

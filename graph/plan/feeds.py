@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
-from graph.conversion import converter
-from graph.declaration import NodeType
 from graph.evaluate import Graph, Node
 from graph.evaluate.wire import Copy, copy_between
-from graph.types import Extended
+from graph.node.declaration import NodeType
+from graph.values.conversion import converter
+from graph.values.types import Extended
 
 from .draft import Shape
 

@@ -11,15 +11,15 @@ from collections.abc import Callable, Container, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from graph.conversion import converter, convertible
-from graph.errors import UserError
+from graph.base.errors import UserError
 from graph.evaluate import Graph, Node
 from graph.evaluate.dirty import DirtyPushEvaluator
 from graph.evaluate.instances import with_target
-from graph.registry import Registry
-from graph.spec import ConnectionSpec, NodeSpec
-from graph.untyped import coerced, typed_value
-from graph.values import coerce
+from graph.node.registry import Registry
+from graph.spec.file_spec import ConnectionSpec, NodeSpec
+from graph.values.coercion import coerce
+from graph.values.conversion import converter, convertible
+from graph.values.untyped import coerced, typed_value
 
 from .compiler import compile_graphs
 from .feeds import BACKWARDS, Feed, Feeds, OtherwiseError, feeds_of, is_open

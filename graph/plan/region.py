@@ -13,8 +13,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from graph.evaluate import Node
-from graph.spec import NodeSpec
-from graph.types import Type
+from graph.spec.file_spec import NodeSpec
+from graph.values.types import Type
 
 from .connections import Link
 from .draft import Draft, draft_node, initial_values
@@ -238,6 +238,6 @@ def _refuse_order(draft: Draft) -> None:
 
 def is_open_link(link: Link) -> bool:
     """Whether the source's type is an open one."""
-    from graph.types import Extended
+    from graph.values.types import Extended
 
     return isinstance(link.source.attribute(link.source_name).parsed, Extended)

@@ -6,10 +6,10 @@ from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from graph.conversion import convertible, settle, way_between
-from graph.types import AnyType, Extended, Type, concrete_type
-from graph.untyped import coerced, natural_type, typed_value
-from graph.values import coerce
+from graph.values.coercion import coerce
+from graph.values.conversion import convertible, settle, way_between
+from graph.values.types import AnyType, Extended, Type, concrete_type
+from graph.values.untyped import coerced, natural_type, typed_value
 
 from .connections import Link, by_attribute
 from .draft import Draft, Report

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from graph.brief import listed
-from graph.conversion import Converter, converter
-from graph.db import Database
+from graph.base.shorten import listed
 from graph.evaluate.node import Node
 from graph.evaluate.wire import Copy, Wire, copy_between
+from graph.node.database import Database
+from graph.values.conversion import Converter, converter
 
 from .connections import Link
 from .draft import Draft, Report

@@ -9,8 +9,8 @@ from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from graph import exact
-from graph.errors import RunError, UserError
+from graph.base import exact
+from graph.base.errors import RunError, UserError
 
 from . import settings as keys
 from .fidelity import Fidelity
@@ -138,8 +138,8 @@ class App(Drivers, World):
 
     @classmethod
     def from_file(cls, path: str | Path, **options: Any) -> App:
-        """The App of a graph file, its graphs bound to it. Options as in `graph.assembly.open_session`."""
-        app: App = import_module("graph.assembly").open_app(cls, path, **options)
+        """The App of a graph file, its graphs bound to it. Options as in `graph.session.open.open_session`."""
+        app: App = import_module("graph.session.open").open_app(cls, path, **options)
         return app
 
     @classmethod

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any, Literal
 
-from graph import exact
-from graph.errors import Mark, Problem, UserError
+from graph.base import exact
+from graph.base.errors import Mark, Problem, UserError
 
 Kind = Literal["rate", "count", "length", "number", "switch", "choice"]
 

@@ -15,7 +15,7 @@ from functools import partial
 from types import ModuleType
 from typing import Any
 
-from graph.errors import UserError
+from graph.base.errors import UserError
 
 SYSTEM_LIBRARIES = ("libGL.so.1", "libEGL.so.1", "libX11.so.6")
 """What Open3D needs from the system, as the loader names it (Linux)."""

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
 
-from graph import exact
-from graph.errors import UserError
+from graph.base import exact
+from graph.base.errors import UserError
 
 from . import settings as keys
 from .fidelity import Fidelity

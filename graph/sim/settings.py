@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterator, Mapping
 from fractions import Fraction
 from typing import Any
 
-from graph import exact
-from graph.errors import Mark, Problem, UserError
+from graph.base import exact
+from graph.base.errors import Mark, Problem, UserError
 
 RATE_LIMIT_ENABLED = "/app/runLoops/main/rateLimitEnabled"
 RATE_LIMIT_FREQUENCY = "/app/runLoops/main/rateLimitFrequency"

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from graph import exact
-from graph.errors import RunError
+from graph.base import exact
+from graph.base.errors import RunError
 
 from . import settings as keys
 from .phases import Subscribers

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from graph.brief import brief
-from graph.repeats import Key, key_of
+from graph.base.shorten import brief
+from graph.base.warning_keys import Key, key_of
 
 _log = logging.getLogger("tickgraph.warnings")
 
@@ -28,7 +28,7 @@ class RunWarning:
 
 
 class WarningList:
-    """The distinct warnings of a run in the order of their first appearance; see `graph.repeats` for which are one."""
+    """The distinct warnings of a run in the order of their first appearance; see `warning_keys` for which are one."""
 
     def __init__(self) -> None:
         self._seen: dict[Key, RunWarning] = {}

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
-from graph.errors import UserError
+from graph.base.errors import UserError
 
 from . import settings as keys
 from .fidelity import Fidelity

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from graph.errors import Mark, Problem, UserError
+from graph.base.errors import Mark, Problem, UserError
 from graph.files import messages as file_messages
 from graph.files import model as file_model
 from graph.files import paths
@@ -17,8 +17,8 @@ from graph.files.loading import _parser
 from graph.files.source import JSON_LIMIT, YAML_LIMIT, Source, decode, file_format
 from graph.files.text import described
 from graph.files.tree import Location, Map, offset, without
-from graph.migration import migrate
-from graph.spec import FileSpec
+from graph.spec.file_spec import FileSpec
+from graph.spec.migration import migrate
 
 from . import messages, model
 from .ogn_cases import test_tree

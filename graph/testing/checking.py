@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
-from graph.declaration import Attribute
-from graph.errors import Problem, UserError
+from graph.base.errors import Problem, UserError
 from graph.files import examine
-from graph.registry import DEFAULT, Registry
-from graph.spec import GraphSpec
+from graph.node.declaration import Attribute
+from graph.node.registry import DEFAULT, Registry
+from graph.spec.file_spec import GraphSpec
 
 from .cases import Case
 from .messages import named

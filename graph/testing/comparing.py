@@ -6,8 +6,8 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from graph.types import Type
-from graph.values import coerce
+from graph.values.coercion import coerce
+from graph.values.types import Type
 
 _SHOWN = 120
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
-from graph.context import Context
-from graph.errors import Problem, UserError
+from graph.base.errors import Problem, UserError
 from graph.evaluate import Activation, Graph, Node
+from graph.node.context import Context
 
 from .trace import GraphTrace
 from .updates import count_updates

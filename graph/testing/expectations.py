@@ -6,9 +6,9 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from graph.errors import Problem
-from graph.suggest import did_you_mean
-from graph.types import Type
+from graph.base.errors import Problem
+from graph.base.suggest import did_you_mean
+from graph.values.types import Type
 
 from . import model
 from .cases import Case

@@ -13,13 +13,13 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from graph.context import Context, WarningLog
-from graph.errors import Problem, RunError, UserError
+from graph.base.errors import Problem, RunError, UserError
 from graph.evaluate import Graph
-from graph.leniency import compile_file
-from graph.registry import DEFAULT, Registry
-from graph.runner import INTERRUPTS_OFF
-from graph.spec import FileSpec, GraphSpec, PipelineStage
+from graph.node.context import Context, WarningLog
+from graph.node.registry import DEFAULT, Registry
+from graph.session.leniency import compile_file
+from graph.session.runner import INTERRUPTS_OFF
+from graph.spec.file_spec import FileSpec, GraphSpec, PipelineStage
 
 from .driving import Driver
 from .source import changed, length_in_updates, load_source

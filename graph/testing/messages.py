@@ -8,12 +8,12 @@ from typing import Any
 from pydantic import BaseModel
 from pydantic_core import ErrorDetails
 
-from graph.errors import Problem
+from graph.base.errors import Problem
+from graph.base.suggest import did_you_mean
 from graph.files import messages as file_messages
 from graph.files.source import Source
 from graph.files.text import described, quoted, shown, suggestion
 from graph.files.tree import Location, Map, offset, value_at
-from graph.suggest import did_you_mean
 
 from . import model
 

@@ -12,16 +12,16 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
 
-from graph.context import Context, Warned, WarningLog
-from graph.declaration import Attribute, NodeType, declare, node_type
-from graph.errors import RunError, UserError
+from graph.base.errors import RunError, UserError
+from graph.base.suggest import one_of
 from graph.evaluate import Graph, Node
+from graph.node.context import Context, Warned, WarningLog
+from graph.node.declaration import Attribute, NodeType, declare, node_type
+from graph.node.registry import DEFAULT, Registry
 from graph.plan import compile_graphs
-from graph.registry import DEFAULT, Registry
-from graph.spec import ConnectionSpec, GraphSpec, NodeSpec, VariableSpec
-from graph.suggest import one_of
-from graph.types import Type
-from graph.values import coerce
+from graph.spec.file_spec import ConnectionSpec, GraphSpec, NodeSpec, VariableSpec
+from graph.values.coercion import coerce
+from graph.values.types import Type
 
 from .trace import held
 from .updates import check_length, count_updates

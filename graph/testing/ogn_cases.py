@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from graph.errors import Problem
+from graph.base.errors import Problem
 from graph.files.source import Source
 from graph.files.tree import Map, Seq
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from graph.declaration import Attribute, NodeType
-from graph.registry import DEFAULT, Registry
-from graph.spec import GraphSpec
-from graph.suggest import did_you_mean
+from graph.base.suggest import did_you_mean
+from graph.node.declaration import Attribute, NodeType
+from graph.node.registry import DEFAULT, Registry
+from graph.spec.file_spec import GraphSpec
 
 PREFIXES = ("inputs", "outputs", "state")
 

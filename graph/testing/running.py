@@ -9,12 +9,12 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from graph.errors import Problem, UserError
+from graph.base.errors import Problem, UserError
 from graph.evaluate import Node
 from graph.files import load
 from graph.files.tree import Map
-from graph.registry import DEFAULT, Registry
-from graph.spec import ClockSpec, FileSpec
+from graph.node.registry import DEFAULT, Registry
+from graph.spec.file_spec import ClockSpec, FileSpec
 
 from .cases import Case
 from .expectations import failures_of

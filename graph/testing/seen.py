@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from graph.errors import RunError, UserError
-from graph.types import Type
+from graph.base.errors import RunError, UserError
+from graph.values.types import Type
 
 from .node import Trace
 from .trace import GraphTrace

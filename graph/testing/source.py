@@ -9,11 +9,11 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-from graph import exact
-from graph.errors import Problem, UserError
-from graph.migration import migrate
-from graph.spec import FileSpec, GraphSpec, NodeSpec
-from graph.suggest import did_you_mean
+from graph.base import exact
+from graph.base.errors import Problem, UserError
+from graph.base.suggest import did_you_mean
+from graph.spec.file_spec import FileSpec, GraphSpec, NodeSpec
+from graph.spec.migration import migrate
 
 
 def load_source(source: str | Path | FileSpec | GraphSpec, allow: Sequence[Path] = ()) -> FileSpec:

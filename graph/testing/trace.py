@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
-from graph.errors import RunError
+from graph.base.errors import RunError
+from graph.base.suggest import did_you_mean
 from graph.evaluate import Graph, Node
-from graph.suggest import did_you_mean
 
 
 class GraphTrace:

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from itertools import chain
 from typing import Any
 
-from graph.errors import UserError
-from graph.values import shown
+from graph.base.errors import UserError
+from graph.values.coercion import shown
 
 _RANGE = re.compile(r"([0-9]{1,9})(?:\.\.([0-9]{1,9}))?")
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from graph.registry import Registry
-from graph.spec import FileSpec
+from graph.node.registry import Registry
+from graph.spec.file_spec import FileSpec
 
 if TYPE_CHECKING:
     from graph.sim import App
@@ -60,7 +60,7 @@ def observe(
     allow_scripts: bool = False,
 ) -> Observed:
     """Opens the App of a file and watches it; `cleanup` closes it. Raises UserError with every problem."""
-    from graph.assembly import open_session
+    from graph.session.open import open_session
 
     app = open_session(spec, allow=allow, seed=seed, registry=registry, allow_scripts=allow_scripts).app
     cleanup.enter_context(app)

@@ -6,7 +6,7 @@ import json
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from graph.strict_equality import same
+from graph.values.equality import same
 
 from .values import plain
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any, get_args
 
-from graph.spec import EvaluationMode, Evaluator, PipelineStage
+from graph.spec.file_spec import EvaluationMode, Evaluator, PipelineStage
 
 from .instances import GRAPHS, Users
 from .node_prims import COMPOUND_TYPE, GRAPH_TYPES, KEY, NODE_TYPES, PREFIXES, RawNode, Tell, schemas_of, some

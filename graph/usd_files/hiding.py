@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from graph.spec import FileSpec, GraphSpec, NodeSpec
+from graph.spec.file_spec import FileSpec, GraphSpec, NodeSpec
 
 from .custom_data import texts
 from .graph_prims import RawGraph, read_graphs

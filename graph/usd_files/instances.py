@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from graph.brief import listed
+from graph.base.shorten import listed
 
 from .json_values import decoded
 from .node_prims import Tell, schemas_of, some

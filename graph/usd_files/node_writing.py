@@ -6,13 +6,13 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
-from graph.declaration import Attribute, NodeType
-from graph.registry import Registry
-from graph.spec import NodeSpec
-from graph.strict_equality import same
-from graph.types import TYPES, Extended, Type
-from graph.untyped import natural_type, typed_value
-from graph.values import coerce
+from graph.node.declaration import Attribute, NodeType
+from graph.node.registry import Registry
+from graph.spec.file_spec import NodeSpec
+from graph.values.coercion import coerce
+from graph.values.equality import same
+from graph.values.types import TYPES, Extended, Type
+from graph.values.untyped import natural_type, typed_value
 
 from .custom_data import survives
 from .json_values import kept

@@ -9,12 +9,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from graph.collector import collector_paused
-from graph.errors import Mark, Problem, UserError
+from graph.base.errors import Mark, Problem, UserError
+from graph.base.gc_pause import collector_paused
 from graph.files.loading import Examined, examine_text
 from graph.files.source import DEPTH_LIMIT
-from graph.migration import migrate
-from graph.spec import FileSpec, GraphSpec, Note, SceneSpec
+from graph.spec.file_spec import FileSpec, GraphSpec, Note, SceneSpec
+from graph.spec.migration import migrate
 
 from .custom_data import KEYS
 from .graph_prims import read_graphs

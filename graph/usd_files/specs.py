@@ -6,12 +6,12 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from operator import attrgetter, itemgetter
 from typing import Any
 
-from graph.declaration import Attribute
-from graph.errors import Mark
-from graph.migration import MEANT_NOTHING, migrated_type, upgraded
-from graph.registry import DEFAULT
-from graph.spec import ConnectionSpec, GraphSpec, NodeSpec, VariableSpec
-from graph.types import Type
+from graph.base.errors import Mark
+from graph.node.declaration import Attribute
+from graph.node.registry import DEFAULT
+from graph.spec.file_spec import ConnectionSpec, GraphSpec, NodeSpec, VariableSpec
+from graph.spec.migration import MEANT_NOTHING, migrated_type, upgraded
+from graph.values.types import Type
 
 from .graph_prims import RawGraph
 from .json_values import decoded, restored

@@ -9,11 +9,11 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
-from graph.declaration import Attribute, NodeType
-from graph.migration import Notes
-from graph.registry import DEFAULT, Registry
-from graph.spec import ConnectionSpec, FileSpec, GraphSpec, NodeSpec
-from graph.types import Extended, parse_type
+from graph.node.declaration import Attribute, NodeType
+from graph.node.registry import DEFAULT, Registry
+from graph.spec.file_spec import ConnectionSpec, FileSpec, GraphSpec, NodeSpec
+from graph.spec.migration import Notes
+from graph.values.types import Extended, parse_type
 
 _REPLICATOR = ("omni.replicator.", "omni.syntheticdata.", "omni.syntheticdata.Sd")
 

@@ -10,8 +10,8 @@ from collections.abc import Callable
 from functools import cache
 from typing import Any
 
-from graph.types import TYPES, Type, concrete_type
-from graph.values import dtype_of
+from graph.values.coercion import dtype_of
+from graph.values.types import TYPES, Type, concrete_type
 
 _PLAIN = ("bool", "uchar", "int", "uint", "int64", "uint64", "half", "float", "double", "token", "string", "timecode")
 _ALIASES = {"path": "string", "objectId": "uint64", "frame[4]": "matrix4d", "execution": "uint"}
@@ -128,7 +128,7 @@ def plain(value: Any) -> Any:
 
 
 def to_usd(value: Any, type_: Type) -> Any:
-    """A value, coerced to an OGN type (see `graph.values.coerce`), as USD takes it for `sdf_name(type_)`."""
+    """A value, coerced to an OGN type (see `graph.values.coercion.coerce`), as USD takes it for `sdf_name(type_)`."""
     from graph.sim.usd import Gf, Sdf, Vt
 
     if type_.array:

@@ -8,10 +8,10 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from graph.errors import Problem, UserError
+from graph.base.errors import Problem, UserError
 from graph.files.document import simple
-from graph.registry import DEFAULT, Registry
-from graph.spec import FileSpec, GraphSpec
+from graph.node.registry import DEFAULT, Registry
+from graph.spec.file_spec import FileSpec, GraphSpec
 
 from . import custom_data
 from .hiding import Hiding, scene_graphs

@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from graph.declaration import Attribute
-from graph.registry import Registry
-from graph.spec import ConnectionSpec, FileSpec, GraphSpec, NodeSpec
-from graph.types import Extended, Type
+from graph.node.declaration import Attribute
+from graph.node.registry import Registry
+from graph.spec.file_spec import ConnectionSpec, FileSpec, GraphSpec, NodeSpec
+from graph.values.types import Extended, Type
 
 from .node_writing import EXECUTION, declared_attributes
 from .specs import shortened
@@ -112,7 +112,7 @@ def _connect(layer: Any, source: _End, target: _End) -> bool:
 def _added(layer: Any, source: _End, target: _End) -> Any:
     """A destination that the node's type does not declare: it takes the type of what feeds it."""
     from graph.sim.usd import Sdf
-    from graph.types import TYPES
+    from graph.values.types import TYPES
 
     prim = layer.GetPrimAtPath(Sdf.Path(target.path).GetPrimPath())
     type_: Type = TYPES.get(source.type, TYPES["token"])

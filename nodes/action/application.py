@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from graph import Attribute, node_type
-from graph.declaration import CLOSING
+from graph.node.declaration import CLOSING
 
 
 @node_type(

@@ -38,7 +38,7 @@ def on_variable_change(db: Any) -> bool:
     if not name:
         return False
     if name not in db.variables:
-        from graph.suggest import did_you_mean
+        from graph.base.suggest import did_you_mean
 
         db.fail(f'the graph has no variable "{name}"{did_you_mean(name, db.variables)}')
     memory, value = db.memory, db.variables[name]

@@ -9,9 +9,9 @@ from __future__ import annotations
 from typing import Any
 
 from graph import Attribute, node_type
-from graph.db import python_name
-from graph.types import concrete_type
-from graph.values import coerce
+from graph.node.database import python_name
+from graph.values.coercion import coerce
+from graph.values.types import concrete_type
 
 from .events import ONLY_PLAYBACK
 from .inboxes import Listening, close_inbox, deliver, next_event

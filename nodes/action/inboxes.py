@@ -6,7 +6,7 @@ from collections import deque
 from dataclasses import dataclass, field
 from typing import Any
 
-from graph.events import LONGEST_QUEUE, Event, EventBus, Inbox
+from graph.node.events import LONGEST_QUEUE, Event, EventBus, Inbox
 
 
 @dataclass(slots=True)

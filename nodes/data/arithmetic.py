@@ -7,7 +7,7 @@ import operator
 from typing import Any
 
 from graph import Attribute, node_type
-from graph.types import INTEGER_RANGES
+from graph.values.types import INTEGER_RANGES
 
 from .like_inputs import incremented
 from .numbers import aligned, fitting, folded, for_types, quietly, settled, two_numbers

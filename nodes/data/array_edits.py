@@ -7,8 +7,8 @@ from collections.abc import Callable
 from typing import Any
 
 from graph import Attribute, node_type
-from graph.conversion import converter
-from graph.types import concrete_type
+from graph.values.conversion import converter
+from graph.values.types import concrete_type
 
 from .like_inputs import appended, edited_array, searched_array
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from graph import Attribute, node_type
-from graph.types import concrete_type
-from graph.values import dtype_of
+from graph.values.coercion import dtype_of
+from graph.values.types import concrete_type
 
 from .promotion import array_of_first, element_of
 

@@ -13,7 +13,7 @@ from .numbers import input_type
 from .promotion import comparison_type
 
 if TYPE_CHECKING:
-    from graph.declaration import Compute
+    from graph.node.declaration import Compute
 
 _OPERATIONS: dict[str, Callable[[Any, Any], bool]] = {
     ">": operator.gt,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from graph import Attribute, node_type
-from graph.types import INTEGER_RANGES, NUMBERS, TYPES
+from graph.values.types import INTEGER_RANGES, NUMBERS, TYPES
 
 from .like_inputs import renamed
 from .promotion import REAL_ROLES, ROLES, double_of, real_of
@@ -36,7 +36,7 @@ def _to_real(name: str, storage: str) -> None:
     def compute(db: Any) -> None:
         import numpy as np
 
-        from graph.values import dtype_of
+        from graph.values.coercion import dtype_of
 
         value, dtype = db.inputs.value, dtype_of(TYPES[storage])
         with np.errstate(over="ignore"):
@@ -69,7 +69,7 @@ def _to_whole(name: str, storage: str, *more: str) -> None:
     def compute(db: Any) -> None:
         import numpy as np
 
-        from graph.values import dtype_of
+        from graph.values.coercion import dtype_of
 
         given = db.inputs.value
         try:

@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from graph import Attribute, node_type
-from graph.types import Type
-from graph.values import dtype_of
+from graph.values.coercion import dtype_of
+from graph.values.types import Type
 
 from .numbers import aligned, input_type, settled
 from .promotion import common_type, promoted, tuples_of_one_size

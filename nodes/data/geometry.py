@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from graph import Attribute, node_type
-from graph.types import INTEGER_RANGES
+from graph.values.types import INTEGER_RANGES
 
 from .like_inputs import length_of, product_of, same_type
 from .numbers import aligned, bound, changed, fitting, quietly, settled, widened
@@ -120,7 +120,7 @@ def distance_3d(db: Any) -> None:
     """Give the distance between points; an array with an array one by one."""
     import numpy as np
 
-    from graph.values import dtype_of
+    from graph.values.coercion import dtype_of
 
     result = settled(db, "distance")
     a, b = aligned(db, "ab", None)

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from graph.conversion import convertible
-from graph.types import DECIMALS, TYPES, Type, concrete_type
+from graph.values.conversion import convertible
+from graph.values.types import DECIMALS, TYPES, Type, concrete_type
 
 from .promotion import common_type, input_types
 
 if TYPE_CHECKING:
-    from graph.declaration import Resolve
+    from graph.node.declaration import Resolve
 
     Answer = Mapping[str, Type]
 

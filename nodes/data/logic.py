@@ -12,7 +12,7 @@ from graph import Attribute, node_type
 from .promotion import condition_type, selected_type
 
 if TYPE_CHECKING:
-    from graph.declaration import Compute, Specialize
+    from graph.node.declaration import Compute, Specialize
 
 VALUES = ("bool", "bool[]", "numerics", "path", "string", "token", "token[]")
 BOOLS = ("bool", "bool[]")

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from graph import Attribute, node_type
-from graph.types import Type
+from graph.values.types import Type
 
 from .like_inputs import renamed, same_type
 from .numbers import check_lengths

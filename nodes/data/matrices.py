@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from graph import Attribute, node_type
-from graph.types import TYPES, Type, concrete_type
+from graph.values.types import TYPES, Type, concrete_type
 
 from .like_inputs import same_type
 from .numbers import check_lengths, input_type, settled
@@ -57,7 +57,7 @@ def matrix_multiply(db: Any) -> None:
     """Multiply matrices: of two transformations a comes first, since vectors are rows. Arrays go element by element."""
     import numpy as np
 
-    from graph.values import dtype_of
+    from graph.values.coercion import dtype_of
 
     factors = [db.inputs.a, db.inputs.b]
     kinds = [input_type(db, name) for name in "ab"]

@@ -12,12 +12,12 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import reduce
 from typing import TYPE_CHECKING, Any
 
-from graph.db import python_name
-from graph.types import INTEGER_RANGES, TYPES, Type
-from graph.values import LARGEST, dtype_of
+from graph.node.database import python_name
+from graph.values.coercion import LARGEST, dtype_of
+from graph.values.types import INTEGER_RANGES, TYPES, Type
 
 if TYPE_CHECKING:
-    from graph.declaration import Compute, Specialize
+    from graph.node.declaration import Compute, Specialize
 
 Operation = Callable[[Any, Any], Any]
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from graph import Attribute, node_type
-from graph.types import TYPES
+from graph.values.types import TYPES
 
 from .like_inputs import same_type
 

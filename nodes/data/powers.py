@@ -21,7 +21,7 @@ def _real(db: Any, name: str, output: str, function: Callable[[Any], Any]) -> No
     """
     import numpy as np
 
-    from graph.values import dtype_of
+    from graph.values.coercion import dtype_of
 
     value = np.asarray(getattr(db.inputs, name), float)
     with np.errstate(all="ignore"):

@@ -6,9 +6,9 @@ import math
 from typing import Any
 
 from graph import Attribute, node_type
-from graph.conversion import converter, convertible
-from graph.types import TYPES, Type
-from graph.values import coerce, shown
+from graph.values.coercion import coerce, shown
+from graph.values.conversion import converter, convertible
+from graph.values.types import TYPES, Type
 
 from . import usd_values
 from .stage_prims import PRIM, USE_PATH, edited_layer, find_attribute, find_prim, path_of

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from graph.conversion import convertible
-from graph.suggest import did_you_mean
-from graph.types import DECIMALS, TYPES, Type, concrete_type
+from graph.base.suggest import did_you_mean
+from graph.values.conversion import convertible
+from graph.values.types import DECIMALS, TYPES, Type, concrete_type
 
 if TYPE_CHECKING:
-    from graph.declaration import Resolve
+    from graph.node.declaration import Resolve
 
     Answer = Mapping[str, Type]
 

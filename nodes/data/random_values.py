@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from graph import Attribute, node_type
-from graph.values import dtype_of
+from graph.values.coercion import dtype_of
 from nodes.replicator.random_numbers import Random, generator_of
 
 from .numbers import aligned, settled

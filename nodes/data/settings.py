@@ -21,8 +21,8 @@ def read_setting(db: Any) -> bool:
     """Read a setting; one that nobody has set leaves the output as it is, one with settings below it fails."""
     from fractions import Fraction
 
-    from graph.types import TYPES
-    from graph.values import coerce
+    from graph.values.coercion import coerce
+    from graph.values.types import TYPES
 
     path, value = db.inputs.settingPath, _get(db)
     if value is None:

@@ -6,8 +6,8 @@ from contextlib import AbstractContextManager, nullcontext
 from typing import Any
 
 from graph import Attribute
+from graph.base.suggest import did_you_mean
 from graph.sim.scene.prim_paths import prim_at
-from graph.suggest import did_you_mean
 
 PRIM = Attribute("target", "the prim, unless usePath is set", optional=True)
 USE_PATH = Attribute("bool", "whether primPath names the prim instead of the input prim", default=False, optional=True)

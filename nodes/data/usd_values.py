@@ -6,8 +6,8 @@ import re
 from collections.abc import Callable
 from typing import Any
 
-from graph.types import TYPES, Type
-from graph.values import dtype_of
+from graph.values.coercion import dtype_of
+from graph.values.types import TYPES, Type
 
 _PATTERNS: tuple[tuple[re.Pattern[str], Callable[[re.Match[str]], str]], ...] = (
     (re.compile(r"(point|vector|normal|color|texCoord)([234])([hfd])"), lambda m: f"{m[1].lower()}{m[3]}[{m[2]}]"),

@@ -6,14 +6,14 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from graph import Attribute, node_type
-from graph.types import concrete_type
-from graph.values import dtype_of
+from graph.values.coercion import dtype_of
+from graph.values.types import concrete_type
 
 from .numbers import check_lengths, input_type
 from .promotion import components_of, tuple_from
 
 if TYPE_CHECKING:
-    from graph.declaration import Compute
+    from graph.node.declaration import Compute
 
 AXES = "xyzw"
 PART = ("numeric_scalers",)

@@ -8,7 +8,7 @@ from fractions import Fraction
 from typing import Any
 
 from graph import Attribute, node_type
-from graph.exact import nanoseconds
+from graph.base.exact import nanoseconds
 
 NUMERATOR = Attribute(
     "int64",

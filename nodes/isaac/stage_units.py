@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from graph import Attribute, node_type
-from graph.types import DECIMALS, TYPES, Type
+from graph.values.types import DECIMALS, TYPES, Type
 from nodes.data.promotion import common_type
 
 TO_STAGE, TO_METERS = "Convert to stage units", "Convert to meters"

@@ -72,7 +72,7 @@ def _older(name: str, data_type_default: float, **defaults: Any) -> dict[str, At
 )
 def compute_flat_scan(db: Any) -> bool:
     """Bin a frame by azimuth; the last element in a beam wins. A lidar with a beam off the horizontal plane fails."""
-    from graph.errors import UserError
+    from graph.base.errors import UserError
     from sensors.annotators import flat_scan
 
     say_deprecated(db, "ROS2RtxLidarHelper with type laser_scan")

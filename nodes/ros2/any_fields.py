@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from graph import Attribute
-from graph.db import python_name
-from graph.suggest import did_you_mean
+from graph.base.suggest import did_you_mean
+from graph.node.database import python_name
 
 FIELD = Attribute("any", "a field of the message; its type comes from the message type", optional=True)
 

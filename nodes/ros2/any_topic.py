@@ -60,7 +60,7 @@ def publish_any(db: Any) -> bool:
 
 
 def _now(db: Any) -> int:
-    from graph.exact import nanoseconds
+    from graph.base.exact import nanoseconds
 
     return nanoseconds(db.app.simulation.time)
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from graph import Attribute, node_type
-from graph.errors import RunError
+from graph.base.errors import RunError
 from graph.sim.scene.prim_paths import prim_at
 
 from .messages import TRANSFORMS

@@ -158,7 +158,7 @@ def _is_lidar(prim: Any) -> bool:
 
 def _metadata(db: Any) -> tuple[str, ...]:
     """The chosen quantities. Fails the node for a name there is not."""
-    from graph.suggest import did_you_mean
+    from graph.base.suggest import did_you_mean
 
     for name in db.inputs.selectedMetadata:
         if name not in CLOUD_FIELDS:

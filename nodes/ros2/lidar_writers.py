@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from graph.exact import NANOSECONDS, nanoseconds
+from graph.base.exact import NANOSECONDS, nanoseconds
 
 from .messages import stamp
 

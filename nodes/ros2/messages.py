@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
-from graph.errors import RunError
-from graph.exact import NANOSECONDS
+from graph.base.errors import RunError
+from graph.base.exact import NANOSECONDS
 
 MOST_SECONDS = 2**31 - 1
 """Seconds of a `builtin_interfaces/Time`, an int32."""

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from graph import Attribute, node_type
+from graph.evaluate.script_permission import REFUSED
 from graph.ogn.database import OgnDatabase, log_print
 from graph.ogn.stand_in import OG, importable
-from graph.scripts import REFUSED
 
 MAX_BYTES = 1_000_000
 CALLBACKS = ("setup", "compute", "cleanup")
@@ -146,7 +146,7 @@ def _label(db: Any) -> str:
 
 def _guarded(db: Any, call: Any) -> Any:
     """What the call gives. Fails the node, with the script's line, where the script raises."""
-    from graph.db import NodeError
+    from graph.node.database import NodeError
 
     try:
         with importable():

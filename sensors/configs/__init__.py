@@ -25,7 +25,7 @@ def author_config(
     tickRate becomes the scan rate. Raises UserError for a configuration that cannot be found or read, and for prims
     of a type that has no configurations.
     """
-    from graph.errors import UserError
+    from graph.base.errors import UserError
     from sensors.lidar.prim import write_config
 
     from .catalog import load

@@ -12,7 +12,7 @@ from pathlib import Path, PurePosixPath
 from types import NoneType
 from typing import Any
 
-from graph.errors import UserError
+from graph.base.errors import UserError
 from sensors.lidar.attributes import config_from_attributes
 from sensors.lidar.config import LidarConfig
 

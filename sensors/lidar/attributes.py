@@ -9,8 +9,8 @@ from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any
 
-from graph import exact
-from graph.errors import UserError
+from graph.base import exact
+from graph.base.errors import UserError
 
 from .config import EmitterState, LidarConfig
 from .names import camel_case

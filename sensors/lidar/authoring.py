@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from graph.errors import UserError
+from graph.base.errors import UserError
 from graph.sim import settings as keys
 from sensors.channels import AuxLevel
 from sensors.errors import SensorValueError

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from graph.exact import nanoseconds
+from graph.base.exact import nanoseconds
 from sensors.raycast.shared import cast_world
 
 from .aim import RayPoses

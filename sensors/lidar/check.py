@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from graph.errors import UserError
+from graph.base.errors import UserError
 
 from .prim import read_config, read_tick_rate
 

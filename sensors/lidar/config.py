@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from graph.errors import UserError
+from graph.base.errors import UserError
 
 from .names import camel_case
 

@@ -7,7 +7,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from graph.exact import NANOSECONDS
+from graph.base.exact import NANOSECONDS
 
 from .config import LidarConfig
 

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from graph import exact
-from graph.errors import UserError
+from graph.base import exact
+from graph.base.errors import UserError
 from sensors.channels import AuxLevel
 from sensors.errors import SensorValueError
 

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from graph import exact
-from graph.errors import Mark, Problem, UserError
+from graph.base import exact
+from graph.base.errors import Mark, Problem, UserError
 
 from .config import EMITTER_INTEGERS, MOST_RETURNS, STEEPEST_DEG, EmitterState
 from .json_places import line_and_column

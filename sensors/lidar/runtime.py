@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from graph.errors import UserError
-from graph.exact import nanoseconds
+from graph.base.errors import UserError
+from graph.base.exact import nanoseconds
 from graph.sim import settings as keys
 from graph.sim.renderer.schedule import EveryUpdate, Tick, TickSchedule
 from graph.sim.transforms import rigid_part

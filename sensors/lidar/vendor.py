@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from graph.errors import Mark, Problem, UserError
+from graph.base.errors import Mark, Problem, UserError
 
 from .config import MIN_SCAN_RATE_HZ, LidarConfig
 from .profile_values import ProfileReader, firing_rate_key

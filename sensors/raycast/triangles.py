@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from graph.errors import RunError
+from graph.base.errors import RunError
 from graph.sim.libraries import import_open3d
 
 MAX_SCENES = 500

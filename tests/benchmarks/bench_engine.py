@@ -5,8 +5,8 @@ from collections.abc import Callable, Iterable
 from measure import Row, ratio, seconds
 
 from graph import Attribute, Context, Graph, compile_graphs, node_type
-from graph.registry import Registry
-from graph.spec import ConnectionSpec, GraphSpec, NodeSpec
+from graph.node.registry import Registry
+from graph.spec.file_spec import ConnectionSpec, GraphSpec, NodeSpec
 
 TITLE = "engine: a chain of 1,000 nodes, each adding one"
 CHAIN = 1_000

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from measure import Row, ratio, seconds
 
 from graph import Graph, compile_graphs
-from graph.spec import GraphSpec, NodeSpec
+from graph.spec.file_spec import GraphSpec, NodeSpec
 
 TITLE = "nodes: arithmetic and comparison of two numbers"
 NODES = 1_000

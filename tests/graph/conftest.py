@@ -13,8 +13,8 @@ from typing import Any
 import pytest
 
 from graph import Attribute, Context, Graph, Mark, compile_graphs, declare, node_type
-from graph.registry import Registry
-from graph.spec import ConnectionSpec, GraphSpec, NodeSpec, VariableSpec
+from graph.node.registry import Registry
+from graph.spec.file_spec import ConnectionSpec, GraphSpec, NodeSpec, VariableSpec
 
 sys.path.insert(0, str(Path(__file__).parent))
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from graph.errors import UserError
+from graph.base.errors import UserError
 from graph.files.source import Source
 
 

@@ -1,5 +1,5 @@
-from graph.brief import LONGEST, SHORT, WORD, brief, listed
-from graph.errors import Mark, Problem, RunError, UserError
+from graph.base.errors import Mark, Problem, RunError, UserError
+from graph.base.shorten import LONGEST, SHORT, WORD, brief, listed
 from graph.files import loads
 from graph.plan import compile_graphs
 from graph.sim.warnings import WarningList

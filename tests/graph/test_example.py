@@ -2,10 +2,11 @@
 
 import pytest
 
-from graph import RunError, registry
-from graph.assembly import build_parts, open_session
-from graph.example import example
+from graph import RunError
 from graph.files import loads
+from graph.node import registry
+from graph.session.open import build_parts, open_session
+from nodes.catalog.example import example
 
 ALL = registry.all()
 VARIANTS = "a USD scene with a prim that has a variant set, named at prim and variantSetName"

@@ -9,8 +9,8 @@ from evaluations import run
 
 from graph import Attribute, ComputeError, Context, compile_graphs, node_type
 from graph.evaluate import RunawayError
-from graph.registry import Registry
-from graph.spec import ConnectionSpec, GraphSpec, NodeSpec
+from graph.node.registry import Registry
+from graph.spec.file_spec import ConnectionSpec, GraphSpec, NodeSpec
 
 
 def test_the_first_wire_is_followed_to_its_end_before_the_next(build, journal, playing):

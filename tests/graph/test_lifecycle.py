@@ -7,7 +7,7 @@ import pytest
 from evaluations import run, watch
 
 from graph import Attribute, ComputeError, Context, declare, node_type
-from graph.context import WarningLog
+from graph.node.context import WarningLog
 from graph.sim.warnings import WarningList
 
 

@@ -4,10 +4,10 @@ import time
 
 import pytest
 
-from graph.declaration import Attribute
-from graph.migration import migrate, migrated_type, upgraded
-from graph.registry import Registry
-from graph.spec import ConnectionSpec, FileSpec, GraphSpec, NodeSpec
+from graph.node.declaration import Attribute
+from graph.node.registry import Registry
+from graph.spec.file_spec import ConnectionSpec, FileSpec, GraphSpec, NodeSpec
+from graph.spec.migration import migrate, migrated_type, upgraded
 
 IDS = [
     "isaacsim.ros2.bridge.ROS2PublishClock",
@@ -26,7 +26,7 @@ IDS = [
 
 @pytest.fixture
 def registry():
-    from graph.declaration import declare
+    from graph.node.declaration import declare
 
     registry = Registry()
     for one in IDS:
@@ -79,7 +79,7 @@ def test_a_registered_id_and_an_unknown_one_stay(registry):
 
 
 def test_attributes_are_renamed_and_removed_with_their_connections(registry):
-    from graph.declaration import declare
+    from graph.node.declaration import declare
 
     declare(
         "isaacsim.core.nodes.IsaacComputeOdometry",

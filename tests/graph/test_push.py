@@ -7,7 +7,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from graph import Attribute, ComputeError, Context, compile_graphs, node_type
-from graph.spec import ConnectionSpec, GraphSpec, NodeSpec
+from graph.spec.file_spec import ConnectionSpec, GraphSpec, NodeSpec
 
 CHAIN = {"c": "test.Inc", "b": "test.Inc", "a": ("test.Inc", {"a": 1}), "alone": "test.Inc"}
 LINKS = ["a.y -> b.a", "b.y -> c.a"]

@@ -6,10 +6,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from graph import Attribute, ComputeError, Context, Controller, OmniGraphError, compile_graphs, node_type
-from graph.declaration import declare
 from graph.evaluate import RunawayError
-from graph.registry import Registry
-from graph.spec import ConnectionSpec, GraphSpec, NodeSpec
+from graph.node.declaration import declare
+from graph.node.registry import Registry
+from graph.spec.file_spec import ConnectionSpec, GraphSpec, NodeSpec
 from nodes.data.like_inputs import same_type
 from nodes.data.promotion import array_of_first, promoted
 

@@ -2,8 +2,8 @@
 
 import pytest
 
-from graph.errors import RunError
-from graph.room import Room
+from graph.base.errors import RunError
+from graph.base.memory_budget import Room
 from graph.testing import run_node
 
 MIB = 2**20

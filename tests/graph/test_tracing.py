@@ -6,8 +6,8 @@ import pytest
 from lidar_texts import LIDAR_AND_CLOCK
 
 from graph.cli.main import main
+from graph.session.trace_events import PHYSICS, RENDERER, TIMELINE, WALL
 from graph.sim import App
-from graph.trace_events import PHYSICS, RENDERER, TIMELINE, WALL
 
 FILE = LIDAR_AND_CLOCK + "clock: {physics_hz: 120, loop_hz: 60}\n"
 PHASES = ["timeline_state", "timeline", "physics", "simulation_graphs", "render", "end"]
@@ -150,7 +150,7 @@ def test_a_traced_run_does_the_same(tmp_path, capsys):
 
 def test_nodes_that_an_edit_adds_are_traced_and_the_others_only_once(tmp_path):
     from graph import Controller
-    from graph.tracing import Tracer
+    from graph.session.tracing import Tracer
 
     file, out = tmp_path / "small.yaml", tmp_path / "trace.json"
     file.write_text(FILE)

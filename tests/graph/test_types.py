@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from graph.conversion import converter, convertible, settle, way_between
-from graph.types import GROUPS, INTEGER_RANGES, TYPES, Extended, concrete_type, parse_type
-from graph.untyped import natural_type, typed_value
-from graph.values import coerce, dtype_of, zero
+from graph.values.coercion import coerce, dtype_of, zero
+from graph.values.conversion import converter, convertible, settle, way_between
+from graph.values.types import GROUPS, INTEGER_RANGES, TYPES, Extended, concrete_type, parse_type
+from graph.values.untyped import natural_type, typed_value
 
 
 def test_every_name_reads_back_as_itself():

@@ -5,8 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from graph import UNSET, Attribute, registry
-from graph.types import TYPES
+from graph import UNSET, Attribute
+from graph.node import registry
+from graph.values.types import TYPES
 
 DATA = Path(__file__).parent / "data"
 FACTS = json.loads((DATA / "node_attributes.json").read_text())

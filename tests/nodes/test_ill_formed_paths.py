@@ -4,11 +4,11 @@ import json
 
 import pytest
 
-from graph import registry
 from graph.files import loads
+from graph.node import registry
 from graph.plan import compile_graphs
-from graph.runner import GraphRunner
-from graph.types import Extended
+from graph.session.runner import GraphRunner
+from graph.values.types import Extended
 
 NO_PATH = "/Wo-rld/x y"
 ALSO = {

@@ -5,7 +5,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from graph.errors import UserError
+from graph.base.errors import UserError
 from sensors import LidarConfig
 from sensors.annotators import SCAN_BUFFER_CHANNELS, extract_point_cloud, flat_scan, scan_buffer
 from sensors.channels import CHANNELS

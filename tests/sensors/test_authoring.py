@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from pxr import Gf, Usd, UsdGeom
 
-from graph.errors import UserError
+from graph.base.errors import UserError
 from graph.sim import App
 from sensors import Lidar, LidarSensor, register_writer_spec
 from sensors.products import render_product

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from pxr import Usd
 
-from graph.errors import UserError
+from graph.base.errors import UserError
 from graph.sim import register_schemas
 from sensors.configs import author_config
 from sensors.configs.catalog import assets, find, load

@@ -6,7 +6,7 @@ from lidar_worlds import add_box, rotary, weightless
 from PIL import Image
 
 import sensors.replicator as rep
-from graph.errors import RunError
+from graph.base.errors import RunError
 from sensors import Lidar, LidarSensor
 from sensors.drawing import BACKGROUND, SENSOR, PointCloudDrawing
 from sensors.frame import Frame, FramePose

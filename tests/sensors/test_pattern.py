@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from graph.errors import UserError
+from graph.base.errors import UserError
 from sensors import LidarConfig
 from sensors.configs.catalog import find
 from sensors.lidar.config import EmitterState

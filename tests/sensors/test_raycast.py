@@ -8,7 +8,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from graph.errors import RunError
+from graph.base.errors import RunError
 from graph.sim.geometry.collect import Mesh, Plane
 from sensors.raycast import triangles
 from sensors.raycast.bodies import FEW_RAYS

@@ -5,7 +5,7 @@ import pytest
 from lidar_worlds import NORMALS, add_box, define_lidar, rotary, weightless
 
 import sensors.replicator as rep
-from graph.errors import UserError
+from graph.base.errors import UserError
 from sensors import (
     Lidar,
     LidarSensor,

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from lidar_worlds import add_box, add_lidar, weightless
 
-from graph.errors import UserError
+from graph.base.errors import UserError
 from sensors import SUPPORTED_LIDAR_CONFIGS
 from sensors.configs.catalog import assets, find
 from sensors.lidar.pattern import firing_pattern

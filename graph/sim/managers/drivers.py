@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any, cast
 
-from graph import exact
-from graph.errors import RunError, UserError
+from graph.base import exact
+from graph.base.errors import RunError, UserError
 
 from .async_updates import AsyncUpdates
 from .loop_runner import LoopRunner

@@ -5,7 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
-from graph import exact
+from graph.base import exact
 from graph.sim import settings as keys
 from graph.sim.timing.clocks import checked_rate
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from fractions import Fraction
 from typing import Any
 
-from graph import exact
+from graph.base import exact
 from graph.sim.scene.scene_attributes import authored
 
 from .physics_scene import PhysicsScene

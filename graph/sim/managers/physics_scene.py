@@ -11,8 +11,8 @@ from collections.abc import Iterable
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from graph import exact
-from graph.errors import RunError
+from graph.base import exact
+from graph.base.errors import RunError
 from graph.sim.scene.scene_attributes import (
     EARTH_GRAVITY,
     RATE_ATTRIBUTES,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from fractions import Fraction
 
-from graph import exact
+from graph.base import exact
 
 from .physics_scene import PhysicsScene
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from graph.errors import RunError
+from graph.base.errors import RunError
 from graph.sim import settings as keys
 from graph.sim.fidelity import Fidelity
 from graph.sim.scene.scene_attributes import applied_schemas, author

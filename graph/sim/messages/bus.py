@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
-from graph.errors import RunError
+from graph.base.errors import RunError
 
 from .message import Message
 from .services import Services

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
 
-from graph.errors import RunError, UserError
+from graph.base.errors import RunError, UserError
 
 from .bus import topic_name
 from .ros_types import deserialize, known, register

@@ -15,7 +15,7 @@ from typing import BinaryIO
 
 from mcap.writer import CompressionType, Writer  # noqa: TID253
 
-from graph.errors import RunError, UserError
+from graph.base.errors import RunError, UserError
 
 from .message import Message
 from .ros_types import definition, serialize

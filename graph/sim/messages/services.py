@@ -6,7 +6,7 @@ from collections import deque
 from dataclasses import dataclass, field
 from typing import Any
 
-from graph.errors import RunError
+from graph.base.errors import RunError
 
 
 @dataclass(slots=True)

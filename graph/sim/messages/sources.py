@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Protocol
 
-from graph.exact import duration, nanoseconds
+from graph.base.exact import duration, nanoseconds
 
 from .bus import topic_name
 

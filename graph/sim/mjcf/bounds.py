@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 
-from graph.errors import Problem
+from graph.base.errors import Problem
 
 from .source import Element
 

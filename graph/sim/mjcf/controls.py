@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from graph.errors import RunError
+from graph.base.errors import RunError
 from graph.sim.usd import Tf, Usd
 
 if TYPE_CHECKING:

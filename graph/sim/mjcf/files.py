@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
-from graph.errors import Mark, Problem, UserError
+from graph.base.errors import Mark, Problem, UserError
 
 from . import bounds
 from .source import Element, parse

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from graph.errors import Mark, Problem, UserError
+from graph.base.errors import Mark, Problem, UserError
 from graph.sim.physics.library import mujoco
 from graph.sim.scene.stage import Warn
 

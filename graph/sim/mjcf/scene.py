@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from graph import exact
-from graph.errors import UserError
+from graph.base import exact
+from graph.base.errors import UserError
 from graph.sim import transforms
 from graph.sim.physics.library import mujoco
 from graph.sim.physics.model import Body, Joint, JointKind

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from xml.parsers import expat
 
-from graph.errors import Mark, Problem, UserError
+from graph.base.errors import Mark, Problem, UserError
 
 MAX_TEXT = 64 * 2**20
 """Bytes of one XML file."""

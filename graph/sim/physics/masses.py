@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from graph.errors import UserError
+from graph.base.errors import UserError
 from graph.sim import transforms
 from graph.sim.scene.stage import Warn
 from graph.sim.transforms import Floats

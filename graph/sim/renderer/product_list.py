@@ -6,7 +6,7 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
 
-from graph.errors import UserError
+from graph.base.errors import UserError
 
 from .products import RenderProduct
 from .schedule import EveryUpdate, TickSchedule

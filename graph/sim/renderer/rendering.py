@@ -7,7 +7,7 @@ from fractions import Fraction
 from itertools import count
 from typing import TYPE_CHECKING
 
-from graph import exact
+from graph.base import exact
 from graph.sim import settings as keys
 from graph.sim.managers.callbacks import CallbackList, Event, Held, Registered, dropped_early
 from graph.sim.timing.clocks import checked_rate

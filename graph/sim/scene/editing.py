@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
-from graph.errors import RunError, UserError
+from graph.base.errors import RunError, UserError
 
 if TYPE_CHECKING:
     from contextlib import AbstractContextManager

@@ -19,8 +19,8 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from graph.brief import listed
-from graph.errors import Problem, UserError
+from graph.base.errors import Problem, UserError
+from graph.base.shorten import listed
 
 from .expressions import Variables, as_key, evaluated, stack_variables
 

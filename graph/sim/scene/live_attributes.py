@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from graph.errors import RunError
+from graph.base.errors import RunError
 from graph.sim import transforms
 from graph.sim.transforms import Floats
 from graph.sim.usd import EARLIEST, UsdGeom, UsdPhysics

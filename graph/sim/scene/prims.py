@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from graph.errors import Mark, Problem, UserError
+from graph.base.errors import Mark, Problem, UserError
 
 from .prim_attributes import ending_alike
 from .prim_keys import FINAL, KEYS, PrimContext, SensorConfig

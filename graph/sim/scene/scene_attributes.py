@@ -5,7 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Any
 
-from graph import exact
+from graph.base import exact
 
 EARTH_GRAVITY = 9.81
 

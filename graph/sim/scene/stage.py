@@ -9,7 +9,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-from graph.errors import RunError, UserError
+from graph.base.errors import RunError, UserError
 
 Warn = Callable[[str, str, str], None]
 """Takes a warning: stable code, where, message."""

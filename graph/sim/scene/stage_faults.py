@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from graph.errors import Problem, UserError
+from graph.base.errors import Problem, UserError
 from graph.sim.usd import Tf, Usd, UsdGeom
 
 from .stage import Warn, meters_per_unit, scene_name, up_axis

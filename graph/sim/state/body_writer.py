@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from graph.errors import UserError
+from graph.base.errors import UserError
 from graph.sim import transforms
 from graph.sim.transforms import Floats
 from graph.sim.usd import EARLIEST, Gf, Sdf, UsdGeom

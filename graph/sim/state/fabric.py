@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from graph.errors import RunError
+from graph.base.errors import RunError
 from graph.sim import transforms
 from graph.sim.scene.stage import Warn, ignore_warning
 from graph.sim.transforms import Floats

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from graph.errors import RunError
+from graph.base.errors import RunError
 from graph.sim import transforms
 from graph.sim.scene.stage import Warn, ignore_warning, meters_per_unit
 from graph.sim.transforms import Floats

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from graph.errors import RunError
+from graph.base.errors import RunError
 
 if TYPE_CHECKING:
     from .fabric import Fabric

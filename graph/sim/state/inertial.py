@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from graph.errors import RunError
+from graph.base.errors import RunError
 from graph.sim import transforms
 from graph.sim.transforms import Floats
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import Flag, auto
 from typing import TYPE_CHECKING
 
-from graph.errors import RunError, UserError
+from graph.base.errors import RunError, UserError
 from graph.sim.scene.editing import EditStage
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ import math
 from fractions import Fraction
 from typing import NamedTuple
 
-from graph.errors import RunError, UserError
+from graph.base.errors import RunError, UserError
 
 MICROSECONDS = 1_000_000
 MAX_NANOSECONDS = 2**63 - 1

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from fractions import Fraction
 
-from graph import exact
+from graph.base import exact
 
 from .clocks import Counter
 

@@ -13,8 +13,8 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import Literal
 
-from graph import exact
-from graph.errors import UserError
+from graph.base import exact
+from graph.base.errors import UserError
 from graph.sim import settings as keys
 from graph.sim.settings import Settings
 

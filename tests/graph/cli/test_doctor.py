@@ -103,7 +103,7 @@ def test_little_memory_and_disk_warn_but_do_not_stop(monkeypatch, quick_imports,
 def test_open3d_without_its_libraries_is_a_users_error_with_the_command(monkeypatch):
     import sys
 
-    from graph.errors import UserError
+    from graph.base.errors import UserError
     from graph.sim import libraries
 
     monkeypatch.delitem(sys.modules, "open3d", raising=False)

@@ -3,8 +3,8 @@ import sys
 
 import pytest
 
+from graph.base.errors import Mark, Problem, RunError, UserError
 from graph.cli import main as cli
-from graph.errors import Mark, Problem, RunError, UserError
 
 
 class Stub:

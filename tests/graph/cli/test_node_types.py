@@ -4,10 +4,10 @@ import sys
 import pytest
 
 from graph import Attribute
-from graph import registry as registry_module
 from graph.cli.describe import node_type_as_dict
 from graph.cli.main import main
-from graph.declaration import NodeType, declare, node_type
+from graph.node import registry as registry_module
+from graph.node.declaration import NodeType, declare, node_type
 
 
 @pytest.fixture

@@ -4,8 +4,8 @@ from fractions import Fraction
 
 import pytest
 
+from graph.base.errors import UserError
 from graph.cli.playing import open_sources, play_into, warn_unheard
-from graph.errors import UserError
 from graph.files.played import load_played
 from graph.sim import App
 

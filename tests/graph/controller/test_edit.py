@@ -4,9 +4,10 @@ import time
 
 import pytest
 
-from graph import Controller, OmniGraphError, OmniGraphValueError, UserError, migration
+from graph import Controller, OmniGraphError, OmniGraphValueError, UserError
 from graph.controller import Compound, TypedValue
-from graph.declaration import Attribute, declare
+from graph.node.declaration import Attribute, declare
+from graph.spec import migration
 
 K = Controller.Keys
 ACTION = {"graph_path": "/World/G", "evaluator_name": "execution"}

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
-from graph.errors import UserError
+from graph.base.errors import UserError
 from graph.files import loads
 
 NAMES = """tickgraph scene usd prims /World/A clock physics_hz loop_hz graphs /G nodes n type inputs connections record

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from parsed_texts import reading
 
-from graph.errors import UserError
+from graph.base.errors import UserError
 from graph.files.json_text import parse
 
 tree, only_problem = reading(parse, "a.json")

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from graph.errors import Mark, UserError
+from graph.base.errors import Mark, UserError
 from graph.files import examine, load, loads
-from graph.spec import ClockSpec, ConnectionSpec
+from graph.spec.file_spec import ClockSpec, ConnectionSpec
 
 DESIGN = """\
 tickgraph: 1

@@ -2,7 +2,7 @@
 
 import pytest
 
-from graph.errors import UserError
+from graph.base.errors import UserError
 from graph.files import loads
 
 RATE = "a rate in Hz such as 60, 29.97 or 30000/1001"

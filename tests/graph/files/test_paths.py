@@ -1,6 +1,6 @@
 import pytest
 
-from graph.errors import UserError
+from graph.base.errors import UserError
 from graph.files import load
 
 

@@ -2,11 +2,11 @@ import json
 
 import pytest
 
-from graph import registry
+from graph.base.errors import UserError
 from graph.cli.main import main
-from graph.errors import UserError
 from graph.files import json_schema, loads
 from graph.files.prim_schema import PRIM
+from graph.node import registry
 
 jsonschema = pytest.importorskip("jsonschema")
 

@@ -2,7 +2,7 @@ import os
 
 import pytest
 
-from graph.errors import Mark, UserError
+from graph.base.errors import Mark, UserError
 from graph.files import load, loads
 from graph.files.source import JSON_LIMIT, YAML_LIMIT, Source
 

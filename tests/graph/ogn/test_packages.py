@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from graph import ComputeError, UserError
-from graph.registry import Registry
+from graph.node.registry import Registry
 from graph.testing import run_node
 
 SCALE = {

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from noting_sensor import NotingLidar, NotingSensor, add
 
-from graph.errors import RunError, UserError
+from graph.base.errors import RunError, UserError
 from graph.sim import App, MemorySink, VirtualClock
 from graph.sim import settings as keys
 from graph.sim.phases import EVENTS, PHASES

@@ -7,7 +7,7 @@ import pytest
 from noting_sensor import NotingLidar, add
 from physics_worlds import fallen
 
-from graph.errors import RunError
+from graph.base.errors import RunError
 from graph.sim import App, MemorySink
 from graph.sim.scene.stage import open_stage
 

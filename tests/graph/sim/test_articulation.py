@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from physics_worlds import GROUND, steps
 
-from graph.errors import RunError
+from graph.base.errors import RunError
 
 
 def joint(kind, body0=None, body1=None, pos0=(0, 0, 0), pos1=(0, 0, 0), **attributes):

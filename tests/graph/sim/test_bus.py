@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from graph.errors import RunError
+from graph.base.errors import RunError
 from graph.sim.messages.bus import CountingSink, MemorySink, MessageBus
 
 

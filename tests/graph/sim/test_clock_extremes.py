@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from lidar_texts import lidar_graph
 from noting_sensor import NotingSensor, add
 
-from graph.errors import RunError, UserError
+from graph.base.errors import RunError, UserError
 from graph.sim import App
 from graph.sim import settings as keys
 from graph.sim.settings import Settings

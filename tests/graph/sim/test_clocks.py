@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from graph.errors import RunError, UserError
+from graph.base.errors import RunError, UserError
 from graph.sim.timing.clocks import Accumulator, Counter, PhysicsClock, checked_rate
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from physics_worlds import G, fallen, stage_of, steps
 
-from graph.errors import UserError
+from graph.base.errors import UserError
 from graph.sim.fidelity import Fidelity
 
 PLANE = 'def Plane "Ground" (prepend apiSchemas = ["PhysicsCollisionAPI"]) { }\n'

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from noting_sensor import NotingSensor, add
 
-from graph.errors import RunError, UserError
+from graph.base.errors import RunError, UserError
 from graph.sim import App, SimulationEvent, VirtualClock, app_utils
 from graph.sim import settings as keys
 

@@ -4,7 +4,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from graph.errors import RunError
+from graph.base.errors import RunError
 from graph.sim.physics import build_physics
 from graph.sim.scene.prims import author_prims
 from graph.sim.scene.stage import open_stage

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from graph.errors import RunError
+from graph.base.errors import RunError
 from graph.sim import App
 from graph.sim.state.fabric_prims import StaleReadError
 from graph.sim.usd import Gf, UsdGeom

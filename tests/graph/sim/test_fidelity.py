@@ -6,7 +6,7 @@ from fractions import Fraction
 
 import pytest
 
-from graph.errors import Mark, UserError
+from graph.base.errors import Mark, UserError
 from graph.sim.fidelity import KNOBS, Fidelity
 from graph.sim.warnings import WarningList
 

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graph.errors import UserError
+from graph.base.errors import UserError
 from graph.sim.scene.layers import nesting
 from graph.sim.scene.stage import open_stage
 

@@ -2,7 +2,7 @@ import re
 
 import pytest
 
-from graph.errors import UserError
+from graph.base.errors import UserError
 from graph.sim import App
 from graph.sim.geometry.collect import collect_geometry
 from graph.sim.scene.stage import open_stage

@@ -9,7 +9,7 @@ import pytest
 from lidar_texts import lidar_graph
 from noting_sensor import NotingSensor, add
 
-from graph.errors import RunError
+from graph.base.errors import RunError
 from graph.sim import App, MemorySink
 from graph.sim import settings as keys
 from graph.sim.timing.parity import DIFFERENCES, DOCUMENTED, PRODUCT

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from physics_worlds import GROUND, fallen, steps
 
-from graph.errors import RunError
+from graph.base.errors import RunError
 from graph.sim.fidelity import Fidelity
 
 

@@ -6,7 +6,7 @@ from fractions import Fraction
 
 import pytest
 
-from graph.errors import RunError
+from graph.base.errors import RunError
 from graph.sim import App, NewtonMjcScene, PhysicsScene, PhysxGpuCfg, PhysxScene
 from graph.sim.managers.physics_scene import steps_per_second
 from graph.sim.scene.prims import author_prims

@@ -2,7 +2,7 @@ import math
 
 import pytest
 
-from graph.errors import Mark, UserError
+from graph.base.errors import Mark, UserError
 from graph.sim.scene import nonvisual
 from graph.sim.scene.prims import author_prims
 from graph.sim.scene.stage import open_stage

@@ -15,8 +15,8 @@ import pytest
 from mcap.exceptions import EndOfFile
 from mcap.reader import NonSeekingReader, make_reader
 
-from graph.errors import RunError, UserError
-from graph.exact import nanoseconds
+from graph.base.errors import RunError, UserError
+from graph.base.exact import nanoseconds
 from graph.sim import App
 from graph.sim.messages.bus import MessageBus
 from graph.sim.messages.recording import CHUNK_BYTES, McapSink

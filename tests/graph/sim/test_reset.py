@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from graph.errors import RunError, UserError
+from graph.base.errors import RunError, UserError
 from graph.sim import App
 from graph.sim.state.reset import Reset
 from graph.sim.usd import Gf, UsdPhysics

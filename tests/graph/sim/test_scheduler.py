@@ -7,7 +7,7 @@ from fractions import Fraction
 import pytest
 from noting_sensor import NotingLidar, NotingSensor, add
 
-from graph.errors import UserError
+from graph.base.errors import UserError
 from graph.sim.renderer.scheduler import SensorScheduler
 from graph.sim.timing.clocks import PhysicsClock
 

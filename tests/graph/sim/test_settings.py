@@ -6,7 +6,7 @@ from fractions import Fraction
 
 import pytest
 
-from graph.errors import Mark, UserError
+from graph.base.errors import Mark, UserError
 from graph.sim import settings as keys
 from graph.sim.settings import Settings, from_mapping, parse_option, suggestion
 

@@ -10,7 +10,7 @@ from fractions import Fraction
 import pytest
 from listeners import Listener
 
-from graph.errors import RunError, UserError
+from graph.base.errors import RunError, UserError
 from graph.sim import App, RenderingManager, SimulationEvent, SimulationManager
 from graph.sim import settings as keys
 from graph.sim.scene.prims import author_prims

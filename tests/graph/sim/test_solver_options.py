@@ -2,7 +2,7 @@ import mujoco
 import pytest
 from physics_worlds import GROUND, physics_of
 
-from graph.errors import UserError
+from graph.base.errors import UserError
 from graph.sim.fidelity import KNOBS, Fidelity
 from graph.sim.physics.solver import CHOICES, SWITCHES
 from graph.sim.scene.stage import open_stage

@@ -4,7 +4,7 @@ from fractions import Fraction
 
 import pytest
 
-from graph.errors import UserError
+from graph.base.errors import UserError
 from graph.sim import App
 from graph.sim.messages.bus import MemorySink, MessageBus
 from graph.sim.messages.mcap_source import McapSource

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from graph.base.errors import RunError, UserError
 from graph.cli.playing import open_sources
-from graph.errors import RunError, UserError
 from graph.sim.messages.bus import MessageBus
 from graph.sim.messages.mcap_source import McapSource
 from graph.sim.messages.recording import McapSink

@@ -2,7 +2,7 @@ from fractions import Fraction
 
 import pytest
 
-from graph.errors import UserError
+from graph.base.errors import UserError
 from graph.sim.scene.stage import StageState, meters_per_unit, open_stage, physics_scene_rate, up_axis
 from graph.sim.usd import Sdf, UsdGeom
 

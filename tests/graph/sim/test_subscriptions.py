@@ -2,7 +2,7 @@
 
 import pytest
 
-from graph.errors import RunError
+from graph.base.errors import RunError
 from graph.sim.messages.bus import MemorySink, MessageBus
 
 

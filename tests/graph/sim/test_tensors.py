@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from graph.errors import RunError
+from graph.base.errors import RunError
 from graph.sim import App
 from graph.sim.scene.stage import open_stage
 from graph.sim.usd import UsdGeom, UsdPhysics

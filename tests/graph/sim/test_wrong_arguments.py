@@ -7,7 +7,7 @@ from fractions import Fraction
 
 import pytest
 
-from graph.errors import UserError
+from graph.base.errors import UserError
 from graph.sim import App, PhysicsScene
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from graph.testing.comparing import difference, show
 from graph.testing.updates import read_range, show_updates
-from graph.types import TYPES
+from graph.values.types import TYPES
 
 EQUAL = [
     (1, 1, None),

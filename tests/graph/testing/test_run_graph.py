@@ -2,7 +2,7 @@ import pytest
 from lidar_texts import LIDAR_AND_CLOCK
 
 from graph import ComputeError, UserError
-from graph.spec import ConnectionSpec, GraphSpec, NodeSpec
+from graph.spec.file_spec import ConnectionSpec, GraphSpec, NodeSpec
 from graph.testing import run_graph
 
 HELD_BACK = """\

@@ -7,7 +7,7 @@ from graph.cli.convert import convert
 from graph.files import examine
 from graph.files.document import parsed, simple
 from graph.files.writing import yaml_document
-from graph.strict_equality import same
+from graph.values.equality import same
 
 NAMES = st.sampled_from(["a", "b", "c", "tick", "Node_1", "größe"])
 NODE_NAMES = st.one_of(NAMES, st.sampled_from(["sub/b", "sub/a", "a/b", "tick/deep/c"]))

@@ -6,9 +6,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from graph.errors import UserError
+from graph.base.errors import UserError
 from graph.files import examine
-from graph.leniency import compile_file
+from graph.session.leniency import compile_file
 from graph.usd_files import reading
 
 SECONDS = 2

@@ -4,10 +4,10 @@ import json
 
 import pytest
 
-from graph import registry
+from graph.base.errors import UserError
 from graph.cli.main import main
-from graph.errors import UserError
-from graph.loading import load_graph
+from graph.node import registry
+from graph.session.load import load_graph
 
 TICK = "omni.graph.action.OnPlaybackTick"
 COUNTER = "omni.graph.action.Counter"

@@ -2,9 +2,9 @@
 
 import pytest
 
-from graph.errors import Mark
+from graph.base.errors import Mark
 from graph.files import load
-from graph.loading import load_graph
+from graph.session.load import load_graph
 
 DRIVE = """
 def Xform "World"

@@ -3,7 +3,7 @@
 import pytest
 
 from graph import ComputeError, Context, Controller, compile_graphs
-from graph.spec import ConnectionSpec, GraphSpec, NodeSpec, VariableSpec
+from graph.spec.file_spec import ConnectionSpec, GraphSpec, NodeSpec, VariableSpec
 
 K = Controller.Keys
 

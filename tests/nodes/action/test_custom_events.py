@@ -3,8 +3,8 @@
 import pytest
 
 from graph import ComputeError, Context, compile_graphs
-from graph.context import WarningLog
-from graph.spec import ConnectionSpec, GraphSpec, NodeSpec
+from graph.node.context import WarningLog
+from graph.spec.file_spec import ConnectionSpec, GraphSpec, NodeSpec
 
 
 def graph(path, nodes, *links, evaluator="execution"):

@@ -2,9 +2,10 @@ import math
 
 import pytest
 
-from graph import ComputeError, Context, compile_graphs, registry
-from graph.context import WarningLog
-from graph.spec import ConnectionSpec, GraphSpec, NodeSpec
+from graph import ComputeError, Context, compile_graphs
+from graph.node import registry
+from graph.node.context import WarningLog
+from graph.spec.file_spec import ConnectionSpec, GraphSpec, NodeSpec
 from graph.testing import run_node
 
 

@@ -1,9 +1,9 @@
 import pytest
 
 from graph import Attribute, ComputeError, compile_graphs, node_type
-from graph.context import Context
-from graph.registry import DEFAULT, Registry
-from graph.spec import ConnectionSpec, GraphSpec, NodeSpec
+from graph.node.context import Context
+from graph.node.registry import DEFAULT, Registry
+from graph.spec.file_spec import ConnectionSpec, GraphSpec, NodeSpec
 from graph.testing import run_node
 
 

@@ -3,7 +3,7 @@
 import pytest
 
 from graph import Context, compile_graphs
-from graph.spec import ConnectionSpec, GraphSpec, NodeSpec
+from graph.spec.file_spec import ConnectionSpec, GraphSpec, NodeSpec
 
 
 @pytest.fixture

@@ -229,8 +229,8 @@ graphs:
 
 
 def test_values_pass_through_nodes_of_open_types_and_the_stage_is_restored():
-    from graph.assembly import open_session
     from graph.files import loads
+    from graph.session.open import open_session
 
     with open_session(loads(GRAPH)).app as app:
         size = app.stage.GetPrimAtPath("/World/Box").GetAttribute("size")

@@ -5,7 +5,7 @@ import pytest
 from typed_values import of
 
 from graph import ComputeError, Context, UserError, compile_graphs
-from graph.spec import GraphSpec, NodeSpec
+from graph.spec.file_spec import GraphSpec, NodeSpec
 from graph.testing import run_node
 
 

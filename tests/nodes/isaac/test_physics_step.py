@@ -5,8 +5,8 @@ from fractions import Fraction
 import pytest
 
 from graph import compile_graphs
-from graph.runner import GraphRunner
-from graph.spec import ConnectionSpec, GraphSpec, NodeSpec
+from graph.session.runner import GraphRunner
+from graph.spec.file_spec import ConnectionSpec, GraphSpec, NodeSpec
 from graph.testing import run_node
 
 

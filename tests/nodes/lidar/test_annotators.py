@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from graph import ComputeError, compile_graphs
-from graph.runner import GraphRunner
-from graph.spec import ConnectionSpec, GraphSpec, NodeSpec
+from graph.session.runner import GraphRunner
+from graph.spec.file_spec import ConnectionSpec, GraphSpec, NodeSpec
 from graph.testing import run_node
 from sensors import render_product
 from sensors.handles import resolve

@@ -5,8 +5,9 @@ from fractions import Fraction
 
 import pytest
 
-from graph import ComputeError, registry
+from graph import ComputeError
 from graph.cli.silence import is_publisher
+from graph.node import registry
 from graph.testing import run_node
 
 TWIST = "geometry_msgs/msg/Twist"

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 import numpy as np
 import pytest
 
-from graph.errors import RunError
+from graph.base.errors import RunError
 from graph.sim import App
 
 ARM = """<mujoco>

@@ -7,7 +7,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from graph.errors import UserError
+from graph.base.errors import UserError
 from graph.sim import App
 from graph.sim.physics.library import mujoco
 from graph.sim.scene.prims import author_prims

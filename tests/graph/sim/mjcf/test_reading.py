@@ -7,7 +7,7 @@ import struct
 import pytest
 from mjcf_robots import TETRAHEDRON
 
-from graph.errors import UserError
+from graph.base.errors import UserError
 from graph.sim.mjcf.scene import open_mjcf
 
 MESH = "<asset><mesh name='m' file='{}'/></asset><worldbody><geom type='mesh' mesh='m'/></worldbody>"

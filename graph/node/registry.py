@@ -11,10 +11,11 @@ from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from importlib import import_module, metadata
 
+from graph.base.errors import UserError
+from graph.base.suggest import did_you_mean_id
+
 from .absent import why_absent
 from .declaration import NodeType
-from .errors import UserError
-from .suggest import did_you_mean_id
 
 ENTRY_POINTS = "tickgraph.nodes"
 """Entry point group of third-party node packages: each names a module whose import registers its types."""
@@ -160,7 +161,7 @@ class Registry:
         for entry in _in_order(installed.select(group=ENTRY_POINTS)):
             self._add_package(entry, entry.load)
         for entry in _in_order(installed.select(group=OGN_ENTRY_POINTS)):
-            from .ogn import register_package
+            from graph.ogn import register_package
 
             self._add_package(entry, partial(register_package, self, entry.name, entry.value))
         return True

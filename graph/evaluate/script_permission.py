@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from .errors import Problem
+from graph.base.errors import Problem
 
 if TYPE_CHECKING:
-    from .evaluate import Graph
+    from . import Graph
 
 REFUSED = (
     "runs Python code that the graph file brings; if you trust the file, allow it by --allow-scripts "

@@ -7,10 +7,11 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any, Literal
 
-from . import exact
+from graph.base import exact
+from graph.base.memory_budget import Room
+from graph.base.warning_keys import Key, key_of
+
 from .events import EventBus
-from .repeats import Key, key_of
-from .room import Room
 
 
 @dataclass(slots=True)
@@ -61,7 +62,7 @@ class Context:
     that a stop does not reset; frames_per_second: time codes per second; update: index of the app update; events: what
     nodes and scripts send each other; room: what their large values may take.
     warn: takes code, where and message of a warning. scripts: what a node does that would run code of the graph file:
-    fail, nothing, or run it (see `graph.scripts`). closing: whether the App is about to close.
+    fail, nothing, or run it (see `graph.evaluate.script_permission`). closing: whether the App is about to close.
     """
 
     app: Any = None

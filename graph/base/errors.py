@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from .brief import brief
+from .shorten import brief
 
 
 @dataclass(frozen=True, order=True, slots=True)

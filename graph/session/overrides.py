@@ -6,13 +6,13 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from .errors import UserError
-from .spec import FileSpec, GraphSpec
+from graph.base.errors import UserError
+from graph.spec.file_spec import FileSpec, GraphSpec
 
 
 def override_inputs(spec: FileSpec, overrides: Mapping[str, str]) -> FileSpec:
     """The file with `NODE.ATTR` inputs replaced; NODE is a node's name, or its path where the name stands twice."""
-    from .files import parse_value
+    from graph.files import parse_value
 
     graphs = list(spec.graphs)
     for target, text in overrides.items():

@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, NoReturn
 
+from graph.base.suggest import did_you_mean
+
 from .context import Context
 from .declaration import names_in_order
-from .suggest import did_you_mean
 
 if TYPE_CHECKING:
-    from .evaluate.node import Node
-    from .evaluate.wire import Wire
+    from graph.evaluate.node import Node
+    from graph.evaluate.wire import Wire
+
     from .variables import Variables
 
 # What made a node compute, when it was no execution input.

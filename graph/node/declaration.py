@@ -10,7 +10,7 @@
         \"\"\"Goes one way or the other.\"\"\"
         db.fire("execTrue" if db.inputs.condition else "execFalse")
 
-`compute(db)` reads `db.inputs.x`, writes `db.outputs.x`; see `graph.db.Database` for the rest. It returns None or True
+`compute(db)` reads `db.inputs.x`, writes `db.outputs.x`; see `Database` for the rest. It returns None or True
 when it did its work and False for "nothing to do": outputs keep their values and no execution output is followed.
 A type without compute (constants) is declared with `declare(...)`.
 """
@@ -25,8 +25,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from .types import AnyType, Extended, parse_type
-from .values import coerce, shown, zero
+from graph.values.coercion import coerce, shown, zero
+from graph.values.types import AnyType, Extended, parse_type
 
 if TYPE_CHECKING:
     from .registry import Registry
@@ -96,7 +96,7 @@ class Attribute:
             and value not in self.allowed_tokens
             and (self.default is UNSET or value != self.default)
         ):
-            from .suggest import did_you_mean
+            from graph.base.suggest import did_you_mean
 
             choices = ", ".join(f'"{token}"' for token in self.allowed_tokens)
             return f"{shown(value)} is none of {choices}{did_you_mean(str(value), self.allowed_tokens)}"

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 
-from .errors import Problem, UserError
-from .evaluate import Graph
-from .plan import SKIP_ADVICE, compile_graphs
-from .registry import DEFAULT, Registry
-from .spec import ConnectionSpec, FileSpec, GraphSpec, NodeSpec, Note
+from graph.base.errors import Problem, UserError
+from graph.evaluate import Graph
+from graph.node.registry import DEFAULT, Registry
+from graph.plan import SKIP_ADVICE, compile_graphs
+from graph.spec.file_spec import ConnectionSpec, FileSpec, GraphSpec, NodeSpec, Note
 
 _ROUNDS = 20
 """Leaving a part out can lay another mistake bare, but not for ever."""

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
-from .suggest import did_you_mean
-from .types import Type
-from .values import coerce
+from graph.base.suggest import did_you_mean
+from graph.values.coercion import coerce
+from graph.values.types import Type
 
 
 class Variables(Mapping[str, Any]):

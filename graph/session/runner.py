@@ -7,15 +7,14 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Literal
 
-from .context import Context
-from .controller.graph_set import GraphSet, bind, unbind
-from .declaration import CLOSING
+from graph.controller.graph_set import GraphSet, bind, unbind
+from graph.node.context import Context
+from graph.node.declaration import CLOSING
 
 if TYPE_CHECKING:
+    from graph.evaluate import Graph, Node
+    from graph.node.context import Scripts
     from graph.sim import App
-
-    from .context import Scripts
-    from .evaluate import Graph, Node
 
 OnError = Literal["stop", "continue"]
 
@@ -179,7 +178,7 @@ class GraphRunner:
         """Gives each graph an instance for every prim of the stage that has it."""
         if not self.graphs:
             return
-        from .usd_files.instances import instances_on
+        from graph.usd_files.instances import instances_on
 
         users = instances_on(self._app.stage)
         for path in list(self.graphs):

@@ -10,10 +10,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from .absent import why_absent
-from .errors import Mark
-from .registry import DEFAULT, Registry
-from .spec import ConnectionSpec, FileSpec, GraphSpec, NodeSpec, Note
+from graph.base.errors import Mark
+from graph.node.absent import why_absent
+from graph.node.registry import DEFAULT, Registry
+
+from .file_spec import ConnectionSpec, FileSpec, GraphSpec, NodeSpec, Note
 
 PREFIXES: Mapping[str, tuple[str, ...]] = {
     "omni.isaac.ros2_bridge.": ("isaacsim.ros2.bridge.",),

@@ -8,10 +8,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .collector import collector_paused
-from .errors import Mark, Problem, UserError
+from graph.base.errors import Mark, Problem, UserError
+from graph.base.gc_pause import collector_paused
+from graph.spec.file_spec import FileSpec
+
 from .overrides import override_inputs
-from .spec import FileSpec
 from .staging import (
     bad_topics,
     build_stage,
@@ -25,11 +26,12 @@ from .staging import (
 if TYPE_CHECKING:
     from pxr import Usd
 
-    from .context import Scripts
-    from .evaluate import Graph
-    from .registry import Registry
+    from graph.evaluate import Graph
+    from graph.node.context import Scripts
+    from graph.node.registry import Registry
+    from graph.sim import App
+
     from .runner import GraphRunner, OnError
-    from .sim import App
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,9 +74,10 @@ def build_parts(
     NODE.ATTR to a value as in YAML; `settings` and `fidelity` beat the file's; `registry` has the node types (default:
     all there are); `skip_unknown` leaves nodes of other types out.
     """
-    from .files import examine
+    from graph.files import examine
+    from graph.node.registry import DEFAULT
+
     from .leniency import compile_file
-    from .registry import DEFAULT
 
     spec: FileSpec | None
     problems: list[Problem] = []
@@ -136,10 +139,11 @@ def open_session(
     the file are refused unless `allow_scripts`; those of a saved scene do nothing, with a warning. Raises UserError
     with every problem found.
     """
+    from graph.evaluate.script_permission import script_problems
+    from graph.sim import App
+    from graph.sim.timing.wall_clock import RealClock
+
     from .runner import GraphRunner
-    from .scripts import script_problems
-    from .sim import App
-    from .sim.timing.wall_clock import RealClock
 
     parts = build_parts(
         path,
@@ -192,9 +196,9 @@ def open_app(app_type: type[App], path: str | Path, **options: Any) -> App:
 
 def option_problems(spec: FileSpec) -> list[Problem]:
     """What is wrong with the file's clock, settings and fidelity knobs."""
-    from .sim import settings
-    from .sim.fidelity import Fidelity
-    from .sim.options import clock_rates, refuse_unavailable
+    from graph.sim import settings
+    from graph.sim.fidelity import Fidelity
+    from graph.sim.options import clock_rates, refuse_unavailable
 
     def mark(section: str) -> Callable[[str], Mark | None]:
         return lambda key: spec.marks.get((section, key))

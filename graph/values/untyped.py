@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from .coercion import coerce, dtype_of
 from .types import TYPES, Type, concrete_type
-from .values import coerce, dtype_of
 
 _STORAGES = ("bool", "uchar", "int", "uint", "int64", "uint64", "half", "float", "double")
 

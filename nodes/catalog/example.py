@@ -8,14 +8,15 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from .declaration import CLOSING, UNSET, Attribute, NodeType
-from .errors import UserError
+from graph.base.errors import UserError
+from graph.node.declaration import CLOSING, UNSET, Attribute, NodeType
+from graph.node.registry import DEFAULT, Registry
+from graph.plan import compile_graphs
+from graph.spec.file_spec import ConnectionSpec, GraphSpec, NodeSpec, VariableSpec
+from graph.values.coercion import zero
+from graph.values.types import Extended
+
 from .example_parts import LIDAR, THING, Parts, parts_of
-from .plan import compile_graphs
-from .registry import DEFAULT, Registry
-from .spec import ConnectionSpec, GraphSpec, NodeSpec, VariableSpec
-from .types import Extended
-from .values import zero
 
 # Values that an open input is tried with, the plainest first.
 _SAMPLES: tuple[tuple[str, Any], ...] = (
@@ -38,7 +39,7 @@ def example(node_type: NodeType, registry: Registry = DEFAULT) -> str:
     """The text of a YAML graph file with one node of the type, its inputs as they are by default, and what starts it.
 
     Inputs without a default get a plain value where they need one: numbers, the prim /World/Thing, or what
-    `graph.example_parts` has for the type. What the reader must bring stands in a comment at the top.
+    `nodes.catalog.example_parts` has for the type. What the reader must bring stands in a comment at the top.
     """
     name = _node_name(node_type)
     parts = parts_of(node_type.short_name, node_type.shipped)

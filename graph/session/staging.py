@@ -6,14 +6,14 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .context import Warn
-from .errors import Mark, Problem, UserError
-from .spec import FileSpec, NodeSpec
+from graph.base.errors import Mark, Problem, UserError
+from graph.node.context import Warn
+from graph.spec.file_spec import FileSpec, NodeSpec
 
 if TYPE_CHECKING:
     from pxr import Usd
 
-    from .evaluate import Graph, Node
+    from graph.evaluate import Graph, Node
 
 GRAPH_PRIMS = ("", "Scope", "Xform", "OmniGraph", "ComputeGraph")
 """Types of prims that a graph's path may name."""
@@ -24,16 +24,15 @@ def build_stage(spec: FileSpec, allow: Sequence[Path], warn: Warn) -> tuple[Usd.
 
     Raises UserError with every problem found.
     """
+    from graph.sim.scene.prims import author_prims
+    from graph.sim.scene.stage import add_scene, meters_per_unit, open_stage, up_axis
     from sensors.configs import author_config
-
-    from .sim.scene.prims import author_prims
-    from .sim.scene.stage import add_scene, meters_per_unit, open_stage, up_axis
 
     scene = spec.scene
     roots = [root for root in (spec.folder, *allow) if root is not None]
     mjcf: Any = None
     if scene.mjcf is not None:
-        from .sim.mjcf.scene import open_mjcf
+        from graph.sim.mjcf.scene import open_mjcf
 
         try:
             mjcf = open_mjcf(scene.mjcf, roots, scene.keyframe, warn)
@@ -87,7 +86,7 @@ def missing_targets(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Graph]) -
 
     Graphs and render products are no prims of the scene: they come to be when the file runs.
     """
-    from .sim.scene.prim_paths import is_prim_path
+    from graph.sim.scene.prim_paths import is_prim_path
 
     graph_paths = {graph.path for graph in graphs}
     problems = []
@@ -107,9 +106,8 @@ def missing_targets(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Graph]) -
 
 def unrenderable_cameras(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Graph]) -> list[Problem]:
     """A line for each cameraPrim that the file gives whose prim is there and is no sensor that can be rendered."""
+    from graph.sim.scene.prim_paths import prim_at
     from sensors.products import sensor_problem
-
-    from .sim.scene.prim_paths import prim_at
 
     return [
         Problem(f"{node.path}.inputs:{name}: {problem}", mark)
@@ -122,7 +120,7 @@ def unrenderable_cameras(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Grap
 
 def prims_for_products(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Graph]) -> list[Problem]:
     """A line for each renderProductPath that the file gives and that names a prim of the scene: no frame would come."""
-    from .sim.scene.prim_paths import prim_at
+    from graph.sim.scene.prim_paths import prim_at
 
     problems = []
     for node, name, mark in _given_inputs(spec, graphs):
@@ -138,10 +136,9 @@ def flat_scans_of_3d(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Graph]) 
     """A line for each flat scan whose lidar has an emitter out of the plane, as far as the file says which lidar it is:
     the cameraPrim of the one node that makes its render product. None where such errors are logged only.
     """
+    from graph.sim.scene.prim_paths import prim_at
     from sensors.annotators import require_2d
     from sensors.lidar.prim import read_config
-
-    from .sim.scene.prim_paths import prim_at
 
     problems: list[Problem] = []
     flat = [

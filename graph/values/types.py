@@ -1,7 +1,7 @@
 """The attribute types of OmniGraph: their OGN names, what they store, and the names that stand for several.
 
 Every legal concrete name is in one table, `TYPES`; `parse_type` also reads `any`, unions and their groups.
-Nothing here needs NumPy: values live in `graph.values`, conversions in `graph.conversion`.
+Nothing here needs NumPy: values live in `graph.values.coercion`, conversions in `graph.values.conversion`.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 
-from .suggest import did_you_mean
+from graph.base.suggest import did_you_mean
 
 INTEGER_RANGES = {
     "uchar": (0, 2**8 - 1),

@@ -11,7 +11,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any, Literal
 
-from .errors import Mark
+from graph.base.errors import Mark
 
 Evaluator = Literal["execution", "push", "dirty_push"]
 PipelineStage = Literal["simulation", "pre_render", "post_render", "on_demand"]

@@ -6,10 +6,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-from .collector import collector_paused
-from .errors import Problem, UserError
-from .evaluate import Graph
-from .spec import FileSpec
+from graph.base.errors import Problem, UserError
+from graph.base.gc_pause import collector_paused
+from graph.evaluate import Graph
+from graph.spec.file_spec import FileSpec
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,7 +21,7 @@ class LoadedFile:
 
     def graph(self, path: str) -> Graph:
         """The graph of that path. Raises KeyError with the nearest one."""
-        from .suggest import did_you_mean
+        from graph.base.suggest import did_you_mean
 
         for graph in self.graphs:
             if graph.path == path:
@@ -36,7 +36,8 @@ def load_graph(path: str | Path, allow: Iterable[Path] = (), *, skip_unknown: bo
     allow: folders, beside the file's own, that it may name files in. skip_unknown: nodes of unknown types are left out.
     Raises UserError with every problem of the file and of its graphs together; `spec.notes` has what is only odd.
     """
-    from .files import examine
+    from graph.files import examine
+
     from .leniency import compile_file
 
     examined = examine(path, allow=tuple(allow))

@@ -11,8 +11,8 @@ from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any
 
+from .coercion import dtype_of, shown
 from .types import INTEGER_RANGES, TYPES, AnyType, Extended, Type
-from .values import dtype_of, shown
 
 Converter = Callable[[Any], Any]
 

@@ -16,9 +16,8 @@ from typing import TYPE_CHECKING, Any, TextIO
 from .trace_events import PHYSICS, RENDERER, TIMELINE, WALL, TraceWriter
 
 if TYPE_CHECKING:
+    from graph.evaluate import Graph, Node
     from graph.sim import App
-
-    from .evaluate import Graph, Node
 
 PHASES = ("timeline_state", "timeline", "physics", "simulation_graphs", "render", "post_render_graphs", "end")
 _FIRST, _LAST = -(2**60), 2**60

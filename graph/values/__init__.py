@@ -1,0 +1,1 @@
+"""Attribute types and their values: zero values, coercion, conversion on connections, equality."""

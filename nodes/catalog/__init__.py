@@ -1,0 +1,1 @@
+"""Facts about the library as a whole: absent types and runnable examples."""

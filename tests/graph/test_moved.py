@@ -1,0 +1,15 @@
+"""Paths of the former flat layout."""
+
+from importlib import import_module
+
+import pytest
+
+from graph.moved import MOVED
+
+
+@pytest.mark.parametrize("old", MOVED)
+def test_an_old_path_is_the_present_module(old):
+    present = import_module(MOVED[old])
+    with pytest.warns(DeprecationWarning, match=f"{old} is now {MOVED[old]}"):
+        assert import_module(old) is present
+    assert present.__spec__.name == MOVED[old]
