@@ -89,7 +89,7 @@ def test_the_index_of_the_library_names_every_type_where_it_is_registered():
 
 def test_a_type_costs_the_import_of_its_own_module_only():
     code = (
-        "import sys\nfrom graph.registry import DEFAULT\nassert 'Countdown' in DEFAULT and 'Branch' in DEFAULT\n"
+        "import sys\nfrom graph.node.registry import DEFAULT\nassert 'Countdown' in DEFAULT and 'Branch' in DEFAULT\n"
         "found = lambda: [name for name in sys.modules if name.count('.') == 2 and name.startswith('nodes.')]\n"
         "assert found() == [], found()\nassert DEFAULT.get('Countdown').id == 'omni.graph.action.Countdown'\n"
         "print(*found())"
@@ -101,7 +101,7 @@ def test_a_type_costs_the_import_of_its_own_module_only():
 @pytest.mark.parametrize("first", ["", "DEFAULT.get('Branch')\n", "assert 'Branch' in DEFAULT\n"])
 def test_an_id_of_the_library_is_taken_before_its_module_is_imported(first):
     code = (
-        "from graph import declare\nfrom graph.registry import DEFAULT\n"
+        "from graph import declare\nfrom graph.node.registry import DEFAULT\n"
         f"{first}declare('omni.graph.action.Branch', 'mine')\nDEFAULT.get('Once')\n"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
@@ -230,7 +230,7 @@ def test_importing_graph_loads_nothing_heavy():
         "heavy = [name for name in names if name in sys.modules]\n"
         "assert not heavy, heavy\n"
         "from graph import Attribute, node_type\n"
-        "import graph.registry, graph.plan\n"
+        "import graph.node.registry, graph.plan\n"
         "assert callable(node_type)\n"
         "from graph import node_type as again\n"
         "assert again is node_type\n"

@@ -366,7 +366,7 @@ def test_an_interrupted_app_closes_its_recording(tmp_path):
         sys.path.insert(0, {str(ROOT)!r}); sys.path.insert(0, {str(Path(__file__).parent)!r})
         from test_recording import CLOUD, McapSink, cloud
         from graph.sim import App
-        from graph.exact import nanoseconds
+        from graph.base.exact import nanoseconds
         with App() as app:
             app.bus.subscribe(McapSink({str(path)!r}))
             def publish():
