@@ -31,6 +31,8 @@ MOVED = {
     "graph.suggest": "graph.base.suggest",
     "graph.tracing": "graph.session.tracing",
     "graph.types": "graph.values.types",
+    "graph.sim.state.articulation": "graph.sim.physics.articulation",
+    "graph.sim.state.inertial": "graph.sim.physics.inertial",
     "graph.variables": "graph.node.variables",
 }
 """Old dotted path to the present one."""

@@ -225,7 +225,7 @@ def built_on(owners):
     return set(itertools.chain.from_iterable(networkx.descendants(users, owner) for owner in owners if owner in users))
 
 
-OWNERS = {"mujoco": "graph.sim.physics.library", "open3d": "graph.sim.libraries", "pxr": "graph.sim.usd"}
+OWNERS = {"mujoco": "graph.sim.physics.mujoco.library", "open3d": "graph.sim.libraries", "pxr": "graph.sim.usd"}
 """The one file that imports each heavy library, on first use; nothing imports matplotlib."""
 
 

@@ -33,8 +33,8 @@ def read_contact_sensor(db: Any) -> None:
     The prim's `threshold` (least, most, in units of the stage) and `radius` (stage units; not above 0: all contacts)
     count where they are authored: less than the least is no contact, more than the most reads as the most.
     """
-    from graph.sim.physics.forces import contact_force
-    from graph.sim.state.inertial import attribute_of, body_of
+    from graph.sim.physics.inertial import attribute_of, body_of
+    from graph.sim.physics.mujoco.forces import contact_force
 
     outputs, app = db.outputs, db.app
     prim = sensor_prim(db, db.inputs.csPrim, "csPrim")

@@ -60,7 +60,7 @@ def read_imu(db: Any) -> None:
     The first compute after play starts the sensor, and there is a reading from the physics step after it. Before, and
     while the prim's `enabled` is false, the outputs are zero and nothing follows.
     """
-    from graph.sim.state.inertial import InertialUnit, attribute_of, widths_of
+    from graph.sim.physics.inertial import InertialUnit, attribute_of, widths_of
 
     inputs, outputs, memory, app = db.inputs, db.outputs, db.memory, db.app
     prim = sensor_prim(db, inputs.imuPrim, "imuPrim")

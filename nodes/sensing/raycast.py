@@ -124,7 +124,7 @@ def _read(db: Any) -> _Rays:
     """The sensor that the input names. Fails the node for one whose rays do not fit together."""
     import numpy as np
 
-    from graph.sim.state.inertial import attribute_of
+    from graph.sim.physics.inertial import attribute_of
 
     prim = sensor_prim(db, db.inputs.raycastSensorPrim, "raycastSensorPrim")
     path = str(prim.GetPath())

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from graph.sim.physics.library import mujoco
+from graph.sim.physics.mujoco.library import mujoco
 from graph.sim.transforms import Floats
 
 if TYPE_CHECKING:
-    from graph.sim.physics.engine import Physics
-    from graph.sim.physics.soft import Deformables
+    from graph.sim.physics.mujoco.deformables import Deformables
+    from graph.sim.physics.mujoco.engine import MujocoEngine
 
 
 class Flexes:
@@ -22,7 +22,7 @@ class Flexes:
     the motion never sees. Vertices on bodies that users move are where those are now.
     """
 
-    def __init__(self, physics: Physics, starts: Mapping[str, tuple[str, Floats]], others: Deformables) -> None:
+    def __init__(self, physics: MujocoEngine, starts: Mapping[str, tuple[str, Floats]], others: Deformables) -> None:
         self._physics, self._starts, self._others = physics, starts, others
         self._model = physics.model
         self._aside = mujoco.MjData(self._model)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from graph.base.errors import Mark, Problem, UserError
-from graph.sim.physics.library import mujoco
+from graph.sim.physics.mujoco.library import mujoco
 from graph.sim.scene.stage import Warn
 
 from .files import Document, shown

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from graph.sim import transforms
-from graph.sim.physics.library import mujoco
+from graph.sim.physics.mujoco.library import mujoco
 from graph.sim.scene.scan import GIVEN
 from graph.sim.scene.stage import Warn
 from graph.sim.usd import Gf, Sdf, Usd, UsdGeom, Vt

@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass
 from typing import Any
 
-from graph.sim.physics.library import mujoco
+from graph.sim.physics.mujoco.library import mujoco
 
 ROOT = "/World"
 ACTUATORS, SENSORS, LOOKS = "Actuators", "Sensors", "Looks"

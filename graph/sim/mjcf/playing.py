@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from graph.sim import transforms
-from graph.sim.physics.compile import Base, Compiled, compile_world, write_options
-from graph.sim.physics.geoms import Shape
-from graph.sim.physics.library import mujoco
 from graph.sim.physics.model import Volume, World
+from graph.sim.physics.mujoco.compile import Base, Compiled, compile_world, write_options
+from graph.sim.physics.mujoco.geoms import Shape
+from graph.sim.physics.mujoco.library import mujoco
 from graph.sim.physics.solver import SolverOptions
 from graph.sim.scene.stage import Warn
 

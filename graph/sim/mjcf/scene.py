@@ -12,8 +12,8 @@ import numpy as np
 from graph.base import exact
 from graph.base.errors import UserError
 from graph.sim import transforms
-from graph.sim.physics.library import mujoco
 from graph.sim.physics.model import Body, Joint, JointKind
+from graph.sim.physics.mujoco.library import mujoco
 from graph.sim.scene.stage import Warn, ignore_warning, register_schemas
 from graph.sim.transforms import Floats
 from graph.sim.usd import EARLIEST, UsdGeom

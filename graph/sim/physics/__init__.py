@@ -12,10 +12,10 @@ if TYPE_CHECKING:
     from graph.sim.mjcf.scene import MjcfScene
     from graph.sim.scene.scan import Scan
 
-    from .compile import Compiled
-    from .engine import Physics as Physics
-    from .geoms import Shape
     from .model import Volume, World
+    from .mujoco.compile import Compiled
+    from .mujoco.engine import MujocoEngine as MujocoEngine
+    from .mujoco.geoms import Shape
 
 
 def build_physics(
@@ -26,7 +26,7 @@ def build_physics(
     warn: Warn = ignore_warning,
     scan: Scan | None = None,
     mjcf: MjcfScene | None = None,
-) -> Physics | None:
+) -> MujocoEngine | None:
     """The stage's dynamics with time step `dt` [s], at the state the stage describes; None if nothing can move.
 
     mjcf: the model that the stage mirrors; it is simulated as it is, and the stage's other bodies and colliders in it.
@@ -42,8 +42,8 @@ def build_physics(
     scan = scan or scan_stage(stage)
     if not scan.dynamic and not scan.soft and not (mjcf and mjcf.model.nv):
         return None
-    from .compile import compile_world
-    from .engine import Physics
+    from .mujoco.compile import compile_world
+    from .mujoco.engine import MujocoEngine
     from .read_world import read_world
     from .solver import chosen
 
@@ -60,14 +60,14 @@ def build_physics(
     world = read_world(scan, warn)
     if not scan.dynamic and not world.softs and not (mjcf and mjcf.model.nv):
         return None
-    physics = Physics(compiled(world, dt, warn), dt, scan.meters_per_unit)
+    physics = MujocoEngine(compiled(world, dt, warn), dt, scan.meters_per_unit)
     physics.world, physics.compile = world, compiled
     return physics
 
 
 def __getattr__(name: str) -> Any:
-    if name == "Physics":
-        from .engine import Physics
+    if name == "MujocoEngine":
+        from .mujoco.engine import MujocoEngine
 
-        return Physics
+        return MujocoEngine
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from graph.sim.geometry.tessellation import Triangles
 from graph.sim.transforms import Floats
 
-from .pieces import MOST_PIECES, outward, surface_pieces
+from .convex_decomposition import MOST_PIECES, outward, surface_pieces
 
 FLAT = 1e-6
 """Points this close to one plane (as a fraction of their extent) are flat."""

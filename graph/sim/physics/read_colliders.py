@@ -20,11 +20,11 @@ from graph.sim.transforms import Floats
 from graph.sim.usd import EARLIEST, UsdGeom, UsdPhysics
 
 from .attributes import authored, kilograms_per_unit, quaternion_of, vector
+from .convex_decomposition import MOST_PIECES, enclosed
 from .filters import Filters
 from .hulls import convex_pieces, with_depth
 from .materials import bound_material, read_material
 from .model import Collider, Volume
-from .pieces import MOST_PIECES, enclosed
 
 HULL_TOLERANCE = 1e-3
 """How far a stretched curved solid's hull may lie inside it, as a fraction of its size."""

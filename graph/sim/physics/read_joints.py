@@ -16,9 +16,9 @@ from graph.sim.transforms import Floats
 from graph.sim.usd import EARLIEST, UsdGeom, UsdPhysics
 
 from .attributes import applied_schemas, quaternion_of, value_of
+from .d6_joints import AXES, Axis, single_joints
 from .model import FREE, Joint, JointKind, Mimic
 from .read_drives import drive_of, efforts_of
-from .six_axes import AXES, Axis, single_joints
 
 _KINDS: tuple[tuple[Any, JointKind], ...] = (
     (UsdPhysics.FixedJoint, "fixed"),

@@ -11,13 +11,13 @@ from graph.sim.scene.scan import Scan, scan_stage
 from graph.sim.scene.stage import Warn
 from graph.sim.transforms import Floats
 
-from .engine import Physics
 from .model import Collider, World
+from .mujoco.engine import MujocoEngine
 from .read_world import Known, read_world
 
 
 def rebuild(
-    physics: Physics, stage: Any, touched: Iterable[str], warn: Warn, promoted: Mapping[str, bool] | None = None
+    physics: MujocoEngine, stage: Any, touched: Iterable[str], warn: Warn, promoted: Mapping[str, bool] | None = None
 ) -> bool:
     """Compile the stage's dynamics anew and go on from the state of now; False if nothing could move any more.
 
@@ -46,7 +46,7 @@ def rebuild(
 
 
 def restart(
-    physics: Physics,
+    physics: MujocoEngine,
     stage: Any,
     poses: Mapping[str, Floats],
     warn: Warn,
@@ -64,7 +64,7 @@ def restart(
     physics.world = world
 
 
-def _pose(physics: Physics, number: int) -> Floats:
+def _pose(physics: MujocoEngine, number: int) -> Floats:
     out = np.eye(4)
     out[:3, :3], out[:3, 3] = physics.rotations[number], physics.positions[number]
     return out

@@ -11,7 +11,7 @@ import numpy as np
 from graph.sim.transforms import Floats
 
 if TYPE_CHECKING:
-    from graph.sim.physics.engine import Physics
+    from graph.sim.physics.mujoco.engine import MujocoEngine
 
 
 class Poses:
@@ -25,7 +25,7 @@ class Poses:
     def __init__(
         self,
         stamp: int,
-        physics: Physics | None,
+        physics: MujocoEngine | None,
         layout: Mapping[str, int],
         written: Mapping[str, Floats],
         frames: Floats | None = None,

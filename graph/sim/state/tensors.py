@@ -15,9 +15,8 @@ from graph.sim.transforms import Floats
 
 if TYPE_CHECKING:
     from graph.sim.app import App
-    from graph.sim.physics.engine import Physics
-
-    from .articulation import Articulation
+    from graph.sim.physics.articulation import Articulation
+    from graph.sim.physics.mujoco.engine import MujocoEngine
 
 Which = Sequence[str] | str | None
 """Some bodies or joints: paths or a pattern such as `/World/Box_*`; None: all of them."""
@@ -171,17 +170,17 @@ class Tensors:
         physics = self._physics()
         if physics is None:
             return Contacts((), (), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros((0, 3)))
-        from graph.sim.physics.forces import contact_arrays
+        from graph.sim.physics.mujoco.forces import contact_arrays
 
         return Contacts(*contact_arrays(physics))
 
     # -- inside ------------------------------------------------------------------------------------------------------
 
-    def _physics(self) -> Physics | None:
+    def _physics(self) -> MujocoEngine | None:
         simulation = self._app.simulation
         if not simulation.built:
             raise RunError("there is no physics state while the simulation is stopped; call app.play() first")
-        physics: Physics | None = simulation.physics
+        physics: MujocoEngine | None = simulation.physics
         return physics
 
     def _motion(self) -> Floats:
@@ -190,7 +189,7 @@ class Tensors:
             return np.zeros((0, 6))
         return physics.motion.velocities(physics.state())
 
-    def _chosen(self, which: Which) -> tuple[Physics, list[int]]:
+    def _chosen(self, which: Which) -> tuple[MujocoEngine, list[int]]:
         physics = self._physics()
         paths = physics.body_paths if physics is not None else ()
         rows = _select(which, paths, "body that can move")
@@ -199,7 +198,7 @@ class Tensors:
         return physics, rows
 
     def _articulation(self) -> Articulation | None:
-        from .articulation import Articulation
+        from graph.sim.physics.articulation import Articulation
 
         physics = self._physics()
         if physics is None:

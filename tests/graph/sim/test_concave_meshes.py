@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from physics_worlds import GROUND, steps
 
-from graph.sim.physics.pieces import MOST_TRIANGLES, enclosed, surface_pieces
+from graph.sim.physics.convex_decomposition import MOST_TRIANGLES, enclosed, surface_pieces
 
 
 def boxes(*spans):

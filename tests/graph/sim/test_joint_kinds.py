@@ -130,7 +130,7 @@ def test_a_d6_starts_where_its_bodies_stand_and_its_axes_are_driven_one_by_one(u
     for name, aim in aims.items():
         assert reached[name] == pytest.approx(math.radians(aim) if name.startswith("rot") else aim, abs=2e-3)
     # the second frame in the first: shifted, then turned about Z, Y, X
-    from graph.sim.physics.six_axes import turn
+    from graph.sim.physics.d6_joints import turn
 
     wanted = turn(2, math.radians(40)) @ turn(1, math.radians(-30)) @ turn(0, math.radians(20))
     pose = physics.rotations[a]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from graph import ComputeError
-from graph.sim.state.inertial import InertialUnit
+from graph.sim.physics.inertial import InertialUnit
 from graph.testing import run_node
 
 SENSOR = "/World/Box/Imu"

@@ -9,7 +9,7 @@ import pytest
 
 from graph.base.errors import UserError
 from graph.sim import App
-from graph.sim.physics.library import mujoco
+from graph.sim.physics.mujoco.library import mujoco
 from graph.sim.scene.prims import author_prims
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from graph.sim import App
-from graph.sim.physics.library import mujoco
+from graph.sim.physics.mujoco.library import mujoco
 from sensors.raycast.rays import RayBundle
 from sensors.raycast.world import CastWorld
 

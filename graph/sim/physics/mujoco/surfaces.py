@@ -20,7 +20,7 @@ from graph.sim.transforms import Floats
 from .library import mujoco
 
 if TYPE_CHECKING:
-    from .engine import Physics
+    from .engine import MujocoEngine
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +43,7 @@ class Belt:
 class Surfaces:
     """The moving surfaces of a world, by the path of the prim whose colliders they are."""
 
-    def __init__(self, physics: Physics) -> None:
+    def __init__(self, physics: MujocoEngine) -> None:
         self._physics, self._model = physics, physics.model
         self._belts: dict[str, Belt] = {}
         self._names = [physics.model.geom(number).name.rpartition("#")[0] for number in range(physics.model.ngeom)]

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from graph.sim.transforms import Floats
 
 if TYPE_CHECKING:
-    from graph.sim.physics.engine import Physics
     from graph.sim.physics.model import Joint
+    from graph.sim.physics.mujoco.engine import MujocoEngine
 
 
 class Articulation:
@@ -21,7 +21,7 @@ class Articulation:
     Positions and velocities are radians and stage units, efforts N m and N: what the node library uses.
     """
 
-    def __init__(self, physics: Physics, root: str, meters_per_unit: float) -> None:
+    def __init__(self, physics: MujocoEngine, root: str, meters_per_unit: float) -> None:
         self.path = root
         self._physics = physics
         self._meters_per_unit = meters_per_unit
@@ -42,7 +42,7 @@ class Articulation:
         actuators = [physics.actuator(joint) for joint in joints]
         self._actuator = np.array([-1 if number is None else number for number in actuators], dtype=np.intp)
 
-    def belongs_to(self, physics: Physics) -> bool:
+    def belongs_to(self, physics: MujocoEngine) -> bool:
         """Whether these are joints of that physics."""
         return self._physics is physics
 
@@ -68,7 +68,7 @@ class Articulation:
     @property
     def efforts(self) -> Floats:
         """(J,) efforts along the joints [N m or N] in the last physics step: drives, applied efforts and limits."""
-        from graph.sim.physics.forces import joint_efforts
+        from graph.sim.physics.mujoco.forces import joint_efforts
 
         out: Floats = joint_efforts(self._physics)[self._velocity]
         return out
@@ -76,7 +76,7 @@ class Articulation:
     @property
     def reactions(self) -> Floats:
         """(J, 6) force [N] and torque [N m] that joints pass on to their second bodies, in the joint's frame there."""
-        from graph.sim.physics.forces import joint_reactions
+        from graph.sim.physics.mujoco.forces import joint_reactions
 
         return joint_reactions(self._physics, self._joints)
 

@@ -14,8 +14,9 @@ from .library import mujoco
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from .engine import Physics
-    from .model import Joint
+    from graph.sim.physics.model import Joint
+
+    from .engine import MujocoEngine
 
 _ON_JOINTS = (int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT))
 _FIXED = int(mujoco.mjtGain.mjGAIN_FIXED)
@@ -39,7 +40,7 @@ class Motors:
     take no joint commands, only their control.
     """
 
-    def __init__(self, physics: Physics) -> None:
+    def __init__(self, physics: MujocoEngine) -> None:
         model = self._model = physics.model
         own = {joint.path for joint in physics.drives.joints}
         self._dofs = {

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from graph.sim import transforms
+from graph.sim.physics.model import Gripper, Suction
 from graph.sim.transforms import Floats
 
 from .library import mujoco
-from .model import Gripper, Suction
 
 if TYPE_CHECKING:
-    from .engine import Physics
+    from .engine import MujocoEngine
 
 Status = Literal["Open", "Closing", "Closed"]
 
@@ -30,7 +30,7 @@ class SurfaceGripper:
     go of what pulls along its axis, or across it, with more than the limits.
     """
 
-    def __init__(self, physics: Physics, spec: Gripper) -> None:
+    def __init__(self, physics: MujocoEngine, spec: Gripper) -> None:
         self.spec = spec
         self.status: Status = "Open"
         self._physics = physics

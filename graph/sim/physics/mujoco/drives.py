@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from graph.sim.physics.model import Joint
 from graph.sim.transforms import Floats
 
 from .library import mujoco
-from .model import Joint
 
 
 class Drives:

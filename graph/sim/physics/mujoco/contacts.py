@@ -18,13 +18,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from graph.sim.physics.materials import Material, Touch, touch
+from graph.sim.physics.model import Collider
 from graph.sim.scene.stage import Warn
 from graph.sim.transforms import Floats
 
-from .bounces import Restitution
 from .library import mujoco
-from .materials import Material, Touch, touch
-from .model import Collider
+from .restitution import Restitution
 
 SLIDING, RESTING, PATIENCE = 0.02, 0.01, 2
 """Friction at rest ends above the first of these speeds [m/s], seen so many times, and is back below the second."""

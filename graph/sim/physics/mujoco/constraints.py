@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 from graph.sim import transforms
+from graph.sim.physics.joint_tree import Branch, Forest
+from graph.sim.physics.model import Gripper, Joint, World
 from graph.sim.scene.stage import Warn
 
 from .grippers import weld_name
 from .library import mujoco
-from .model import Gripper, Joint, World
-from .tree import Branch, Forest
 
 _KINDS = {
     "revolute": mujoco.mjtJoint.mjJNT_HINGE,

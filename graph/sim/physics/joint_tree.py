@@ -11,8 +11,8 @@ from graph.sim import transforms
 from graph.sim.scene.stage import Warn
 from graph.sim.transforms import Floats
 
+from .d6_joints import moved, step
 from .model import Body, Joint, World
-from .six_axes import moved, step
 
 SNAP = 1e-3
 """Joint frames farther apart than this [m or rad] are worth a warning: the joint pulls its body into place."""

@@ -12,13 +12,14 @@ from graph.sim.transforms import Floats
 from .library import mujoco
 
 if TYPE_CHECKING:
-    from .engine import Physics
-    from .model import Joint
+    from graph.sim.physics.model import Joint
+
+    from .engine import MujocoEngine
 
 _LIMIT = int(mujoco.mjtConstraint.mjCNSTR_LIMIT_JOINT)
 
 
-def joint_efforts(physics: Physics) -> Floats:
+def joint_efforts(physics: MujocoEngine) -> Floats:
     """(nv,) effort along each coordinate of velocity [N or N m]: drives, applied efforts and joint limits."""
     data = physics.data
     out: Floats = data.qfrc_actuator + data.qfrc_applied
@@ -28,7 +29,7 @@ def joint_efforts(physics: Physics) -> Floats:
     return out
 
 
-def _slope(physics: Physics, row: int, coordinate: int) -> float:
+def _slope(physics: MujocoEngine, row: int, coordinate: int) -> float:
     """How a constraint row changes with one coordinate of velocity."""
     data = physics.data
     if not mujoco.mj_isSparse(physics.model):
@@ -38,7 +39,7 @@ def _slope(physics: Physics, row: int, coordinate: int) -> float:
     return float(data.efc_J[start : start + count][columns == coordinate].sum())
 
 
-def joint_reactions(physics: Physics, joints: Sequence[Joint]) -> Floats:
+def joint_reactions(physics: MujocoEngine, joints: Sequence[Joint]) -> Floats:
     """(n, 6) force [N], then torque [N m], that each joint passes on to its second body.
 
     Torques are about the origin of the joint's frame on that body; both are along its axes.
@@ -61,7 +62,7 @@ def joint_reactions(physics: Physics, joints: Sequence[Joint]) -> Floats:
     return out
 
 
-def contact_force(physics: Physics, body: str, near: Floats | None = None, radius: float = 0.0) -> Floats:
+def contact_force(physics: MujocoEngine, body: str, near: Floats | None = None, radius: float = 0.0) -> Floats:
     """(3,) total force of contacts on a body [N], world axes; with a radius [m] only of those closer than it to `near`.
 
     Contacts between geometry of the same body do not count.
@@ -82,7 +83,7 @@ def contact_force(physics: Physics, body: str, near: Floats | None = None, radiu
 
 
 def contact_arrays(
-    physics: Physics,
+    physics: MujocoEngine,
 ) -> tuple[tuple[tuple[str, str], ...], tuple[tuple[str, str], ...], Floats, Floats, Floats, Floats]:
     """Of the contacts that carried load in the last step: colliders, bodies, places, normals, distances, impulses.
 
@@ -111,7 +112,7 @@ def contact_arrays(
     )
 
 
-def _collider(physics: Physics, geom: int, flex: int) -> tuple[str, str]:
+def _collider(physics: MujocoEngine, geom: int, flex: int) -> tuple[str, str]:
     """The path of a side of a contact, and of its body (empty: it does not move, or is soft)."""
     if geom < 0:
         return physics.model.flex(flex).name, ""

@@ -10,20 +10,20 @@ import numpy as np
 
 from graph.base.errors import RunError
 from graph.sim import transforms
+from graph.sim.physics.articulation import Articulation
+from graph.sim.physics.model import Joint, World
 from graph.sim.scene.stage import Warn
-from graph.sim.state.articulation import Articulation
 from graph.sim.transforms import Floats
 
-from .bounces import Bounces
 from .compile import Compiled
 from .contacts import Contacts
+from .deformables import Deformables
 from .drives import Drives
 from .grippers import SurfaceGripper
 from .library import mujoco
-from .model import Joint, World
-from .motion import Motion, State, body_velocities
 from .motors import Motors
-from .soft import Deformables
+from .restitution import Bounces
+from .snapshot import Motion, State, body_velocities
 from .surfaces import Surfaces
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ _BAD = tuple(
 )
 
 
-class Physics:
+class MujocoEngine:
     """The bodies of a playing world, metres and seconds. `body_paths` orders every array over bodies."""
 
     def __init__(self, compiled: Compiled, dt: Fraction, meters_per_unit: float = 1.0) -> None:
@@ -88,7 +88,7 @@ class Physics:
         kept: bodies whose rest poses the new model did not change; None: nothing keeps its state. Articulations at hand
         stay valid.
         """
-        from .transfer import Leaving
+        from .state_transfer import Leaving
 
         leaving = Leaving(self) if kept is not None else None
         self._counters.release()

@@ -8,12 +8,12 @@ import numpy as np
 
 from graph.sim.transforms import Floats
 
+from .deformables import Deformables
 from .library import mujoco
-from .motion import body_velocities
-from .soft import Deformables
+from .snapshot import body_velocities
 
 if TYPE_CHECKING:
-    from .engine import Physics
+    from .engine import MujocoEngine
 
 _BALL, _FREE = int(mujoco.mjtJoint.mjJNT_BALL), int(mujoco.mjtJoint.mjJNT_FREE)
 _WIDTHS = {_FREE: (7, 6), _BALL: (4, 3)}
@@ -22,7 +22,7 @@ _WIDTHS = {_FREE: (7, 6), _BALL: (4, 3)}
 class Leaving:
     """What a physics is before it takes on another model."""
 
-    def __init__(self, physics: Physics) -> None:
+    def __init__(self, physics: MujocoEngine) -> None:
         self._model, self._data = physics.model, physics.data
         self._numbers = {path: number for number, path in enumerate(physics.body_paths, start=1)}
         warm = physics.data.qacc_warmstart.copy()
@@ -35,7 +35,7 @@ class Leaving:
         self._deformables = physics.deformables
         self._others = _others(physics)
 
-    def arrive(self, physics: Physics, kept: frozenset[str]) -> None:
+    def arrive(self, physics: MujocoEngine, kept: frozenset[str]) -> None:
         """Give the state to what is there again; `kept`: bodies with the rest poses that they had."""
         model, data = physics.model, physics.data
         numbers = {0: 0}
@@ -84,7 +84,7 @@ class Leaving:
         data.qvel[address : address + 3] = motion[:3]
         data.qvel[address + 3 : address + 6] = turn.T @ motion[3:]
 
-    def _controls(self, physics: Physics) -> None:
+    def _controls(self, physics: MujocoEngine) -> None:
         """Drives by their joints; actuators and ties that are named otherwise by their names."""
         model, data, drives = physics.model, physics.data, physics.drives
         own = {joint.path for joint in drives.joints}
@@ -114,7 +114,7 @@ class Leaving:
             getattr(data, name)[to : to + count] = getattr(self._data, name)[first : first + count]
 
 
-def _others(physics: Physics) -> dict[str, int]:
+def _others(physics: MujocoEngine) -> dict[str, int]:
     """The model's bodies that are no rigid bodies of the scene, such as the vertices of cloth, by their names."""
     model = physics.model
     found = ((model.body(number).name, number) for number in range(1 + len(physics.body_paths), model.nbody))

@@ -11,21 +11,22 @@ import numpy as np
 
 from graph.base.errors import UserError
 from graph.sim import transforms
+from graph.sim.physics.filters import bits
+from graph.sim.physics.joint_tree import Forest, grow_forest
+from graph.sim.physics.mass_properties import Inertia, body_inertia
+from graph.sim.physics.materials import Touch
+from graph.sim.physics.model import Body, Collider, Gripper, Joint, Volume, World
+from graph.sim.physics.soft import Soft
+from graph.sim.physics.solver import CHOICES, SWITCHES, SolverOptions
 from graph.sim.scene.stage import Warn
 from graph.sim.transforms import Floats
 
-from .bounces import NO_RESTITUTION, Restitution
+from .constraints import add_drive, add_grips, add_joints, add_ties, kept_apart, still_name
 from .contacts import add_pairs, plan_contacts
-from .filters import bits
+from .deformables import add_soft
 from .geoms import Grip, Meshes, Shape, add_geom, compiled, measured, new_spec, still
 from .library import mujoco
-from .masses import Inertia, body_inertia
-from .materials import Touch
-from .model import Body, Collider, Gripper, Joint, Volume, World
-from .soft import Soft, add_soft
-from .solver import CHOICES, SWITCHES, SolverOptions
-from .ties import add_drive, add_grips, add_joints, add_ties, kept_apart, still_name
-from .tree import Forest, grow_forest
+from .restitution import NO_RESTITUTION, Restitution
 
 Start = Callable[[Any, Any], None]
 """Puts a model's data into the state that its scene starts in."""

@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 
 from graph.base.errors import UserError
 from graph.sim import transforms
+from graph.sim.physics.model import Collider, Volume
 from graph.sim.scene.stage import Warn
 from graph.sim.transforms import Floats
 
 from .contacts import FIRM, SMOOTH
 from .library import mujoco
-from .model import Collider, Volume
 
 GEOMS = {
     "box": mujoco.mjtGeom.mjGEOM_BOX,

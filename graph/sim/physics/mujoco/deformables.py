@@ -1,0 +1,115 @@
+"""Cloth, soft bodies and particles of the stage as MuJoCo's flexes: points with mass, and what holds them together.
+
+Each point is a body of the model with three sliding joints, after all bodies of the stage; so its place follows from
+the coordinates alone. Triangles and tetrahedra are elastic by their finite elements, which the integrator `discrete`
+takes at the end of the step: stable at any stiffness.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graph.sim.physics.soft import Soft
+from graph.sim.transforms import Floats
+
+from .library import mujoco
+
+
+def add_soft(spec: Any, soft: Soft, handles: Mapping[str, Any]) -> None:
+    """Write it into a spec whose other bodies are all there."""
+    names, local = [], np.zeros((len(soft.places), 3))
+    for number, (place, mass) in enumerate(zip(soft.places, soft.masses, strict=True)):
+        holder, spot = soft.held.get(number, (None, place))
+        if number in soft.held and holder is None:
+            local[number] = place
+            names.append("world")
+            continue
+        name = point_name(soft.path, number)
+        names.append(name)
+        inertia = 0.4 * mass * soft.radius**2
+        body = spec.worldbody.add_body(name=name, pos=place, mass=mass, explicitinertial=True, inertia=[inertia] * 3)
+        if holder is not None:
+            tie = spec.add_equality(type=mujoco.mjtEq.mjEQ_CONNECT, objtype=mujoco.mjtObj.mjOBJ_BODY)
+            tie.name, tie.name1, tie.name2 = f"{name}#held", handles[holder].name, name
+            tie.data[:3] = spot
+            tie.solimp = (0.99, 0.999, 0.001, 0.5, 2)
+        for axis in np.eye(3):
+            body.add_joint(type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
+        if soft.elements is None:
+            friction = [soft.material.sliding, soft.material.torsion, soft.material.rolling]
+            size = [soft.radius, 0, 0]
+            body.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_SPHERE, size=size, friction=friction, density=0)
+    if soft.elements is None:
+        return
+    flex = spec.add_flex(name=soft.path, dim=soft.elements.shape[1] - 1)
+    flex.vertbody = names
+    if soft.held:
+        flex.vert = local.ravel()
+    flex.elem = soft.elements.astype(np.int32).ravel()
+    flex.radius, flex.young, flex.poisson, flex.damping = soft.radius, soft.young, soft.poisson, soft.damping
+    if soft.elements.shape[1] == 3:
+        flex.thickness = soft.thickness
+        flex.elastic2d = 3
+    flex.friction = [soft.material.sliding, soft.material.torsion, soft.material.rolling]
+    kinds = mujoco.mjtFlexSelf
+    flex.selfcollide = kinds.mjFLEXSELF_AUTO if soft.self_collides else kinds.mjFLEXSELF_NONE
+
+
+def point_name(path: str, number: int) -> str:
+    """What a point's body is called in the model."""
+    return f"{path}#{number}"
+
+
+class Deformables:
+    """The soft prims of a model, by path."""
+
+    def __init__(self, model: Any, softs: Sequence[Soft]) -> None:
+        self._softs = {soft.path: soft for soft in softs}
+        self._moving: dict[str, NDArray[np.intp]] = {}
+        self._addresses: dict[str, NDArray[np.intp]] = {}
+        self._speeds: dict[str, NDArray[np.intp]] = {}
+        for path, soft in self._softs.items():
+            fixed = {number for number, (body, _) in soft.held.items() if body is None}
+            free = [number for number in range(len(soft.places)) if number not in fixed]
+            first = np.array([int(model.body(point_name(path, number)).jntadr[0]) for number in free], dtype=np.intp)
+            self._moving[path] = np.array(free, dtype=np.intp)
+            three = np.arange(3)
+            self._addresses[path] = np.add.outer(model.jnt_qposadr[first], three).reshape(-1, 3)
+            self._speeds[path] = np.add.outer(model.jnt_dofadr[first], three).reshape(-1, 3)
+
+    @property
+    def paths(self) -> tuple[str, ...]:
+        """The prims that deform."""
+        return tuple(self._softs)
+
+    def start_points(self, path: str) -> Floats:
+        """(p, 3) where the points of a prim began, in the world [m]."""
+        soft = self._softs[path]
+        out: Floats = np.einsum("pk,pkj->pj", soft.weights, soft.places[soft.corners])
+        return out
+
+    def start(self, data: Any) -> None:
+        """Set the velocities that the prims begin with."""
+        for path, soft in self._softs.items():
+            if soft.velocity.any():
+                data.qvel[self._speeds[path]] = soft.velocity
+
+    def take_over(self, old: Deformables, old_data: Any, data: Any) -> None:
+        """Go on where the deformables of another model were, those that have the same points."""
+        for path in self._softs:
+            before = old._addresses.get(path)
+            if before is not None and before.shape == self._addresses[path].shape:
+                data.qpos[self._addresses[path]] = old_data.qpos[before]
+                data.qvel[self._speeds[path]] = old_data.qvel[old._speeds[path]]
+
+    def points(self, path: str, coordinates: Floats) -> Floats:
+        """(p, 3) the points of a prim in the world [m], in its order; coordinates: (nq,) of the model's state."""
+        soft = self._softs[path]
+        places = soft.places.copy()
+        places[self._moving[path]] += coordinates[self._addresses[path]]
+        out: Floats = np.einsum("pk,pkj->pj", soft.weights, places[soft.corners])
+        return out
