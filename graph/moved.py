@@ -27,12 +27,12 @@ MOVED = {
     "graph.overrides": "graph.session.overrides",
     "graph.registry": "graph.node.registry",
     "graph.runner": "graph.session.runner",
+    "graph.sim.state.articulation": "graph.sim.physics.articulation",
+    "graph.sim.state.inertial": "graph.sim.physics.inertial",
     "graph.staging": "graph.session.staging",
     "graph.suggest": "graph.base.suggest",
     "graph.tracing": "graph.session.tracing",
     "graph.types": "graph.values.types",
-    "graph.sim.state.articulation": "graph.sim.physics.articulation",
-    "graph.sim.state.inertial": "graph.sim.physics.inertial",
     "graph.variables": "graph.node.variables",
 }
 """Old dotted path to the present one."""
@@ -59,4 +59,4 @@ class _Forwarding:
 def install() -> None:
     """Makes the old paths importable."""
     if not any(isinstance(finder, _Forwarding) for finder in sys.meta_path):
-        sys.meta_path.append(_Forwarding())  # type: ignore[arg-type]
+        sys.meta_path.append(_Forwarding())
