@@ -3,11 +3,11 @@
 import json
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[1]
+from tests.support.places import ROOT
+
 FILES = sorted(path for path in (ROOT / "graphs").glob("*.yaml") if not path.name.endswith(".test.yaml"))
 YARD = ROOT / "graphs" / "yard.yaml"
 TOP = "/World/Robot/Chassis/top_lidar"

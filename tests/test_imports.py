@@ -4,12 +4,12 @@ import ast
 import itertools
 import subprocess
 import sys
-from pathlib import Path
 
 import networkx
 import pytest
 
-ROOT = Path(__file__).parents[1]
+from tests.support.places import ROOT
+
 HEAVY = ("mujoco", "open3d", "pxr", "matplotlib")
 OWN = ("graph", "nodes", "sensors")
 

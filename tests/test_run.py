@@ -14,8 +14,8 @@ from rosbags.typesys import Stores, get_typestore
 
 from graph.cli.main import main
 from graph.cli.run import _interrupt_between_updates
+from tests.support.programs import started
 
-ROOT = Path(__file__).parents[1]
 TYPES = get_typestore(Stores.ROS2_HUMBLE)
 
 SMALL = """
@@ -285,7 +285,7 @@ def test_a_diverging_simulation_ends_the_run_with_1_and_keeps_the_recording(tmp_
 
 def test_a_terminal_that_closes_twice_over_lets_the_update_in_progress_finish():
     """The system and the shell may both say so; then nothing is left that could end the process before its report."""
-    before = signal.getsignal(signal.SIGHUP)
+    before = signal.signal(signal.SIGHUP, signal.SIG_DFL)
     try:
         with _interrupt_between_updates() as received:
             signal.raise_signal(signal.SIGHUP)
@@ -337,20 +337,15 @@ def test_a_recording_that_is_being_played_is_not_written_over(tmp_path, small, c
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_an_interrupt_ends_with_130_and_a_readable_recording(number, tmp_path, small):
     out = tmp_path / "out"
-    process = subprocess.Popen(
-        [sys.executable, "-m", "graph", "run", str(small), "--duration", "3600", "--out", str(out)],
-        cwd=ROOT,
-        stderr=subprocess.PIPE,
-        stdout=subprocess.DEVNULL,
-        text=True,
-        env={**os.environ, "COLUMNS": "200"},
-    )
+    arguments = ("-m", "graph", "run", str(small), "--duration", "3600", "--out", str(out))
+    env = {**os.environ, "COLUMNS": "200"}
     recording = out / "run.mcap"
-    deadline = time.monotonic() + 60
-    while not (recording.exists() and recording.stat().st_size > 100_000) and time.monotonic() < deadline:
-        time.sleep(0.05)
-    process.send_signal(number)
-    _, error = process.communicate(timeout=60)
+    with started(*arguments, env=env, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as process:
+        deadline = time.monotonic() + 60
+        while not (recording.exists() and recording.stat().st_size > 100_000) and time.monotonic() < deadline:
+            time.sleep(0.05)
+        process.send_signal(number)
+        _, error = process.communicate(timeout=60)
     assert process.returncode == 130, error
     assert "Traceback" not in error
     report = json.loads((out / "report.json").read_text())

@@ -1,13 +1,8 @@
-"""A tiny node library of the engine's own, so that its tests prove the evaluator and not the shipped nodes.
-
-The helpers beside these tests are importable too: `from lidar_texts import ...`.
-"""
+"""A tiny node library of the engine's own, so that its tests prove the evaluator and not the shipped nodes."""
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -15,8 +10,6 @@ import pytest
 from graph import Attribute, Context, Graph, Mark, compile_graphs, declare, node_type
 from graph.node.registry import Registry
 from graph.spec.file_spec import ConnectionSpec, GraphSpec, NodeSpec, VariableSpec
-
-sys.path.insert(0, str(Path(__file__).parent))
 
 EXECUTION_IN = {"execIn": Attribute("execution", "activates")}
 EXECUTION_OUT = {"execOut": Attribute("execution", "follows")}

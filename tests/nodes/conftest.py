@@ -1,11 +1,6 @@
-"""A small world for nodes that need one; makes the helpers beside these tests importable (`from typed_values ...`)."""
-
-import sys
-from pathlib import Path
+"""A small world for nodes that need one."""
 
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parent))
 
 
 @pytest.fixture

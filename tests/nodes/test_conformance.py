@@ -1,17 +1,16 @@
 """Every registered type against the facts table: names, versions, types, defaults, flags."""
 
 import json
-from pathlib import Path
 
 import pytest
 
 from graph import UNSET, Attribute
 from graph.node import registry
 from graph.values.types import TYPES
+from tests.support.places import LIBRARY_FACTS
 
-DATA = Path(__file__).parent / "data"
-FACTS = json.loads((DATA / "node_attributes.json").read_text())
-DEVIATIONS = json.loads((DATA / "deviations.json").read_text())
+FACTS = json.loads((LIBRARY_FACTS / "node_attributes.json").read_text())
+DEVIATIONS = json.loads((LIBRARY_FACTS / "deviations.json").read_text())
 ALL = registry.all()
 LISTED = [one for one in ALL if one.id in FACTS]
 

@@ -4,7 +4,6 @@ from collections import Counter
 
 import numpy as np
 import pytest
-from lidar_worlds import add_box, define_lidar, rotary, weightless
 
 import sensors.replicator as rep
 from sensors import LidarSensor
@@ -12,6 +11,7 @@ from sensors.channels import AUXILIARY, CHANNELS, AuxLevel, Consumer, Demand
 from sensors.lidar import returns, runtime
 from sensors.lidar.authoring import Lidar
 from sensors.lidar.prim import write_aux_level, write_config
+from tests.support.lidar_worlds import add_box, define_lidar, rotary, weightless
 
 SETTINGS = {"/rtx-transient/stableIds/enabled": True, "/app/sensors/nv/lidar/publishNormals": True}
 TABLES = {"matId": "surface_materials", "objId": "surface_ids", "classId": "surface_classes"}

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from lidar_worlds import add_box, rotary, weightless
 from PIL import Image
 
 import sensors.replicator as rep
@@ -11,6 +10,7 @@ from sensors import Lidar, LidarSensor
 from sensors.drawing import BACKGROUND, SENSOR, PointCloudDrawing
 from sensors.frame import Frame, FramePose
 from sensors.lidar.prim import write_config
+from tests.support.lidar_worlds import add_box, rotary, weightless
 
 DARK = np.rint(BACKGROUND).astype(np.uint8)
 WHITE = (1.0, 1.0, 1.0, 1.0)

@@ -4,13 +4,13 @@ import warnings
 
 import numpy as np
 import pytest
-from lidar_worlds import add_box, define_lidar, rotary, weightless
 from pxr import Gf, UsdGeom
 
 import sensors.replicator as rep
 from sensors import parse_generic_model_output_data, parse_object_ids, parse_stable_id_map_data
 from sensors.handles import handle
 from sensors.ids import pack_stable_id_map, stable_id, stable_id_map
+from tests.support.lidar_worlds import add_box, define_lidar, rotary, weightless
 
 PATHS = ("/World/Böx", "/World/Car/paint", "/World/Rocks[7]", "/World/Rocks[8]/Lid")
 

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from lidar_worlds import add_box, add_lidar, bind, frames_of, rotary, stare, weightless
 
 from sensors.materials import BASES, COATINGS, encode
 from sensors.optics import REFLECTANCE, RETRO_GAIN, optics_of, reflectance_of
+from tests.support.lidar_worlds import add_box, add_lidar, bind, frames_of, rotary, stare, weightless
 
 AHEAD = [0.0]
 

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from lidar_worlds import NORMALS, add_box, define_lidar, rotary, weightless
 
 import sensors.replicator as rep
 from graph.base.errors import UserError
@@ -19,6 +18,7 @@ from sensors import (
 from sensors.annotator_types import AnnotatorType
 from sensors.products import place_product
 from sensors.writers import WriterSpec
+from tests.support.lidar_worlds import NORMALS, add_box, define_lidar, rotary, weightless
 
 STABLE_IDS = "/rtx-transient/stableIds/enabled"
 SCAN_BUFFER, FLAT_SCAN = "IsaacCreateRTXLidarScanBuffer", "IsaacComputeRTXLidarFlatScan"

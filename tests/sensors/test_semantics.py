@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from lidar_worlds import add_box, rotary, weightless
 from pxr import Gf, Sdf, Usd, UsdGeom
 
 import sensors.replicator as rep
 from sensors.lidar.prim import write_config
 from sensors.semantics import inherited_labels, labels_of, numbered
+from tests.support.lidar_worlds import add_box, rotary, weightless
 
 
 def label(prim, taxonomy, *labels):

@@ -3,14 +3,12 @@
 import json
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
 from graph.cli.main import main
 from graph.files import load
 
-ROOT = Path(__file__).parents[3]
 YAML = """\
 # A drive for the yard.
 # Second line.

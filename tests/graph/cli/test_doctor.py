@@ -5,13 +5,11 @@ import itertools
 import json
 import re
 import tomllib
-from pathlib import Path
 
 import pytest
 
 from graph.cli import doctor
-
-ROOT = Path(__file__).parents[3]
+from tests.support.places import ROOT
 
 
 def run_doctor(*options):

@@ -2,7 +2,8 @@ import json
 from fractions import Fraction
 
 import pytest
-from lidar_texts import lidar_graph
+
+from tests.support.lidar_texts import lidar_graph
 
 HEAD = """\
 tickgraph: 1

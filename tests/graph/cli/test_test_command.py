@@ -1,12 +1,11 @@
 """`graph test`: files and folders, the filter, exit codes, JUnit."""
 
-from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
-from countdown_tests import PASSES
 
-ROOT = Path(__file__).parents[3]
+from tests.support.countdown_tests import PASSES
+from tests.support.places import ROOT
 
 FAILS = """\
   it finishes <late> & "quoted":

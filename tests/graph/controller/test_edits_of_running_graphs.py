@@ -1,9 +1,9 @@
 """What an edit leaves as it was, and when it takes effect."""
 
 import pytest
-from evaluations import watch
 
 from graph import Attribute, ComputeError, Controller, OmniGraphError, node_type
+from tests.support.evaluations import watch
 
 K = Controller.Keys
 ACTION = {"graph_path": "/World/G", "evaluator_name": "execution"}

@@ -4,10 +4,10 @@ import math
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from parsed_texts import reading
 
 from graph.base.errors import UserError
 from graph.files.json_text import parse
+from tests.support.parsed_texts import reading
 
 tree, only_problem = reading(parse, "a.json")
 

@@ -2,10 +2,10 @@ import math
 import sys
 
 import pytest
-from parsed_texts import reading
 
 from graph.files import parse_value
 from graph.files.yaml_text import parse
+from tests.support.parsed_texts import reading
 
 tree, only_problem = reading(parse, "a.yaml")
 

@@ -5,13 +5,13 @@ import os
 import re
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
 from graph import ComputeError, UserError
 from graph.node.registry import Registry
 from graph.testing import run_node
+from tests.support.places import ROOT
 
 SCALE = {
     "Scale": {
@@ -86,7 +86,7 @@ def installed(tmp_path, monkeypatch):
 
 def command(folder, *arguments):
     """Runs the command in this folder, which is on its path."""
-    path = os.pathsep.join([str(folder), str(Path(__file__).parents[3])])
+    path = os.pathsep.join([str(folder), str(ROOT)])
     return subprocess.run(
         [sys.executable, "-m", "graph", *arguments],
         capture_output=True,

@@ -1,7 +1,4 @@
-"""Makes the helpers beside these tests importable: `from noting_sensor import ...`."""
-
-import sys
-from pathlib import Path
+"""Physics of inline prims and of USD text."""
 
 import pytest
 
@@ -9,13 +6,11 @@ from graph.sim.scene.prims import author_prims
 from graph.sim.scene.stage import open_stage
 from graph.sim.usd import UsdGeom
 
-sys.path.insert(0, str(Path(__file__).parent))
-
 
 @pytest.fixture
 def world():
     """Builds a stage from inline prims and its physics: world(prims, hz) -> (physics, stage, warnings)."""
-    from physics_worlds import physics_of
+    from tests.support.physics_worlds import physics_of
 
     def build(prims, hz=240, meters_per_unit=1.0, up="Z", fidelity=None):
         stage = open_stage()
@@ -31,7 +26,7 @@ def world():
 @pytest.fixture
 def usda():
     """Builds the physics of a USD text: usda(text, hz) -> (physics, warnings)."""
-    from physics_worlds import physics_of, stage_of
+    from tests.support.physics_worlds import physics_of, stage_of
 
     def build(text, hz=240, fidelity=None):
         return physics_of(stage_of(text), hz, fidelity)

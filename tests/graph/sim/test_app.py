@@ -7,7 +7,6 @@ from fractions import Fraction
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from noting_sensor import NotingLidar, NotingSensor, add
 
 from graph.base.errors import RunError, UserError
 from graph.sim import App, MemorySink, VirtualClock
@@ -15,6 +14,7 @@ from graph.sim import settings as keys
 from graph.sim.phases import EVENTS, PHASES
 from graph.sim.renderer.rendering import NEW_FRAME
 from graph.sim.scene.stage import open_stage
+from tests.support.noting_sensor import NotingLidar, NotingSensor, add
 
 
 def test_an_update_runs_its_phases_in_order():

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from noting_sensor import NotingLidar, add
-from physics_worlds import fallen
 
 from graph.base.errors import RunError
 from graph.sim import App, MemorySink
 from graph.sim.scene.stage import open_stage
+from tests.support.noting_sensor import NotingLidar, add
+from tests.support.physics_worlds import fallen
 
 BALL = "/World/Ball"
 

@@ -4,13 +4,12 @@ import os
 import shutil
 import subprocess
 import sys
-from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from countdown_tests import PASSES
 
-ROOT = Path(__file__).parents[3]
+from tests.support.countdown_tests import PASSES
+from tests.support.places import ROOT
 
 FAILS = """\
   it finishes late:

@@ -1,9 +1,9 @@
 import pytest
-from lidar_texts import LIDAR_AND_CLOCK
 
 from graph import ComputeError, UserError
 from graph.spec.file_spec import ConnectionSpec, GraphSpec, NodeSpec
 from graph.testing import run_graph
+from tests.support.lidar_texts import LIDAR_AND_CLOCK
 
 HELD_BACK = """\
 tickgraph: 1

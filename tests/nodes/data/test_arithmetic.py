@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
-from typed_values import of, outcome
 
 from graph import ComputeError, UserError
 from graph.testing import run_node
 from nodes.data.promotion import common_storage
+from tests.support.typed_values import of, outcome
 
 
 def combined(kind, a, b, output, **more):

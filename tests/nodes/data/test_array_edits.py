@@ -1,8 +1,8 @@
 import pytest
-from typed_values import of, result
 
 from graph import ComputeError, UserError
 from graph.testing import run_node
+from tests.support.typed_values import of, result
 
 
 def edited(kind, output="array", **inputs):

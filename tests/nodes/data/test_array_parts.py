@@ -1,10 +1,10 @@
 """Arrays filled, shortened, turned and cut."""
 
 import pytest
-from typed_values import of
 
 from graph import ComputeError
 from graph.testing import run_node
+from tests.support.typed_values import of
 
 NUMBERS = of("double[]", [1, 2, 3, 2])
 TOKENS = of("token[]", ["a", "b", "a"])

@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 import pytest
-from typed_values import of
 
 from graph import ComputeError
 from graph.testing import run_node
+from tests.support.typed_values import of
 
 
 def test_a_step_towards_a_target_covers_the_documented_share_of_the_way():

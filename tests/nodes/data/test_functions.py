@@ -3,10 +3,10 @@ import re
 
 import numpy as np
 import pytest
-from typed_values import of, result
 
 from graph import ComputeError, UserError
 from graph.testing import run_node
+from tests.support.typed_values import of, result
 
 
 @pytest.mark.parametrize(

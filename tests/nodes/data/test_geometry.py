@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
-from typed_values import of, outcome
 
 from graph import ComputeError, UserError
 from graph.testing import run_node
+from tests.support.typed_values import of, outcome
 
 
 @pytest.mark.parametrize(

@@ -2,11 +2,11 @@ import json
 import re
 
 import pytest
-from typed_values import of, result
 
 from graph import ComputeError, UserError, compile_graphs
 from graph.files import loads
 from graph.testing import run_node
+from tests.support.typed_values import of, result
 
 
 @pytest.mark.parametrize(

@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 import pytest
-from typed_values import of, outcome
 
 from graph import ComputeError, UserError
 from graph.testing import run_node
+from tests.support.typed_values import of, outcome
 
 HALF = math.sqrt(0.5)
 QUARTER_TURN = of("quatd[4]", [0, 0, HALF, HALF])

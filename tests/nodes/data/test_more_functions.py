@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 import pytest
-from typed_values import of, outcome
 
 from graph import UserError
+from tests.support.typed_values import of, outcome
 
 
 @pytest.mark.parametrize(

@@ -1,10 +1,10 @@
 """Paths and targets made of others."""
 
 import pytest
-from typed_values import of
 
 from graph import ComputeError
 from graph.testing import run_node
+from tests.support.typed_values import of
 
 AB, ABA = ["/A", "/B"], ["/A", "/B", "/A"]
 

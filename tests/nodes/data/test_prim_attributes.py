@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 from pxr import Gf, Sdf, UsdGeom
-from typed_values import of
 
 from graph import ComputeError
 from graph.testing import run_node
+from tests.support.typed_values import of
 
 
 @pytest.fixture

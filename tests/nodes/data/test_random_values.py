@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from typed_values import of
 
 from graph import ComputeError
 from graph.testing import run_node
+from tests.support.typed_values import of
 
 
 def drawn(kind, count=400, **inputs):

@@ -1,8 +1,8 @@
 import pytest
-from typed_values import of
 
 from graph import ComputeError
 from graph.testing import run_node
+from tests.support.typed_values import of
 
 
 def built(**inputs):

@@ -2,11 +2,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from typed_values import of
 
 from graph import ComputeError, Context, UserError, compile_graphs
 from graph.spec.file_spec import GraphSpec, NodeSpec
 from graph.testing import run_node
+from tests.support.typed_values import of
 
 
 def test_break_vector3_gives_plain_numbers_of_the_vectors_kind():

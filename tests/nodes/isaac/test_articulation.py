@@ -1,10 +1,10 @@
 import math
 
 import pytest
-from fixed_robots import define_cart
 
 from graph import ComputeError
 from graph.testing import run_node
+from tests.support.fixed_robots import define_cart
 
 
 @pytest.fixture

@@ -3,12 +3,12 @@
 import math
 
 import pytest
-from fixed_robots import define_cart
 
 from graph.cli.playing import open_sources, play_into
 from graph.sim import App
 from graph.sim.messages.bus import MemorySink
 from graph.sim.messages.recording import McapSink
+from tests.support.fixed_robots import define_cart
 
 GRAPH = """\
 tickgraph: 1

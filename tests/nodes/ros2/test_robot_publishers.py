@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 import pytest
-from fixed_robots import define_base, define_joint
 
 from graph import ComputeError
 from graph.testing import run_node
+from tests.support.fixed_robots import define_base, define_joint
 
 
 def once(kind, app, **inputs):

@@ -1,21 +1,16 @@
-"""Models of robots; makes the helpers beside these tests importable: `from mjcf_robots import ...`."""
+"""Model files and the scenes they open as."""
 
 from __future__ import annotations
-
-import sys
-from pathlib import Path
 
 import pytest
 
 from graph.sim.mjcf.scene import open_mjcf
 
-sys.path.insert(0, str(Path(__file__).parent))
-
 
 @pytest.fixture
 def quadruped(tmp_path):
     """The main file of the quadruped."""
-    from mjcf_robots import write_quadruped
+    from tests.support.mjcf_robots import write_quadruped
 
     return write_quadruped(tmp_path)
 

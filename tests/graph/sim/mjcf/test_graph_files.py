@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 
 import pytest
 
 from graph.cli.main import main
+from tests.support.places import ROOT
 
-ARM = Path(__file__).parents[4] / "graphs" / "arm.yaml"
+ARM = ROOT / "graphs" / "arm.yaml"
 HEAD = "tickgraph: 1\n"
 
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import struct
 
 import pytest
-from mjcf_robots import TETRAHEDRON
 
 from graph.base.errors import UserError
 from graph.sim.mjcf.scene import open_mjcf
+from tests.support.mjcf_robots import TETRAHEDRON
 
 MESH = "<asset><mesh name='m' file='{}'/></asset><worldbody><geom type='mesh' mesh='m'/></worldbody>"
 
