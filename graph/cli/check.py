@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
-import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from graph.base.errors import Mark, Problem
 
 from .arguments import add_allow
-from .printing import note_line, problem_line, safe_line
+from .printing import note_line, problem_line, say, say_json, tell
 
 if TYPE_CHECKING:
     from graph.spec.file_spec import FileSpec, Note
@@ -75,15 +73,15 @@ def run(args: argparse.Namespace) -> int:
         check(file, allow=args.allow, settings=args.settings, skip_unknown=args.skip_unknown) for file in args.files
     ]
     if args.json:
-        print(json.dumps({"files": [one.as_dict() for one in checked]}, indent=2))
+        say_json({"files": [one.as_dict() for one in checked]})
     for one in checked:
         for note in one.notes:
-            print(note_line(note), file=sys.stderr)
+            tell(note_line(note))
         for problem in one.problems:
-            print(problem_line(problem), file=sys.stderr)
+            tell(problem_line(problem))
         if not args.json and not one.problems:
             counts = ", ".join(_counted(number, word) for word, number in one.counts().items())
-            print(safe_line(f"{one.file}: ok, {counts}"))
+            say(f"{one.file}: ok, {counts}")
     return 2 if any(one.problems for one in checked) else 0
 
 

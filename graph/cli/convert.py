@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import os
 import shlex
-import sys
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -16,7 +15,7 @@ from graph.base.shorten import listed
 from graph.spec.file_spec import FileSpec, GraphSpec, Note
 
 from .arguments import add_allow
-from .printing import note_line
+from .printing import note_line, tell
 
 _FORMATS = {".yaml": "yaml", ".yml": "yaml", ".json": "json", ".usda": "usd", ".usd": "usd", ".usdc": "usd"}
 
@@ -33,7 +32,7 @@ def run(args: argparse.Namespace) -> int:
     if Path(args.target).resolve() == Path(args.source).resolve():
         raise UserError(f"{args.target} is the file to convert; name another one to write.")
     for note in convert(args.source, args.target, allow=args.allow):
-        print(note_line(note), file=sys.stderr)
+        tell(note_line(note))
     return 0
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import platform
 import shutil
@@ -12,6 +11,8 @@ import sys
 from dataclasses import asdict, dataclass
 from importlib import metadata
 from pathlib import Path
+
+from .printing import say, say_json
 
 HELP = "is this machine ready? what to install"
 
@@ -85,13 +86,14 @@ def run(args: argparse.Namespace) -> int:
     findings = examine()
     ready = all(finding.state != "fail" for finding in findings)
     if args.json:
-        print(json.dumps({"ready": ready, "findings": [asdict(finding) for finding in findings]}, indent=2))
+        say_json({"ready": ready, "findings": [asdict(finding) for finding in findings]})
     else:
         width = max(len(finding.name) for finding in findings)
         for finding in findings:
-            print(f"{finding.state:4}  {finding.name:{width}}  {finding.detail}")
+            say(f"{finding.state:4}  {finding.name:{width}}  {finding.detail}")
         advice = dict.fromkeys(finding.advice for finding in findings if finding.advice)
-        print("ready" if ready else "not ready", *(f"  {line}" for line in advice), sep="\n")
+        for line in ("ready" if ready else "not ready", *(f"  {line}" for line in advice)):
+            say(line)
     return 0 if ready else 1
 
 

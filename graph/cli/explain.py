@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import logging
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -12,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from .arguments import add_allow
-from .printing import safe_line
+from .printing import say, say_json
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -36,10 +35,10 @@ def run(args: argparse.Namespace) -> int:
         with session.app:
             told = explain(session, args.file)
     if args.json:
-        print(json.dumps(told, indent=2, default=exact))
+        say_json(told, default=exact)
     else:
         for line in as_text(told):
-            print(safe_line(line) if line == line.lstrip() else "  " + safe_line(line))
+            say(line)
     return 0
 
 

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import argparse
-import json
 import math
-import sys
 from collections.abc import Iterator, Mapping
 from fractions import Fraction
 from pathlib import Path
@@ -14,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from graph.base.errors import RunError, UserError
 
 from .arguments import add_allow
-from .printing import aligned, note_line, safe_line
+from .printing import aligned, note_line, say, say_json, tell
 
 if TYPE_CHECKING:
     from graph.session.open import Session
@@ -63,12 +61,12 @@ def run(args: argparse.Namespace) -> int:
         told = {"file": str(args.file), **told}
         warnings = [(warning.code, warning.where, warning.message) for warning in app.warnings]
     if args.json:
-        print(json.dumps({**told, "warnings": [dict(zip(_WARNING, one, strict=True)) for one in warnings]}, indent=2))
+        say_json({**told, "warnings": [dict(zip(_WARNING, one, strict=True)) for one in warnings]})
     else:
         for line in as_text(told):
-            print(safe_line(line) if line == line.lstrip() else "  " + safe_line(line))
+            say(line)
         for warning in warnings:
-            print(note_line(warning), file=sys.stderr)
+            tell(note_line(warning))
     return 0
 
 

@@ -22,7 +22,7 @@ from typing import Any, NoReturn
 
 from graph.base.errors import RunError, UserError
 
-from .printing import problem_line, safe_line
+from .printing import problem_line, safe_log, say, tell
 
 DONE, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
 
@@ -76,6 +76,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):  # a terminal that cannot show a character gets its escape, no traceback
             stream.reconfigure(errors="backslashreplace")
+    safe_log()
     debug = "--debug" in _options(arguments)
     try:
         code = _dispatch(arguments)
@@ -200,7 +201,7 @@ def _without_command(arguments: list[str]) -> int:
     parser = _top_parser()
     args = parser.parse_args(arguments)
     if args.version:
-        print(f"tickgraph {version()}")
+        say(f"tickgraph {version()}")
         return DONE
     if arguments:
         raise _WrongUsage("graph: no command given; see graph --help")
@@ -237,5 +238,4 @@ def _trace(debug: bool) -> None:
 
 def _complain(lines: Iterable[str]) -> None:
     for line in lines:
-        # One line for each problem, whatever a library put into its message.
-        print(safe_line(line), file=sys.stderr)
+        tell(line)

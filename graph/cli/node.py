@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 from .describe import default_of, node_type_as_dict, type_name
-from .printing import safe_line
+from .printing import safe_line, say, say_json
 
 if TYPE_CHECKING:
     from graph.node.declaration import Attribute, NodeType
@@ -26,9 +26,10 @@ def run(args: argparse.Namespace) -> int:
 
     node_type = registry.get(args.type)
     if args.json:
-        print(json.dumps({node_type.id: node_type_as_dict(node_type)}, indent=2))
+        say_json({node_type.id: node_type_as_dict(node_type)})
     else:
-        print("\n".join(describe(node_type)))
+        for line in describe(node_type):
+            say(line)
     return 0
 
 
@@ -46,7 +47,7 @@ def describe(node_type: NodeType) -> Iterator[str]:
     yield ""
     yield "example:"
     for line in example(node_type).splitlines():
-        yield "  " + line[: len(line) - len(line.lstrip())] + safe_line(line.strip())
+        yield f"  {line}"
     if node_type.origin:
         yield ""
         yield f"declared in {node_type.origin}"

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import json
 from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING
 
 from graph.base.errors import UserError
 
 from .describe import first_line, node_type_as_dict
-from .printing import print_table
+from .printing import print_table, say_json
 
 if TYPE_CHECKING:
     from graph.node.declaration import NodeType
@@ -35,7 +34,7 @@ def run(args: argparse.Namespace) -> int:
     if not types and args.pattern is not None:
         raise UserError(f'no node type fits "{args.pattern}"; graph nodes lists them all')
     if args.json:
-        print(json.dumps({one.id: node_type_as_dict(one) for one in types}, indent=2))
+        say_json({one.id: node_type_as_dict(one) for one in types})
     else:
         rows = [[one.id, str(one.version), first_line(one.doc)] for one in types]
         headings = ["TYPE", "VERSION", "WHAT IT DOES"]

@@ -1,9 +1,16 @@
-"""How the commands print: plain, stable lines; nothing in a file can send commands to the terminal."""
+"""The one place that prints: plain, stable lines; nothing in a file can send commands to the terminal.
+
+Names, values and messages come from files. A control character in one (ESC ]0;...) would be obeyed by the terminal, so
+every line goes through `safe_line` or `printable` here; nowhere else in the commands is anything printed.
+"""
 
 from __future__ import annotations
 
+import json
+import logging
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import Any
 
 from graph.base.errors import Problem
 from graph.base.shorten import brief
@@ -20,9 +27,45 @@ def note_line(note: tuple[str, str, str]) -> str:
     return safe_line(f"warning {code}: {where}: {brief(message)}")
 
 
+def say(text: str = "") -> None:
+    """Prints one line on stdout, made printable; it keeps its indentation."""
+    print(printable(text.rstrip()))
+
+
+def say_json(value: Any, default: Callable[[Any], Any] | None = None) -> None:
+    """Prints a value as indented JSON on stdout; what is not printable stands as JSON's escapes."""
+    print(json.dumps(value, indent=2, default=default).replace("\x7f", "\\u007f"))
+
+
+def tell(line: str) -> None:
+    """Prints one line on stderr, made printable."""
+    print(safe_line(line), file=sys.stderr)
+
+
 def safe_line(text: str) -> str:
+    """Text without what surrounds it, made printable."""
+    return printable(text.strip())
+
+
+def printable(text: str) -> str:
     """Text on one line: line breaks become spaces, other control characters are shown as escapes."""
-    return "".join(c if c.isprintable() else " " if c in "\n\t" else f"\\u{ord(c):04x}" for c in text.strip())
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() else " " if c in "\n\t" else f"\\u{ord(c):04x}" for c in text)
+
+
+class SafeFormatter(logging.Formatter):
+    """One printable line for each record of the log."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        """The line."""
+        return safe_line(super().format(record))
+
+
+def safe_log() -> None:
+    """What is logged and nobody else handles goes to stderr as printable lines."""
+    if logging.lastResort is not None:
+        logging.lastResort.setFormatter(SafeFormatter())
 
 
 def aligned(rows: Iterable[Sequence[str]]) -> Iterator[str]:

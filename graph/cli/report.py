@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from graph.base.errors import RunError
 from graph.sim.timing.wall_clock import RealClock
 
+from .printing import safe_line
 from .silence import silent_parts, wired_sensors
 
 if TYPE_CHECKING:
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
 
     from rich.console import Console
     from rich.table import Table
+    from rich.text import Text
 
     from graph.session.runner import GraphRunner
     from graph.sim import App
@@ -67,7 +69,7 @@ def print_table(report: Report, console: Console) -> None:
         table = _table("sensor", "Hz", "due", "rendered", "points", "first stamp (s)", "last stamp (s)")
         for path, sensor in report["sensors"].items():
             table.add_row(
-                path,
+                _name(path),
                 f"{sensor['tick_rate']:g}",
                 str(sensor["due"]),
                 _amount(sensor["frames"]),
@@ -80,7 +82,7 @@ def print_table(report: Report, console: Console) -> None:
         table = _table("topic", "messages")
         table.add_column("type")
         for topic, count in report["topics"].items():
-            table.add_row(topic, _amount(count["messages"]), count["type"])
+            table.add_row(_name(topic), _amount(count["messages"]), _name(count["type"]))
         console.print(table)
     clocks = _table("clock", "at the end (s)", "counted")
     clocks.add_row("timeline", f"{report['timeline_time']:.9f}", f"{report['updates']:,} updates")
@@ -88,7 +90,7 @@ def print_table(report: Report, console: Console) -> None:
     clocks.add_row("renderer", f"{report['external_time']:.9f}", f"{_frames(report):,} frames")
     console.print(clocks)
     for line in report["silent"]:
-        console.print(f"silent: {line}", highlight=False, markup=False, soft_wrap=True)
+        console.print(f"silent: {safe_line(line)}", highlight=False, markup=False, soft_wrap=True)
     console.print(_wall_line(report), highlight=False, soft_wrap=True)
 
 
@@ -110,6 +112,13 @@ def _table(name: str, *columns: str) -> Table:
     for column in columns:
         table.add_column(column, justify="right")
     return table
+
+
+def _name(text: str) -> Text:
+    """A name of a file as a cell: no markup, no control characters."""
+    from rich.text import Text
+
+    return Text(safe_line(text))
 
 
 def _amount(number: int) -> str:

@@ -19,6 +19,7 @@ from graph.base.exact import duration as exact_duration
 
 from .arguments import add_allow
 from .playing import add_play_argument, open_sources, play_into, warn_unheard
+from .printing import SafeFormatter, say_json, tell
 
 if TYPE_CHECKING:
     from graph.session.open import Session
@@ -67,7 +68,7 @@ def run(args: argparse.Namespace) -> int:
     from graph.sim.messages.bus import CountingSink
 
     from .frames import FrameSink
-    from .report import build_report, print_table, to_json, warning_lines, write_report
+    from .report import build_report, print_table, warning_lines, write_report
     from .silence import warn_of_blind_sensors
 
     show_log()
@@ -120,22 +121,22 @@ def run(args: argparse.Namespace) -> int:
     if args.out:
         write_report(report, args.out)
     if args.json:
-        print(to_json(report))
+        say_json(report)
     else:
         from rich.console import Console
 
         # A file or a pipe has no width of its own.
         print_table(report, Console(width=None if sys.stdout.isatty() else 120))
     for line in warning_lines(report):
-        print(line, file=sys.stderr)
+        tell(line)
     if isinstance(failure, KeyboardInterrupt):
-        print(f"interrupted after {report['updates']} of {updates} updates", file=sys.stderr)
+        tell(f"interrupted after {report['updates']} of {updates} updates")
         return EXIT_INTERRUPTED
     if failure is not None:
         raise failure
     if args.strict:
         for line in report["silent"]:
-            print(f"strict: {line}", file=sys.stderr)
+            tell(f"strict: {line}")
     return 1 if args.strict and report["silent"] else 0
 
 
@@ -143,7 +144,9 @@ def show_log() -> None:
     """What nodes print goes to stderr as it comes; warnings wait for the end of the run, when they are counted."""
     log = logging.getLogger("tickgraph")
     if not log.handlers:
-        log.addHandler(logging.StreamHandler())
+        handler = logging.StreamHandler()
+        handler.setFormatter(SafeFormatter())
+        log.addHandler(handler)
         log.setLevel(logging.INFO)
         counted = logging.getLogger("tickgraph.warnings")
         counted.propagate = False

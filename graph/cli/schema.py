@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import argparse
-import json
 from typing import TYPE_CHECKING, Any
+
+from .printing import say_json
 
 if TYPE_CHECKING:
     from graph.sim.fidelity import Knob
@@ -37,7 +38,7 @@ def run(args: argparse.Namespace) -> int:
         from graph.testing.schema import tests_schema
 
         schema = tests_schema(schema)
-    print(json.dumps(schema, indent=2))
+    say_json(schema)
     return 0
 
 

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import sys
 
 from graph.base.errors import UserError
 
 from .arguments import add_allow
-from .printing import note_line, problem_line
+from .printing import note_line, problem_line, say, tell
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -43,9 +42,9 @@ def run(args: argparse.Namespace) -> int:
         picture = drawing.as_mermaid if args.format == "mermaid" else drawing.as_dot
         lines = picture(drawn, values=args.values)
     for line in lines:
-        print(line)
+        say(line)
     for note in spec.notes:
-        print(note_line(note), file=sys.stderr)
+        tell(note_line(note))
     for problem in examined.problems:
-        print(problem_line(problem), file=sys.stderr)
+        tell(problem_line(problem))
     return 2 if examined.problems else 0

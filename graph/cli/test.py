@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from graph.base.errors import Mark, Problem, UserError
 
 from .arguments import add_allow
-from .printing import safe_line
+from .printing import say
 
 if TYPE_CHECKING:
     from graph.testing.cases import CaseFile
@@ -66,7 +66,7 @@ def run(args: argparse.Namespace) -> int:
     if args.junit is not None:
         _write_junit(args.junit, outcomes)
     failed = sum(not outcome.passed for outcome in every)
-    print(f"{len(every) - failed} passed, {failed} failed")
+    say(f"{len(every) - failed} passed, {failed} failed")
     return 1 if failed else 0
 
 
@@ -110,9 +110,9 @@ def _outcomes(file: CaseFile, args: argparse.Namespace, options: Options) -> Ite
         outcome = run_case(case, options)
         if not outcome.passed or not args.quiet:
             word = "ok    " if outcome.passed else "FAILED"
-            print(safe_line(f"{word} {file.name}: {case.name} ({outcome.seconds:.2f} s)"))
+            say(f"{word} {file.name}: {case.name} ({outcome.seconds:.2f} s)")
         for failure in outcome.failures:
-            print(f"       {safe_line(str(failure))}")
+            say(f"       {failure}")
         sys.stdout.flush()
         yield outcome
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -30,12 +30,12 @@ TEXT_LIMIT = 64 * 2**20
 
 
 @collector_paused()
-def examine(path: Path, name: str, allow: Iterable[Path] = ()) -> Examined:
+def examine(path: Path, name: str, allow: Sequence[Path] = ()) -> Examined:
     """What a USD file says as a graph file, and everything that is wrong with it; see `graph.files.examine`."""
     notes: list[Note] = []
     try:
         check_text(path, name)
-        stage = _open(path, name, tuple(allow), notes)
+        stage = _open(path, name, allow, notes)
     except UserError as error:
         return Examined(None, error.problems)
     text = Text(str(path), name)
@@ -46,7 +46,7 @@ def examine(path: Path, name: str, allow: Iterable[Path] = ()) -> Examined:
     def tell(code: str, place: str, message: str) -> None:
         notes.append((code, str(mark_of(place)), message))
 
-    base, problems = _other_keys(path, name, text)
+    base, problems = _other_keys(path, name, text, allow)
     raw = read_graphs(stage, tell)
     graphs = graph_specs(raw, mark_of, tell)
     graphs = _in_file_order(graphs, path)
@@ -73,7 +73,7 @@ def _parts(spec: FileSpec) -> Iterator[str]:
 
 def check_text(path: Path, name: str) -> None:
     """Refuses, by its bytes alone, a text file that is too large, nested too deeply or no USD."""
-    from graph.sim.scene.layers import depth
+    from graph.sim.scene.layer_text import depth
 
     size = path.stat().st_size
     with path.open("rb") as stream:
@@ -116,7 +116,7 @@ def _open(path: Path, name: str, allow: Sequence[Path], notes: list[Note]) -> An
     return open_stage(path, [path.parent, *allow], warn)
 
 
-def _other_keys(path: Path, name: str, text: Text) -> tuple[FileSpec, tuple[Problem, ...]]:
+def _other_keys(path: Path, name: str, text: Text, allow: Sequence[Path]) -> tuple[FileSpec, tuple[Problem, ...]]:
     """What our own writer kept of a file beside its graphs, validated as if it stood in a graph file."""
     layer = _layer(path)
     scene = SceneSpec(usd=path, mark=PlacedMark(text, "/"))
@@ -125,7 +125,7 @@ def _other_keys(path: Path, name: str, text: Text) -> tuple[FileSpec, tuple[Prob
         document["scene"].pop("usd", None)  # a sublayer of this file
     if not document:
         return FileSpec(scene=scene), ()
-    examined = examine_text(json.dumps({"tickgraph": 1, **document}), f"{name}.json", path.parent)
+    examined = examine_text(json.dumps({"tickgraph": 1, **document}), f"{name}.json", path.parent, allow)
     problems = tuple(Problem(f"customLayerData.{KEY}: {one.message}", Mark(name, 1, 1)) for one in examined.problems)
     spec = examined.spec or FileSpec()
     kept = spec.scene

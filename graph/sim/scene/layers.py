@@ -8,66 +8,79 @@ first: where it lies, how deep it nests, and what it asks for next.
 from __future__ import annotations
 
 import glob
+import os
 import re
 import zipfile
 import zlib
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 from graph.base.errors import Problem, UserError
 from graph.base.shorten import listed
 
+from .diagnostics import quiet
 from .expressions import Variables, as_key, evaluated, stack_variables
+from .layer_text import MAX_NESTING, MAX_TEXT, SCENE_SUFFIXES, depth, longest_text, may_compose
 
 Warn = Callable[[str, str, str], None]
 
-MAX_NESTING = 256
-"""Brackets that may be open at once in a text layer."""
-MAX_TEXT = 64 * 2**20
-"""Bytes of a text layer. USD's text takes some fifty times its size in memory, and seconds for each MB."""
-_SHALLOW = 100
-"""Brackets of a file that cannot nest too deeply, whatever the limit of its kind."""
-
-_OPAQUE = re.compile(
-    rb'"""(?:[^\\]|\\.)*?"""|\'\'\'(?:[^\\]|\\.)*?\'\'\'|"(?:[^"\\\n]|\\.)*"|\'(?:[^\'\\\n]|\\.)*\''
-    rb"|@@@.*?@@@|@[^@\n]*@|#[^\n]*|/\*.*?\*/|//[^\n]*",
-    re.DOTALL,
-)
-_RARE = (b"#", b"'", b"@", b"\\", b"//", b"/*", b'"""')
-"""What starts something opaque in few texts. Without any, a string is what stands between two quotes of a line."""
-_SHORT_STRING = re.compile(rb'"[^"\n]*"')
-_MEANINGLESS = bytes(set(range(256)) - set(b'"\n{}()[]'))
 _NAMING = ("references", "payload")
 _ARCS = (*_NAMING, "inheritPaths", "specializes")
-_COMPOSING = (b"subLayers", b"references", b"payload", b"inherits", b"specializes", b"clips")
-"""How the text format writes arcs and value clips."""
-_BINARY = (b"PXR-USDC", b"PK\x03\x04")
-_SCENE_SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
+
+
+@dataclass(frozen=True, slots=True)
+class Checked:
+    """The layers that a scene may open. As long as they are held, opening the scene does not read them again."""
+
+    layers: list[Any]
+    files: Mapping[str, tuple[int, int]]
+    """By layer identifier: device and inode of the file that was checked."""
+
+    def confirm(self, stage: Any, before: Iterable[Any] = ()) -> None:
+        """Raises UserError if the stage uses a layer (of value clips too) that was not checked.
+
+        `before`: layers that it used already; its own anonymous layers are no files.
+        """
+        own = {layer.identifier for layer in stage.GetLayerStack() if layer.anonymous}
+        own.update(layer.identifier for layer in before)
+        for layer in stage.GetUsedLayers(includeClipLayers=True):
+            name = layer.identifier
+            if name not in own and (name not in self.files or self.files[name] != _identity(layer.realPath)):
+                raise UserError(f"{name}: USD opened this file, which was not checked; the scene is refused.")
+
+
+def _identity(path: str) -> tuple[int, int] | None:
+    """Device and inode of a layer's file; None if it has no file."""
+    try:
+        found = os.stat(_on_disk(path))
+    except (OSError, ValueError):
+        return None
+    return found.st_dev, found.st_ino
 
 
 def check_scene(
     file: Path, roots: Sequence[Path], warn: Warn, *, variables: Variables | None = None, sublayer: bool = False
-) -> list[Any]:
+) -> Checked:
     """Walk the scene's layers breadth first, opening none that is not below one of `roots` (links resolved).
 
-    Returns the layers; as long as they are held, opening the scene does not read them again. `variables` are those of
-    the layer stack that the file is put into, as a reference or as a `sublayer`; variable expressions in asset paths
-    are followed. Raises UserError with every problem: no such file, a file outside the roots, a relative path that
-    leads out of them (whether or not anything is there), a text layer larger than `MAX_TEXT` or nested deeper than
-    `MAX_NESTING`, a USD file that is there and cannot be read, references that multiply beyond all bounds. What else a
-    layer asks for and does not exist, or is of another format, gives `usd-missing-asset`, a line a layer.
+    `variables` are those of the layer stack that the file is put into, as a reference or as a `sublayer`; variable
+    expressions in asset paths are followed. Raises UserError with every problem: no such file, a file outside the
+    roots, a relative path that leads out of them (whether or not anything is there), an asset path with arguments for
+    a file format, a text layer larger than `MAX_TEXT` or nested deeper than `MAX_NESTING`, a USD file that is there and
+    cannot be read, references that multiply beyond all bounds. What else a layer asks for and does not exist, or is of
+    another format, gives `usd-missing-asset`, a line a layer.
     """
     from .composed_size import too_many_prims
 
+    if _has_arguments(str(file)):
+        raise UserError(f"{file}: USD reads {_ARGUMENTS} in a name as arguments; rename the file or its folder.")
     if not file.is_file():
         raise UserError(f"{file}: no such scene file.")
-    if file.suffix.lower() not in _SCENE_SUFFIXES:
-        raise UserError(f"{file}: not a USD file; its name must end in {', '.join(_SCENE_SUFFIXES)}.")
+    if file.suffix.lower() not in SCENE_SUFFIXES:
+        raise UserError(f"{file}: not a USD file; its name must end in {', '.join(SCENE_SUFFIXES)}.")
     walk = _Walk([root.expanduser().resolve() for root in roots], warn)
     walk.through(_Wanted(str(file), "", variables or {}, sublayer))
     if walk.problems:
@@ -79,7 +92,7 @@ def check_scene(
         prims = too_many_prims(walk.layers[str(file)], walk.expressions)
         if prims:
             raise UserError(f"{file}: its references multiply into about {float(prims):.0e} prims; remove some.")
-    return list(walk.layers.values())
+    return Checked(list(walk.layers.values()), walk.files)
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,6 +128,7 @@ class _Walk:
         self.missing: dict[str, dict[str, str]] = {}
         """By the layer that asks: assets to what is said of them."""
         self.layers: dict[str, Any] = {}
+        self.files: dict[str, tuple[int, int]] = {}
         self.contents: dict[str, _Contents] = {}
         self.expressions: dict[tuple[str, str], set[str]] = {}
         """What each variable expression came to, by the layer that has it."""
@@ -141,20 +155,22 @@ class _Walk:
         """Opens a layer if that may be; else notes why not."""
         path, by = wanted.path, wanted.by
         on_disk = _on_disk(path)
+        identity = _identity(path)
         problem = _refused(on_disk, self._allowed, by)
         if problem:
             self.problems[Problem(problem)] = None
             return False
         with quiet(self._warn, path):
             layer, reason = _open_layer(path)
-        if layer is not None:
+        if layer is not None and identity is not None:
             self.layers[path] = layer
-            self.contents[path] = _contents(layer) if _may_compose(on_disk) else _Contents()
+            self.files[layer.identifier] = identity
+            self.contents[path] = _contents(layer) if may_compose(on_disk) else _Contents()
             return True
         said = reason if reason.startswith(path) else f"{path}: USD cannot read this file; {reason}"
         if not by:
             raise UserError(said)
-        if on_disk.suffix.lower() in _SCENE_SUFFIXES:
+        if on_disk.suffix.lower() in SCENE_SUFFIXES:
             text = f"{said.rstrip('.')} ({by} asks for it). Repair it, or take out what names it."
             self.problems[Problem(text)] = None
         else:
@@ -176,11 +192,14 @@ class _Walk:
 
         plain, complaint = evaluated(asset, variables)
         found: list[str] = []
-        if plain:
+        if _has_arguments(plain):
+            by = f"{plain} ({layer.identifier} asks for it)"
+            self.problems[Problem(f"{by}: arguments for a file format are not read; take out {_ARGUMENTS}")] = None
+        elif plain:
             anchored = Sdf.ComputeAssetPathRelativeToLayer(layer, plain)
             if "#" in plain:
                 # A template of clips may match nothing, but not out there: whether it does must not be told.
-                found = glob.glob(re.sub("#+", "*", glob.escape(anchored)))
+                found = [one for one in glob.glob(re.sub("#+", "*", glob.escape(anchored))) if not _has_arguments(one)]
                 if not found and (problem := _climbs_out(plain, on_disk, self._allowed, layer.identifier)):
                     self.problems[Problem(problem)] = None
                 return found
@@ -194,6 +213,22 @@ class _Walk:
         if complaint and not found:
             self.missing.setdefault(layer.identifier, {})[asset] = complaint
         return found
+
+
+_ARGUMENTS = ":SDF_FORMAT_ARGS:"
+"""What USD takes out of an asset path, with all that follows, before it looks for the file."""
+
+
+def _has_arguments(asset: str) -> bool:
+    """Whether USD would open another file than the one that an asset path names as it is written."""
+    from graph.sim.usd import Sdf, Tf
+
+    if _ARGUMENTS in asset:
+        return True
+    try:
+        return bool(Sdf.Layer.SplitIdentifier(asset)[0] != asset)
+    except Tf.ErrorException:
+        return True
 
 
 def _on_disk(path: str) -> Path:
@@ -243,7 +278,7 @@ def _refused(path: Path, allowed: Sequence[Path], wanted_by: str) -> str | None:
         folders = ", ".join(map(str, allowed)) or "no folder"
         return f"{path} lies outside {folders}{by}. Move it there, or allow its folder with --allow DIR."
     try:
-        if _longest_text(real) > MAX_TEXT:
+        if longest_text(real) > MAX_TEXT:
             return (
                 f"{path} is larger than {MAX_TEXT >> 20} MB, the most that is read of USD text{by}. Save it as .usdc."
             )
@@ -251,85 +286,6 @@ def _refused(path: Path, allowed: Sequence[Path], wanted_by: str) -> str | None:
     except (OSError, RuntimeError, EOFError, zipfile.BadZipFile, zlib.error) as error:
         return f"{path} cannot be read: {error}."
     return f"{path} nests deeper than {MAX_NESTING} levels{by}; USD cannot read it safely." if deep else None
-
-
-def _longest_text(path: Path) -> int:
-    """Bytes of the file if it is text, or of the largest text layer in a package, by what the package says; else 0."""
-    with path.open("rb") as stream:
-        start = stream.read(8)
-    if not start.startswith(_BINARY):
-        return path.stat().st_size
-    if start.startswith(b"PXR-USDC"):
-        return 0
-    with zipfile.ZipFile(path) as package:
-        return max((entry.file_size for entry in package.infolist() if _is_text(package, entry)), default=0)
-
-
-def _is_text(package: zipfile.ZipFile, entry: zipfile.ZipInfo) -> bool:
-    if not entry.filename.lower().endswith(_SCENE_SUFFIXES):
-        return False
-    with package.open(entry) as stream:
-        return not stream.read(8).startswith(_BINARY)
-
-
-def _text_layers(path: Path) -> Iterator[bytes]:
-    """The bytes of the file if it is text, or of every text layer in a package."""
-    with path.open("rb") as stream:
-        start = stream.read(8)
-        if start.startswith(b"PXR-USDC"):
-            return
-        if not start.startswith(_BINARY):
-            yield start + stream.read()
-            return
-    with zipfile.ZipFile(path) as package:
-        for entry in package.infolist():
-            if _is_text(package, entry):
-                yield package.read(entry)
-
-
-def depth(path: Path) -> int:
-    """The nesting of a text layer or package (see `nesting`); 0 for a binary layer."""
-    about = path.stat()
-    return _depth(path, about.st_size, about.st_mtime_ns)
-
-
-@lru_cache(maxsize=64)
-def _depth(path: Path, size: int, modified: int) -> int:
-    # Size and time of change are only there to tell whether it is still the same file.
-    return max(map(nesting, _text_layers(path)), default=0)
-
-
-def nesting(data: bytes) -> int:
-    """How many brackets of any kind are open at most; strings, comments and asset paths do not count."""
-    import numpy as np
-
-    if sum(map(data.count, (b"{", b"(", b"["))) <= _SHALLOW:
-        return 0
-    steps = np.zeros(256, np.int8)
-    steps[list(b"{([")] = 1
-    steps[list(b"})]")] = -1
-    letters = np.frombuffer(_without_opaque(data), np.uint8)
-    marks = steps[letters]
-    return int(np.cumsum(marks[marks != 0], dtype=np.int64).max(initial=0))
-
-
-def _without_opaque(data: bytes) -> bytes:
-    """Without strings, comments and asset paths; of a text that has no other than short strings, the brackets alone."""
-    if data.startswith(b"#"):
-        data = data.partition(b"\n")[2]
-    if any(mark in data for mark in _RARE):
-        return _OPAQUE.sub(b" ", data)
-    return _SHORT_STRING.sub(b"", data.translate(None, _MEANINGLESS))
-
-
-def _may_compose(path: Path) -> bool:
-    """Whether a layer may bring in others: a text layer without any of the words that do so cannot."""
-    with path.open("rb") as stream:
-        start = stream.read(8)
-        if start.startswith(_BINARY):
-            return True
-        data = start + stream.read()
-    return any(word in data for word in _COMPOSING)
 
 
 def _contents(layer: Any) -> _Contents:
@@ -365,30 +321,3 @@ def _clip_assets(value: Any) -> Iterator[str]:
     elif not isinstance(value, (str, bytes, int, float)) and hasattr(value, "__iter__"):
         for inner in value:
             yield from _clip_assets(inner)
-
-
-@contextmanager
-def quiet(warn: Warn, where: str) -> Iterator[None]:
-    """Turn what USD would print about a scene into warnings `usd-composition`."""
-    from graph.sim.usd import UsdUtils
-
-    delegate = UsdUtils.CoalescingDiagnosticDelegate()
-    try:
-        yield
-    finally:
-        said = {_readable(message.commentary): None for message in delegate.TakeUncoalescedDiagnostics()}
-        texts = [text for text in said if not any(known in text for known in _KNOWN)]
-        if texts:
-            warn("usd-composition", where, listed(texts))
-        del delegate
-
-
-_KNOWN = "Could not open asset", "Could not load sublayer"
-"""What a missing asset has been told about already."""
-
-
-def _readable(text: str) -> str:
-    """A message of USD without what concerns only its inside."""
-    text = re.sub(r"\(instantiating stage on stage [^)]*\)|,@[^@]*-session\.usda@", "", " ".join(text.split()))
-    # Anonymous layers are named by their address, which differs from run to run.
-    return re.sub(r"anon:0x[0-9a-f]+:|<?0x[0-9a-f]{6,}>?", "", text).strip()

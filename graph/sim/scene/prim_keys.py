@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,7 @@ from graph.sim.geometry.solids import SOLIDS
 from graph.sim.usd import Sdf, Tf, Usd, UsdGeom, UsdPhysics
 
 from . import nonvisual, prim_attributes
-from .layers import check_scene
+from .layers import Checked, check_scene
 from .prim_attributes import apply_schema, number, numbers
 from .prim_transforms import set_transform
 from .stage import Warn
@@ -39,7 +39,23 @@ class PrimContext:
     roots: Sequence[Path]
     sensor_config: SensorConfig | None
     warn: Warn
-    implied: set[str]
+    implied: set[str] = field(default_factory=set)
+    checked: dict[Path, Checked] = field(default_factory=dict)
+    """The files that were referenced so far."""
+
+    def referenced(self, file: Path) -> Any:
+        """The layer of a file that a prim may reference; each file is checked once."""
+        if file not in self.checked:
+            variables = self.stage.GetRootLayer().expressionVariables
+            self.checked[file] = check_scene(file, self.roots, self.warn, variables=variables)
+        return Sdf.Layer.FindOrOpen(str(file))
+
+    def confirm(self, before: Sequence[Any]) -> None:
+        """Raises UserError if the references led to a file that was not checked; `before`: layers used before them."""
+        if self.checked:
+            every = list(self.checked.values())
+            files = {name: file for one in every for name, file in one.files.items()}
+            Checked([], files).confirm(self.stage, before)
 
     def define(self, path: str, kind: Any, referenced: bool) -> None:
         """Make the prim and its missing parents (as Xforms). Raises ValueError if its type is wrong."""
@@ -81,8 +97,7 @@ def _reference(context: PrimContext, prim: Any, keys: Keys, name: str, done: set
     if not isinstance(keys[name], str):
         raise ValueError(f"{keys[name]!r} is not the name of a USD file")
     file = (context.folder / Path(keys[name]).expanduser()).absolute()
-    check_scene(file, context.roots, context.warn, variables=context.stage.GetRootLayer().expressionVariables)
-    layer = Sdf.Layer.FindOrOpen(str(file))
+    layer = context.referenced(file)
     roots = [root.name for root in layer.rootPrims]
     if layer.HasDefaultPrim():
         prim.GetReferences().AddReference(layer.identifier)

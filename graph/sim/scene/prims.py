@@ -40,7 +40,8 @@ def author_prims(
     """
     folder = Path.cwd() if folder is None else folder
     roots = [folder] if allow_roots is None else [Path(root) for root in allow_roots]
-    context = PrimContext(stage, folder, roots, sensor_config, warn, set())
+    context = PrimContext(stage, folder, roots, sensor_config, warn)
+    before = stage.GetUsedLayers()
     problems: list[Problem] = []
     for path, keys in prims.items():
         problems.extend(_author(context, path, keys, where))
@@ -50,6 +51,7 @@ def author_prims(
                 problems.extend(_attempt(where, path, name, partial(finish, context, path, keys[name])))
     if problems:
         raise UserError(problems)
+    context.confirm(before)
 
 
 def _author(context: PrimContext, path: str, keys: Any, where: Where) -> list[Problem]:

@@ -55,14 +55,15 @@ def open_stage(
         UsdGeom.SetStageMetersPerUnit(stage, UsdGeom.LinearUnits.meters)
         UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
         return stage
-    from .layers import check_scene, quiet
+    from .diagnostics import quiet
+    from .layers import check_scene
     from .path_values import leave_out_path_values
     from .stage_faults import check_metadata, repair_transforms, tell_assumed_units
 
     file = Path(path).expanduser().absolute()
     roots = [file.parent] if allow_roots is None else [Path(each) for each in allow_roots]
     checked = check_scene(file, roots, warn)  # held while the stage opens, so that nothing is parsed twice
-    leave_out_path_values(checked, warn)
+    leave_out_path_values(checked.layers, warn)
     with quiet(warn, str(path)):
         scene = Sdf.Layer.FindOrOpen(str(file))
         if scene is None:
@@ -70,7 +71,7 @@ def open_stage(
         _copy_metadata(scene, root)
         root.subLayerPaths.append(scene.identifier)
         stage = Usd.Stage.Open(root)
-        checked.clear()
+        checked.confirm(stage)
     check_metadata(stage)
     tell_assumed_units(stage, warn)
     repair_transforms(stage, warn)
@@ -81,18 +82,20 @@ def add_scene(stage: Any, path: Path, roots: Iterable[str | Path], warn: Warn = 
     """Put a USD file over what a stage has from files so far, checked as `open_stage` checks it; units stay."""
     from graph.sim.usd import Sdf
 
-    from .layers import check_scene, quiet
+    from .diagnostics import quiet
+    from .layers import check_scene
     from .path_values import leave_out_path_values
 
     variables = stage.GetRootLayer().expressionVariables
     checked = check_scene(path, [Path(each) for each in roots], warn, variables=variables, sublayer=True)
-    leave_out_path_values(checked, warn)
+    leave_out_path_values(checked.layers, warn)
     with quiet(warn, str(path)):
         layer = Sdf.Layer.FindOrOpen(str(path))
         if layer is None:
             raise UserError(f"{path}: USD cannot read this file.")
+        before = stage.GetUsedLayers()
         stage.GetRootLayer().subLayerPaths.insert(0, layer.identifier)
-        checked.clear()
+        checked.confirm(stage, before)
 
 
 def _copy_metadata(scene: Any, root: Any) -> None:

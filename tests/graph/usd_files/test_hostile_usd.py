@@ -184,3 +184,14 @@ def test_a_nul_is_refused_with_its_place(tmp_path):
     file.write_bytes(b'#usda 1.0\ndef "a\0b" {\n}\n')
     (problem,) = examine(file).problems
     assert str(problem) == f"{file}:2:7: U+0000 cannot stand in a text file; remove it."
+
+
+def test_allowed_folders_hold_for_what_the_files_own_keys_name(tmp_path):
+    (tmp_path / "in").mkdir()
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "m.xml").write_text("<mujoco/>")
+    path = tmp_path / "in" / "g.usda"
+    keys = 'customLayerData = {\ndictionary tickgraph = {\nstring "scene:json" = \'{"mjcf": "../out/m.xml"}\'\n}\n}\n'
+    path.write_text(f"#usda 1.0\n(\n{keys})\n")
+    assert "--allow" in str(examine(path).problems[0])
+    assert examine(path, allow=[tmp_path / "out"]).problems == ()

@@ -5,8 +5,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from graph.base.errors import UserError
-from graph.sim.scene.layers import nesting
+from graph.sim.scene.layer_text import nesting
+from graph.sim.scene.layers import Checked, check_scene
 from graph.sim.scene.stage import open_stage
+from graph.sim.usd import Usd
 
 
 def write(path, text):
@@ -81,6 +83,57 @@ def test_whatever_leads_out_of_the_folder_is_refused(tmp_path, arc):
     with pytest.raises(UserError, match=r"lies outside .*allow its folder with --allow DIR"):
         open_stage(scene)
     open_stage(scene, allow_roots=[tmp_path])
+
+
+OUT = "@{out}:SDF_FORMAT_ARGS:a=b@"
+
+
+@pytest.mark.parametrize(
+    "arc",
+    [
+        f'def "W" (references = {OUT}) {{}}',
+        f'def "W" (payload = {OUT}) {{}}',
+        f"(\n subLayers = [{OUT}]\n)",
+        f'def "W" (\n prepend variantSets = "v"\n)\n{{\n variantSet "v" = {{\n "a" (references = {OUT}) {{}}\n }}\n}}',
+        f'def "W" (\n clips = {{\n dictionary default = {{\n asset[] assetPaths = [{OUT}]\n'
+        ' string primPath = "/O"\n }\n }\n) {}',
+        'def "W" (\n clips = {\n dictionary default = {\n string templateAssetPath = '
+        '"{out}:SDF_FORMAT_ARGS:#=b"\n }\n }\n) {}',
+        '(\n expressionVariables = {\n string X = "a=b"\n }\n)\n'
+        'def "W" (references = @`"{out}:SDF_FORMAT_ARGS:${X}"`@) {}',
+        'def "W" (references = @./link.usda:SDF_FORMAT_ARGS:a=b@) {}',
+        'def "W" (references = @./nothing.usda:SDF_FORMAT_ARGS:broken@) {}',
+    ],
+    ids=["reference", "payload", "sublayer", "variant", "clip", "template", "expression", "link", "broken"],
+)
+def test_arguments_for_a_file_format_are_refused_whatever_file_is_before_them(tmp_path, arc):
+    """USD takes them off before it looks for the file, so a path with them names another file than it seems to."""
+    outside = write(tmp_path / "out.usda", nested(100_000))
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in" / "link.usda").symlink_to(outside)
+    scene = write(tmp_path / "in" / "a.usda", arc.replace("{out}", str(outside)) + "\n")
+    with pytest.raises(UserError, match=r"arguments for a file format are not read; take out :SDF_FORMAT_ARGS:"):
+        open_stage(scene)
+
+
+def test_arguments_are_refused_in_names_on_the_disk_and_of_the_scene(tmp_path):
+    scene = write(tmp_path / "a.usda:SDF_FORMAT_ARGS:a=b.usda", "")
+    with pytest.raises(UserError, match=r"USD reads :SDF_FORMAT_ARGS: in a name as arguments"):
+        open_stage(scene)
+    clip = clips("./a.usda:SDF_FORMAT#b.usda").replace("SDF_FORMAT#", "#")
+    open_stage(write(tmp_path / "b.usda", clip))  # matches the file, whose name USD would take apart: left alone
+
+
+def test_a_layer_that_was_not_checked_is_refused_when_the_stage_uses_it(tmp_path):
+    """The second guard: whatever way USD found to a file, it must be one that was looked at, and the same file."""
+    inner = write(tmp_path / "inner.usda", 'def "O" {}\n')
+    scene = write(tmp_path / "a.usda", METRES + 'def "W" (references = @./inner.usda@</O>) {}\n')
+    checked = check_scene(scene, [tmp_path], Warnings())
+    stage = Usd.Stage.Open(str(scene))
+    checked.confirm(stage)
+    for files in ({str(scene): checked.files[str(scene)]}, {**checked.files, str(inner): (0, 0)}):
+        with pytest.raises(UserError, match=r"inner\.usda: USD opened this file, which was not checked"):
+            Checked([], files).confirm(stage)
 
 
 def clips(template):

@@ -1,0 +1,109 @@
+"""The text of USD layers, looked at as bytes before USD's parser sees it: how large, how deep, does it compose."""
+
+from __future__ import annotations
+
+import re
+import zipfile
+from collections.abc import Iterator
+from functools import lru_cache
+from pathlib import Path
+
+MAX_NESTING = 256
+"""Brackets that may be open at once in a text layer."""
+MAX_TEXT = 64 * 2**20
+"""Bytes of a text layer. USD's text takes some fifty times its size in memory, and seconds for each MB."""
+_SHALLOW = 100
+"""Brackets of a file that cannot nest too deeply, whatever the limit of its kind."""
+
+_OPAQUE = re.compile(
+    rb'"""(?:[^\\]|\\.)*?"""|\'\'\'(?:[^\\]|\\.)*?\'\'\'|"(?:[^"\\\n]|\\.)*"|\'(?:[^\'\\\n]|\\.)*\''
+    rb"|@@@.*?@@@|@[^@\n]*@|#[^\n]*|/\*.*?\*/|//[^\n]*",
+    re.DOTALL,
+)
+_RARE = (b"#", b"'", b"@", b"\\", b"//", b"/*", b'"""')
+"""What starts something opaque in few texts. Without any, a string is what stands between two quotes of a line."""
+_SHORT_STRING = re.compile(rb'"[^"\n]*"')
+_MEANINGLESS = bytes(set(range(256)) - set(b'"\n{}()[]'))
+_COMPOSING = (b"subLayers", b"references", b"payload", b"inherits", b"specializes", b"clips")
+"""How the text format writes arcs and value clips."""
+BINARY = (b"PXR-USDC", b"PK\x03\x04")
+SCENE_SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
+
+
+def longest_text(path: Path) -> int:
+    """Bytes of the file if it is text, or of the largest text layer in a package, by what the package says; else 0."""
+    with path.open("rb") as stream:
+        start = stream.read(8)
+    if not start.startswith(BINARY):
+        return path.stat().st_size
+    if start.startswith(b"PXR-USDC"):
+        return 0
+    with zipfile.ZipFile(path) as package:
+        return max((entry.file_size for entry in package.infolist() if _is_text(package, entry)), default=0)
+
+
+def _is_text(package: zipfile.ZipFile, entry: zipfile.ZipInfo) -> bool:
+    if not entry.filename.lower().endswith(SCENE_SUFFIXES):
+        return False
+    with package.open(entry) as stream:
+        return not stream.read(8).startswith(BINARY)
+
+
+def _text_layers(path: Path) -> Iterator[bytes]:
+    """The bytes of the file if it is text, or of every text layer in a package."""
+    with path.open("rb") as stream:
+        start = stream.read(8)
+        if start.startswith(b"PXR-USDC"):
+            return
+        if not start.startswith(BINARY):
+            yield start + stream.read()
+            return
+    with zipfile.ZipFile(path) as package:
+        for entry in package.infolist():
+            if _is_text(package, entry):
+                yield package.read(entry)
+
+
+def depth(path: Path) -> int:
+    """The nesting of a text layer or package (see `nesting`); 0 for a binary layer."""
+    about = path.stat()
+    return _depth(path, about.st_size, about.st_mtime_ns)
+
+
+@lru_cache(maxsize=64)
+def _depth(path: Path, size: int, modified: int) -> int:
+    # Size and time of change are only there to tell whether it is still the same file.
+    return max(map(nesting, _text_layers(path)), default=0)
+
+
+def nesting(data: bytes) -> int:
+    """How many brackets of any kind are open at most; strings, comments and asset paths do not count."""
+    import numpy as np
+
+    if sum(map(data.count, (b"{", b"(", b"["))) <= _SHALLOW:
+        return 0
+    steps = np.zeros(256, np.int8)
+    steps[list(b"{([")] = 1
+    steps[list(b"})]")] = -1
+    letters = np.frombuffer(_without_opaque(data), np.uint8)
+    marks = steps[letters]
+    return int(np.cumsum(marks[marks != 0], dtype=np.int64).max(initial=0))
+
+
+def _without_opaque(data: bytes) -> bytes:
+    """Without strings, comments and asset paths; of a text that has no other than short strings, the brackets alone."""
+    if data.startswith(b"#"):
+        data = data.partition(b"\n")[2]
+    if any(mark in data for mark in _RARE):
+        return _OPAQUE.sub(b" ", data)
+    return _SHORT_STRING.sub(b"", data.translate(None, _MEANINGLESS))
+
+
+def may_compose(path: Path) -> bool:
+    """Whether a layer may bring in others: a text layer without any of the words that do so cannot."""
+    with path.open("rb") as stream:
+        start = stream.read(8)
+        if start.startswith(BINARY):
+            return True
+        data = start + stream.read()
+    return any(word in data for word in _COMPOSING)
