@@ -21,6 +21,7 @@ from io import TextIOWrapper
 from typing import Any, NoReturn
 
 from graph.base.errors import RunError, UserError
+from graph.base.suggest import did_you_mean
 
 from .printing import problem_line, safe_log, say, tell
 
@@ -52,12 +53,15 @@ COMMANDS = {
     "test": Command("run *.test.yaml tests of graphs and nodes", "test", settings=True),
     "nodes": Command("list node types", "nodes"),
     "node": Command("describe one node type", "node"),
+    "sensors": Command("list sensor configurations, or describe one with its variants", "sensors"),
+    "new": Command("write a commented graph file to start from", "new"),
     "convert": Command("write a graph file in another format: yaml, json, usda", "convert"),
     "show": Command("draw the graphs of a file", "show"),
     "inspect": Command("show one frame of a sensor: header, channels, what was hit", "inspect", settings=True),
     "explain": Command("tell what ticks when, who consumes what, and where traps lie", "explain", settings=True),
     "schema": Command("print the JSON Schema of graph files", "schema"),
     "doctor": Command("is this machine ready, and what to install if not", "doctor"),
+    "completion": Command("print a script that completes this command in your shell", "completion"),
 }
 
 
@@ -68,6 +72,17 @@ class _WrongUsage(Exception):  # noqa: N818  (a signal of this module, caught in
 class _Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         raise _WrongUsage(f"{self.prog}: {message}; see {self.prog} --help")
+
+    def refuse_unknown_options(self, arguments: Sequence[str]) -> None:
+        """Raises _WrongUsage, with the nearest option, for one that this parser does not have.
+
+        argparse alone would take the value after it for a positional argument and complain about others.
+        """
+        known = [option for action in self._actions for option in action.option_strings if option.startswith("--")]
+        for argument in _options(arguments):
+            option = argument.partition("=")[0]
+            if option.startswith("--") and len(option) > 2 and not any(one.startswith(option) for one in known):
+                self.error(f'there is no option "{option}"{did_you_mean(option, known).rstrip("?")}')
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -176,7 +191,9 @@ def _dispatch(arguments: list[str]) -> int:
             "--/path=value sets a value of the settings tree, such as --/app/runLoops/main/rateLimitFrequency=30"
         )
     module.add_arguments(parser)
-    args = parser.parse_args(rest[rest.index(name) + 1 :])
+    options = rest[rest.index(name) + 1 :]
+    parser.refuse_unknown_options(options)
+    args = parser.parse_args(options)
     args.settings = settings
     args.debug = args.debug or "--debug" in before
     return int(module.run(args))
@@ -220,11 +237,8 @@ def version() -> str:
 
 
 def _unknown_command(name: str) -> str:
-    from difflib import get_close_matches
-
-    match = get_close_matches(name, COMMANDS, n=1)
-    advice = f'did you mean "{match[0]}"?' if match else f"commands are {', '.join(COMMANDS)}"
-    return f'graph: there is no command "{name}"; {advice}'
+    advice = did_you_mean(name, COMMANDS) or f"; commands are {', '.join(COMMANDS)}"
+    return f'graph: there is no command "{name}"{advice}'
 
 
 def _options(arguments: Sequence[str]) -> Sequence[str]:

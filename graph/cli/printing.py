@@ -91,8 +91,8 @@ def print_table(rows: Iterable[Sequence[str]], headings: Sequence[str]) -> None:
     from rich.text import Text
 
     table = Table(box=None, pad_edge=False, header_style="bold")
-    for heading in headings:
-        table.add_column(heading, overflow="fold")
+    for index, heading in enumerate(headings):
+        table.add_column(heading, overflow="fold", no_wrap=index == 0)
     for row in rows:
         table.add_row(*(Text(safe_line(cell)) for cell in row))
     Console().print(table)

@@ -29,6 +29,8 @@ class Asset:
     path: str
     aliases: tuple[str, ...]
     entries: tuple[Entry, ...]
+    source: str = ""
+    """Where its figures come from."""
     default: Any = None
     """The variant of who names none; None is the first."""
 
@@ -131,7 +133,9 @@ def assets() -> tuple[Asset, ...]:
         if "base" in document:
             document = merged(documents[document["base"]], document)
         names = tuple(document.get("aliases", ()))
-        found.append(Asset(document["asset"], names, tuple(entries(document)), document.get("default")))
+        found.append(
+            Asset(document["asset"], names, tuple(entries(document)), document["source"], document.get("default"))
+        )
     return tuple(sorted(found, key=lambda asset: asset.path.lower()))
 
 

@@ -60,7 +60,7 @@ def test_version(capsys):
         (["x"], f'graph: there is no command "x"; commands are {", ".join(cli.COMMANDS)}'),
         (["--debug"], "graph: no command given; see graph --help"),
         (["--wrong"], "graph: unrecognized arguments: --wrong; see graph --help"),
-        (["run", "--wrong"], "graph run: unrecognized arguments: --wrong; see graph run --help"),
+        (["run", "--wrong"], 'graph run: there is no option "--wrong"; see graph run --help'),
         (["run", "--/a"], "graph: --/a: write a setting as --/path=value"),
         (["run", "--/=1"], "graph: --/=1: write a setting as --/path=value"),
         (["nodes", "--/a=1"], "graph: graph nodes builds no App and takes no settings; leave out --/a"),

@@ -1,0 +1,44 @@
+"""`graph new`: writes a commented graph file to start from."""
+
+from __future__ import annotations
+
+import argparse
+from importlib import resources
+from pathlib import Path
+
+from graph.base.errors import UserError
+
+KINDS = {
+    "lidar": "a wall, a falling ball and a lidar that publishes point clouds",
+    "diffdrive": "a robot with two driven wheels that follows /cmd_vel and publishes odometry and TF",
+}
+"""What can be started from; the text of each is `templates/KIND.yaml` beside this module."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the command's options."""
+    kinds = "; ".join(f"{kind}: {what}" for kind, what in KINDS.items())
+    parser.add_argument("kind", metavar="KIND", choices=tuple(KINDS), help=kinds)
+    parser.add_argument("file", metavar="FILE", help="the file to write, such as robot.yaml; it must not exist yet")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Runs the command. Raises UserError where the file exists or its folder does not."""
+    path = Path(args.file)
+    if path.suffix not in (".yaml", ".yml"):
+        raise UserError(f"{path}: the file is YAML; give it the ending .yaml")
+    try:
+        with path.open("x", encoding="utf-8") as out:
+            out.write(text(args.kind, path.as_posix()))
+    except FileExistsError:
+        raise UserError(f"{path} exists; give another name, or remove it first") from None
+    except FileNotFoundError:
+        raise UserError(f"{path}: its folder {path.parent} does not exist; make it first") from None
+    print(f"wrote {path}; next: graph run {path} --out out/{path.stem}")
+    return 0
+
+
+def text(kind: str, file: str) -> str:
+    """The template of a kind, with the command that plays `file` in its first lines."""
+    template = resources.files(__package__).joinpath("templates", f"{kind}.yaml")
+    return template.read_text(encoding="utf-8").replace("FILE", file)

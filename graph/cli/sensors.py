@@ -1,0 +1,107 @@
+"""`graph sensors`: lists the sensor configurations that ship, or describes one with its variants."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from .printing import aligned, print_table, safe_line
+
+if TYPE_CHECKING:
+    from sensors.configs.catalog import Asset, Variant
+
+HEADINGS = ("NAME", "HZ", "RAYS", "AZIMUTH", "ELEVATION", "RANGE m", "VARIANTS")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the command's options."""
+    parser.add_argument("name", nargs="?", metavar="NAME", help="a configuration, by any of its spellings")
+    parser.add_argument("--json", action="store_true", help="print everything as JSON")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Runs the command. Raises UserError for an unknown name."""
+    from sensors.configs.catalog import assets
+    from sensors.configs.summary import find_asset
+
+    if args.name is None:
+        if args.json:
+            print(json.dumps([described(asset) for asset in assets()], indent=2))
+        else:
+            print_table([_row(described(asset)) for asset in assets()], HEADINGS)
+        return 0
+    asset, variant = find_asset(args.name)
+    found = described(asset, variant)
+    print(json.dumps(found, indent=2) if args.json else "\n".join(map(str.rstrip, _page(found))))
+    return 0
+
+
+def described(asset: Asset, variant: Variant = None) -> dict[str, Any]:
+    """An asset as plain data: its spellings, its variants, the figures of one variant (None: its default)."""
+    from sensors.configs.summary import AXES, summary
+
+    return {
+        "name": asset.short_name,
+        "asset": asset.path,
+        "spellings": list(asset.spellings),
+        "source": asset.source,
+        "axes": AXES,
+        "variant": variant if variant is not None else asset.default,
+        "variants": list(asset.variants),
+        **summary(asset.config(variant)),
+    }
+
+
+def _row(found: Mapping[str, Any]) -> Sequence[str]:
+    return (
+        found["name"],
+        f"{found['scan_rate_hz']:g}",
+        f"{found['rays_per_scan']:,}",
+        *(_span(found[key], "..") for key in ("azimuth_deg", "elevation_deg", "range_m")),
+        str(len(found["variants"]) or 1),
+    )
+
+
+def _span(edges: Sequence[float], to: str) -> str:
+    return to.join(f"{edge:.4g}" for edge in edges)
+
+
+def _page(found: Mapping[str, Any]) -> Iterator[str]:
+    yield f"{found['name']} ({found['asset']})"
+    if found["variant"] is not None:
+        yield f"figures of variant {_choice(found['variant'])}"
+    yield ""
+    turns = f", {'clockwise' if found['rotation'] == 'CW' else 'counter-clockwise'}" if found["rotation"] else ""
+    yield from aligned(
+        (
+            ("type", f"{found['modality']}, {found['scan_type'].lower().replace('_', ' ')}{turns}"),
+            ("scan rate", f"{found['scan_rate_hz']:g} Hz (its tickRate, unless you author another)"),
+            ("firing rate", f"{found['firing_rate_hz']:,g} Hz"),
+            ("emitters", f"{found['emitters']:,} emitters at {found['elevations']:,} elevations"),
+            ("rays a scan", f"{found['rays_per_scan']:,}"),
+            ("azimuth", _span(found["azimuth_deg"], " to ") + "°"),
+            ("elevation", _span(found["elevation_deg"], " to ") + "°"),
+            ("range", _span(found["range_m"], " to ") + " m"),
+            ("returns", str(found["returns"])),
+            ("wavelength", f"{found['wavelength_nm']:g} nm"),
+            ("axes", found["axes"]),
+        )
+    )
+    yield ""
+    yield "in a graph file:"
+    variant = f", variant: {_choice(found['variant'])}" if found["variant"] is not None else ""
+    yield f"  /World/Lidar: {{type: OmniLidar, config: {found['name']}{variant}, translate: [0, 0, 1]}}"
+    if found["variants"]:
+        yield ""
+        yield f"variants ({len(found['variants'])}):"
+        yield from (f"  {_choice(variant)}" for variant in found["variants"])
+    yield ""
+    yield f"spellings: {', '.join(found['spellings'])}"
+    yield safe_line(f"source: {found['source']}")
+
+
+def _choice(variant: Any) -> str:
+    """A variant as a graph file writes it."""
+    return variant if isinstance(variant, str) else "{" + ", ".join(f"{k}: {v}" for k, v in variant.items()) + "}"

@@ -1,0 +1,110 @@
+"""What helps a new user to start: `graph new`, `graph sensors`, `graph completion`, wrong options."""
+
+import json
+import subprocess
+
+import numpy as np
+import pytest
+
+from graph.cli.new import KINDS
+from sensors import SUPPORTED_LIDAR_CONFIGS
+from sensors.configs.summary import arc
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_new_file_is_valid_and_runs(kind, graph, folder):
+    made = graph("new", kind, "start.yaml")
+    assert (made.code, made.out) == (0, "wrote start.yaml; next: graph run start.yaml --out out/start\n")
+    assert "FILE" not in (folder / "start.yaml").read_text()
+    checked = graph("check", "start.yaml")
+    assert (checked.code, checked.err) == (0, "")
+    ran = graph("run", "start.yaml", "--updates", 30, "--strict" if kind == "lidar" else "--json")
+    assert (ran.code, ran.err) == (0, "")
+
+
+def test_a_new_file_never_replaces_one(graph, folder):
+    (folder / "mine.yaml").write_text("mine")
+    refused = graph("new", "lidar", "mine.yaml")
+    assert (refused.code, refused.err) == (2, "graph: mine.yaml exists; give another name, or remove it first\n")
+    assert (folder / "mine.yaml").read_text() == "mine"
+    assert graph("new", "lidar", "mine.txt").err == "graph: mine.txt: the file is YAML; give it the ending .yaml\n"
+    missing = graph("new", "lidar", "deep/mine.yaml")
+    assert missing.err == "graph: deep/mine.yaml: its folder deep does not exist; make it first\n"
+
+
+def test_the_new_robot_drives_as_commanded(graph, folder):
+    """v = 0.5 m/s and w = 0.4 rad/s from t = 0: after 2 s the heading is 0.8 rad, on a circle of radius v/w = 1.25 m.
+
+    x = r sin 0.8 = 0.897 m, y = r (1 - cos 0.8) = 0.379 m; speeding up and wheel slip cost some centimetres.
+    """
+    graph("new", "diffdrive", "robot.yaml")
+    twist = {"linear": {"x": 0.5}, "angular": {"z": 0.4}}
+    (folder / "go.yaml").write_text(
+        json.dumps([{"at": 0, "topic": "/cmd_vel", "type": "geometry_msgs/msg/Twist", "message": twist}])
+    )
+    ran = graph("run", "robot.yaml", "--play", "go.yaml", "--duration", 2, "--out", "out")
+    assert ran.code == 0
+    from mcap.reader import make_reader
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    with open("out/run.mcap", "rb") as stream:
+        last = [message.data for _, _, message in make_reader(stream).iter_messages(topics=["/odom"])][-1]
+    pose = store.deserialize_cdr(last, "nav_msgs/msg/Odometry").pose.pose
+    assert (pose.position.x, pose.position.y) == pytest.approx((0.897, 0.379), abs=0.06)
+    assert 2 * np.arctan2(pose.orientation.z, pose.orientation.w) == pytest.approx(0.8, abs=0.08)
+
+
+def test_the_list_of_sensors_has_a_line_for_every_config(graph):
+    rows = [line.split("\t") for line in graph("sensors").out.splitlines()]
+    assert len(rows) == len(SUPPORTED_LIDAR_CONFIGS)
+    by_name = {row[0]: row[1:] for row in rows}
+    assert by_name["OS1"] == ["10", "32,768", "0..360", "-22.1..22.1", "0.3..120", "15"]
+    assert by_name["TIM781"] == ["15", "811", "-225..45", "0..0", "0.05..25", "1"]
+
+
+def test_a_sensor_is_described_by_any_spelling_with_its_variants(graph):
+    page = graph("sensors", "os1").out
+    assert page == graph("sensors", "/Isaac/Sensors/Ouster/OS1/OS1.usd").out
+    assert "variant: OS1_REV6_32ch10hz1024res" in page
+    assert "variants (15):" in page
+    found = json.loads(graph("sensors", "OS1", "--json").out)
+    assert found["variants"] == SUPPORTED_LIDAR_CONFIGS[found["asset"]]
+    assert found["scan_rate_hz"] * found["rays_per_scan"] == 327_680  # 32 channels at 10,240 firings a second
+
+
+def test_an_unknown_sensor_is_refused_with_a_near_name(graph):
+    refused = graph("sensors", "TIM718")
+    assert (refused.code, refused.err) == (2, 'graph: no sensor config "TIM718"; did you mean "TIM781"?\n')
+
+
+@pytest.mark.parametrize(
+    ("azimuths", "expected"),
+    [
+        ([0.0], (0.0, 0.0)),
+        ([350.0, 0.0, 10.0], (-10.0, 10.0)),
+        ([170.0, 180.0, 190.0], (-190.0, -170.0)),
+        (np.arange(0, 360, 0.5), (0.0, 360.0)),
+        (np.arange(-225, 46), (-225.0, 45.0)),
+    ],
+)
+def test_the_arc_of_emitters_is_the_smallest_that_holds_them(azimuths, expected):
+    assert arc(np.array(azimuths)) == pytest.approx(expected)
+
+
+def test_a_misspelt_option_is_named_with_the_near_one(graph):
+    refused = graph("run", "--fidelty", "lidar.motion=frozen", "some.yaml")
+    assert refused.code == 2
+    assert refused.err == 'graph run: there is no option "--fidelty"; did you mean "--fidelity"; see graph run --help\n'
+
+
+def test_the_completion_script_is_read_by_bash_and_knows_commands_and_options(graph):
+    script = graph("completion", "bash").out
+    done = subprocess.run(
+        ["bash", "-c", f"{script}\nCOMP_WORDS=(graph ex); COMP_CWORD=1; _shtab_graph; echo ${{COMPREPLY[@]}}"],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert done.stdout.split() == ["explain"]
+    assert "--fidelity" in script
