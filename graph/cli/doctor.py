@@ -36,6 +36,7 @@ IMPORTS = {
     "rich": ("rich",),
     "rosbags.typesys": ("rosbags",),
     "ruamel.yaml": ("ruamel.yaml",),
+    "shtab": ("shtab",),
 }
 """Module to import, and the distributions that may bring it."""
 
