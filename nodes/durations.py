@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
-from typing import Any
 
 from graph.base.exact import duration
+from graph.node import Database
 
 
-def finite_duration(db: Any) -> Fraction:
+def finite_duration(db: Database) -> Fraction:
     """The input `duration` [s], exactly. Fails the node if it is no finite number."""
     if not math.isfinite(db.inputs.duration):
         db.fail(f"input duration is {db.inputs.duration} s; give it a finite number of seconds")

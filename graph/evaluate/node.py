@@ -455,7 +455,7 @@ class Layout:
 def _refusing(message: str) -> Compute:
     """The compute of a node that an unset open input keeps from working."""
 
-    def compute(db: Any) -> NoReturn:
+    def compute(db: Database) -> NoReturn:
         raise LackError(message)
 
     return compute

@@ -1,1 +1,51 @@
-"""What a node is: its declaration, the registry of types, the database and context that its compute sees."""
+"""What a node is: its declaration, the registry of types, the database and context that its compute sees.
+
+    from graph.node import Attribute, Database, node_type
+
+Names are imported when first used.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .context import Context
+    from .database import Database, LackError, NodeError
+    from .declaration import UNSET, Attribute, NodeType, declare, node_type
+    from .known_types import KnownTypes
+
+_HOMES = {
+    "UNSET": "declaration",
+    "Attribute": "declaration",
+    "Context": "context",
+    "Database": "database",
+    "KnownTypes": "known_types",
+    "LackError": "database",
+    "NodeError": "database",
+    "NodeType": "declaration",
+    "declare": "declaration",
+    "node_type": "declaration",
+}
+
+__all__ = [
+    "UNSET",
+    "Attribute",
+    "Context",
+    "Database",
+    "KnownTypes",
+    "LackError",
+    "NodeError",
+    "NodeType",
+    "declare",
+    "node_type",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = getattr(import_module(f".{_HOMES[name]}", __name__), name)
+    globals()[name] = value
+    return value

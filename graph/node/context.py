@@ -5,13 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 from graph.base import exact
 from graph.base.memory_budget import Room
 from graph.base.warning_keys import Key, key_of
 
 from .events import EventBus
+
+if TYPE_CHECKING:
+    from graph.sim.app import App
 
 
 @dataclass(slots=True)
@@ -65,7 +68,7 @@ class Context:
     fail, nothing, or run it (see `graph.evaluate.script_permission`). closing: whether the App is about to close.
     """
 
-    app: Any = None
+    app: App | None = None
     warn: Warn = field(default_factory=WarningLog)
     is_playing: bool = False
     delta: Fraction = Fraction(0)
@@ -94,7 +97,7 @@ class Context:
             self.exact_time += self.delta
             self.absolute += self.delta
 
-    def follow(self, app: Any) -> None:
+    def follow(self, app: App) -> None:
         """Takes the values of an App's present update; call it in each before its graphs, and in each of its steps."""
         timeline = app.timeline
         loop_time = app.loop_time

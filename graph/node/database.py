@@ -13,6 +13,7 @@ from .declaration import names_in_order
 if TYPE_CHECKING:
     from graph.evaluate.node import Node
     from graph.evaluate.wire import Wire
+    from graph.sim.app import App
 
     from .variables import Variables
 
@@ -162,7 +163,7 @@ class Database:
         return self._node.graph.context
 
     @property
-    def app(self) -> Any:
+    def app(self) -> App:
         """The App. Raises NodeError where the graph runs without a world."""
         app = self._node.graph.context.app
         if app is None:

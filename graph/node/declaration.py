@@ -6,7 +6,7 @@
         inputs={"execIn": Attribute("execution", "activates"), "condition": Attribute("bool", "which", default=False)},
         outputs={"execTrue": Attribute("execution", "if so"), "execFalse": Attribute("execution", "if not")},
     )
-    def branch(db):
+    def branch(db: Database) -> None:
         \"\"\"Goes one way or the other.\"\"\"
         db.fire("execTrue" if db.inputs.condition else "execFalse")
 
@@ -29,6 +29,8 @@ from graph.values.coercion import coerce, shown, zero
 from graph.values.types import AnyType, Extended, parse_type
 
 if TYPE_CHECKING:
+    from .database import Database
+    from .known_types import KnownTypes
     from .registry import Registry
 
 
@@ -43,10 +45,11 @@ UNSET: Any = _Unset()
 CLOSING = "closing"
 """The phase of events that come once, when the App is about to close."""
 
-Compute = Callable[[Any], "bool | None"]
-Resolve = Callable[[Any], Mapping[str, Any]]
-Specialize = Callable[[Any], "Compute | None"]
-ComputeFunction = TypeVar("ComputeFunction", bound=Callable[..., Any])
+Compute = Callable[["Database"], "bool | None"]
+Resolve = Callable[["KnownTypes"], Mapping[str, Any]]
+Specialize = Callable[["Database"], "Compute | None"]
+Hook = Callable[["Database"], None]
+ComputeFunction = TypeVar("ComputeFunction", bound=Compute)
 
 
 @dataclass(frozen=True)
@@ -115,7 +118,7 @@ class NodeType:
     event: computed at the start of every evaluation of an execution graph, lower numbers first; None for other types.
     memory: makes the private memory of a node, afresh after every timeline stop. release: called with db before that
     memory is dropped. prepare: called with db before the world's next frames, to ask for what compute will need; cheap
-    and repeatable. resolve: settles open types from the known ones (see `graph.plan.types.Known`).
+    and repeatable. resolve: settles open types from the known ones (see `KnownTypes`).
     specialize: called with db once, when the graph is compiled: this node's own compute, made for its settled types, or
     None for the common one; it may keep db.inputs and db.outputs, which last as long as the node.
     runs_code: its work is code that the graph file brings, which needs the user's leave (`Context.scripts`).
@@ -135,8 +138,8 @@ class NodeType:
     compute: Compute | None = None
     memory: Callable[[], Any] | None = None
     event: int | None = None
-    release: Callable[[Any], None] | None = None
-    prepare: Callable[[Any], None] | None = None
+    release: Hook | None = None
+    prepare: Hook | None = None
     resolve: Resolve | None = None
     volatile: bool = False
     dynamic_inputs: Mapping[str, Attribute] = field(default_factory=dict)
@@ -224,8 +227,8 @@ def node_type(
     state: Mapping[str, Attribute] | None = None,
     memory: Callable[[], Any] | None = None,
     event: bool | int = False,
-    release: Callable[[Any], None] | None = None,
-    prepare: Callable[[Any], None] | None = None,
+    release: Hook | None = None,
+    prepare: Hook | None = None,
     resolve: Resolve | None = None,
     specialize: Specialize | None = None,
     phase: str = "",

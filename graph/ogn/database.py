@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from types import SimpleNamespace
 from typing import Any
 
-from graph.node.database import NodeError
+from graph.node.database import Database, NodeError
 from graph.values.coercion import coerce, dtype_of, shown
 from graph.values.types import TYPES, Type
 
@@ -24,7 +24,7 @@ class CheckedOutputs:
     ends they may be written in place.
     """
 
-    def __init__(self, db: Any) -> None:
+    def __init__(self, db: Database) -> None:
         object.__setattr__(self, "_db", db)
         object.__setattr__(self, "_open", [])
 
@@ -98,7 +98,7 @@ class OgnDatabase:
     Everything else is that of the node's own database (`graph.node.database.Database`).
     """
 
-    def __init__(self, db: Any, tokens: Mapping[str, str] | None = None) -> None:
+    def __init__(self, db: Database, tokens: Mapping[str, str] | None = None) -> None:
         self._db = db
         self.inputs, self.state = db.inputs, db.state
         self.outputs = CheckedOutputs(db)

@@ -10,7 +10,7 @@ from types import ModuleType, SimpleNamespace
 from typing import Any
 
 from graph.base.errors import UserError
-from graph.node.database import NodeError
+from graph.node.database import Database, NodeError
 from graph.node.declaration import Compute, NodeType
 from graph.node.registry import Registry
 
@@ -88,10 +88,10 @@ def _node_type(node: OgnNode, name: str, implementation: Any) -> NodeType:
     release: Callable[[Any], Any] | None = getattr(implementation, "release", None)
     keeps = callable(made_state) or bool(node.state)
 
-    def specialize(db: Any) -> Compute:
+    def specialize(db: Database) -> Compute:
         view = OgnDatabase(db, node.tokens)
 
-        def compute(db: Any) -> bool:
+        def compute(db: Database) -> bool:
             try:
                 return implementation.compute(view) is not False
             except ImportError as error:
@@ -101,7 +101,7 @@ def _node_type(node: OgnNode, name: str, implementation: Any) -> NodeType:
 
         return compute
 
-    def compute(db: Any) -> bool | None:
+    def compute(db: Database) -> bool | None:
         return specialize(db)(db)
 
     return NodeType(

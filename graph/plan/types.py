@@ -6,6 +6,7 @@ from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from graph.node.known_types import KnownTypes
 from graph.values.coercion import coerce
 from graph.values.conversion import convertible, settle, way_between
 from graph.values.types import AnyType, Extended, Type, concrete_type
@@ -19,13 +20,8 @@ class _WrongValueError(Exception):
     """A written value that `resolve` asks for is none that the input takes."""
 
 
-class Known(Mapping[str, "Type | None"]):
-    """What a node type's `resolve` gets: settled types by attribute name, None for those still open.
-
-    Names are short (`a`; an input goes before an output of that name) or full (`outputs:a`). `resolve` returns the
-    types (or OGN names) of other open attributes, outputs before inputs where a short name means both; it is called
-    again whenever more is known, and the first answer stays. It raises ValueError where types do not go together.
-    """
+class Known(KnownTypes):
+    """What is known of a draft's types while the graph is compiled."""
 
     def __init__(self, draft: Draft) -> None:
         self._draft = draft

@@ -17,6 +17,7 @@ from .trace_events import PHYSICS, RENDERER, TIMELINE, WALL, TraceWriter
 
 if TYPE_CHECKING:
     from graph.evaluate import Graph, Node
+    from graph.node.database import Database
     from graph.sim import App
 
 PHASES = ("timeline_state", "timeline", "physics", "simulation_graphs", "render", "post_render_graphs", "end")
@@ -123,7 +124,7 @@ class Tracer:
                 return compute
             name, kind, own = node.name, node.type.short_name, node.graph
 
-            def traced(db: Any) -> Any:
+            def traced(db: Database) -> Any:
                 start = clock()
                 args: dict[str, Any] = {"type": kind}
                 try:

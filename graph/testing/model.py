@@ -38,7 +38,7 @@ absolute up to 1 and relative above; whole numbers, text and booleans exactly.
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, WrapValidator
 
@@ -91,7 +91,10 @@ WarningEntry = Annotated[
 ErrorEntry = Annotated[
     ExpectedError, BeforeValidator(text_as("message"), json_schema_input_type=str | list[str] | ExpectedError)
 ]
-GraphEntry = Annotated[Graph, WrapValidator(name_or_graph, json_schema_input_type=str | Graph)]
+if TYPE_CHECKING:
+    GraphEntry = Graph | str
+else:  # a union would put its members' names into the places of messages
+    GraphEntry = Annotated[Graph, WrapValidator(name_or_graph, json_schema_input_type=str | Graph)]
 
 
 class Expect(_Part):

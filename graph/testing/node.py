@@ -15,6 +15,7 @@ from typing import Any
 from graph.base.errors import RunError, UserError
 from graph.base.suggest import one_of
 from graph.evaluate import Graph, Node
+from graph.node import Database
 from graph.node.context import Context, Warned, WarningLog
 from graph.node.declaration import Attribute, NodeType, declare, node_type
 from graph.node.registry import DEFAULT, Registry
@@ -266,7 +267,7 @@ def _declare_probes(registry: Registry, probed: _Probed, connect: Mapping[str, s
         memory=lambda: probed,
         registry=registry,
     )
-    def probe(db: Any) -> None:
+    def probe(db: Database) -> None:
         """Notes which execution output led here."""
         if db.active is not None:
             db.memory.fires.append((db.memory.update, db.active.removeprefix("fires_")))

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 from graph.node.declaration import CLOSING
 
 
@@ -13,7 +11,7 @@ from graph.node.declaration import CLOSING
     version=1,
     inputs={"execIn": Attribute("execution", "ends the run")},
 )
-def exit_application(db: Any) -> None:
+def exit_application(db: Database) -> None:
     """End the run after this update: recordings are finished, `graph run` reports and exits with 0."""
     db.app.exit_requested = True
 
@@ -25,7 +23,7 @@ def exit_application(db: Any) -> None:
     phase=CLOSING,
     outputs={"execOut": Attribute("execution", "fires once, when the App is about to close")},
 )
-def on_closing(db: Any) -> None:
+def on_closing(db: Database) -> None:
     """Fire once when the App is about to close: at the end of `graph run`, at `App.close()`.
 
     Nothing else of the graph starts then. The world, the nodes' values and the recordings are as the last update left

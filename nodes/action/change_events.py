@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 
 from .events import ONLY_PLAYBACK
 from .inboxes import ignored
@@ -32,7 +32,7 @@ class LastValue:
     outputs={"changed": Attribute("execution", "fires when the value differs from that of the last evaluation")},
     memory=LastValue,
 )
-def on_variable_change(db: Any) -> bool:
+def on_variable_change(db: Database) -> bool:
     """Fire when a variable differs from what it was in the last evaluation, at first from what the file gives."""
     name = db.inputs.variableName
     if not name:
@@ -67,7 +67,7 @@ class Watch:
     changed: list[str] = field(default_factory=list)
 
 
-def _end_watch(db: Any) -> None:
+def _end_watch(db: Database) -> None:
     watch: Watch = db.memory
     if watch.stop is not None:
         watch.stop()
@@ -93,7 +93,7 @@ def _end_watch(db: Any) -> None:
     memory=Watch,
     release=_end_watch,
 )
-def on_object_change(db: Any) -> bool:
+def on_object_change(db: Database) -> bool:
     """Fire when a property of a prim was written on the stage since the last evaluation."""
     inputs, watch = db.inputs, db.memory
     path, name = (inputs.prim[0] if inputs.prim else inputs.path), inputs.name

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 from graph.node.database import python_name
 from graph.values.coercion import coerce
 from graph.values.types import concrete_type
@@ -31,7 +31,7 @@ LITERAL_NAME = Attribute("token", "name of the event", default="", literal_only=
     },
     outputs={"execOut": Attribute("execution", "follows once the event is on its way")},
 )
-def send_custom_event(db: Any) -> None:
+def send_custom_event(db: Database) -> None:
     """Send an event to every OnCustomEvent of that name, in whatever graph; it arrives in the next update."""
     inputs = db.inputs
     payload = {"path": inputs.path, "bundle": dict(inputs.bundle or {})}
@@ -52,7 +52,7 @@ def send_custom_event(db: Any) -> None:
     memory=Listening,
     release=close_inbox,
 )
-def on_custom_event(db: Any) -> bool:
+def on_custom_event(db: Database) -> bool:
     """Fire for every custom event of that name, one after another, in the order of sending."""
     event = next_event(db, CUSTOM + db.inputs.eventName)
     if event is None:
@@ -70,7 +70,7 @@ def on_custom_event(db: Any) -> bool:
     dynamic_inputs={"{x}": Attribute("any", "an entry of the payload, under the attribute's name")},
     outputs={"execOut": Attribute("execution", "follows once the event is on its way")},
 )
-def send_message_bus_event(db: Any) -> None:
+def send_message_bus_event(db: Database) -> None:
     """Send an event with a payload: its added inputs by name. It arrives in the next update."""
     names = db.dynamic_input_names()
     payload = dict(zip(names, db.dynamic_inputs(), strict=True))
@@ -88,7 +88,7 @@ def send_message_bus_event(db: Any) -> None:
     memory=Listening,
     release=close_inbox,
 )
-def on_message_bus_event(db: Any) -> bool:
+def on_message_bus_event(db: Database) -> bool:
     """Fire for every event of that name, one by one; added outputs take the payload's entries of their name."""
     event = next_event(db, MESSAGE + db.inputs.eventName)
     if event is None:
@@ -100,7 +100,7 @@ def on_message_bus_event(db: Any) -> bool:
     return True
 
 
-def _typed(db: Any, name: str, value: Any) -> Any:
+def _typed(db: Database, name: str, value: Any) -> Any:
     """The entry as a value of the output's type; what does not fit fails the node."""
     type_name = db.output_type(name)
     if type_name is None:

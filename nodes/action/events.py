@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 
 TIME = Attribute("double", "timeline time", unit="s")
 FRAME = Attribute("double", "timeline time as a frame number", unit="frames")
@@ -22,7 +20,7 @@ ONLY_PLAYBACK = Attribute("bool", "ignore events while the timeline does not pla
         "frame": FRAME,
     },
 )
-def on_playback_tick(db: Any) -> bool:
+def on_playback_tick(db: Database) -> bool:
     """Fire in every update while the timeline plays."""
     context = db.context
     if not context.is_playing:
@@ -61,7 +59,7 @@ def on_playback_tick(db: Any) -> bool:
         "frameCount": Attribute("uint", "updates since the previous firing", default=0, unit="updates"),
     },
 )
-def on_tick(db: Any) -> bool:
+def on_tick(db: Database) -> bool:
     """Fire in the first eligible update and then in every (framePeriod + 1)-th; the time in between adds up."""
     context, state, outputs = db.context, db.state, db.outputs
     if db.inputs.onlyPlayback and not context.is_playing:
@@ -91,7 +89,7 @@ def on_tick(db: Any) -> bool:
     outputs={"execOut": Attribute("execution", "fires once for an impulse")},
     state={"enableImpulse": Attribute("bool", "set it to fire at the next evaluation; falls back by itself")},
 )
-def on_impulse_event(db: Any) -> bool:
+def on_impulse_event(db: Database) -> bool:
     """Fire once after `state:enableImpulse` was set, however often it was set in between."""
     if not db.state.enableImpulse or (db.inputs.onlyPlayback and not db.context.is_playing):
         return False

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 
 EXEC_IN = Attribute("execution", "activates the node")
 OUTPUT = Attribute("execution", "one of the outputs output0, output1, ...")
@@ -20,7 +19,7 @@ OUTPUT = Attribute("execution", "one of the outputs output0, output1, ...")
         "execFalse": Attribute("execution", "follows when the condition is false"),
     },
 )
-def branch(db: Any) -> None:
+def branch(db: Database) -> None:
     """Go one way or the other."""
     db.fire("execTrue" if db.inputs.condition else "execFalse")
 
@@ -41,7 +40,7 @@ class _Door:
     outputs={"exit": Attribute("execution", "follows `enter` through an open gate")},
     memory=_Door,
 )
-def gate(db: Any) -> None:
+def gate(db: Database) -> None:
     """Let activations through while open; startClosed counts at the first activation after play."""
     memory = db.memory
     if memory.open is None:
@@ -67,7 +66,7 @@ class _Passed:
     },
     memory=_Passed,
 )
-def once(db: Any) -> None:
+def once(db: Database) -> None:
     """Tell the first activation from the later ones."""
     memory = db.memory
     if db.triggered("reset"):
@@ -87,7 +86,7 @@ def once(db: Any) -> None:
     },
     state={"count": Attribute("int", "the count so far")},
 )
-def counter(db: Any) -> None:
+def counter(db: Database) -> None:
     """Count activations."""
     count = 0 if db.triggered("reset") else db.state.count
     if db.triggered("execIn"):
@@ -112,7 +111,7 @@ class _Side:
     },
     memory=_Side,
 )
-def flip_flop(db: Any) -> None:
+def flip_flop(db: Database) -> None:
     """Alternate between two outputs."""
     memory = db.memory
     db.outputs.isA = memory.next_is_a
@@ -136,13 +135,13 @@ class _Turn:
     dynamic_outputs={"output{n}": OUTPUT},
     memory=_Turn,
 )
-def multisequence(db: Any) -> None:
+def multisequence(db: Database) -> None:
     """Follow output0 to its end, then output1, and so on; a latent node behind one does not hold up the next."""
     for output in _outputs(db):
         db.fire(output)
 
 
-def _outputs(db: Any) -> list[str]:
+def _outputs(db: Database) -> list[str]:
     """output0, output1, ... as far as the graph has them."""
     memory = db.memory
     if not memory.outputs:
@@ -159,7 +158,7 @@ def _outputs(db: Any) -> list[str]:
     dynamic_outputs={"output{n}": OUTPUT},
     memory=_Turn,
 )
-def multigate(db: Any) -> None:
+def multigate(db: Database) -> None:
     """Follow one output per activation, in turn."""
     memory = db.memory
     if db.triggered("reset"):
@@ -179,7 +178,7 @@ def multigate(db: Any) -> None:
     },
     dynamic_outputs={"output{x}": Attribute("execution", "follows when value equals the branch of the same ending")},
 )
-def switch_token(db: Any) -> None:
+def switch_token(db: Database) -> None:
     """Follow the output whose branch equals the value; the first of equal branches wins, no match follows nothing."""
     for name, text in zip(db.dynamic_input_names(), db.dynamic_inputs(), strict=True):
         if text == db.inputs.value:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass, field
-from typing import Any
 
+from graph.node import Database
 from graph.node.events import LONGEST_QUEUE, Event, EventBus, Inbox
 
 
@@ -19,7 +19,7 @@ class Listening:
     """Events that this evaluation delivers, one after another."""
 
 
-def inbox_of(db: Any, name: str) -> Inbox:
+def inbox_of(db: Database, name: str) -> Inbox:
     """The node's inbox for events of that name, opened when it is first asked for."""
     memory: Listening = db.memory
     if memory.inbox is None or memory.inbox.name != name:
@@ -29,7 +29,7 @@ def inbox_of(db: Any, name: str) -> Inbox:
     return memory.inbox
 
 
-def next_event(db: Any, name: str) -> Event | None:
+def next_event(db: Database, name: str) -> Event | None:
     """The event that this compute delivers; None if there is none.
 
     The first compute of an evaluation takes all events that may be had; the node comes back for each with
@@ -50,7 +50,7 @@ def next_event(db: Any, name: str) -> Event | None:
     return memory.turn.popleft() if memory.turn else None
 
 
-def deliver(db: Any) -> None:
+def deliver(db: Database) -> None:
     """Follows execOut; comes back if another event waits."""
     if db.memory.turn:
         db.fire_and_return("execOut")
@@ -58,7 +58,7 @@ def deliver(db: Any) -> None:
         db.fire("execOut")
 
 
-def close_inbox(db: Any) -> None:
+def close_inbox(db: Database) -> None:
     """Ends the node's waiting."""
     memory: Listening = db.memory
     if memory.bus is not None and memory.inbox is not None:
@@ -66,6 +66,6 @@ def close_inbox(db: Any) -> None:
     memory.bus = memory.inbox = None
 
 
-def ignored(db: Any) -> bool:
+def ignored(db: Database) -> bool:
     """Whether events do not count now: `onlyPlayback` is set and the timeline does not play."""
     return bool(db.inputs.onlyPlayback and not db.context.is_playing)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 from graph.sim.keyboard import KEYS, keyboard_of
 
 from .events import ONLY_PLAYBACK
@@ -25,7 +25,7 @@ class Typed:
     down: bool = False
 
 
-def _end(db: Any) -> None:
+def _end(db: Database) -> None:
     if db.memory.stop is not None:
         db.memory.stop()
     db.memory.stop = None
@@ -51,7 +51,7 @@ def _end(db: Any) -> None:
     memory=Typed,
     release=_end,
 )
-def on_keyboard_input(db: Any) -> bool:
+def on_keyboard_input(db: Database) -> bool:
     """Fire once for every press and once for every release of a key; silent where there is no keyboard."""
     inputs, memory = db.inputs, db.memory
     if db.context.app is None:

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 from nodes.durations import finite_duration
 
 EXEC_IN = Attribute("execution", "starts the wait")
@@ -28,7 +27,7 @@ EXEC_IN = Attribute("execution", "starts the wait")
     },
     state={"count": Attribute("int", "-1 while idle, else updates counted so far", default=-1, unit="updates")},
 )
-def countdown(db: Any) -> bool:
+def countdown(db: Database) -> bool:
     """Count updates from the one in which `execIn` fired (0); on the last one `tick` fires before `finished`.
 
     duration 0 finishes in the next update without a `tick`.
@@ -69,7 +68,7 @@ class _Waiting:
     outputs={"finished": Attribute("execution", "fires in the first update at least `duration` after the start")},
     memory=_Waiting,
 )
-def delay(db: Any) -> bool:
+def delay(db: Database) -> bool:
     """Wait at least `duration` seconds of update time, added up exactly; 0 finishes in the next update."""
     memory = db.memory
     if db.triggered("execIn"):

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 
 
 class _Odd:
@@ -24,7 +22,7 @@ class _Odd:
     },
     memory=_Odd,
 )
-def sequence(db: Any) -> None:
+def sequence(db: Database) -> None:
     """Follow a and b in turn, one per activation; for both, one after the other, there is Multisequence."""
     db.fire("a" if db.memory.next_is_odd else "b")
     db.memory.next_is_odd = not db.memory.next_is_odd

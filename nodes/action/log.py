@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import logging
-from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 
 LOGGER = logging.getLogger("tickgraph")
 _LEVELS = {
@@ -37,7 +36,7 @@ EXEC_OUT = Attribute("execution", "follows once it is written")
     },
     outputs={"execOut": EXEC_OUT},
 )
-def log_message(db: Any) -> None:
+def log_message(db: Database) -> None:
     """Log a message under the logger `tickgraph`, with the channel before it."""
     inputs = db.inputs
     LOGGER.log(_level(db), "[%s] %s", inputs.channel, inputs.message)
@@ -56,13 +55,13 @@ def log_message(db: Any) -> None:
     },
     outputs={"execOut": EXEC_OUT},
 )
-def print_text(db: Any) -> None:
+def print_text(db: Database) -> None:
     """Log a text under the logger `tickgraph`."""
     LOGGER.log(_level(db), "%s", db.inputs.text)
     db.fire("execOut")
 
 
-def _level(db: Any) -> int:
+def _level(db: Database) -> int:
     level = db.inputs.logLevel
     if level not in _LEVELS:
         db.fail(f"input logLevel is {level!r}; it must be Info, a warning or an error")

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 from nodes.data.promotion import element_of
 
 LOOP_BODY = Attribute("execution", "follows once per pass, to its end, before the next pass")
@@ -38,7 +37,7 @@ class _Pass:
     state={"i": Attribute("int", "-1 while idle, else number of the pass", default=-1)},
     memory=_Pass,
 )
-def for_loop(db: Any) -> None:
+def for_loop(db: Database) -> None:
     """Passes with value = start + step x index while it is below `stop` (above, for a negative step).
 
     After a normal end `value` is the first value that did not qualify; after a break both outputs stay.
@@ -67,7 +66,7 @@ def for_loop(db: Any) -> None:
     db.fire("finished")
 
 
-def _check_passes(db: Any) -> None:
+def _check_passes(db: Database) -> None:
     """Refuses at once what the evaluator would stop after a million passes, unless the body may break the loop."""
     inputs, limit = db.inputs, db.node.graph.step_limit
     passes = len(range(inputs.start, inputs.stop, inputs.step))
@@ -99,7 +98,7 @@ class _Element:
     memory=_Element,
     resolve=element_of("arrayIn", "element"),
 )
-def for_each(db: Any) -> None:
+def for_each(db: Database) -> None:
     """One pass per element; an empty array only finishes. Both data outputs keep their last values."""
     memory = db.memory
     memory.index = 0 if db.triggered("execIn") else memory.index + 1

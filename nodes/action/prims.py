@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 from nodes.data.stage_prims import find_prim, only_target
 
 EXEC_IN = Attribute("execution", "activates the node")
@@ -22,7 +22,7 @@ EXEC_IN = Attribute("execution", "activates the node")
     },
     outputs={"execOut": Attribute("execution", "follows once it is done")},
 )
-def set_prim_active(db: Any) -> bool:
+def set_prim_active(db: Database) -> bool:
     """Switch a prim and all below it on or off; while playing not what physics or sensors read at play."""
     inputs = db.inputs
     path = only_target(db, "primTarget", inputs.primTarget) if inputs.primTarget or not inputs.prim else inputs.prim
@@ -63,7 +63,7 @@ def _in_the_world(prim: Any) -> bool:
     },
     outputs={"isSuccessful": Attribute("bool", "whether the relationship names the target now")},
 )
-def add_prim_relationship(db: Any) -> None:
+def add_prim_relationship(db: Database) -> None:
     """Add a target to a relationship, which is made where it is missing; a target is never there twice."""
     from graph.sim.usd import Sdf
 
@@ -101,7 +101,7 @@ class _Target:
     },
     memory=_Target,
 )
-def for_each_target(db: Any) -> None:
+def for_each_target(db: Database) -> None:
     """One pass per prim; no prims only finish. Both data outputs keep their last values."""
     memory, targets = db.memory, db.inputs.targets
     memory.index = 0 if db.triggered("execIn") else memory.index + 1

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 
 from .events import ONLY_PLAYBACK
 from .inboxes import Listening, close_inbox, ignored, inbox_of
@@ -32,7 +32,7 @@ STAGE_EVENTS = (
     event=-2,
     outputs={"execOut": Attribute("execution", "fires once, ahead of all other events")},
 )
-def on_loaded(db: Any) -> bool:
+def on_loaded(db: Database) -> bool:
     """Fire in the first evaluation of the graph and never again, not even after a stop."""
     if db.node.computes > 1:
         return False
@@ -47,7 +47,7 @@ class StageListening(Listening):
     stop: Callable[[], None] | None = None
 
 
-def _release(db: Any) -> None:
+def _release(db: Database) -> None:
     close_inbox(db)
     if db.memory.stop is not None:
         db.memory.stop()
@@ -66,7 +66,7 @@ def _release(db: Any) -> None:
     memory=StageListening,
     release=_release,
 )
-def on_stage_event(db: Any) -> bool:
+def on_stage_event(db: Database) -> bool:
     """Fire after an event of the stage: play, stop, prims that came or went. Pause and resume are none.
 
     Events of stopping come when nothing plays any more: they need `onlyPlayback` false. "Saved" and "Selection Changed"

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import gcd
-from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 
 ARRIVAL = Attribute("execution", "one arrival; connect every branch that is to be waited for")
 THROUGH = Attribute("execution", "fires when as many arrivals as there are connections had the same value")
@@ -20,7 +19,7 @@ class Arrivals:
     count: int = 0
 
 
-def _arrive(db: Any, value: tuple[int, ...]) -> None:
+def _arrive(db: Database, value: tuple[int, ...]) -> None:
     """Counts an arrival, anew for another value, and fires when all wires have brought it."""
     memory: Arrivals = db.memory
     memory.count = memory.count + 1 if value == memory.value else 1
@@ -37,7 +36,7 @@ def _arrive(db: Any, value: tuple[int, ...]) -> None:
     outputs={"execOut": THROUGH, "syncValue": Attribute("uint64", "the value of the last arrival")},
     memory=Arrivals,
 )
-def sync_gate(db: Any) -> None:
+def sync_gate(db: Database) -> None:
     """Let control through when it has arrived over every connection with one value; another value starts anew."""
     value = db.inputs.syncValue
     db.outputs.syncValue = value
@@ -59,7 +58,7 @@ def sync_gate(db: Any) -> None:
     },
     memory=Arrivals,
 )
-def rational_time_sync_gate(db: Any) -> None:
+def rational_time_sync_gate(db: Database) -> None:
     """Let control through when it has arrived over every connection with one time: 3/6 equals 1/2, 1/0 is not 2/0."""
     numerator, denominator = db.inputs.rationalTimeNumerator, db.inputs.rationalTimeDenominator
     db.outputs.rationalTimeNumerator, db.outputs.rationalTimeDenominator = numerator, denominator

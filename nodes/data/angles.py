@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 
 from .like_inputs import same_type
 from .numbers import aligned, settled
@@ -26,7 +26,7 @@ def _scaled(value: Any, factor: float) -> Any:
     outputs={"degrees": Attribute(DECIMALS, "the same angles in degrees", unit="deg")},
     resolve=same_type("radians", "degrees"),
 )
-def to_degrees(db: Any) -> None:
+def to_degrees(db: Database) -> None:
     """Turn radians into degrees."""
     db.outputs.degrees = _scaled(db.inputs.radians, 180 / math.pi)
 
@@ -38,7 +38,7 @@ def to_degrees(db: Any) -> None:
     outputs={"radians": Attribute(DECIMALS, "the same angles in radians", unit="rad")},
     resolve=same_type("degrees", "radians"),
 )
-def to_radians(db: Any) -> None:
+def to_radians(db: Database) -> None:
     """Turn degrees into radians."""
     db.outputs.radians = _scaled(db.inputs.degrees, math.pi / 180)
 
@@ -50,7 +50,7 @@ def to_radians(db: Any) -> None:
     outputs={"result": Attribute(DECIMALS, "the angle from the x axis, -180 to 180", unit="deg")},
     resolve=promoted("result"),
 )
-def arc_tangent_2(db: Any) -> None:
+def arc_tangent_2(db: Database) -> None:
     """Give the angle of the direction (b, a): the arc tangent of a / b in the right quadrant."""
     a, b = aligned(db, "ab", settled(db, "result"))
     if not hasattr(a, "dtype") and not hasattr(b, "dtype"):

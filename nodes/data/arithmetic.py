@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 import operator
-from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 from graph.values.types import INTEGER_RANGES
 
 from .like_inputs import incremented
@@ -36,7 +35,7 @@ _multiply = folded(operator.mul, "product")
     resolve=promoted("sum"),
     specialize=for_types(operator.add, "sum"),
 )
-def add(db: Any) -> None:
+def add(db: Database) -> None:
     """Add the operands."""
     _add(db)
 
@@ -50,7 +49,7 @@ def add(db: Any) -> None:
     resolve=promoted("difference"),
     specialize=for_types(operator.sub, "difference"),
 )
-def subtract(db: Any) -> None:
+def subtract(db: Database) -> None:
     """Subtract the further operands from the first."""
     _subtract(db)
 
@@ -64,7 +63,7 @@ def subtract(db: Any) -> None:
     resolve=promoted("product"),
     specialize=for_types(operator.mul, "product"),
 )
-def multiply(db: Any) -> None:
+def multiply(db: Database) -> None:
     """Multiply the operands element by element (matrices too)."""
     _multiply(db)
 
@@ -77,7 +76,7 @@ def multiply(db: Any) -> None:
     resolve=quotient("result"),
     specialize=two_numbers(operator.truediv, "result", nonzero="b"),
 )
-def divide(db: Any) -> None:
+def divide(db: Database) -> None:
     """Divide element by element; a zero anywhere in b fails."""
     a, b = aligned(db, "ab", settled(db, "result"))
     if not (b.all() if hasattr(b, "all") else b):
@@ -92,7 +91,7 @@ def divide(db: Any) -> None:
     outputs={"result": Attribute(INTEGRAL, "what remains of a, with the sign of a")},
     resolve=promoted("result"),
 )
-def modulo(db: Any) -> None:
+def modulo(db: Database) -> None:
     """Give the remainder of whole numbers, as C does: -7 modulo 3 is -1."""
     a, b = db.inputs.a, db.inputs.b
     if b == 0:
@@ -111,7 +110,7 @@ def modulo(db: Any) -> None:
     outputs={"result": Attribute(NUMERICS, "value + increment, of the value's type")},
     resolve=incremented,
 )
-def increment(db: Any) -> None:
+def increment(db: Database) -> None:
     """Add a number to a value of any shape; in whole numbers the sum is cut off towards zero."""
     value, step, result = db.inputs.value, db.inputs.increment, settled(db, "result")
     total = quietly(lambda: value + step)
@@ -131,7 +130,7 @@ def increment(db: Any) -> None:
     outputs={"result": Attribute(NUMERICS, "the value within its bounds")},
     resolve=promoted("result"),
 )
-def clamp(db: Any) -> None:
+def clamp(db: Database) -> None:
     """Keep a value within bounds, element by element; a lower bound above the upper one fails."""
     value, lower, upper = aligned(db, ("input", "lower", "upper"), settled(db, "result"))
     crossed = lower > upper

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 from graph.values.conversion import converter
 from graph.values.types import concrete_type
 
@@ -23,7 +23,7 @@ INDEX = Attribute("int", "position from 0, or from the end where negative (-1 is
     inputs={"array": ARRAY},
     outputs={"size": Attribute("int", "elements of the array")},
 )
-def array_get_size(db: Any) -> None:
+def array_get_size(db: Database) -> None:
     """Count the elements of an array."""
     db.outputs.size = len(db.inputs.array)
 
@@ -35,7 +35,7 @@ def array_get_size(db: Any) -> None:
     outputs={"index": Attribute("int", "position of the first equal element; -1 where there is none")},
     resolve=searched_array,
 )
-def array_find_value(db: Any) -> None:
+def array_find_value(db: Database) -> None:
     """Find the first element that equals a value."""
     db.outputs.index = next(iter(places_of(db.inputs.array, db.inputs.value)), -1)
 
@@ -52,7 +52,7 @@ def array_find_value(db: Any) -> None:
     outputs={"array": Attribute(ARRAYS, "the array with that element")},
     resolve=edited_array,
 )
-def array_set_index(db: Any) -> None:
+def array_set_index(db: Database) -> None:
     """Replace one element; with resizeToFit an index behind the end fills the gap with zeros."""
     array, index = db.inputs.array, db.inputs.index
     length = len(array)
@@ -77,7 +77,7 @@ def array_set_index(db: Any) -> None:
     outputs={"array": Attribute(ARRAYS, "the array with one element more")},
     resolve=edited_array,
 )
-def array_insert_value(db: Any) -> None:
+def array_insert_value(db: Database) -> None:
     """Put an element in; an index beyond either end means that end."""
     array, index = db.inputs.array, db.inputs.index
     length = len(array)
@@ -95,7 +95,7 @@ def array_insert_value(db: Any) -> None:
     outputs={"array": Attribute(ARRAYS, "the array cut off, or filled up with zeros")},
     resolve=edited_array,
 )
-def array_resize(db: Any) -> None:
+def array_resize(db: Database) -> None:
     """Give an array another length."""
     size = db.inputs.newSize
     if size < 0:
@@ -111,7 +111,7 @@ def array_resize(db: Any) -> None:
     dynamic_inputs={"input{n}": Attribute(ARRAYS, "one more array")},
     resolve=appended,
 )
-def append_array(db: Any) -> None:
+def append_array(db: Database) -> None:
     """Put arrays of one type one behind the other."""
     arrays = db.dynamic_inputs("input")
     db.claim(sum(len(array) * 8 if isinstance(array, list) else array.nbytes for array in arrays))
@@ -123,7 +123,7 @@ def append_array(db: Any) -> None:
     db.outputs.array = np.concatenate(arrays)
 
 
-def resized(db: Any, array: Any, size: int) -> Any:
+def resized(db: Database, array: Any, size: int) -> Any:
     """A copy of the array, cut off or filled up with zeros (empty texts); identities for matrices are not zeros."""
     each = 8 if isinstance(array, list) else array.dtype.itemsize * math.prod(array.shape[1:])
     db.claim(size * each)
@@ -136,7 +136,7 @@ def resized(db: Any, array: Any, size: int) -> Any:
     return result
 
 
-def element_for(db: Any, name: str) -> Any:
+def element_for(db: Database, name: str) -> Any:
     """The value of an input as an element of the array."""
     value_type, array_type = db.input_type(name), db.input_type("array")
     if value_type is None or array_type is None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 
 from .array_edits import ARRAY, ARRAYS, ELEMENTS, element_for, places_of, resized
 from .like_inputs import edited_array, filled_array, same_type
@@ -19,7 +19,7 @@ CHANGED = Attribute(ARRAYS, "the array that comes of it")
     outputs={"array": CHANGED},
     resolve=edited_array,
 )
-def array_append_value(db: Any) -> None:
+def array_append_value(db: Database) -> None:
     """Put an element at the end of an array."""
     array = db.inputs.array
     result = resized(db, array, len(array) + 1)
@@ -34,7 +34,7 @@ def array_append_value(db: Any) -> None:
     outputs={"array": CHANGED},
     resolve=filled_array,
 )
-def array_fill(db: Any) -> None:
+def array_fill(db: Database) -> None:
     """Give an array of the same length that holds one value throughout."""
     array, value = db.inputs.array, element_for(db, "fillValue")
     if isinstance(array, list):
@@ -55,7 +55,7 @@ def array_fill(db: Any) -> None:
     outputs={"array": CHANGED},
     resolve=same_type("array", "array"),
 )
-def array_remove_index(db: Any) -> None:
+def array_remove_index(db: Database) -> None:
     """Take one element out of an array; an index beyond it fails."""
     array, index = db.inputs.array, db.inputs.index
     if not -len(array) <= index < len(array):
@@ -74,7 +74,7 @@ def array_remove_index(db: Any) -> None:
     outputs={"array": CHANGED, "found": Attribute("bool", "whether there was one")},
     resolve=edited_array,
 )
-def array_remove_value(db: Any) -> None:
+def array_remove_value(db: Database) -> None:
     """Take the elements that equal a value out of an array."""
     array = db.inputs.array
     places = places_of(array, element_for(db, "value"))
@@ -92,7 +92,7 @@ def array_remove_value(db: Any) -> None:
     outputs={"array": CHANGED},
     resolve=same_type("array", "array"),
 )
-def array_rotate(db: Any) -> None:
+def array_rotate(db: Database) -> None:
     """Shift the elements of an array; those that leave it at one end come in at the other."""
     array = db.inputs.array
     steps = db.inputs.steps % len(array) if len(array) else 0
@@ -118,7 +118,7 @@ def array_rotate(db: Any) -> None:
     outputs={"array": Attribute(("arrays", "string"), "the elements from start to end, the end left out")},
     resolve=same_type("array", "array"),
 )
-def array_slice(db: Any) -> None:
+def array_slice(db: Database) -> None:
     """Take a part of an array; positions beyond it mean its ends, and a start behind the end gives nothing."""
     array, inputs = db.inputs.array, db.inputs
     part = array[inputs.start : len(array) if inputs.useLength else inputs.end]
@@ -131,7 +131,7 @@ def array_slice(db: Any) -> None:
     inputs={"array": Attribute("int[]", "whole numbers", default=[])},
     outputs={"partialSum": Attribute("int[]", "for each place the sum of the numbers before it", default=[])},
 )
-def partial_sum(db: Any) -> None:
+def partial_sum(db: Database) -> None:
     """Add up what stands before each place of an array: 3, 1, 4 gives 0, 3, 4. A sum that no int can hold fails."""
     import numpy as np
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 from graph.values.coercion import dtype_of
 from graph.values.types import concrete_type
 
@@ -43,13 +41,13 @@ ARRAY_TYPES = ("auto", *(f"{name}[]" for name in _NAMES))
     dynamic_inputs={"input{n}": ELEMENT},
     resolve=array_of_first,
 )
-def construct_array(db: Any) -> None:
+def construct_array(db: Database) -> None:
     """Make an array of input0, input1, ...; a smaller arraySize cuts it off, a larger one repeats the last element."""
     size = db.inputs.arraySize
     if size < 0:
         db.fail(f"input arraySize is {size}; give it 0 or more")
     elements = db.dynamic_inputs("input")[:size]
-    array_type = concrete_type(db.output_type("array"))
+    array_type = concrete_type(str(db.output_type("array")))
     db.claim(size * 8 * max(1, array_type.count) * (array_type.count if array_type.square else 1))
     elements += elements[-1:] * (size - len(elements))
     if array_type.storage == "token":
@@ -73,7 +71,7 @@ def construct_array(db: Any) -> None:
     outputs={"value": Attribute(("array_elements",), "the element there")},
     resolve=element_of("array", "value"),
 )
-def array_index(db: Any) -> None:
+def array_index(db: Database) -> None:
     """Read one element of an array."""
     array, index = db.inputs.array, db.inputs.index
     if not -len(array) <= index < len(array):

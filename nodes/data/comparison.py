@@ -6,7 +6,7 @@ import operator
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 
 from .logic import BOOLS, VALUES, is_array_input, plain, stretch
 from .numbers import input_type
@@ -25,13 +25,13 @@ _OPERATIONS: dict[str, Callable[[Any, Any], bool]] = {
 }
 
 
-def _single_values(db: Any) -> Compute | None:
+def _single_values(db: Database) -> Compute | None:
     """The compute for two numbers, texts or bools: no tuples or arrays to look into."""
     if not all((one := input_type(db, name)) is not None and one.scalar for name in "ab"):
         return None
     inputs, outputs, operations = db.inputs, db.outputs, _OPERATIONS
 
-    def compute(db: Any) -> None:
+    def compute(db: Database) -> None:
         try:
             holds = operations[inputs.operation]
         except KeyError:
@@ -42,7 +42,7 @@ def _single_values(db: Any) -> Compute | None:
     return compute
 
 
-def _refuse(db: Any) -> None:
+def _refuse(db: Database) -> None:
     db.fail(f"input operation is {db.inputs.operation!r}; it must be one of {' '.join(_OPERATIONS)}")
 
 
@@ -58,7 +58,7 @@ def _refuse(db: Any) -> None:
     resolve=comparison_type,
     specialize=_single_values,
 )
-def compare(db: Any) -> None:
+def compare(db: Database) -> None:
     """Compare numbers, texts and tuples (component by component, the first difference decides)."""
     inputs = db.inputs
     if inputs.operation not in _OPERATIONS:

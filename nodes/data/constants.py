@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from graph import UNSET, Attribute, declare
+from graph.node import UNSET, Attribute, declare
 
 # Name after "Constant" -> (attribute type, default; UNSET where the type's own zero applies).
 _PLAIN: dict[str, tuple[str, Any]] = {

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 from graph.values.types import INTEGER_RANGES, NUMBERS, TYPES
 
 from .like_inputs import renamed
@@ -24,7 +24,7 @@ VALUES = ("bool", "bool[]", "numerics", "path", "string", "token", "token[]")
     outputs={"converted": Attribute(("decimals",), "the value in doubles, of the same shape")},
     resolve=double_of,
 )
-def to_double(db: Any) -> None:
+def to_double(db: Database) -> None:
     """Convert numbers, tuples and arrays to doubles; true is 1."""
     value = db.inputs.value
     db.outputs.converted = value.astype(float) if hasattr(value, "astype") else float(value)
@@ -33,7 +33,7 @@ def to_double(db: Any) -> None:
 def _to_real(name: str, storage: str) -> None:
     """Declares the node type `name`: numbers in that storage."""
 
-    def compute(db: Any) -> None:
+    def compute(db: Database) -> None:
         import numpy as np
 
         from graph.values.coercion import dtype_of
@@ -66,7 +66,7 @@ def _to_whole(name: str, storage: str, *more: str) -> None:
     """Declares the node type `name`: whole numbers in that storage."""
     highest = INTEGER_RANGES[storage][1]
 
-    def compute(db: Any) -> None:
+    def compute(db: Database) -> None:
         import numpy as np
 
         from graph.values.coercion import dtype_of
@@ -104,7 +104,7 @@ _to_whole("ToUchar", "uchar", "string")
     inputs={"value": Attribute(VALUES, "the value to write down")},
     outputs={"converted": Attribute("string", "the value as text")},
 )
-def to_string(db: Any) -> None:
+def to_string(db: Database) -> None:
     """Write a value down: numbers in their shortest form, tuples in ( ), arrays in [ ]."""
     is_array = str(db.input_type("value")).endswith("[]")
     db.outputs.converted = written(db.inputs.value, is_array)

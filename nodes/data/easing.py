@@ -6,12 +6,12 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, KnownTypes, node_type
 from graph.values.coercion import dtype_of
 from graph.values.types import Type
 
 from .numbers import aligned, input_type, settled
-from .promotion import common_type, promoted, tuples_of_one_size
+from .promotion import common_type, input_types, promoted, tuples_of_one_size
 
 DECIMALS = ("decimals",)
 
@@ -29,7 +29,7 @@ DECIMALS = ("decimals",)
     outputs={"result": Attribute(("numerics",), "where it is after the step")},
     resolve=promoted("result", "current", "target"),
 )
-def interpolate_to(db: Any) -> None:
+def interpolate_to(db: Database) -> None:
     """Go a step towards a target: by the share 1 - (1 - s)^exponent of the way, s = speed x deltaSeconds within 0 to 1.
 
     Quaternions turn along the shortest arc.
@@ -59,10 +59,10 @@ _EASES: dict[str, Callable[[Any, int, Any], Any]] = {
 }
 
 
-def _eased_type(known: Any) -> Mapping[str, Type]:
+def _eased_type(known: KnownTypes) -> Mapping[str, Type]:
     """The common type of start and end, an array where alpha is one."""
-    start, end, alpha = (known[f"inputs:{name}"] for name in ("start", "end", "alpha"))
-    if None in (start, end, alpha):
+    alpha = known["inputs:alpha"]
+    if alpha is None or not input_types(known, "start", "end"):
         return {}
     chosen = common_type(tuples_of_one_size(known, "start", "end"))
     return {"outputs:result": chosen.array_of() if alpha.array and not chosen.array else chosen}
@@ -81,7 +81,7 @@ def _eased_type(known: Any) -> Mapping[str, Type]:
     outputs={"result": Attribute(DECIMALS, "the value at alpha")},
     resolve=_eased_type,
 )
-def ease(db: Any) -> None:
+def ease(db: Database) -> None:
     """Go from one value to another: slowly at the start (In), at the end (Out), at both, or at one speed (Linear)."""
     import numpy as np
 
@@ -114,7 +114,7 @@ def ease(db: Any) -> None:
     },
     outputs={"value": Attribute("float", "the value there: on the line between two samples, at the ends the last one")},
 )
-def interpolator(db: Any) -> None:
+def interpolator(db: Database) -> None:
     """Look up a value between samples."""
     import numpy as np
 
@@ -126,7 +126,7 @@ def interpolator(db: Any) -> None:
     db.outputs.value = float(np.interp(db.inputs.param, knots, values))
 
 
-def _check_power(db: Any, name: str, power: float) -> None:
+def _check_power(db: Database, name: str, power: float) -> None:
     """Fails the node where the share of a way would not be one: beyond its ends, or none at all."""
     if not power >= 0:
         db.fail(f"input {name} is {power}; give it 0 or more")

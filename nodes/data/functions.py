@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 
 from .like_inputs import same_type, whole_of
 
@@ -21,7 +21,7 @@ def _applied(name: str, function: Callable[[float], float], scale_in: float = 1.
     given, found = ("a ratio", "its angle") if inverse else ("an angle", "the ratio")
     unit_in, unit_out = ("", "deg") if inverse else ("deg", "")
 
-    def compute(db: Any) -> None:
+    def compute(db: Database) -> None:
         value = db.inputs.value
         try:
             if hasattr(value, "dtype"):
@@ -57,7 +57,7 @@ for _name, _function in (("Asin", math.asin), ("Acos", math.acos), ("Atan", math
     outputs={"result": Attribute(WHOLE, "the least whole numbers that are not below it")},
     resolve=whole_of("a", "result"),
 )
-def ceil(db: Any) -> None:
+def ceil(db: Database) -> None:
     """Round up to whole numbers."""
     _to_whole(db, math.ceil, "ceil")
 
@@ -69,12 +69,12 @@ def ceil(db: Any) -> None:
     outputs={"result": Attribute(WHOLE, "the largest whole numbers that are not above it")},
     resolve=whole_of("a", "result"),
 )
-def floor(db: Any) -> None:
+def floor(db: Database) -> None:
     """Round down to whole numbers."""
     _to_whole(db, math.floor, "floor")
 
 
-def _to_whole(db: Any, one: Callable[[float], int], many: str) -> None:
+def _to_whole(db: Database, one: Callable[[float], int], many: str) -> None:
     value = db.inputs.a
     try:
         if not hasattr(value, "dtype"):
@@ -104,7 +104,7 @@ def _to_whole(db: Any, one: Callable[[float], int], many: str) -> None:
     outputs={"output": Attribute(DECIMALS, "the nearest numbers with so many places; a half goes to the even one")},
     resolve=same_type("input", "output"),
 )
-def round_off(db: Any) -> None:
+def round_off(db: Database) -> None:
     """Round to a number of decimal places."""
     value, decimals = db.inputs.input, db.inputs.decimals
     db.outputs.output = value.round(decimals) if hasattr(value, "dtype") else round(value, decimals)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, KnownTypes, node_type
 from graph.values.types import INTEGER_RANGES
 
 from .like_inputs import length_of, product_of, same_type
@@ -25,7 +25,7 @@ VECTORS3 = tuple(f"vector{kind}[3]{many}" for kind in "dfh" for many in ("", "[]
     outputs={"magnitude": Attribute(("numerics",), "the length of each vector, the absolute value of each number")},
     resolve=length_of("input", "magnitude"),
 )
-def magnitude(db: Any) -> None:
+def magnitude(db: Database) -> None:
     """Give the length of a vector."""
     value, kind = db.inputs.input, db.input_type("input")
     if not hasattr(value, "dtype") or (value.ndim == 1 and kind is not None and kind.endswith("[]")):
@@ -48,7 +48,7 @@ def magnitude(db: Any) -> None:
     outputs={"product": Attribute(("numerics",), "a . b, one for each pair")},
     resolve=product_of("product"),
 )
-def dot_product(db: Any) -> None:
+def dot_product(db: Database) -> None:
     """Multiply vectors to numbers."""
     import numpy as np
 
@@ -70,7 +70,7 @@ def dot_product(db: Any) -> None:
     outputs={"product": Attribute(VECTORS3, "a x b, at right angles to both")},
     resolve=promoted("product"),
 )
-def cross_product(db: Any) -> None:
+def cross_product(db: Database) -> None:
     """Multiply vectors of three to a vector."""
     import numpy as np
 
@@ -84,7 +84,7 @@ def cross_product(db: Any) -> None:
     outputs={"result": Attribute(VECTORS, "the vectors of length 1 in the same direction")},
     resolve=same_type("vector", "result"),
 )
-def normalize(db: Any) -> None:
+def normalize(db: Database) -> None:
     """Give vectors length 1; one of length 0 stays as it is."""
     import numpy as np
 
@@ -96,7 +96,7 @@ def normalize(db: Any) -> None:
 POINTS3 = tuple(f"point{kind}[3]{many}" for kind in "dfh" for many in ("", "[]"))
 
 
-def _distance_type(known: Any) -> Any:
+def _distance_type(known: KnownTypes) -> Any:
     """A number in the wider precision of both points, an array where one of them is."""
     common = promoted("distance", "a", "b")(known)
     return {name: length.component.array_of() if length.array else length.component for name, length in common.items()}
@@ -116,7 +116,7 @@ def _distance_type(known: Any) -> Any:
     },
     resolve=_distance_type,
 )
-def distance_3d(db: Any) -> None:
+def distance_3d(db: Database) -> None:
     """Give the distance between points; an array with an array one by one."""
     import numpy as np
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 from graph.sim.keyboard import KEYS, keyboard_of
 
 
@@ -20,7 +18,7 @@ from graph.sim.keyboard import KEYS, keyboard_of
         "shiftOut": Attribute("bool", "whether a shift key is down"),
     },
 )
-def read_keyboard_state(db: Any) -> None:
+def read_keyboard_state(db: Database) -> None:
     """Tell which keys are down on the App's keyboard (`graph.sim.keyboard.keyboard_of`)."""
     keyboard, key, outputs = keyboard_of(db.app), db.inputs.key, db.outputs
     if key not in KEYS:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from graph.node import KnownTypes
 from graph.values.conversion import convertible
 from graph.values.types import DECIMALS, TYPES, Type, concrete_type
 
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 def same_type(name: str, output: str) -> Resolve:
     """The output has the type of the input."""
 
-    def resolve(known: Any) -> Answer:
+    def resolve(known: KnownTypes) -> Answer:
         given = known[f"inputs:{name}"]
         return {} if given is None else {f"outputs:{output}": given}
 
@@ -29,7 +30,7 @@ def same_type(name: str, output: str) -> Resolve:
 def renamed(name: str, output: str, element: str) -> Resolve:
     """The output is of a fixed type, an array of it where the input is an array."""
 
-    def resolve(known: Any) -> Answer:
+    def resolve(known: KnownTypes) -> Answer:
         given = known[f"inputs:{name}"]
         return {} if given is None else {f"outputs:{output}": concrete_type(element + "[]" * given.array)}
 
@@ -39,7 +40,7 @@ def renamed(name: str, output: str, element: str) -> Resolve:
 def real_like(name: str, output: str) -> Resolve:
     """The output has the type of the input, but in doubles where that is whole."""
 
-    def resolve(known: Any) -> Answer:
+    def resolve(known: KnownTypes) -> Answer:
         given = known[f"inputs:{name}"]
         if given is None or given.storage in DECIMALS:
             return {} if given is None else {f"outputs:{output}": given}
@@ -52,7 +53,7 @@ def real_like(name: str, output: str) -> Resolve:
 def signed(name: str, output: str) -> Resolve:
     """The output has the type of the input. Raises ValueError for a type without negative numbers."""
 
-    def resolve(known: Any) -> Answer:
+    def resolve(known: KnownTypes) -> Answer:
         given = known[f"inputs:{name}"]
         if given is None:
             return {}
@@ -66,7 +67,7 @@ def signed(name: str, output: str) -> Resolve:
 def whole_of(name: str, output: str) -> Resolve:
     """The output is made of ints in the shape of the input. Raises ValueError for a matrix."""
 
-    def resolve(known: Any) -> Answer:
+    def resolve(known: KnownTypes) -> Answer:
         given = known[f"inputs:{name}"]
         if given is None:
             return {}
@@ -81,7 +82,7 @@ def whole_of(name: str, output: str) -> Resolve:
 def length_of(name: str, output: str) -> Resolve:
     """A number for a number; a real number for a vector; arrays of these for arrays. Raises ValueError for a matrix."""
 
-    def resolve(known: Any) -> Answer:
+    def resolve(known: KnownTypes) -> Answer:
         given = known[f"inputs:{name}"]
         if given is None:
             return {}
@@ -98,7 +99,7 @@ def length_of(name: str, output: str) -> Resolve:
 def product_of(output: str) -> Resolve:
     """A number for two vectors or two arrays of numbers, an array where one is an array of vectors."""
 
-    def resolve(known: Any) -> Answer:
+    def resolve(known: KnownTypes) -> Answer:
         types = input_types(known)
         if not types:
             return {}
@@ -113,30 +114,30 @@ def product_of(output: str) -> Resolve:
     return resolve
 
 
-def incremented(known: Any) -> Answer:
+def incremented(known: KnownTypes) -> Answer:
     """Increment: the result has the type of the value."""
     value = known["inputs:value"]
     return {} if value is None else {"outputs:result": value}
 
 
-def edited_array(known: Any) -> Answer:
+def edited_array(known: KnownTypes) -> Answer:
     """The output is an array like the input; an open `value` is one of its elements."""
     array = known["inputs:array"]
     return {} if array is None else {"outputs:array": array, **searched_array(known)}
 
 
-def searched_array(known: Any) -> Answer:
+def searched_array(known: KnownTypes) -> Answer:
     """An open `value` is an element of the array. Raises ValueError where it can be none."""
     return _element_input(known, "value")
 
 
-def filled_array(known: Any) -> Answer:
+def filled_array(known: KnownTypes) -> Answer:
     """The output is an array like the input; an open `fillValue` is one of its elements."""
     array = known["inputs:array"]
     return {} if array is None else {"outputs:array": array, **_element_input(known, "fillValue")}
 
 
-def _element_input(known: Any, name: str) -> Answer:
+def _element_input(known: KnownTypes, name: str) -> Answer:
     array = known["inputs:array"]
     if array is None or f"inputs:{name}" not in known:
         return {}
@@ -148,7 +149,7 @@ def _element_input(known: Any, name: str) -> Answer:
     return {}
 
 
-def appended(known: Any) -> Answer:
+def appended(known: KnownTypes) -> Answer:
     """AppendArray: the type of the first settled array, for all of them. Raises ValueError where one is another."""
     inputs = [name for name in known if name.startswith("inputs:")]
     first = next((known[name] for name in inputs if known[name] is not None), None)
@@ -163,7 +164,7 @@ def appended(known: Any) -> Answer:
     return {"outputs:array": first, **{name: first for name in inputs if known[name] is None}}
 
 
-def joined_text(known: Any) -> Answer:
+def joined_text(known: KnownTypes) -> Answer:
     """BuildString: the type of `a`, an array where any part is one."""
     types = input_types(known)
     if not types:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from functools import reduce
 from typing import TYPE_CHECKING, Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 
 from .promotion import condition_type, selected_type
 
@@ -25,12 +25,12 @@ def plain(value: Any) -> Any:
     return value.tolist() if hasattr(value, "tolist") else value
 
 
-def is_array_input(db: Any, name: str) -> bool:
+def is_array_input(db: Database, name: str) -> bool:
     """Whether the settled type of an input is an array."""
     return str(db.input_type(name)).endswith("[]")
 
 
-def stretch(db: Any, operands: Sequence[tuple[Any, bool]]) -> list[list[Any]]:
+def stretch(db: Database, operands: Sequence[tuple[Any, bool]]) -> list[list[Any]]:
     """Operands (value, whether it is an array) as lists of one length; single values repeat.
 
     Fails the node where two arrays differ in length.
@@ -45,7 +45,7 @@ def stretch(db: Any, operands: Sequence[tuple[Any, bool]]) -> list[list[Any]]:
 def _combined(operation: Callable[[Any, Any], Any], *, opposite: bool = False) -> Callable[[Any], None]:
     """A compute: `operation` over all operands, row by row where one of them is an array; its opposite if asked."""
 
-    def compute(db: Any) -> None:
+    def compute(db: Database) -> None:
         names = ["a", "b", *db.dynamic_input_names()]
         operands = [(plain(getattr(db.inputs, name)), is_array_input(db, name)) for name in names]
         if any(is_array for _, is_array in operands):
@@ -60,15 +60,15 @@ def _combined(operation: Callable[[Any, Any], Any], *, opposite: bool = False) -
 def _two_bools(operation: Callable[[Any, Any], Any], *, opposite: bool = False) -> Specialize:
     """The compute of a node with just two single operands."""
 
-    def specialize(db: Any) -> Compute | None:
+    def specialize(db: Database) -> Compute | None:
         if db.dynamic_input_names() or not db.input_type("a") == db.input_type("b") == "bool":
             return None
         inputs, outputs = db.inputs, db.outputs
 
-        def compute(db: Any) -> None:
+        def compute(db: Database) -> None:
             outputs.result = operation(inputs.a, inputs.b)
 
-        def compute_opposite(db: Any) -> None:
+        def compute_opposite(db: Database) -> None:
             outputs.result = not operation(inputs.a, inputs.b)
 
         return compute_opposite if opposite else compute
@@ -89,7 +89,7 @@ _nand, _nor = _combined(operator.and_, opposite=True), _combined(operator.or_, o
     resolve=condition_type("result"),
     specialize=_two_bools(operator.and_),
 )
-def boolean_and(db: Any) -> None:
+def boolean_and(db: Database) -> None:
     """Tell whether all operands are true."""
     _and(db)
 
@@ -103,7 +103,7 @@ def boolean_and(db: Any) -> None:
     resolve=condition_type("result"),
     specialize=_two_bools(operator.and_, opposite=True),
 )
-def boolean_nand(db: Any) -> None:
+def boolean_nand(db: Database) -> None:
     """Tell whether not all operands are true."""
     _nand(db)
 
@@ -117,7 +117,7 @@ def boolean_nand(db: Any) -> None:
     resolve=condition_type("result"),
     specialize=_two_bools(operator.or_),
 )
-def boolean_or(db: Any) -> None:
+def boolean_or(db: Database) -> None:
     """Tell whether any operand is true."""
     _or(db)
 
@@ -131,7 +131,7 @@ def boolean_or(db: Any) -> None:
     resolve=condition_type("result"),
     specialize=_two_bools(operator.or_, opposite=True),
 )
-def boolean_nor(db: Any) -> None:
+def boolean_nor(db: Database) -> None:
     """Tell whether no operand is true."""
     _nor(db)
 
@@ -144,7 +144,7 @@ def boolean_nor(db: Any) -> None:
     resolve=condition_type("result"),
     specialize=_two_bools(operator.xor),
 )
-def boolean_xor(db: Any) -> None:
+def boolean_xor(db: Database) -> None:
     """Tell whether the operands differ."""
     _xor(db)
 
@@ -169,7 +169,7 @@ _EXPRESSIONS: dict[str, Callable[[bool, bool], bool]] = {
     },
     outputs={"result": Attribute("bool", "what comes out")},
 )
-def boolean_expr(db: Any) -> None:
+def boolean_expr(db: Database) -> None:
     """Put two truth values together by an operator."""
     inputs = db.inputs
     if inputs.operator not in _EXPRESSIONS:
@@ -184,7 +184,7 @@ def boolean_expr(db: Any) -> None:
     outputs={"valueOut": Attribute(BOOLS, "the opposite")},
     resolve=condition_type("valueOut", "valueIn"),
 )
-def boolean_not(db: Any) -> None:
+def boolean_not(db: Database) -> None:
     """Turn true into false and back."""
     value = plain(db.inputs.valueIn)
     db.outputs.valueOut = [not one for one in value] if is_array_input(db, "valueIn") else not value
@@ -201,7 +201,7 @@ def boolean_not(db: Any) -> None:
     outputs={"result": Attribute(VALUES, "what was taken")},
     resolve=selected_type,
 )
-def select_if(db: Any) -> None:
+def select_if(db: Database) -> None:
     """Take one of two values."""
     inputs = db.inputs
     if not is_array_input(db, "condition"):

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, KnownTypes, node_type
 from graph.values.types import Type
 
 from .like_inputs import renamed, same_type
@@ -31,7 +31,7 @@ ORDER = Attribute("token", "the axes in the order in which angles turn", default
     },
     outputs={"transform": Attribute("matrixd[4]", "the transformation that scales, then rotates, then moves")},
 )
-def make_transform(db: Any) -> None:
+def make_transform(db: Database) -> None:
     """Make a transformation of translation, rotation and scale."""
     import numpy as np
 
@@ -53,7 +53,7 @@ def make_transform(db: Any) -> None:
     },
     outputs={"transform": Attribute("matrixd[4]", "a place at the eye: -z forward, +y up, +x to the right")},
 )
-def make_transform_look_at(db: Any) -> None:
+def make_transform_look_at(db: Database) -> None:
     """Make the transformation of something at the eye that looks at the center."""
     import numpy as np
 
@@ -76,7 +76,7 @@ def make_transform_look_at(db: Any) -> None:
     outputs={"scale": Attribute(VECTOR3, "its scale along x, y and z")},
     resolve=renamed("matrix", "scale", "vectord[3]"),
 )
-def get_matrix4_scale(db: Any) -> None:
+def get_matrix4_scale(db: Database) -> None:
     """Give the scale of a transformation; of a mirrored one the scale along x is negative."""
     given = db.inputs.matrix
     scales = rotations_of(given)[1]
@@ -93,7 +93,7 @@ def get_matrix4_scale(db: Any) -> None:
     outputs={"matrix": Attribute(MATRIX4, "the transformation with that translation")},
     resolve=same_type("matrix", "matrix"),
 )
-def set_matrix4_translation(db: Any) -> None:
+def set_matrix4_translation(db: Database) -> None:
     """Change the translation of a transformation; of an array with an array, one by one."""
     matrix, translation = db.inputs.matrix.copy(), db.inputs.translation
     _check_shapes(db, matrix, translation, "translation")
@@ -111,7 +111,7 @@ def set_matrix4_translation(db: Any) -> None:
     outputs={"matrix": Attribute(MATRIX34, "the transformation with that scale")},
     resolve=same_type("matrix", "matrix"),
 )
-def set_matrix4_scale(db: Any) -> None:
+def set_matrix4_scale(db: Database) -> None:
     """Change the scale of a transformation, but neither its rotation nor its translation."""
     matrix, scale = db.inputs.matrix.copy(), db.inputs.scale
     _check_shapes(db, matrix, scale, "scale")
@@ -129,7 +129,7 @@ def set_matrix4_scale(db: Any) -> None:
     outputs={"matrix": Attribute(MATRIX4, "the transformation with that rotation and without scale")},
     resolve=same_type("matrix", "matrix"),
 )
-def set_matrix4_quaternion(db: Any) -> None:
+def set_matrix4_quaternion(db: Database) -> None:
     """Change the rotation of a transformation; its scale becomes 1, its translation stays."""
     _set_rotation(db, db.inputs.quaternion, "quaternion", "quatd[4]")
 
@@ -153,7 +153,7 @@ def set_matrix4_quaternion(db: Any) -> None:
     outputs={"matrix": Attribute(MATRIX4, "the transformation with that rotation and without scale")},
     resolve=same_type("matrix", "matrix"),
 )
-def set_matrix4_rotation(db: Any) -> None:
+def set_matrix4_rotation(db: Database) -> None:
     """Change the rotation of a transformation; its scale becomes 1, its translation stays."""
     _set_rotation(db, db.inputs.rotationAngle, "rotationAngle", str(db.input_type("rotationAngle")))
 
@@ -172,7 +172,7 @@ def set_matrix4_rotation(db: Any) -> None:
     outputs={"result": Attribute(VECTORS3, "the vectors turned")},
     resolve=lambda known: _like_vector(known, "rotation"),
 )
-def rotate_vector(db: Any) -> None:
+def rotate_vector(db: Database) -> None:
     """Turn vectors; a matrix with a scale scales them, the translation of one is left out."""
     import numpy as np
 
@@ -193,7 +193,7 @@ def rotate_vector(db: Any) -> None:
     outputs={"result": Attribute(VECTORS3, "vector x matrix")},
     resolve=lambda known: _like_vector(known, "matrix"),
 )
-def transform_vector(db: Any) -> None:
+def transform_vector(db: Database) -> None:
     """Send points through transformations; through one of 4 x 4 the translation counts, as for places."""
     import numpy as np
 
@@ -209,14 +209,14 @@ def transform_vector(db: Any) -> None:
     db.outputs.result = result.astype(vector.dtype)
 
 
-def _order(db: Any) -> str:
+def _order(db: Database) -> str:
     order: str = db.inputs.rotationOrder
     if order not in ORDERS:
         db.fail(f"input rotationOrder is {order!r}; it must be one of {' '.join(ORDERS)}")
     return order
 
 
-def _like_vector(known: Any, other: str) -> Mapping[str, Type]:
+def _like_vector(known: KnownTypes, other: str) -> Mapping[str, Type]:
     """The result is like the vector, an array where either is one."""
     vector, with_it = known["inputs:vector"], known[f"inputs:{other}"]
     if vector is None or with_it is None:
@@ -224,12 +224,12 @@ def _like_vector(known: Any, other: str) -> Mapping[str, Type]:
     return {"outputs:result": vector.element.array_of() if vector.array or with_it.array else vector}
 
 
-def _check_pair(db: Any, vector: Any, matrix: Any) -> None:
+def _check_pair(db: Database, vector: Any, matrix: Any) -> None:
     if vector.ndim == 2 and matrix.ndim == 3:
         check_lengths(db, [vector, matrix])
 
 
-def _check_shapes(db: Any, matrix: Any, value: Any, name: str) -> None:
+def _check_shapes(db: Database, matrix: Any, value: Any, name: str) -> None:
     """Fails the node where values are an array and do not match an array of matrices."""
     if value.ndim > 1 and (matrix.ndim == 2 or len(value) != len(matrix)):
         db.fail(f"input {name} has {len(value)} elements; give it one, or as many as there are matrices")
@@ -240,7 +240,7 @@ def _turn(matrix: Any, rows: Any) -> None:
     matrix[..., :3, :3] = rows
 
 
-def _set_rotation(db: Any, value: Any, name: str, kind: str) -> None:
+def _set_rotation(db: Database, value: Any, name: str, kind: str) -> None:
     matrix = db.inputs.matrix.copy()
     rows = _turned(db, value, kind)
     if rows.ndim == 3 and (matrix.ndim == 2 or len(rows) != len(matrix)):
@@ -249,7 +249,7 @@ def _set_rotation(db: Any, value: Any, name: str, kind: str) -> None:
     db.outputs.matrix = matrix
 
 
-def _turned(db: Any, value: Any, kind: str) -> Any:
+def _turned(db: Database, value: Any, kind: str) -> Any:
     """Row-vector rotation matrices (3, 3) or (n, 3, 3) of an angle, angles, quaternions or matrices."""
     import numpy as np
 
@@ -271,7 +271,7 @@ def _turned(db: Any, value: Any, kind: str) -> Any:
     return columns.swapaxes(-1, -2)
 
 
-def _about_axis(db: Any, angle: Any) -> Any:
+def _about_axis(db: Database, angle: Any) -> Any:
     """Column-vector rotations by angles [rad] about the axis that the inputs name."""
     import numpy as np
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 
 from .stage_prims import find_prim, only_target
 
@@ -19,7 +17,7 @@ from .stage_prims import find_prim, only_target
     },
     outputs={"execOut": Attribute("execution", "follows once it is bound")},
 )
-def write_prim_material(db: Any) -> bool:
+def write_prim_material(db: Database) -> bool:
     """Bind a material to a prim; a path that is no Material fails, a missing prim is passed by."""
     from graph.sim.usd import UsdShade
 
@@ -47,7 +45,7 @@ def write_prim_material(db: Any) -> bool:
         "materialPrim": Attribute("target", "its material"),
     },
 )
-def read_prim_material(db: Any) -> bool:
+def read_prim_material(db: Database) -> bool:
     """Tell which material a prim has, bound to it or to one above it; a missing prim leaves the outputs as they are."""
     from graph.sim.usd import UsdShade
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, KnownTypes, node_type
 from graph.values.types import TYPES, Type, concrete_type
 
 from .like_inputs import same_type
 from .numbers import check_lengths, input_type, settled
-from .promotion import common_storage
+from .promotion import common_storage, input_types
 
 MATRICES = tuple(f"matrixd[{size}]{many}" for size in (2, 3, 4) for many in ("", "[]"))
 _ROLES = ("colord", "colorf", "colorh", "normald", "normalf", "normalh", "pointd", "pointf", "pointh")
@@ -27,7 +27,7 @@ PRODUCTS = (*FACTORS, *(f"{kind}{many}" for kind in ("double", "float", "half") 
 FLOAT_MAX = 3.4028234663852886e38
 
 
-def _product_type(known: Any) -> Mapping[str, Type]:
+def _product_type(known: KnownTypes) -> Mapping[str, Type]:
     """A matrix for two matrices, a vector like the one given for a vector and a matrix, a number for two vectors."""
     a, b = known["inputs:a"], known["inputs:b"]
     if a is None or b is None:
@@ -53,7 +53,7 @@ def _product_type(known: Any) -> Mapping[str, Type]:
     outputs={"output": Attribute(PRODUCTS, "a x b: matrix, vector, or the number that two vectors make")},
     resolve=_product_type,
 )
-def matrix_multiply(db: Any) -> None:
+def matrix_multiply(db: Database) -> None:
     """Multiply matrices: of two transformations a comes first, since vectors are rows. Arrays go element by element."""
     import numpy as np
 
@@ -83,7 +83,7 @@ def matrix_multiply(db: Any) -> None:
     outputs={"invertedMatrix": Attribute(MATRICES, "the matrices that undo them")},
     resolve=same_type("matrix", "invertedMatrix"),
 )
-def invert_matrix(db: Any) -> None:
+def invert_matrix(db: Database) -> None:
     """Invert matrices; one that has no inverse gives the largest float times the identity."""
     import numpy as np
 
@@ -103,7 +103,7 @@ def invert_matrix(db: Any) -> None:
     outputs={"result": Attribute(MATRICES, "the matrices with rows for columns")},
     resolve=same_type("matrix", "result"),
 )
-def transpose(db: Any) -> None:
+def transpose(db: Database) -> None:
     """Turn the rows of matrices into columns."""
     db.outputs.result = db.inputs.matrix.swapaxes(-1, -2).copy()
 
@@ -112,7 +112,7 @@ AXES = "xyzw"
 WIDTHS = ("double[3]", "double[4]")
 
 
-def _rows(db: Any, count: int, width: int) -> None:
+def _rows(db: Database, count: int, width: int) -> None:
     """Writes the rows of the input, cut off behind `width` numbers."""
     matrix = db.inputs.matrix
     for number, axis in enumerate(AXES[:count]):
@@ -120,7 +120,7 @@ def _rows(db: Any, count: int, width: int) -> None:
 
 
 def _row_types(count: int) -> Any:
-    def resolve(known: Any) -> Mapping[str, Type]:
+    def resolve(known: KnownTypes) -> Mapping[str, Type]:
         given = known["inputs:matrix"]
         if given is None:
             return {}
@@ -150,7 +150,7 @@ def _both(*names: str) -> tuple[str, ...]:
     outputs=_row_outputs(2, _both("double[2]")),
     resolve=_row_types(2),
 )
-def break_matrix2(db: Any) -> None:
+def break_matrix2(db: Database) -> None:
     """Take a 2 x 2 matrix apart into its rows."""
     _rows(db, 2, 2)
 
@@ -162,7 +162,7 @@ def break_matrix2(db: Any) -> None:
     outputs=_row_outputs(3, _both("double[3]")),
     resolve=_row_types(3),
 )
-def break_matrix3(db: Any) -> None:
+def break_matrix3(db: Database) -> None:
     """Take a 3 x 3 matrix apart into its rows."""
     _rows(db, 3, 3)
 
@@ -183,15 +183,15 @@ def break_matrix3(db: Any) -> None:
     outputs=_row_outputs(4, _both(*WIDTHS)),
     resolve=_row_types(4),
 )
-def break_matrix4(db: Any) -> None:
+def break_matrix4(db: Database) -> None:
     """Take a 4 x 4 matrix apart into its rows; of a transformation w is the translation."""
     _rows(db, 4, 3 if db.inputs.outputType == "double[3]" else 4)
 
 
 def _matrix_of_rows(count: int) -> Any:
-    def resolve(known: Any) -> Mapping[str, Type]:
-        rows = [known[f"inputs:{axis}"] for axis in AXES[:count]]
-        if None in rows:
+    def resolve(known: KnownTypes) -> Mapping[str, Type]:
+        rows = input_types(known, *AXES[:count])
+        if not rows:
             return {}
         matrix = TYPES[f"matrixd[{count}]"]
         return {"outputs:matrix": matrix.array_of() if any(row.array for row in rows) else matrix}
@@ -200,7 +200,7 @@ def _matrix_of_rows(count: int) -> Any:
 
 
 def _make(count: int) -> Any:
-    def compute(db: Any) -> None:
+    def compute(db: Database) -> None:
         import numpy as np
 
         rows = [getattr(db.inputs, axis) for axis in AXES[:count]]
@@ -234,7 +234,7 @@ def _made(size: int) -> dict[str, Attribute]:
     outputs=_made(2),
     resolve=_matrix_of_rows(2),
 )
-def make_matrix2(db: Any) -> None:
+def make_matrix2(db: Database) -> None:
     """Put two rows together to a matrix; arrays give an array of matrices."""
     _make2(db)
 
@@ -246,7 +246,7 @@ def make_matrix2(db: Any) -> None:
     outputs=_made(3),
     resolve=_matrix_of_rows(3),
 )
-def make_matrix3(db: Any) -> None:
+def make_matrix3(db: Database) -> None:
     """Put three rows together to a matrix; arrays give an array of matrices."""
     _make3(db)
 
@@ -258,6 +258,6 @@ def make_matrix3(db: Any) -> None:
     outputs=_made(4),
     resolve=_matrix_of_rows(4),
 )
-def make_matrix4(db: Any) -> None:
+def make_matrix4(db: Database) -> None:
     """Put four rows together to a matrix; rows of three get the last column of a transformation: 0, 0, 0, 1."""
     _make4(db)

@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import reduce
 from typing import TYPE_CHECKING, Any
 
+from graph.node import Database
 from graph.node.database import python_name
 from graph.values.coercion import LARGEST, dtype_of
 from graph.values.types import INTEGER_RANGES, TYPES, Type
@@ -25,7 +26,7 @@ Operation = Callable[[Any, Any], Any]
 def folded(operation: Operation, output: str) -> Callable[[Any], None]:
     """A compute: `operation` over a, b and the operands that the file adds, from left to right."""
 
-    def compute(db: Any) -> None:
+    def compute(db: Database) -> None:
         values = aligned(db, ["a", "b", *db.dynamic_input_names()], settled(db, output))
         db.claim(max(getattr(value, "nbytes", 0) for value in values))
         setattr(db.outputs, output, quietly(lambda: reduce(operation, values)))
@@ -37,7 +38,7 @@ def for_types(operation: Operation, output: str) -> Specialize:
     """The compute of a node with operands as `folded` has them, made for their types once these are settled."""
     numbers = two_numbers(operation, output)
 
-    def specialize(db: Any) -> Compute | None:
+    def specialize(db: Database) -> Compute | None:
         names = ["a", "b", *db.dynamic_input_names()]
         result, kinds = settled(db, output), [input_type(db, name) for name in names]
         known = [kind for kind in kinds if kind is not None]
@@ -48,7 +49,7 @@ def for_types(operation: Operation, output: str) -> Specialize:
     return specialize
 
 
-def _shaped(db: Any, operation: Operation, output: str, kinds: Mapping[str, Type], result: Type) -> Compute:
+def _shaped(db: Database, operation: Operation, output: str, kinds: Mapping[str, Type], result: Type) -> Compute:
     """A compute for operands of these types, by name, with a result that is whole or real."""
     inputs, outputs = db.inputs, db.outputs
     operands = [(python_name(name), kind) for name, kind in kinds.items()]
@@ -58,7 +59,7 @@ def _shaped(db: Any, operation: Operation, output: str, kinds: Mapping[str, Type
     reach = operator.mul if operation is operator.mul else operator.add
     most = reduce(reach, [max(map(abs, INTEGER_RANGES[kind.storage])) for kind in kinds.values()]) if whole else 0
 
-    def compute(db: Any) -> None:
+    def compute(db: Database) -> None:
         values = [getattr(inputs, name) for name, _ in operands]
         if arrays:
             check_lengths(db, [values[place] for place in arrays])
@@ -78,7 +79,7 @@ def two_numbers(operation: Operation, output: str, *, nonzero: str = "") -> Spec
     A result that its type cannot hold is as `fitting` has it; 0 in the input named `nonzero` fails the node.
     """
 
-    def specialize(db: Any) -> Compute | None:
+    def specialize(db: Database) -> Compute | None:
         result = settled(db, output)
         if result is None or not result.number or db.dynamic_input_names():
             return None
@@ -88,10 +89,10 @@ def two_numbers(operation: Operation, output: str, *, nonzero: str = "") -> Spec
         largest = LARGEST.get(result.storage, math.inf)
         low, high = INTEGER_RANGES.get(result.storage, (-largest, largest))
 
-        def compute_double(db: Any) -> None:
+        def compute_double(db: Database) -> None:
             setattr(outputs, output, operation(inputs.a, inputs.b))
 
-        def compute_checked(db: Any) -> None:
+        def compute_checked(db: Database) -> None:
             if nonzero and not getattr(inputs, nonzero):
                 db.fail(f"input {nonzero} holds a 0; it must not")
             value = operation(inputs.a, inputs.b)
@@ -110,7 +111,7 @@ def quietly(calculate: Callable[[], Any]) -> Any:
         return calculate()
 
 
-def fitting(db: Any, value: Any, kind: Type | None) -> Any:
+def fitting(db: Database, value: Any, kind: Type | None) -> Any:
     """A result in the storage of its type: whole numbers that do not fit fail the node, real ones become infinite.
 
     Whole numbers come exact, as `widened` operands give them.
@@ -150,7 +151,7 @@ def _in_int64(value: Any) -> bool:
     return bool(value.dtype != "uint64" or bound(value) < 2**63) if hasattr(value, "dtype") else abs(value) < 2**63
 
 
-def changed(db: Any, change: Callable[[Any], Any], value: Any, kind: Type | None) -> Any:
+def changed(db: Database, change: Callable[[Any], Any], value: Any, kind: Type | None) -> Any:
     """`change` of every number, such as abs: the least whole number of a type has no positive one there, and fails."""
     if kind is None or kind.storage not in INTEGER_RANGES:
         return change(value)
@@ -164,19 +165,19 @@ def bound(value: Any) -> int:
     return max(abs(int(value.min())), abs(int(value.max()))) if value.size else 0
 
 
-def input_type(db: Any, name: str) -> Type | None:
+def input_type(db: Database, name: str) -> Type | None:
     """The settled type of an input; None while it is open."""
     type_name = db.input_type(name)
     return None if type_name is None else TYPES[type_name]
 
 
-def settled(db: Any, output: str) -> Type | None:
+def settled(db: Database, output: str) -> Type | None:
     """The settled type of an output; None while it is open."""
     type_name = db.output_type(output)
     return None if type_name is None else TYPES[type_name]
 
 
-def aligned(db: Any, names: Sequence[str], result: Type | None) -> list[Any]:
+def aligned(db: Database, names: Sequence[str], result: Type | None) -> list[Any]:
     """The values of inputs, ready to meet in NumPy: in the precision of `result`, elements of arrays facing tuples.
 
     Fails the node where two arrays differ in length (NumPy would stretch an array of length 1).
@@ -191,7 +192,7 @@ def aligned(db: Any, names: Sequence[str], result: Type | None) -> list[Any]:
     return [_aligned(db, value, one, result) for value, one in zip(values, known, strict=True)]
 
 
-def _aligned(db: Any, value: Any, given: Type, result: Type) -> Any:
+def _aligned(db: Database, value: Any, given: Type, result: Type) -> Any:
     if not hasattr(value, "astype"):
         return value
     other = result.numeric and value.dtype != dtype_of(result)
@@ -212,13 +213,13 @@ def _facing(value: Any, given: Type, result: Type) -> Any:
     )
 
 
-def _check_untyped(db: Any, values: Sequence[Any]) -> None:
+def _check_untyped(db: Database, values: Sequence[Any]) -> None:
     """Values whose types nobody knows: those with the most axes need one length."""
     depth = max((getattr(value, "ndim", 0) for value in values), default=0)
     check_lengths(db, [value for value in values if depth and getattr(value, "ndim", 0) == depth])
 
 
-def check_lengths(db: Any, arrays: Sequence[Any]) -> None:
+def check_lengths(db: Database, arrays: Sequence[Any]) -> None:
     """Fails the node where two of these arrays differ in length."""
     lengths = {len(one) for one in arrays}
     if len(lengths) > 1:

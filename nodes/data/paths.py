@@ -6,7 +6,7 @@ import itertools
 from collections.abc import Callable
 from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, KnownTypes, node_type
 from graph.values.types import TYPES
 
 from .like_inputs import same_type
@@ -16,7 +16,7 @@ TARGETS = Attribute("target", "the prims")
 CHANGED = Attribute("target", "the prims that come of it")
 
 
-def _each(db: Any, value: Any, function: Callable[[Any], Any]) -> Any:
+def _each(db: Database, value: Any, function: Callable[[Any], Any]) -> Any:
     """function(path) for one path, or for each of an array. Fails the node for what is no absolute path."""
     from graph.sim.usd import Sdf
 
@@ -35,7 +35,7 @@ def _each(db: Any, value: Any, function: Callable[[Any], Any]) -> Any:
     outputs={"parentPath": Attribute(PATHS, "the paths one level up: of /World/Cube it is /World")},
     resolve=same_type("path", "parentPath"),
 )
-def get_parent_path(db: Any) -> None:
+def get_parent_path(db: Database) -> None:
     """Give the path of what a prim is in, or of the prim that has a property."""
     db.outputs.parentPath = _each(db, db.inputs.path, lambda path: path.GetParentPath())
 
@@ -50,7 +50,7 @@ def get_parent_path(db: Any) -> None:
     outputs={"path": Attribute(PATHS, "both together, such as /World/Cube")},
     resolve=same_type("path", "path"),
 )
-def append_path(db: Any) -> None:
+def append_path(db: Database) -> None:
     """Put a relative path behind a path; an empty one leaves it as it is."""
     from graph.sim.usd import Sdf
 
@@ -70,7 +70,7 @@ def append_path(db: Any) -> None:
     outputs={"relativePath": Attribute(PATHS, "the way there: from /World to /World/Cube it is Cube")},
     resolve=same_type("path", "relativePath"),
 )
-def get_relative_path(db: Any) -> None:
+def get_relative_path(db: Database) -> None:
     """Give the way from one path to another; from a path to itself it is a dot."""
     anchors: list[Any] = []
     _each(db, db.inputs.anchor, anchors.append)
@@ -83,7 +83,7 @@ def get_relative_path(db: Any) -> None:
     inputs={"prims": TARGETS},
     outputs={"parentPrims": Attribute("target", "what each of them is in")},
 )
-def get_parent_prims(db: Any) -> None:
+def get_parent_prims(db: Database) -> None:
     """Give the parents of prims, one for each."""
     db.outputs.parentPrims = _each(db, db.inputs.prims, lambda path: path.GetParentPath())
 
@@ -99,7 +99,7 @@ def get_parent_prims(db: Any) -> None:
     outputs={"targets": CHANGED},
     dynamic_inputs={"input{n}": TARGETS},
 )
-def append_targets(db: Any) -> None:
+def append_targets(db: Database) -> None:
     """Put targets one behind the other."""
     joined = itertools.chain.from_iterable(db.dynamic_inputs("input"))
     db.outputs.targets = list(joined if db.inputs.allowDuplicates else dict.fromkeys(joined))
@@ -115,7 +115,7 @@ def append_targets(db: Any) -> None:
     outputs={"targets": CHANGED},
     dynamic_inputs={"input{n}": Attribute(PATHS, "one more relative path, behind those before")},
 )
-def append_target_paths(db: Any) -> None:
+def append_target_paths(db: Database) -> None:
     """Put relative paths behind the paths of prims."""
     from graph.sim.usd import Sdf
 
@@ -135,7 +135,7 @@ def append_target_paths(db: Any) -> None:
     db.outputs.targets = ["/".join([row[0].rstrip("/"), *row[1:]]) for row in zip(*stretched, strict=True)]
 
 
-def _compared(known: Any) -> Any:
+def _compared(known: KnownTypes) -> Any:
     return {"outputs:result": TYPES["bool[]" if known.value("compareEach") else "bool"]}
 
 
@@ -151,7 +151,7 @@ def _compared(known: Any) -> Any:
     outputs={"result": Attribute(("bool", "bool[]"), "whether it holds")},
     resolve=_compared,
 )
-def compare_targets(db: Any) -> None:
+def compare_targets(db: Database) -> None:
     """Tell whether targets name the same prims in the same order; one by one they must be as many, or one."""
     a, b, operation = list(db.inputs.a), list(db.inputs.b), db.inputs.operation
     if operation not in ("==", "!="):
@@ -173,7 +173,7 @@ def compare_targets(db: Any) -> None:
     inputs={"searchTarget": Attribute("target", "the prim to look for"), "targets": TARGETS},
     outputs={"index": Attribute("int", "where it first stands, from 0; -1 where it does not")},
 )
-def find_target(db: Any) -> None:
+def find_target(db: Database) -> None:
     """Find a prim among others."""
     wanted, targets = db.inputs.searchTarget, list(db.inputs.targets)
     if len(wanted) != 1:
@@ -191,7 +191,7 @@ def find_target(db: Any) -> None:
     },
     outputs={"targets": Attribute("target", "the prims taken")},
 )
-def get_targets(db: Any) -> None:
+def get_targets(db: Database) -> None:
     """Take some prims out of a target; an index beyond it fails."""
     targets, index, count = list(db.inputs.targets), db.inputs.index, db.inputs.count
     if not -len(targets) <= index < len(targets):
@@ -210,7 +210,7 @@ def get_targets(db: Any) -> None:
     },
     outputs={"targets": CHANGED},
 )
-def insert_targets(db: Any) -> None:
+def insert_targets(db: Database) -> None:
     """Put prims among others."""
     targets = list(db.inputs.targets)
     index = min(max(db.inputs.index, 0), len(targets))
@@ -229,7 +229,7 @@ def insert_targets(db: Any) -> None:
     },
     outputs={"targets": CHANGED},
 )
-def replace_targets(db: Any) -> None:
+def replace_targets(db: Database) -> None:
     """Replace prims by others wherever they stand, or take them out."""
     old, new = list(db.inputs.replaceTargets), list(db.inputs.setTargets)
     if new and len(new) not in (1, len(old)):
@@ -249,7 +249,7 @@ def replace_targets(db: Any) -> None:
     },
     outputs={"targets": CHANGED},
 )
-def set_target(db: Any) -> None:
+def set_target(db: Database) -> None:
     """Put another prim in the place of one; an index beyond the target fails."""
     targets, index, new = list(db.inputs.targets), db.inputs.index, list(db.inputs.setTarget)
     if not -len(targets) <= index < len(targets):
@@ -270,7 +270,7 @@ def set_target(db: Any) -> None:
     },
     outputs={"result": Attribute("target", "what was taken")},
 )
-def select_target_if(db: Any) -> None:
+def select_target_if(db: Database) -> None:
     """Take one of two targets, or prim by prim from two that are as long as the condition."""
     condition, sides = db.inputs.condition, (list(db.inputs.ifFalse), list(db.inputs.ifTrue))
     if not hasattr(condition, "__len__"):
@@ -290,7 +290,7 @@ def select_target_if(db: Any) -> None:
     inputs={"targetPath": Attribute("token", "kept for files that carry it; unused", default="")},
     outputs={"primPath": Attribute("token", "path of the prim, or of the graph where no prim has it")},
 )
-def graph_target(db: Any) -> None:
+def graph_target(db: Database) -> None:
     """Give the path of the prim that this instance of the graph runs for."""
     db.outputs.primPath = db.node.graph.target
 
@@ -300,6 +300,6 @@ def graph_target(db: Any) -> None:
     version=1,
     outputs={"prim": Attribute("target", "the prim, or the graph where no prim has it")},
 )
-def get_graph_target_prim(db: Any) -> None:
+def get_graph_target_prim(db: Database) -> None:
     """Give the prim that this instance of the graph runs for."""
     db.outputs.prim = [db.node.graph.target]

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 
 from .like_inputs import real_like
 from .numbers import settled
@@ -14,7 +14,7 @@ from .numbers import settled
 NUMERICS = ("numerics",)
 
 
-def _real(db: Any, name: str, output: str, function: Callable[[Any], Any]) -> None:
+def _real(db: Database, name: str, output: str, function: Callable[[Any], Any]) -> None:
     """Writes function(value), calculated in doubles, in the type of the output.
 
     A result that no real number is (a root of a negative number) is nan, one that is too large infinite.
@@ -41,7 +41,7 @@ def _real(db: Any, name: str, output: str, function: Callable[[Any], Any]) -> No
     outputs={"result": Attribute(NUMERICS, "base to the power of the exponent; double where the base is whole")},
     resolve=real_like("base", "result"),
 )
-def exponent(db: Any) -> None:
+def exponent(db: Database) -> None:
     """Raise numbers to a whole power; matrices element by element."""
     power = float(db.inputs.exponent)
     _real(db, "base", "result", lambda value: value**power)
@@ -57,7 +57,7 @@ def exponent(db: Any) -> None:
     outputs={"result": Attribute(NUMERICS, "the root; double where the value is whole")},
     resolve=real_like("value", "result"),
 )
-def nth_root(db: Any) -> None:
+def nth_root(db: Database) -> None:
     """Take a root: an even one of a negative number is nan, an odd one negative, the 0th infinite."""
     import numpy as np
 
@@ -83,7 +83,7 @@ def nth_root(db: Any) -> None:
     outputs={"result": Attribute(NUMERICS, "the logarithm; double where the value is whole")},
     resolve=real_like("value", "result"),
 )
-def logarithm(db: Any) -> None:
+def logarithm(db: Database) -> None:
     """Give the power that the base must be raised to for the value; a value that is not above 0 fails."""
     import numpy as np
 
@@ -102,7 +102,7 @@ def logarithm(db: Any) -> None:
     inputs={"exponent": Attribute("double", "the power that e is raised to", default=1.0)},
     outputs={"value": Attribute("double", "e to that power")},
 )
-def constant_e(db: Any) -> None:
+def constant_e(db: Database) -> None:
     """Give e (2.718...) or a power of it; one that no double can hold is infinite."""
     try:
         db.outputs.value = math.exp(db.inputs.exponent)
@@ -116,6 +116,6 @@ def constant_e(db: Any) -> None:
     inputs={"factor": Attribute("double", "how many times pi", default=1.0)},
     outputs={"value": Attribute("double", "factor x pi")},
 )
-def constant_pi(db: Any) -> None:
+def constant_pi(db: Database) -> None:
     """Give pi (3.141...) or a multiple of it."""
     db.outputs.value = db.inputs.factor * math.pi

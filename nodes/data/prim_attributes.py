@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 from graph.values.coercion import coerce, shown
 from graph.values.conversion import converter, convertible
 from graph.values.types import TYPES, Type
@@ -47,7 +47,7 @@ SET_UP = Attribute("bool", "whether the attribute has been found", default=False
         "time": Attribute("double", "time code of the value last read", unit="frames"),
     },
 )
-def read_prim_attribute(db: Any) -> bool:
+def read_prim_attribute(db: Database) -> bool:
     """Read an attribute: what was written to Fabric, else the stage's value; of an animated one the value of now.
 
     With a usdTimecode it is the stage's value at that time. A missing prim leaves the outputs as they are.
@@ -95,7 +95,7 @@ def read_prim_attribute(db: Any) -> bool:
         "resolvedLayerIdentifier": TOKEN,
     },
 )
-def write_prim_attribute(db: Any) -> bool:
+def write_prim_attribute(db: Database) -> bool:
     """Write an attribute to the stage, or to Fabric only; a type that does not fit fails, a missing prim is passed by.
 
     A new transform of a moving body on the stage moves the body.
@@ -120,7 +120,7 @@ def write_prim_attribute(db: Any) -> bool:
     return True
 
 
-def _type_of(db: Any, attribute: Any) -> Type:
+def _type_of(db: Database, attribute: Any) -> Type:
     type_ = usd_values.attribute_type(attribute)
     if type_ is None:
         db.fail(f"{attribute.GetPath()} is of type {attribute.GetTypeName()}, which graphs do not have")
@@ -128,7 +128,7 @@ def _type_of(db: Any, attribute: Any) -> Type:
     return type_
 
 
-def _latest(db: Any, attribute: Any) -> Any:
+def _latest(db: Database, attribute: Any) -> Any:
     """Fabric's value if somebody set it, else the stage's of now."""
     path, name = str(attribute.GetPrim().GetPath()), attribute.GetName()
     if db.app.fabric.change_stamp(path, name) < 0 and attribute.GetNumTimeSamples():
@@ -137,7 +137,7 @@ def _latest(db: Any, attribute: Any) -> Any:
     return db.app.fabric.get(path, name)
 
 
-def _value_for(db: Any, attribute: Any, type_: Type) -> Any:
+def _value_for(db: Database, attribute: Any, type_: Type) -> Any:
     """The value to write, in the attribute's type; one that only a file gives takes any type that it can stand for."""
     value, given = db.inputs.value, db.input_type("value")
     message = f"the value ({given or shown(value)}) cannot be written to {attribute.GetPath()} ({type_})"
@@ -146,14 +146,14 @@ def _value_for(db: Any, attribute: Any, type_: Type) -> Any:
     return _converted(db, value, TYPES[given], type_, message)
 
 
-def _converted(db: Any, value: Any, given: Type, wanted: Type, message: str) -> Any:
+def _converted(db: Database, value: Any, given: Type, wanted: Type, message: str) -> Any:
     if not convertible(given, wanted):
         db.fail(message)
     convert = converter(given, wanted)
     return _coerced(db, value if convert is None else convert(value), wanted, message)
 
 
-def _coerced(db: Any, value: Any, type_: Type, message: str) -> Any:
+def _coerced(db: Database, value: Any, type_: Type, message: str) -> Any:
     try:
         return coerce(type_, value)
     except ValueError as error:

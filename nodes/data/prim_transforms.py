@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 
 from .stage_prims import find_prim, only_target
 
@@ -24,7 +24,7 @@ ONE_PRIM = {
     inputs={"prim": Attribute("target", "the prim to look at")},
     outputs={"value": Attribute("matrixd[4]", "its place in its parent")},
 )
-def read_prim_local_transform(db: Any) -> bool:
+def read_prim_local_transform(db: Database) -> bool:
     """Read where a prim is in its parent, at this moment; a missing prim leaves the output as it is."""
     import numpy as np
 
@@ -46,7 +46,7 @@ def read_prim_local_transform(db: Any) -> bool:
     inputs=ONE_PRIM,
     outputs={"localToWorldTransform": Attribute("matrixd[4]", "its place in the world")},
 )
-def get_prim_local_to_world_transform(db: Any) -> bool:
+def get_prim_local_to_world_transform(db: Database) -> bool:
     """Read where a prim is in the world, at this moment; a missing prim leaves the output as it is."""
     from .stage_prims import path_of
 
@@ -67,7 +67,7 @@ def get_prim_local_to_world_transform(db: Any) -> bool:
     },
     outputs={"execOut": Attribute("execution", "follows once it is moved")},
 )
-def write_prim_local_transform(db: Any) -> bool:
+def write_prim_local_transform(db: Database) -> bool:
     """Put a prim to another place in its parent; a missing prim is passed by, a sheared place fails.
 
     What was its transform becomes translate, orient and scale. A moving body goes there and keeps its velocity.
@@ -113,7 +113,7 @@ _OPPOSITES = {"right": "left", "up": "down", "backward": "forward"}
         for name in ("backward", "down", "forward", "left", "right", "up")
     },
 )
-def get_prim_direction_vector(db: Any) -> bool:
+def get_prim_direction_vector(db: Database) -> bool:
     """Give a prim's directions in the world: right is its x, up its y, backward its z axis, as for a camera.
 
     A missing prim leaves the outputs as they are.

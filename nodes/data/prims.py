@@ -5,7 +5,7 @@ from __future__ import annotations
 from fnmatch import fnmatchcase
 from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 
 from .stage_prims import find_prim
 
@@ -21,7 +21,7 @@ PATHS = Attribute("target", "the prims")
         "primPath": Attribute("token", "its path as a token"),
     },
 )
-def get_prim_path(db: Any) -> None:
+def get_prim_path(db: Database) -> None:
     """Give the path of a prim."""
     targets = db.inputs.prim
     db.outputs.path = db.outputs.primPath = str(targets[0]) if targets else ""
@@ -33,7 +33,7 @@ def get_prim_path(db: Any) -> None:
     inputs={"prims": PATHS},
     outputs={"primPaths": Attribute("token[]", "their paths, in order")},
 )
-def get_prim_paths(db: Any) -> None:
+def get_prim_paths(db: Database) -> None:
     """Give the paths of prims."""
     db.outputs.primPaths = list(db.inputs.prims)
 
@@ -46,7 +46,7 @@ def get_prim_paths(db: Any) -> None:
     },
     outputs={"converted": Attribute("target", "the prims of these paths")},
 )
-def to_target(db: Any) -> None:
+def to_target(db: Database) -> None:
     """Make a target of paths; one that is no absolute path fails."""
     value = db.inputs.value
     paths = [value] if isinstance(value, str) else list(value)
@@ -66,7 +66,7 @@ def to_target(db: Any) -> None:
     },
     outputs={"active": Attribute("bool", "whether it is active; a prim that is not there is not")},
 )
-def is_prim_active(db: Any) -> None:
+def is_prim_active(db: Database) -> None:
     """Tell whether a prim is active on the stage."""
     path = db.inputs.primTarget[0] if db.inputs.primTarget else db.inputs.prim
     prim = find_prim(db, str(path))
@@ -97,7 +97,7 @@ def is_prim_active(db: Any) -> None:
         "prims": Attribute("target", "the prims, in the same order"),
     },
 )
-def find_prims(db: Any) -> None:
+def find_prims(db: Database) -> None:
     """Find the prims that fit all that is asked; an input that is empty asks nothing."""
     from graph.sim.usd import Usd
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from graph.base.suggest import did_you_mean
+from graph.node import KnownTypes
 from graph.values.conversion import convertible
 from graph.values.types import DECIMALS, TYPES, Type, concrete_type
 
@@ -61,7 +62,7 @@ def _common_tuple(shaped: list[Type], storage: str) -> Type:
 def promoted(output: str, *names: str) -> Resolve:
     """The output has the common type of these inputs, of all where none are named."""
 
-    def resolve(known: Any) -> Answer:
+    def resolve(known: KnownTypes) -> Answer:
         types = tuples_of_one_size(known, *names)
         return {output: common_type(types)} if types else {}
 
@@ -71,7 +72,7 @@ def promoted(output: str, *names: str) -> Resolve:
 def quotient(output: str) -> Resolve:
     """As `promoted`, but integers divided by integers are doubles."""
 
-    def resolve(known: Any) -> Answer:
+    def resolve(known: KnownTypes) -> Answer:
         types = tuples_of_one_size(known)
         if not types:
             return {}
@@ -84,14 +85,14 @@ def quotient(output: str) -> Resolve:
     return resolve
 
 
-def input_types(known: Any, *names: str) -> list[Type]:
+def input_types(known: KnownTypes, *names: str) -> list[Type]:
     """The types of these inputs, of all where none are named; none while one of them is open."""
     chosen = [f"inputs:{name}" for name in names] or [name for name in known if name.startswith("inputs:")]
-    types = [known[name] for name in chosen]
-    return [] if None in types else types
+    types = [type_ for name in chosen if (type_ := known[name]) is not None]
+    return types if len(types) == len(chosen) else []
 
 
-def tuples_of_one_size(known: Any, *chosen: str) -> list[Type]:
+def tuples_of_one_size(known: KnownTypes, *chosen: str) -> list[Type]:
     """As `input_types`. Raises ValueError, naming both inputs and their sources, for tuples of different size."""
     types = input_types(known, *chosen)
     names = list(chosen) or [name.removeprefix("inputs:") for name in known if name.startswith("inputs:")]
@@ -106,7 +107,7 @@ def tuples_of_one_size(known: Any, *chosen: str) -> list[Type]:
 def components_of(name: str, outputs: str) -> Resolve:
     """Each output is one number of the tuple. A tuple of another size is refused."""
 
-    def resolve(known: Any) -> Answer:
+    def resolve(known: KnownTypes) -> Answer:
         whole = known[f"inputs:{name}"]
         if whole is None:
             return {}
@@ -121,9 +122,9 @@ def components_of(name: str, outputs: str) -> Resolve:
 def tuple_from(names: str, output: str) -> Resolve:
     """The output is a tuple of the inputs, or an array of tuples where an input is an array."""
 
-    def resolve(known: Any) -> Answer:
-        parts = [known[f"inputs:{name}"] for name in names]
-        if None in parts:
+    def resolve(known: KnownTypes) -> Answer:
+        parts = input_types(known, *names)
+        if not parts:
             return {}
         storage = common_storage(part.storage for part in parts)
         if storage not in (*DECIMALS, "int"):
@@ -138,7 +139,7 @@ def tuple_from(names: str, output: str) -> Resolve:
     return resolve
 
 
-def array_of_first(known: Any) -> Answer:
+def array_of_first(known: KnownTypes) -> Answer:
     """ConstructArray: arrayType, or the array of the first input that is settled; open inputs take its element."""
     inputs = [name for name in known if name.startswith("inputs:input")]
     wanted = known.value("arrayType")
@@ -160,7 +161,7 @@ def array_of_first(known: Any) -> Answer:
 def element_of(name: str, output: str) -> Resolve:
     """The output is an element of the array input."""
 
-    def resolve(known: Any) -> Answer:
+    def resolve(known: KnownTypes) -> Answer:
         array = known[f"inputs:{name}"]
         return {} if array is None else {f"outputs:{output}": array.element}
 
@@ -174,7 +175,7 @@ def missing_variable(name: str, variables: Iterable[str]) -> str:
     return f'the graph has no variable "{name}"{did_you_mean(name, variables)}'
 
 
-def variable_type(known: Any) -> Answer:
+def variable_type(known: KnownTypes) -> Answer:
     """`value` has the type of the graph variable that `variableName` names; ValueError if there is none such."""
     name = known.value("variableName")
     found = known.variable(name)
@@ -186,17 +187,16 @@ def variable_type(known: Any) -> Answer:
 def condition_type(output: str, *names: str) -> Resolve:
     """The output is bool, or bool[] where one of the inputs is an array."""
 
-    def resolve(known: Any) -> Answer:
-        chosen = [f"inputs:{name}" for name in names] or [name for name in known if name.startswith("inputs:")]
-        types = [known[name] for name in chosen]
-        if None in types:
+    def resolve(known: KnownTypes) -> Answer:
+        types = input_types(known, *names)
+        if not types:
             return {}
         return {f"outputs:{output}": TYPES["bool[]" if any(one.array for one in types) else "bool"]}
 
     return resolve
 
 
-def comparison_type(known: Any) -> Answer:
+def comparison_type(known: KnownTypes) -> Answer:
     """Compare: as `condition_type`, of two numbers, tuples of one size or texts, alone or in arrays."""
     a, b = known["inputs:a"], known["inputs:b"]
     if a is None or b is None:
@@ -213,14 +213,15 @@ def _worded(type_: Type) -> bool:
     return type_.storage in ("token", "string")
 
 
-def selected_type(known: Any) -> Answer:
+def selected_type(known: KnownTypes) -> Answer:
     """SelectIf: the common type of both values, an array where the condition is one.
 
     One condition takes one side whole, so they need one shape.
     """
-    condition, *sides = (known[f"inputs:{name}"] for name in ("condition", "ifTrue", "ifFalse"))
-    if condition is None or None in sides:
+    types = input_types(known, "condition", "ifTrue", "ifFalse")
+    if not types:
         return {}
+    condition, *sides = types
     if sides[0].count != sides[1].count or (sides[0].array != sides[1].array and not condition.array):
         raise ValueError(f"{known.end('ifTrue')} and {known.end('ifFalse')} differ in shape; give it two of one shape")
     if all(side.numeric for side in sides):
@@ -251,7 +252,7 @@ ROLES = ("None", "Color", "Frame", "Matrix", "Normal", "Point", "Quaternion", "T
 """What ToDouble can make of a value; None keeps its shape and takes its role away."""
 
 
-def double_of(known: Any) -> Answer:
+def double_of(known: KnownTypes) -> Answer:
     """ToDouble: the shape of the value in doubles, with the wanted role. Raises ValueError if there is none such."""
     given = known["inputs:value"]
     if given is None:
@@ -277,7 +278,7 @@ REAL_ROLES = ("None", "Color", "Normal", "Point", "Quaternion", "TexCoord", "Vec
 def real_of(storage: str) -> Resolve:
     """ToFloat, ToHalf: as `double_of`, in another storage."""
 
-    def resolve(known: Any) -> Answer:
+    def resolve(known: KnownTypes) -> Answer:
         given = known["inputs:value"]
         if given is None:
             return {}

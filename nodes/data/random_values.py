@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 from graph.values.coercion import dtype_of
 from nodes.replicator.random_numbers import Random, generator_of
 
@@ -38,7 +38,7 @@ class Seeded(Random):
     """The given seed that the generator began with; None for the App's."""
 
 
-def _generator(db: Any) -> np.random.Generator:
+def _generator(db: Database) -> np.random.Generator:
     import numpy as np
 
     inputs, memory = db.inputs, db.memory
@@ -57,7 +57,7 @@ def _generator(db: Any) -> np.random.Generator:
     outputs={"execOut": EXEC_OUT, "random": Attribute("bool", "true or false, as likely as not")},
     memory=Seeded,
 )
-def random_boolean(db: Any) -> None:
+def random_boolean(db: Database) -> None:
     """Toss a coin."""
     db.outputs.random = bool(_generator(db).integers(2))
     db.fire("execOut")
@@ -75,7 +75,7 @@ def random_boolean(db: Any) -> None:
     resolve=promoted("random", "min", "max"),
     memory=Seeded,
 )
-def random_numeric(db: Any) -> None:
+def random_numeric(db: Database) -> None:
     """Draw numbers between a smallest and a largest, for each component and element by itself."""
     import numpy as np
 
@@ -106,7 +106,7 @@ def random_numeric(db: Any) -> None:
     resolve=promoted("random", "mean", "stdev"),
     memory=Seeded,
 )
-def random_gaussian(db: Any) -> None:
+def random_gaussian(db: Database) -> None:
     """Draw numbers from a normal (or log-normal) distribution, for each component and element by itself."""
     import numpy as np
 
@@ -126,7 +126,7 @@ def random_gaussian(db: Any) -> None:
     outputs={"execOut": EXEC_OUT, "random": Attribute("vectorf[3]", "a vector of length 1")},
     memory=Seeded,
 )
-def random_unit_vector(db: Any) -> None:
+def random_unit_vector(db: Database) -> None:
     """Draw a direction, all as likely."""
     db.outputs.random = _unit(db, 3)
     db.fire("execOut")
@@ -139,20 +139,20 @@ def random_unit_vector(db: Any) -> None:
     outputs={"execOut": EXEC_OUT, "random": Attribute("quatf[4]", "a rotation, quaternion x, y, z, w of length 1")},
     memory=Seeded,
 )
-def random_unit_quaternion(db: Any) -> None:
+def random_unit_quaternion(db: Database) -> None:
     """Draw a rotation, all as likely."""
     db.outputs.random = _unit(db, 4)
     db.fire("execOut")
 
 
-def _unit(db: Any, size: int) -> Any:
+def _unit(db: Database, size: int) -> Any:
     import numpy as np
 
     drawn = _generator(db).normal(size=size)
     return (drawn / np.linalg.norm(drawn)).astype(np.float32)
 
 
-def _give(db: Any, drawn: Any, result: Any) -> None:
+def _give(db: Database, drawn: Any, result: Any) -> None:
     """Writes what was drawn in the type of the output: a number, or an array in its precision."""
     if not getattr(drawn, "ndim", 0):
         db.outputs.random = drawn.item() if hasattr(drawn, "item") else drawn

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 
 from .stage_prims import edited_layer, find_prim, only_target, path_of
 
@@ -12,7 +12,7 @@ NAME = Attribute("token", "name of the relationship", default="")
 PRIM = Attribute("target", "the prim")
 
 
-def _targets(db: Any, path: str) -> list[str] | None:
+def _targets(db: Database, path: str) -> list[str] | None:
     """What the relationship `name` of that prim names; None, with a warning, where the prim is missing."""
     prim = find_prim(db, path)
     if prim is None:
@@ -23,7 +23,7 @@ def _targets(db: Any, path: str) -> list[str] | None:
     return [str(target) for target in prim.GetRelationship(name).GetTargets()]
 
 
-def _name(db: Any) -> str:
+def _name(db: Database) -> str:
     if not db.inputs.name:
         db.lack("input name is empty; give it the name of a relationship")
     return str(db.inputs.name)
@@ -36,7 +36,7 @@ def _name(db: Any) -> str:
     inputs={"name": NAME, "prim": PRIM},
     outputs={"value": Attribute("target", "what the relationship names")},
 )
-def read_prim_relationship(db: Any) -> bool:
+def read_prim_relationship(db: Database) -> bool:
     """Read a relationship; a missing prim leaves the output as it is."""
     targets = _targets(db, only_target(db, "prim", db.inputs.prim))
     if targets is None:
@@ -57,7 +57,7 @@ def read_prim_relationship(db: Any) -> bool:
     },
     outputs={"paths": Attribute("token[]", "the paths that the relationship names")},
 )
-def get_prim_relationship(db: Any) -> bool:
+def get_prim_relationship(db: Database) -> bool:
     """Read a relationship as paths; ReadPrimRelationship is its successor. A missing prim leaves the output."""
     targets = _targets(db, path_of(db, "path"))
     if targets is None:
@@ -83,7 +83,7 @@ def get_prim_relationship(db: Any) -> bool:
     },
     outputs={"execOut": Attribute("execution", "follows once it is written")},
 )
-def write_prim_relationship(db: Any) -> bool:
+def write_prim_relationship(db: Database) -> bool:
     """Write a relationship, which is made where it is missing; a missing prim is passed by."""
     prim = find_prim(db, only_target(db, "prim", db.inputs.prim))
     if prim is None:
@@ -102,13 +102,13 @@ def write_prim_relationship(db: Any) -> bool:
 SET_NAME = Attribute("token", "name of the variant set", default="")
 
 
-def _variant_sets(db: Any) -> Any:
+def _variant_sets(db: Database) -> Any:
     """The prim's variant sets; None, with a warning, where the prim is missing."""
     prim = find_prim(db, only_target(db, "prim", db.inputs.prim))
     return None if prim is None else prim.GetVariantSets()
 
 
-def _variant_set(db: Any) -> Any:
+def _variant_set(db: Database) -> Any:
     """The variant set that `variantSetName` names; None, with a warning, for no name or no prim.
 
     Fails the node where the prim has no set of that name.
@@ -129,7 +129,7 @@ def _variant_set(db: Any) -> Any:
     inputs={"prim": PRIM, "variantSetName": SET_NAME},
     outputs={"exists": Attribute("bool", "whether the prim has that variant set")},
 )
-def has_variant_set(db: Any) -> None:
+def has_variant_set(db: Database) -> None:
     """Tell whether a prim has a variant set; one that is not there has none."""
     sets = _variant_sets(db)
     db.outputs.exists = sets is not None and bool(sets.HasVariantSet(db.inputs.variantSetName))
@@ -142,7 +142,7 @@ def has_variant_set(db: Any) -> None:
     inputs={"prim": PRIM},
     outputs={"variantSetNames": Attribute("token[]", "its variant sets")},
 )
-def get_variant_set_names(db: Any) -> bool:
+def get_variant_set_names(db: Database) -> bool:
     """List the variant sets of a prim; a missing prim leaves the output as it is."""
     sets = _variant_sets(db)
     if sets is None:
@@ -158,7 +158,7 @@ def get_variant_set_names(db: Any) -> bool:
     inputs={"prim": PRIM, "variantSetName": SET_NAME},
     outputs={"variantNames": Attribute("token[]", "the variants that can be chosen")},
 )
-def get_variant_names(db: Any) -> bool:
+def get_variant_names(db: Database) -> bool:
     """List the variants of a variant set; a missing prim or name leaves the output as it is."""
     chosen = _variant_set(db)
     if chosen is None:
@@ -174,7 +174,7 @@ def get_variant_names(db: Any) -> bool:
     inputs={"prim": PRIM, "variantSetName": SET_NAME},
     outputs={"variantName": Attribute("token", "the variant chosen; empty where none is")},
 )
-def get_variant_selection(db: Any) -> bool:
+def get_variant_selection(db: Database) -> bool:
     """Tell which variant of a variant set is chosen; a missing prim or name leaves the output as it is."""
     chosen = _variant_set(db)
     if chosen is None:

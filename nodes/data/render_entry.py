@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 
 
 @node_type(
@@ -19,7 +17,7 @@ from graph import Attribute, node_type
         "simTime": Attribute("double", "simulation time of the frame", unit="s"),
     },
 )
-def gpu_interop_render_product_entry(db: Any) -> bool:
+def gpu_interop_render_product_entry(db: Database) -> bool:
     """Begin the render pipeline that a scene was saved with; without a new frame it does nothing."""
     app = db.context.app
     if app is None or not app.rendering.new_frames:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from graph import Attribute, UserError, node_type
+from graph.base.errors import UserError
+from graph.node import Attribute, Database, node_type
 
 PATH = Attribute("string", "path of the setting, such as /app/player/useFastMode", default="")
 VALUES = ("arrays", "array_elements", "bool", "bool[]")
@@ -17,7 +18,7 @@ VALUES = ("arrays", "array_elements", "bool", "bool[]")
     inputs={"settingPath": PATH},
     outputs={"value": Attribute((*VALUES, "string"), "its value")},
 )
-def read_setting(db: Any) -> bool:
+def read_setting(db: Database) -> bool:
     """Read a setting; one that nobody has set leaves the output as it is, one with settings below it fails."""
     from fractions import Fraction
 
@@ -52,7 +53,7 @@ def read_setting(db: Any) -> bool:
     },
     outputs={"execOut": Attribute("execution", "follows once it is written")},
 )
-def write_setting(db: Any) -> None:
+def write_setting(db: Database) -> None:
     """Write a setting of the App; a value that the setting cannot have fails."""
     value = db.inputs.value
     try:
@@ -62,7 +63,7 @@ def write_setting(db: Any) -> None:
     db.fire("execOut")
 
 
-def _get(db: Any) -> Any:
+def _get(db: Database) -> Any:
     try:
         return db.app.settings.get(db.inputs.settingPath)
     except UserError as error:
@@ -75,7 +76,7 @@ def _get(db: Any) -> Any:
     inputs={"execIn": Attribute("execution", "starts it")},
     outputs={"execOut": Attribute("execution", "follows at once; the timeline plays from the next update on")},
 )
-def start_timeline(db: Any) -> None:
+def start_timeline(db: Database) -> None:
     """Play the timeline from where it is, from the next update on; one that plays goes on."""
     db.app.timeline.play()
     db.fire("execOut")

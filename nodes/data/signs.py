@@ -6,7 +6,7 @@ import math
 import operator
 from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, KnownTypes, node_type
 from graph.values.types import TYPES
 
 from .like_inputs import same_type, signed
@@ -24,7 +24,7 @@ TOLERANCE = Attribute("double", "how far from 0 still counts as 0", default=0.0,
     outputs={"absolute": Attribute(NUMERICS, "the same numbers without their signs")},
     resolve=same_type("input", "absolute"),
 )
-def absolute(db: Any) -> None:
+def absolute(db: Database) -> None:
     """Take the signs away, element by element; for the length of a vector there is Magnitude."""
     db.outputs.absolute = changed(db, abs, db.inputs.input, settled(db, "absolute"))
 
@@ -36,7 +36,7 @@ def absolute(db: Any) -> None:
     outputs={"output": Attribute(NUMERICS, "the same numbers with the other sign")},
     resolve=signed("input", "output"),
 )
-def negate(db: Any) -> None:
+def negate(db: Database) -> None:
     """Change the signs, element by element."""
     db.outputs.output = changed(db, operator.neg, db.inputs.input, settled(db, "output"))
 
@@ -48,7 +48,7 @@ def negate(db: Any) -> None:
     outputs={"result": Attribute(("decimals",), "what remains of a, with its sign; 0 where b is 0")},
     resolve=promoted("result"),
 )
-def float_remainder(db: Any) -> None:
+def float_remainder(db: Database) -> None:
     """Give the remainder of real numbers, as C does: -7.5 by 2 leaves -1.5."""
     a, b = aligned(db, "ab", settled(db, "result"))
     if not hasattr(a, "dtype") and not hasattr(b, "dtype"):
@@ -60,7 +60,7 @@ def float_remainder(db: Any) -> None:
         db.outputs.result = np.where(np.equal(b, 0), np.zeros_like(a), np.fmod(a, b))
 
 
-def _near_zero(db: Any) -> Any:
+def _near_zero(db: Database) -> Any:
     """Which numbers of the input are 0: a bool, or an array of bools in its shape."""
     return abs(db.inputs.value) <= db.inputs.tolerance
 
@@ -71,7 +71,7 @@ def _near_zero(db: Any) -> Any:
     inputs={"tolerance": TOLERANCE, "value": Attribute(NUMERICS, "what to look at")},
     outputs={"result": Attribute("bool", "whether all of it is 0")},
 )
-def is_zero(db: Any) -> None:
+def is_zero(db: Database) -> None:
     """Tell whether a number, or every number of a tuple or array, is 0."""
     found = _near_zero(db)
     db.outputs.result = bool(found.all()) if hasattr(found, "all") else found
@@ -83,13 +83,13 @@ def is_zero(db: Any) -> None:
     inputs={"tolerance": TOLERANCE, "value": Attribute(NUMERICS, "what to look at")},
     outputs={"result": Attribute("bool", "whether some of it is 0")},
 )
-def any_zero(db: Any) -> None:
+def any_zero(db: Database) -> None:
     """Tell whether a number, or some number of a tuple or array, is 0."""
     found = _near_zero(db)
     db.outputs.result = bool(found.any()) if hasattr(found, "any") else found
 
 
-def _each_type(known: Any) -> Any:
+def _each_type(known: KnownTypes) -> Any:
     given = known["inputs:value"]
     return {} if given is None else {"outputs:result": TYPES["bool" if given.scalar else "bool[]"]}
 
@@ -101,7 +101,7 @@ def _each_type(known: Any) -> Any:
     outputs={"result": Attribute(("bool", "bool[]"), "whether it is 0, one answer for each part")},
     resolve=_each_type,
 )
-def each_zero(db: Any) -> None:
+def each_zero(db: Database) -> None:
     """Tell which parts are 0: elements of an array (all of a tuple's numbers), numbers of a tuple, rows of a matrix."""
     found, kind = _near_zero(db), input_type(db, "value")
     if not hasattr(found, "ndim") or kind is None:

@@ -5,15 +5,15 @@ from __future__ import annotations
 from contextlib import AbstractContextManager, nullcontext
 from typing import Any
 
-from graph import Attribute
 from graph.base.suggest import did_you_mean
+from graph.node import Attribute, Database
 from graph.sim.scene.prim_paths import prim_at
 
 PRIM = Attribute("target", "the prim, unless usePath is set", optional=True)
 USE_PATH = Attribute("bool", "whether primPath names the prim instead of the input prim", default=False, optional=True)
 
 
-def path_of(db: Any, name: str = "primPath") -> str:
+def path_of(db: Database, name: str = "primPath") -> str:
     """The path that `prim`, or with `usePath` the input `name`, names. Fails the node where that is not just one."""
     inputs = db.inputs
     if inputs.usePath:
@@ -24,14 +24,14 @@ def path_of(db: Any, name: str = "primPath") -> str:
     return only_target(db, "prim", inputs.prim)
 
 
-def only_target(db: Any, name: str, targets: list[str]) -> str:
+def only_target(db: Database, name: str, targets: list[str]) -> str:
     """The path that a target input names. Fails the node where it does not name just one."""
     if len(targets) != 1:
         db.lack(f"input {name} names {len(targets)} prims; give it the path of one prim")
     return str(targets[0])
 
 
-def find_prim(db: Any, path: str) -> Any:
+def find_prim(db: Database, path: str) -> Any:
     """The prim of that path; None, with a warning, where there is none."""
     prim = prim_at(db.app.stage, path)
     if not prim:
@@ -40,7 +40,7 @@ def find_prim(db: Any, path: str) -> Any:
     return prim
 
 
-def find_attribute(db: Any, prim: Any, name: str) -> Any:
+def find_attribute(db: Database, prim: Any, name: str) -> Any:
     """The prim's attribute of that name. Fails the node where it has none."""
     if not name:
         db.lack("input name is empty; give it the name of an attribute of the prim")
@@ -51,7 +51,7 @@ def find_attribute(db: Any, prim: Any, name: str) -> Any:
     return attribute
 
 
-def edited_layer(db: Any) -> AbstractContextManager[Any]:
+def edited_layer(db: Database) -> AbstractContextManager[Any]:
     """The layer that `layerIdentifier` names as the stage's edit target. Fails the node where there is none such."""
     from graph.sim.usd import Usd
 

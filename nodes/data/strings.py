@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 
 from .like_inputs import same_type
 
@@ -27,7 +26,7 @@ _FORMS: dict[str, Callable[[str], str]] = {
     },
     outputs={"isPrefix": Attribute("bool", "whether it does")},
 )
-def starts_with(db: Any) -> None:
+def starts_with(db: Database) -> None:
     """Tell whether a text begins with another."""
     db.outputs.isPrefix = db.inputs.value.startswith(db.inputs.prefix)
 
@@ -41,7 +40,7 @@ def starts_with(db: Any) -> None:
     },
     outputs={"isSuffix": Attribute("bool", "whether it does")},
 )
-def ends_with(db: Any) -> None:
+def ends_with(db: Database) -> None:
     """Tell whether a text ends with another."""
     db.outputs.isSuffix = db.inputs.value.endswith(db.inputs.suffix)
 
@@ -58,7 +57,7 @@ def ends_with(db: Any) -> None:
     outputs={"string": Attribute(TEXT, "the text in that form")},
     resolve=same_type("string", "string"),
 )
-def capitalize_string(db: Any) -> None:
+def capitalize_string(db: Database) -> None:
     """Write a text in capitals, without any, or with one at its start (Capitalize) or at each word's (Title)."""
     db.outputs.string = _FORMS[db.inputs.operation](db.inputs.string)
 
@@ -69,7 +68,7 @@ def capitalize_string(db: Any) -> None:
     inputs={"string": Attribute(TEXT, "the text")},
     outputs={"length": Attribute("int", "its characters")},
 )
-def get_string_length(db: Any) -> None:
+def get_string_length(db: Database) -> None:
     """Count the characters of a text."""
     db.outputs.length = len(db.inputs.string)
 
@@ -84,7 +83,7 @@ def get_string_length(db: Any) -> None:
     },
     outputs={"index": Attribute("int", "where it first stands; -1 where it does not")},
 )
-def find_string(db: Any) -> None:
+def find_string(db: Database) -> None:
     """Find a text in another."""
     db.outputs.index = db.inputs.string.find(db.inputs.value, max(db.inputs.pos, 0))
 
@@ -100,7 +99,7 @@ def find_string(db: Any) -> None:
     outputs={"string": Attribute(TEXT, "both together")},
     resolve=same_type("string", "string"),
 )
-def insert_string(db: Any) -> None:
+def insert_string(db: Database) -> None:
     """Put a text into another."""
     text, value = db.inputs.string, db.inputs.value
     index = min(max(db.inputs.index, 0), len(text))
@@ -120,7 +119,7 @@ def insert_string(db: Any) -> None:
     outputs={"string": Attribute(TEXT, "the text with the other in its place")},
     resolve=same_type("string", "string"),
 )
-def replace_string(db: Any) -> None:
+def replace_string(db: Database) -> None:
     """Replace a part of a text, where it first stands or everywhere; an empty part is not found."""
     text, part, value = db.inputs.string, db.inputs.replace, db.inputs.value
     count = text.count(part) if part and db.inputs.replaceAll else 1 if part else 0
@@ -137,7 +136,7 @@ def replace_string(db: Any) -> None:
     },
     outputs={"elements": Attribute("token[]", "its parts, in order")},
 )
-def split_string(db: Any) -> None:
+def split_string(db: Database) -> None:
     """Take a text apart where a delimiter stands; without one it is a single part."""
     text, delimiter = db.inputs.string, db.inputs.delimiter
     db.outputs.elements = text.split(delimiter) if delimiter else [text]
@@ -149,7 +148,7 @@ def split_string(db: Any) -> None:
     inputs={"input": Attribute("any", "a text or an array")},
     outputs={"isEmpty": Attribute("bool", "whether there is nothing in it")},
 )
-def is_empty(db: Any) -> None:
+def is_empty(db: Database) -> None:
     """Tell whether a text has no characters or an array no elements; a number or tuple is never empty."""
     value, kind = db.inputs.input, str(db.input_type("input"))
     counted = isinstance(value, (str, list, dict)) or kind.endswith("[]")

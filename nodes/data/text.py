@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import itertools
-from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 
 from .conversions import VALUES, written
 from .like_inputs import joined_text
@@ -21,7 +20,7 @@ TEXTS = ("string", "token", "token[]")
     dynamic_inputs={"{operand}": Attribute(TEXTS, "what follows then")},
     resolve=joined_text,
 )
-def build_string(db: Any) -> None:
+def build_string(db: Database) -> None:
     """Put texts one behind the other; arrays element by element, a single text going to each."""
     parts = [db.inputs.a, db.inputs.b, *db.dynamic_inputs()]
     lengths = {len(part) for part in parts if isinstance(part, list)}
@@ -43,6 +42,6 @@ def build_string(db: Any) -> None:
     inputs={"value": Attribute(VALUES, "the value to write down")},
     outputs={"converted": Attribute("token", "the value as a token")},
 )
-def to_token(db: Any) -> None:
+def to_token(db: Database) -> None:
     """Write a value down as ToString does, as a token."""
     db.outputs.converted = written(db.inputs.value, str(db.input_type("value")).endswith("[]"))

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 from nodes.durations import finite_duration
 
 
@@ -23,7 +22,7 @@ from nodes.durations import finite_duration
         "timeSinceStart": Attribute("double", "time since the App was made, playing or not", unit="s"),
     },
 )
-def read_time(db: Any) -> None:
+def read_time(db: Database) -> None:
     """Read the clocks of this update."""
     context, outputs = db.context, db.outputs
     outputs.absoluteSimTime = context.absolute_sim_time
@@ -55,7 +54,7 @@ class _Running:
     },
     memory=_Running,
 )
-def timer(db: Any) -> None:
+def timer(db: Database) -> None:
     """Run a value from start to end over some seconds of update time; duration 0 finishes in the next update."""
     inputs, memory = db.inputs, db.memory
     if db.triggered("play"):
@@ -75,7 +74,7 @@ def timer(db: Any) -> None:
         db.wake()
 
 
-def _whole(db: Any) -> Fraction:
+def _whole(db: Database) -> Fraction:
     whole = finite_duration(db)
     if whole < 0:
         db.fail(f"input duration is {db.inputs.duration}; give it 0 or more seconds")

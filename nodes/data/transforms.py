@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 
 from .like_inputs import renamed
 
@@ -19,7 +19,7 @@ ORDERS = ("XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX")
     outputs={"translation": Attribute(("vectord[3]", "vectord[3][]"), "its translation", unit="stage units")},
     resolve=renamed("matrix", "translation", "vectord[3]"),
 )
-def get_matrix4_translation(db: Any) -> None:
+def get_matrix4_translation(db: Database) -> None:
     """Give the translation of a transformation."""
     db.outputs.translation = db.inputs.matrix[..., 3, :3].copy()
 
@@ -31,7 +31,7 @@ def get_matrix4_translation(db: Any) -> None:
     outputs={"quaternion": Attribute(("quatd[4]", "quatd[4][]"), "its rotation, quaternion x, y, z, w")},
     resolve=renamed("matrix", "quaternion", "quatd[4]"),
 )
-def get_matrix4_quaternion(db: Any) -> None:
+def get_matrix4_quaternion(db: Database) -> None:
     """Give the rotation of a transformation without its scale, as a quaternion with w >= 0."""
     from nodes.isaac.poses import quaternions_xyzw
 
@@ -52,7 +52,7 @@ def get_matrix4_quaternion(db: Any) -> None:
     outputs={"rotation": Attribute(("vectord[3]", "vectord[3][]"), "angles about x, y and z", unit="deg")},
     resolve=renamed("matrix", "rotation", "vectord[3]"),
 )
-def get_matrix4_rotation(db: Any) -> None:
+def get_matrix4_rotation(db: Database) -> None:
     """Give the rotation of a transformation without its scale, as angles; XYZ turns about x first."""
     order = db.inputs.rotationOrder
     if order not in ORDERS:

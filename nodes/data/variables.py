@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 
 from .promotion import missing_variable, variable_type
 
@@ -17,7 +15,7 @@ TARGET_PATH = Attribute(
 )
 
 
-def _check(db: Any) -> str:
+def _check(db: Database) -> str:
     """The variable's name. Fails the node for one that its graph does not have."""
     name: str = db.inputs.variableName
     own = db.path.rpartition("/")[0]
@@ -39,7 +37,7 @@ def _check(db: Any) -> str:
     outputs={"value": Attribute("any", "the variable's value")},
     resolve=variable_type,
 )
-def read_variable(db: Any) -> None:
+def read_variable(db: Database) -> None:
     """Read a variable."""
     db.outputs.value = db.variables[_check(db)]
 
@@ -60,7 +58,7 @@ def read_variable(db: Any) -> None:
     },
     resolve=variable_type,
 )
-def write_variable(db: Any) -> None:
+def write_variable(db: Database) -> None:
     """Write a variable and pass the value on."""
     name = _check(db)
     db.variables[name] = db.inputs.value

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 from graph.values.coercion import dtype_of
 from graph.values.types import concrete_type
 
@@ -25,7 +25,7 @@ def _break(count: int) -> Callable[[Any], None]:
     """The compute that takes a vector of `count` apart."""
     names = AXES[:count]
 
-    def compute(db: Any) -> None:
+    def compute(db: Database) -> None:
         parts = db.inputs.tuple.tolist()
         if len(parts) != count or isinstance(parts[0], list):
             db.fail(f"input tuple is {db.inputs.tuple}; it must have {count} components")
@@ -50,18 +50,18 @@ _break2, _break4 = _break(2), _break(4)
     outputs=_break_outputs(2),
     resolve=components_of("tuple", "xy"),
 )
-def break_vector2(db: Any) -> None:
+def break_vector2(db: Database) -> None:
     """Take a vector of two apart."""
     _break2(db)
 
 
-def _three_known(db: Any) -> Compute | None:
+def _three_known(db: Database) -> Compute | None:
     """BreakVector3 of a vector whose size is settled: nothing to check."""
     if input_type(db, "tuple") is None:
         return None
     inputs, outputs = db.inputs, db.outputs
 
-    def compute(db: Any) -> None:
+    def compute(db: Database) -> None:
         outputs.x, outputs.y, outputs.z = inputs.tuple.tolist()
 
     return compute
@@ -78,7 +78,7 @@ _break3 = _break(3)
     resolve=components_of("tuple", "xyz"),
     specialize=_three_known,
 )
-def break_vector3(db: Any) -> None:
+def break_vector3(db: Database) -> None:
     """Take a vector of three apart."""
     _break3(db)
 
@@ -90,7 +90,7 @@ def break_vector3(db: Any) -> None:
     outputs=_break_outputs(4),
     resolve=components_of("tuple", "xyzw"),
 )
-def break_vector4(db: Any) -> None:
+def break_vector4(db: Database) -> None:
     """Take a vector of four (or a quaternion, w last) apart."""
     _break4(db)
 
@@ -98,7 +98,7 @@ def break_vector4(db: Any) -> None:
 def _make(count: int) -> Callable[[Any], None]:
     """The compute that puts a vector of `count` together; arrays give an array of vectors."""
 
-    def compute(db: Any) -> None:
+    def compute(db: Database) -> None:
         import numpy as np
 
         parts = [getattr(db.inputs, axis) for axis in AXES[:count]]
@@ -129,7 +129,7 @@ _make2, _make3, _make4 = _make(2), _make(3), _make(4)
     outputs=MADE,
     resolve=tuple_from("xy", "tuple"),
 )
-def make_vector2(db: Any) -> None:
+def make_vector2(db: Database) -> None:
     """Put a vector of two together; arrays of one length give an array of vectors, a number stretches to it."""
     _make2(db)
 
@@ -141,7 +141,7 @@ def make_vector2(db: Any) -> None:
     outputs=MADE,
     resolve=tuple_from("xyz", "tuple"),
 )
-def make_vector3(db: Any) -> None:
+def make_vector3(db: Database) -> None:
     """Put a vector of three together; arrays of one length give an array of vectors, a number stretches to it."""
     _make3(db)
 
@@ -153,6 +153,6 @@ def make_vector3(db: Any) -> None:
     outputs=MADE,
     resolve=tuple_from("xyzw", "tuple"),
 )
-def make_vector4(db: Any) -> None:
+def make_vector4(db: Database) -> None:
     """Put a vector of four together; arrays of one length give an array of vectors, a number stretches to it."""
     _make4(db)

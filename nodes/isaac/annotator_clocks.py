@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 
 from .clocks import DENOMINATOR, NUMERATOR, read_simulation_time, read_system_time
 
@@ -26,7 +24,7 @@ EXEC_OUT = Attribute("execution", "follows every reading")
         "simulationTime": Attribute("double", "physics time", unit="s"),
     },
 )
-def read_simulation_time_annotator(db: Any) -> None:
+def read_simulation_time_annotator(db: Database) -> None:
     """Read the physics clock at the time of a frame (its reference time), or now where none is given."""
     read_simulation_time(db)
     db.fire("execOut")
@@ -41,7 +39,7 @@ def read_simulation_time_annotator(db: Any) -> None:
         "systemTime": Attribute("double", "wall time of the physics step, UNIX seconds", unit="s"),
     },
 )
-def read_system_time_annotator(db: Any) -> None:
+def read_system_time_annotator(db: Database) -> None:
     """Read the wall clock as it stood at the physics step of a frame (its reference time), or at the last one."""
     read_system_time(db)
     db.fire("execOut")

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from graph import Attribute, RunError, node_type
+from graph.base.errors import RunError
+from graph.node import Attribute, Database, node_type
 
 NAN = "an empty array leaves them all alone, NaN leaves one joint alone"
 
@@ -18,7 +19,7 @@ class _Robot:
     checked: bool = False
 
 
-def robot_at(db: Any, path: str) -> Any:
+def robot_at(db: Database, path: str) -> Any:
     """The articulation at a path. The node lacks it where nothing moves there, as where a robot's asset is missing."""
     if db.app.physics is None:
         db.lack(f"{path} is no robot: nothing on the stage can move")
@@ -45,7 +46,7 @@ def robot_at(db: Any, path: str) -> Any:
     },
     memory=_Robot,
 )
-def articulation_controller(db: Any) -> bool:
+def articulation_controller(db: Database) -> bool:
     """Send position, velocity and effort commands to joints; a command of the wrong width fails and nothing is sent.
 
     A command for jointIndices [0] reaches joint 0 only (Isaac Sim takes it for all joints; not copied).
@@ -81,7 +82,7 @@ def articulation_controller(db: Any) -> bool:
     return True
 
 
-def joint_selection(db: Any, articulation: Any) -> Sequence[int]:
+def joint_selection(db: Database, articulation: Any) -> Sequence[int]:
     """The indices of the commanded joints, in command order. Fails the node for a name or index there is not.
 
     Joints go by the names of their prims, those of an MJCF model by their names there, too.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 
 from .articulation import joint_selection, robot_at
 
@@ -16,7 +16,7 @@ class _Robot:
     articulation: Any = None
 
 
-def robot_of(db: Any) -> Any:
+def robot_of(db: Database) -> Any:
     """The articulation that robotPath, else targetPrim names, kept in `db.memory`. Fails the node if there is none."""
     inputs, memory = db.inputs, db.memory
     path = inputs.robotPath or (inputs.targetPrim[0] if inputs.targetPrim else "")
@@ -53,7 +53,7 @@ def robot_of(db: Any) -> Any:
     },
     memory=_Robot,
 )
-def articulation_state(db: Any) -> bool:
+def articulation_state(db: Database) -> bool:
     """Read positions, speeds, efforts and joint reactions; the latter two are those of the last physics step."""
     if db.app.timeline.is_stopped():
         return False

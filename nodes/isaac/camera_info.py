@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 from graph.sim.scene.prim_paths import prim_at
 
 FISHEYE = (
@@ -37,7 +37,7 @@ FILM = "tenths of a stage unit"
         "physicalDistortionCoefficients": Attribute("float[]", "physicalDistortionCoefficients of the camera"),
     },
 )
-def read_camera_info(db: Any) -> bool:
+def read_camera_info(db: Database) -> bool:
     """Read the Camera prim of a render product, and the product's size."""
     path = db.inputs.renderProductPath
     if not path:
@@ -74,7 +74,7 @@ class _Numbers:
         return float(self.get(name) or 0.0)
 
 
-def camera_and_size(db: Any, path: str) -> tuple[Any, tuple[int, int]]:
+def camera_and_size(db: Database, path: str) -> tuple[Any, tuple[int, int]]:
     """The Camera prim and the size of a render product. Fails the node where there is no such product or camera."""
     from graph.sim.usd import UsdGeom, UsdRender
 

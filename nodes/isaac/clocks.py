@@ -5,10 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING
 
-from graph import Attribute, node_type
 from graph.base.exact import nanoseconds
+from graph.node import Attribute, Database, node_type
+
+if TYPE_CHECKING:
+    from graph.sim import App
 
 NUMERATOR = Attribute(
     "int64",
@@ -18,7 +21,7 @@ NUMERATOR = Attribute(
 DENOMINATOR = Attribute("uint64", "denominator of that moment")
 
 
-def _reference(db: Any) -> Fraction | None:
+def _reference(db: Database) -> Fraction | None:
     """The past moment asked for, or None for the current one."""
     numerator, denominator = db.inputs.referenceTimeNumerator, db.inputs.referenceTimeDenominator
     return Fraction(numerator, denominator) if denominator > 0 else None
@@ -35,7 +38,7 @@ def _reference(db: Any) -> Fraction | None:
     },
     outputs={"simulationTime": Attribute("double", "physics time", unit="s")},
 )
-def read_simulation_time(db: Any) -> None:
+def read_simulation_time(db: Database) -> None:
     """Read the physics clock: the number of steps divided by the steps per second.
 
     In a test without a world the time of the updates stands in for it.
@@ -59,7 +62,7 @@ def read_simulation_time(db: Any) -> None:
     inputs={"referenceTimeNumerator": NUMERATOR, "referenceTimeDenominator": DENOMINATOR},
     outputs={"systemTime": Attribute("double", "wall time of the last physics step, UNIX seconds", unit="s")},
 )
-def read_system_time(db: Any) -> None:
+def read_system_time(db: Database) -> None:
     """Read the wall clock as it stood at the last physics step (virtual unless the run is in real time)."""
     simulation, moment = db.app.simulation, _reference(db)
     time = simulation.system_time if moment is None else simulation.get_system_time_at_time(moment)
@@ -78,7 +81,7 @@ class _Last:
     outputs={"rtf": Attribute("float", "simulated time over wall time since the previous reading; 1 is real time")},
     memory=_Last,
 )
-def real_time_factor(db: Any) -> bool:
+def real_time_factor(db: Database) -> bool:
     """Compare the advance of the physics clock with that of the wall clock; the first compute only takes both."""
     app, memory = db.app, db.memory
     simulation, system = app.simulation.monotonic_time, app.wall_clock.now()
@@ -111,7 +114,7 @@ def real_time_factor(db: Any) -> bool:
         "nanoseconds": Attribute("uint", "the same rest in whole nanoseconds", unit="ns"),
     },
 )
-def time_splitter(db: Any) -> None:
+def time_splitter(db: Database) -> None:
     """Split a time; the three smaller units each hold the whole rest (-0.25 s is -1 s and 750 ms)."""
     time = db.inputs.time
     if not math.isfinite(time):
@@ -128,7 +131,7 @@ def split_time(seconds: float) -> tuple[int, int]:
     return int(whole), int(rest)
 
 
-def stamp_ns(app: Any, seconds: float) -> int:
+def stamp_ns(app: App, seconds: float) -> int:
     """A time given as a float, as exact nanoseconds.
 
     A float that equals one of the App's clocks (simulation, monotonic, external time) is taken for that clock, whose

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 
 
 @node_type(
@@ -16,6 +14,6 @@ from graph import Attribute, node_type
     },
     outputs={"output": Attribute("string", "the same text")},
 )
-def test_node(db: Any) -> None:
+def test_node(db: Database) -> None:
     """Copy a text."""
     db.outputs.output = db.inputs.input

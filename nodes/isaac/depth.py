@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 
 from .images import CUDA_IN, CUDA_OUT, Given, buffer_of, give, given, release
 
@@ -58,7 +58,7 @@ def points_of(depths: Depths, focal: tuple[float, float]) -> Depths:
     memory=Given,
     release=release,
 )
-def convert_depth_to_point_cloud(db: Any) -> bool:
+def convert_depth_to_point_cloud(db: Database) -> bool:
     """Place every pixel whose distance is finite in the camera frame of ROS (x right, y down, z forward)."""
     import numpy as np
 

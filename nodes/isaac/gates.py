@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 
 
 @dataclass(slots=True)
@@ -23,7 +22,7 @@ class _Count:
     outputs={"execOut": Attribute("execution", "fires on every `step`-th activation while playing")},
     memory=_Count,
 )
-def simulation_gate(db: Any) -> bool:
+def simulation_gate(db: Database) -> bool:
     """Pass every `step`-th activation (step 2: the 2nd, 4th, ...), counted while the timeline plays."""
     if not db.context.is_playing:
         return False
@@ -48,7 +47,7 @@ class _Ran:
     outputs={"step": Attribute("execution", "fires once per play; a stop arms it again, a pause does not")},
     memory=_Ran,
 )
-def run_one_simulation_frame(db: Any) -> bool:
+def run_one_simulation_frame(db: Database) -> bool:
     """Fire once per play."""
     if db.memory.once:
         return False

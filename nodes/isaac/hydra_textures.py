@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 from graph.sim.scene.prim_paths import prim_at
 
 VARS = "/Render/Vars"
@@ -27,7 +27,7 @@ VARS = "/Render/Vars"
         "execOut": Attribute("execution", "follows every compute of an enabled node"),
     },
 )
-def attach_hydra_texture(db: Any) -> bool:
+def attach_hydra_texture(db: Database) -> bool:
     """Let a RenderProduct prim render: its camera, at its resolution. Render variables go to the session layer."""
     inputs, app = db.inputs, db.app
     if len(inputs.renderProductPrim) != 1:
@@ -47,7 +47,7 @@ def attach_hydra_texture(db: Any) -> bool:
     return True
 
 
-def _attached(db: Any, path: str) -> Any:
+def _attached(db: Database, path: str) -> Any:
     from graph.sim.usd import UsdRender
     from sensors.products import place_product
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from graph import UNSET, Attribute, node_type
+from graph.node import UNSET, Attribute, Database, node_type
 
 if TYPE_CHECKING:
     import numpy as np
@@ -30,7 +30,7 @@ class Given:
     handle: int = 0
 
 
-def release(db: Any) -> None:
+def release(db: Database) -> None:
     """Gives up the node's handle."""
     from sensors.handles import forget
 
@@ -38,7 +38,7 @@ def release(db: Any) -> None:
     db.memory.handle = 0
 
 
-def give(db: Any, buffer: NDArray[Any]) -> int:
+def give(db: Database, buffer: NDArray[Any]) -> int:
     """A handle of a new buffer; the node's previous one is given up."""
     from sensors.handles import handle
 
@@ -48,7 +48,7 @@ def give(db: Any, buffer: NDArray[Any]) -> int:
     return number
 
 
-def buffer_of(db: Any, dtype: str, width: int, height: int, channels: int) -> NDArray[Any]:
+def buffer_of(db: Database, dtype: str, width: int, height: int, channels: int) -> NDArray[Any]:
     """(height, width, channels) of the buffer behind dataPtr. Fails the node where it is another size or none."""
     import numpy as np
 
@@ -67,7 +67,7 @@ def buffer_of(db: Any, dtype: str, width: int, height: int, channels: int) -> ND
     return flat.view(dtype).reshape(height, width, channels)
 
 
-def given(db: Any) -> bool:
+def given(db: Database) -> bool:
     """Whether there is an image at dataPtr: 0 says that its source has none yet. Warns where there is no source."""
     if db.inputs.dataPtr:
         return True
@@ -76,14 +76,14 @@ def given(db: Any) -> bool:
     return False
 
 
-def _size(db: Any) -> tuple[int, int]:
+def _size(db: Database) -> tuple[int, int]:
     width, height = db.inputs.width, db.inputs.height
     if width * height > LARGEST:
         db.fail(f"{width} x {height} pixels are too many; {LARGEST} fit")
     return width, height
 
 
-def _write(db: Any, data: NDArray[np.uint8], size: tuple[int, int], encoding: str) -> None:
+def _write(db: Database, data: NDArray[np.uint8], size: tuple[int, int], encoding: str) -> None:
     outputs = db.outputs
     outputs.data, outputs.encoding = data.reshape(-1), encoding
     outputs.width, outputs.height = size
@@ -106,7 +106,7 @@ GENERATED = {
     },
     outputs={"data": Attribute("uchar[]", "the image, row by row, 4 bytes a pixel", default=[]), **GENERATED},
 )
-def generate_rgba(db: Any) -> None:
+def generate_rgba(db: Database) -> None:
     """Make an image of one colour, encoding rgba8; each component is cut down to a whole number of 255ths."""
     import numpy as np
 
@@ -125,7 +125,7 @@ def generate_rgba(db: Any) -> None:
     },
     outputs={"data": Attribute("uchar[]", "the image, row by row, a float32 a pixel", default=[]), **GENERATED},
 )
-def generate_32fc1(db: Any) -> None:
+def generate_32fc1(db: Database) -> None:
     """Make an image of one float32 value, encoding 32FC1."""
     import numpy as np
 
@@ -158,7 +158,7 @@ def generate_32fc1(db: Any) -> None:
     memory=Given,
     release=release,
 )
-def convert_rgba_to_rgb(db: Any) -> bool:
+def convert_rgba_to_rgb(db: Database) -> bool:
     """Leave the alpha out."""
     import numpy as np
 
@@ -190,7 +190,7 @@ _PASSED = {
     inputs={"execIn": Attribute("execution", "passes the image on"), **_PASSED},
     outputs={"execOut": EXEC_OUT, **_PASSED},
 )
-def passthrough_image_ptr(db: Any) -> None:
+def passthrough_image_ptr(db: Database) -> None:
     """Pass an image on as it is."""
     for name in _PASSED:
         setattr(db.outputs, name, getattr(db.inputs, name))

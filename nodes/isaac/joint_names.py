@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 from graph.sim.scene.prim_paths import prim_at
 from nodes.ros2.transform_trees import NAME_OVERRIDE
 
@@ -34,7 +33,7 @@ class _Names:
     },
     memory=_Names,
 )
-def joint_name_resolver(db: Any) -> None:
+def joint_name_resolver(db: Database) -> None:
     """Replace each name that a prim below the robot has as isaac:nameOverride by that prim's own name."""
     inputs, memory = db.inputs, db.memory
     if memory.real is None:
@@ -46,7 +45,7 @@ def joint_name_resolver(db: Any) -> None:
     db.fire("execOut")
 
 
-def _overrides(db: Any, robot: str) -> dict[str, str]:
+def _overrides(db: Database, robot: str) -> dict[str, str]:
     """Override -> prim name, the first prim winning. Fails the node where there is no articulation."""
     from graph.sim.usd import Usd, UsdPhysics
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 from graph.sim.scene.prim_paths import prim_at
 
 from .poses import IDENTITY, ZERO, quaternions_xyzw
@@ -50,7 +50,7 @@ def _vector(doc: str, unit: str) -> Attribute:
     },
     memory=_Start,
 )
-def compute_odometry(db: Any) -> bool:
+def compute_odometry(db: Database) -> bool:
     """Read the chassis' motion. Accelerations are backward differences; they stay where no simulation time passed."""
     app, memory = db.app, db.memory
     if app.timeline.is_stopped():
@@ -86,7 +86,7 @@ def body_velocities(pose: NDArray[np.float64], motion: NDArray[np.float64]) -> N
     return np.stack([motion[:3] @ pose[:3, :3], motion[3:], motion[:3]])
 
 
-def _body(db: Any) -> str:
+def _body(db: Database) -> str:
     """The path of the rigid body that chassisPrim stands for. Fails the node where there is none."""
     from nodes.ros2.transform_trees import links_of
 
@@ -100,4 +100,3 @@ def _body(db: Any) -> str:
         if link in bodies:
             return link
     db.lack(f"{targets[0]} is no rigid body that can move; give chassisPrim a body or an articulation")
-    return ""

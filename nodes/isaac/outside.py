@@ -7,9 +7,8 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 
 ALLOWED = "TICKGRAPH_ALLOW_ENV"
 """The environment variable by which the user names, separated by commas, the variables that graphs may read."""
@@ -25,7 +24,7 @@ LARGEST = 64 * 2**20
     inputs={"envVar": Attribute("string", "name of an environment variable", default="")},
     outputs={"value": Attribute("string", "its value; empty where it is not set or not allowed", default="")},
 )
-def read_environment_variable(db: Any) -> None:
+def read_environment_variable(db: Database) -> None:
     """Read an environment variable that the user allows: TICKGRAPH_ALLOW_ENV holds their names, with commas between.
 
     Any other one reads as empty, with a warning.
@@ -45,7 +44,7 @@ def read_environment_variable(db: Any) -> None:
     outputs={"fileContents": Attribute(("string", "token"), "the text of the file", default="")},
     resolve=lambda known: {"fileContents": "string"},
 )
-def read_file_path(db: Any) -> bool:
+def read_file_path(db: Database) -> bool:
     """Read a text file (UTF-8, 64 MB at most) below the graph file's folder or one that the user allows.
 
     Without a path, or where there is no such file, the text is empty and the node warns; other folders are refused.
@@ -70,7 +69,7 @@ def read_file_path(db: Any) -> bool:
     return True
 
 
-def _allowed(db: Any, wanted: str) -> Path:
+def _allowed(db: Database, wanted: str) -> Path:
     """The file, links resolved. Fails the node where it lies outside all folders that may be read."""
     folders: list[Path] = [folder.resolve() for folder in db.app.folders]
     if not folders or "\0" in wanted:

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 
 STAGE = "on_demand"
 
@@ -34,7 +33,7 @@ class _Seen:
     },
     memory=_Seen,
 )
-def on_physics_step(db: Any) -> bool:
+def on_physics_step(db: Database) -> bool:
     """Fire once per physics step; the graph's pipeline stage must be on_demand, and it is then evaluated in each step.
 
     In a graph of another stage the node warns once and never fires. Evaluating the graph between two steps leaves it

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 from graph.sim.scene.prim_paths import prim_at
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ ZERO = [0.0, 0.0, 0.0]
         "scale": Attribute("vectord[3]", "scale along the prim's axes", default=ZERO),
     },
 )
-def read_world_pose(db: Any) -> None:
+def read_world_pose(db: Database) -> None:
     """Read a prim's pose from Fabric: of this moment, in stage units."""
     targets = db.inputs.prim
     if len(targets) != 1:
@@ -35,7 +35,7 @@ def read_world_pose(db: Any) -> None:
     outputs.translation, outputs.orientation, outputs.scale = decompose(world_matrix(db, targets[0]))
 
 
-def world_matrix(db: Any, path: str) -> NDArray[np.float64]:
+def world_matrix(db: Database, path: str) -> NDArray[np.float64]:
     """Prim to world, (4, 4), column vectors, stage units. Fails the node where there is no such prim."""
     app = db.app
     if not prim_at(app.stage, path):

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 
 
 @dataclass(slots=True)
@@ -32,7 +31,7 @@ class _Made:
     },
     memory=_Made,
 )
-def create_render_product(db: Any) -> bool:
+def create_render_product(db: Database) -> bool:
     """Give a sensor its render product; a later change of camera or size gives it another one."""
     inputs, memory = db.inputs, db.memory
     if not inputs.enabled:
@@ -53,7 +52,7 @@ def create_render_product(db: Any) -> bool:
     return True
 
 
-def _make(db: Any, wanted: tuple[str, int, int]) -> None:
+def _make(db: Database, wanted: tuple[str, int, int]) -> None:
     from sensors.products import remove_product, render_product
 
     rendering, memory = db.app.rendering, db.memory

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, KnownTypes, node_type
 from graph.values.types import DECIMALS, TYPES, Type
 from nodes.data.promotion import common_type
 
 TO_STAGE, TO_METERS = "Convert to stage units", "Convert to meters"
 
 
-def _result_type(known: Any) -> Mapping[str, Type]:
+def _result_type(known: KnownTypes) -> Mapping[str, Type]:
     """The type of the value; integers become double, whole tuples and arrays of them too."""
     value = known["value"]
     if value is None:
@@ -33,7 +32,7 @@ def _result_type(known: Any) -> Mapping[str, Type]:
     outputs={"result": Attribute(("numerics",), "the value in the other unit; of integers a double")},
     resolve=_result_type,
 )
-def scale_to_from_stage_unit(db: Any) -> None:
+def scale_to_from_stage_unit(db: Database) -> None:
     """Divide metres by the stage's metres per unit, or multiply stage units by them."""
     conversion, value = db.inputs.conversion, db.inputs.value
     if conversion not in (TO_STAGE, TO_METERS):

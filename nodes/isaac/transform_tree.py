@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 from graph.sim.scene.prim_paths import prim_at
 from nodes.ros2.transform_trees import TransformTree, edges_of
 
@@ -33,7 +32,7 @@ class _Tree:
     },
     memory=_Tree,
 )
-def compute_transform_tree(db: Any) -> None:
+def compute_transform_tree(db: Database) -> None:
     """Place the targets in the parent, each link of an articulation in the link that its joint hangs it on.
 
     Frame names: isaac:nameOverride, else the prim's name, else (where two prims share it) its path with _ for /.

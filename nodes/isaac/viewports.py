@@ -5,9 +5,12 @@ from __future__ import annotations
 import re
 import weakref
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
+
+if TYPE_CHECKING:
+    from graph.sim import App
 
 DEFAULT = "Viewport"
 """The viewport that is always there."""
@@ -27,7 +30,7 @@ class Viewport:
 _viewports: weakref.WeakKeyDictionary[Any, dict[str, Viewport]] = weakref.WeakKeyDictionary()
 
 
-def viewports_of(app: Any) -> dict[str, Viewport]:
+def viewports_of(app: App) -> dict[str, Viewport]:
     """The App's viewports by name."""
     found = _viewports.get(app)
     if found is None:
@@ -36,7 +39,7 @@ def viewports_of(app: Any) -> dict[str, Viewport]:
     return found
 
 
-def open_viewport(app: Any, name: str) -> Viewport:
+def open_viewport(app: App, name: str) -> Viewport:
     """The viewport of a name, a new one where there is none."""
     from sensors.products import ROOT
 
@@ -50,7 +53,7 @@ def open_viewport(app: Any, name: str) -> Viewport:
     return viewports[name]
 
 
-def product_of(app: Any, viewport: Viewport) -> Any:
+def product_of(app: App, viewport: Viewport) -> Any:
     """The viewport's render product, made where it is not there."""
     from sensors.products import place_product
 
@@ -58,7 +61,7 @@ def product_of(app: Any, viewport: Viewport) -> Any:
     return product or place_product(app, viewport.path, viewport.camera, viewport.size)
 
 
-def _named(db: Any) -> Viewport | None:
+def _named(db: Database) -> Viewport | None:
     """The viewport that input `viewport` names (empty: the default one); None, with a warning, where there is none."""
     name = db.inputs.viewport or DEFAULT
     found = viewports_of(db.app).get(name)
@@ -86,7 +89,7 @@ class _Title:
     },
     memory=_Title,
 )
-def create_viewport(db: Any) -> None:
+def create_viewport(db: Database) -> None:
     """Make a viewport: a render product of 1280 x 720 pixels without a window; the first name after play stays."""
     memory, number = db.memory, db.inputs.viewportId
     if not memory.name:
@@ -109,7 +112,7 @@ def create_viewport(db: Any) -> None:
         "execOut": Attribute("execution", "follows when there is such a viewport"),
     },
 )
-def get_viewport_render_product(db: Any) -> bool:
+def get_viewport_render_product(db: Database) -> bool:
     """Find a viewport's render product; it renders nothing until a camera is set on it."""
     viewport = _named(db)
     if viewport is None:
@@ -130,7 +133,7 @@ def get_viewport_render_product(db: Any) -> bool:
     },
     outputs={"execOut": Attribute("execution", "follows when there is such a viewport")},
 )
-def set_viewport_resolution(db: Any) -> bool:
+def set_viewport_resolution(db: Database) -> bool:
     """Give a viewport's render product another size."""
     from sensors.products import place_product
 
@@ -157,7 +160,7 @@ def set_viewport_resolution(db: Any) -> bool:
     },
     outputs={"execOut": Attribute("execution", "follows every compute")},
 )
-def set_camera_on_render_product(db: Any) -> None:
+def set_camera_on_render_product(db: Database) -> None:
     """Let a render product render another sensor prim."""
     from sensors.products import place_product
 

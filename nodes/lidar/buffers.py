@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from graph import UNSET, Attribute
+from graph.node import UNSET, Attribute, Database
 
 IDENTITY = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]]
 
@@ -71,7 +71,7 @@ def cloud_attributes(length_unit: str) -> dict[str, Attribute]:
     }
 
 
-def write_buffers(db: Any, arrays: Mapping[str, Any]) -> None:
+def write_buffers(db: Database, arrays: Mapping[str, Any]) -> None:
     """Puts arrays on `dataPtr` ("data") and `<name>Ptr`, with their sizes, and "transform" on its output.
 
     A buffer without array gets 0 and 0, the transform without one the identity.
@@ -94,7 +94,7 @@ def write_buffers(db: Any, arrays: Mapping[str, Any]) -> None:
     outputs.cudaDeviceIndex, outputs.transform = -1, arrays.get("transform", IDENTITY)
 
 
-def drop_handles(db: Any) -> None:
+def drop_handles(db: Database) -> None:
     """Gives up the handles that the node put on its outputs."""
     from sensors.handles import forget
 

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 
 from .buffers import BUFFERS, cloud_attributes, write_buffers
 from .frames import CUDA_DEVICE, DATA_PTR, EXEC, RENDER_PRODUCT, Reader, attach, read_frame, release
 
 
-def _wanted(db: Any) -> frozenset[str]:
+def _wanted(db: Database) -> frozenset[str]:
     """The channels behind the outputs that something reads."""
     from sensors.annotators import SCAN_BUFFER_CHANNELS
 
@@ -18,7 +16,7 @@ def _wanted(db: Any) -> frozenset[str]:
     return frozenset({"xyz"}.union(*(SCAN_BUFFER_CHANNELS[name] for name in consumed)))
 
 
-def _prepare(db: Any) -> None:
+def _prepare(db: Database) -> None:
     attach(db, _wanted)
 
 
@@ -36,7 +34,7 @@ def _prepare(db: Any) -> None:
     release=release,
     prepare=_prepare,
 )
-def extract_point_cloud(db: Any) -> bool:
+def extract_point_cloud(db: Database) -> bool:
     """Hand on a frame's points in metres; without points every output is reset.
 
     `azimuthPtr`, `elevationPtr`, `distancePtr` are the frame's spherical coordinates [deg, deg, m].

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 
 from .frames import (
     CUDA_DEVICE,
@@ -21,13 +21,13 @@ from .frames import (
 OLDER = "of an older array interface; the frame is used instead"
 
 
-def _wanted(db: Any) -> frozenset[str]:
+def _wanted(db: Database) -> frozenset[str]:
     from sensors.annotators import FLAT_SCAN_CHANNELS
 
     return FLAT_SCAN_CHANNELS
 
 
-def _prepare(db: Any) -> None:
+def _prepare(db: Database) -> None:
     attach(db, _wanted)
 
 
@@ -70,7 +70,7 @@ def _older(name: str, data_type_default: float, **defaults: Any) -> dict[str, At
     release=release,
     prepare=_prepare,
 )
-def compute_flat_scan(db: Any) -> bool:
+def compute_flat_scan(db: Database) -> bool:
     """Bin a frame by azimuth; the last element in a beam wins. A lidar with a beam off the horizontal plane fails."""
     from graph.base.errors import UserError
     from sensors.annotators import flat_scan

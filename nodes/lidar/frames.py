@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
-from graph import Attribute
+from graph.node import Attribute, Database
 
 from .buffers import drop_handles
 
@@ -25,11 +25,11 @@ class Reader:
     told: bool = False
 
 
-def attach(db: Any, channels: Callable[[Any], Iterable[str]]) -> Any:
+def attach(db: Database, channels: Callable[[Any], Iterable[str]]) -> Any:
     """The product of renderProductPath, told which channels the node reads; None where there is no such product."""
     memory = db.memory
     path = db.inputs.renderProductPath
-    product = db.app.rendering.products.get(path) if path else None
+    product: Any = db.app.rendering.products.get(path) if path else None
     if product is not memory.product:
         detach(db)
         if product is not None:
@@ -38,7 +38,7 @@ def attach(db: Any, channels: Callable[[Any], Iterable[str]]) -> Any:
     return product
 
 
-def detach(db: Any) -> None:
+def detach(db: Database) -> None:
     """Takes the node's demand back."""
     memory = db.memory
     if memory.product is not None:
@@ -46,13 +46,13 @@ def detach(db: Any) -> None:
         memory.product = None
 
 
-def release(db: Any) -> None:
+def release(db: Database) -> None:
     """What a stop undoes: the demand and the handles."""
     detach(db)
     drop_handles(db)
 
 
-def read_frame(db: Any, channels: Callable[[Any], Iterable[str]]) -> Any:
+def read_frame(db: Database, channels: Callable[[Any], Iterable[str]]) -> Any:
     """The frame to work on: dataPtr's, else the product's newest; None while there is none.
 
     Fails the node where neither is given, the path names no product, or the frame is not in host memory.
@@ -71,7 +71,7 @@ def read_frame(db: Any, channels: Callable[[Any], Iterable[str]]) -> Any:
     return product.frame
 
 
-def frame_of_handle(db: Any, handle: int) -> Any:
+def frame_of_handle(db: Database, handle: int) -> Any:
     """The frame behind a handle. Fails the node for a handle of something else."""
     from sensors.frame import Frame
     from sensors.handles import resolve
@@ -82,7 +82,7 @@ def frame_of_handle(db: Any, handle: int) -> Any:
     return frame
 
 
-def read_lidar_frame(db: Any, channels: Callable[[Any], Iterable[str]]) -> Any:
+def read_lidar_frame(db: Database, channels: Callable[[Any], Iterable[str]]) -> Any:
     """As `read_frame`, for a node that reads lidars alone: fails it, naming the prim, for any other sensor."""
     frame = read_frame(db, channels)
     product = db.memory.product
@@ -94,7 +94,7 @@ def read_lidar_frame(db: Any, channels: Callable[[Any], Iterable[str]]) -> Any:
     return frame
 
 
-def say_deprecated(db: Any, instead: str) -> None:
+def say_deprecated(db: Database, instead: str) -> None:
     """Warns, once a play, that the node type is deprecated."""
     if not db.memory.told:
         db.memory.told = True

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 
 from .buffers import cloud_attributes, write_buffers
 from .frames import (
@@ -40,18 +38,18 @@ FLAGS = {
 NO_EFFECT = "without effect, as in the original"
 
 
-def _names(db: Any) -> frozenset[str]:
+def _names(db: Database) -> frozenset[str]:
     inputs = db.inputs
     return frozenset(name for flag, name in FLAGS.items() if getattr(inputs, flag))
 
 
-def _wanted(db: Any) -> frozenset[str]:
+def _wanted(db: Database) -> frozenset[str]:
     from sensors.annotators import SCAN_BUFFER_CHANNELS
 
     return frozenset({"xyz"}.union(*(SCAN_BUFFER_CHANNELS[name] for name in _names(db))))
 
 
-def _prepare(db: Any) -> None:
+def _prepare(db: Database) -> None:
     attach(db, _wanted)
 
 
@@ -76,7 +74,7 @@ def _prepare(db: Any) -> None:
     release=release,
     prepare=_prepare,
 )
-def create_scan_buffer(db: Any) -> bool:
+def create_scan_buffer(db: Database) -> bool:
     """Hand on a lidar frame's points and the buffers that were asked for, lengths in stage units.
 
     A buffer above the prim's auxiliary level stays empty. A frame without points leaves the previous outputs.

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 
 
 @node_type(
@@ -13,7 +11,7 @@ from graph import Attribute, node_type
     inputs={"indices": Attribute("int[]", "indices of environments")},
     outputs={"count": Attribute("uint", "how many there are")},
 )
-def count_indices(db: Any) -> None:
+def count_indices(db: Database) -> None:
     """Count indices."""
     db.outputs.count = len(db.inputs.indices)
 
@@ -34,7 +32,7 @@ def count_indices(db: Any) -> None:
         "on_reset": Attribute("bool", "whether they are those that were reset"),
     },
 )
-def interval_filtering(db: Any) -> None:
+def interval_filtering(db: Database) -> None:
     """Select the environments whose frame count is a positive multiple of the interval, or those that were reset."""
     import numpy as np
 

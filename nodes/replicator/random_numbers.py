@@ -6,7 +6,7 @@ import zlib
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 
 if TYPE_CHECKING:
     import numpy as np
@@ -19,7 +19,7 @@ class Random:
     generator: Any = None
 
 
-def generator_of(db: Any) -> np.random.Generator:
+def generator_of(db: Database) -> np.random.Generator:
     """The node's own generator, from the App's seed (0 without one) and the node's path."""
     import numpy as np
 
@@ -42,7 +42,7 @@ def generator_of(db: Any) -> np.random.Generator:
     outputs={"output": Attribute("float[3]", "random numbers, new ones in every compute")},
     memory=Random,
 )
-def random_3f(db: Any) -> None:
+def random_3f(db: Database) -> None:
     """Draw three numbers, each even between its minimum and maximum."""
     inputs = db.inputs
     low, high = inputs.minimum, inputs.maximum

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 from graph.sim.scene.prim_paths import prim_at
 
 from .random_numbers import Random, generator_of
@@ -13,6 +13,8 @@ from .random_numbers import Random, generator_of
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
+
+    from graph.sim import App
 
 PRIMS = Attribute("target", "the prims to place, each in the frame of its parent", default=[])
 EXEC_IN = Attribute("execution", "places the prims anew")
@@ -30,7 +32,7 @@ def sample_shell(generator: np.random.Generator, inner: float, outer: float, cou
     return np.stack([aside * np.cos(around), aside * np.sin(around), radius * height], axis=1)
 
 
-def _place(db: Any, inner: float, outer: float) -> bool:
+def _place(db: Database, inner: float, outer: float) -> bool:
     paths = [str(path) for path in db.inputs.prims]
     if not paths:
         return False
@@ -43,7 +45,7 @@ def _place(db: Any, inner: float, outer: float) -> bool:
     return True
 
 
-def _xformable(db: Any, path: str) -> Any:
+def _xformable(db: Database, path: str) -> Any:
     from graph.sim.usd import UsdGeom
 
     prim = prim_at(db.app.stage, path)
@@ -54,7 +56,7 @@ def _xformable(db: Any, path: str) -> Any:
     return prim
 
 
-def _translate(app: Any, prim: Any, place: Sequence[float]) -> None:
+def _translate(app: App, prim: Any, place: Sequence[float]) -> None:
     """Write a prim's translation; a body that physics moves is moved there too."""
     from graph.sim import transforms
     from graph.sim.usd import EARLIEST, Gf, Sdf, UsdGeom
@@ -81,7 +83,7 @@ def _translate(app: Any, prim: Any, place: Sequence[float]) -> None:
     outputs={"execOut": EXEC_OUT},
     memory=Random,
 )
-def sample_in_sphere(db: Any) -> bool:
+def sample_in_sphere(db: Database) -> bool:
     """Place each prim somewhere in a ball about its parent, evenly spread over the volume."""
     return _place(db, 0.0, db.inputs.radius)
 
@@ -97,7 +99,7 @@ def sample_in_sphere(db: Any) -> bool:
     outputs={"execOut": EXEC_OUT},
     memory=Random,
 )
-def sample_on_sphere(db: Any) -> bool:
+def sample_on_sphere(db: Database) -> bool:
     """Place each prim somewhere on a sphere about its parent, evenly spread over the surface."""
     return _place(db, db.inputs.radius, db.inputs.radius)
 
@@ -114,6 +116,6 @@ def sample_on_sphere(db: Any) -> bool:
     outputs={"execOut": EXEC_OUT},
     memory=Random,
 )
-def sample_between_spheres(db: Any) -> bool:
+def sample_between_spheres(db: Database) -> bool:
     """Place each prim somewhere between two spheres about its parent, evenly spread over the volume."""
     return _place(db, *sorted((db.inputs.radius1, db.inputs.radius2)))

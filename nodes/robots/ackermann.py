@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 
 STRAIGHT = 0.0157
 """A steering angle below this [rad] (0.9 degrees) is taken as straight ahead, as the original does."""
@@ -129,7 +128,7 @@ class _Driving:
     },
     memory=_Driving,
 )
-def ackermann_controller(db: Any) -> bool:
+def ackermann_controller(db: Database) -> bool:
     """Turn all wheels about one point, so that none slips.
 
     Where a ramp is asked for and dt is 0 nothing is computed, but execOut follows with the wheels as they were.
@@ -154,7 +153,7 @@ def ackermann_controller(db: Any) -> bool:
     return True
 
 
-def _read(db: Any) -> Car:
+def _read(db: Database) -> Car:
     inputs = db.inputs
     for name in ("wheelBase", "frontWheelRadius", "backWheelRadius"):
         value = getattr(inputs, name)

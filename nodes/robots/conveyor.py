@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 from graph.sim.scene.prim_paths import prim_at
 
 
@@ -40,7 +39,7 @@ class _Belt:
     },
     memory=_Belt,
 )
-def conveyor(db: Any) -> bool:
+def conveyor(db: Database) -> bool:
     """Give a body's surface the velocity direction x velocity; what lies on it is carried along by friction."""
     inputs, memory, app = db.inputs, db.memory, db.app
     if not inputs.enabled or app.timeline.is_stopped():
@@ -59,7 +58,7 @@ def conveyor(db: Any) -> bool:
     return True
 
 
-def _set(db: Any, path: str, motion: tuple[float, ...], curved: bool) -> None:
+def _set(db: Database, path: str, motion: tuple[float, ...], curved: bool) -> None:
     import numpy as np
 
     from graph.sim.usd import UsdPhysics
@@ -76,6 +75,5 @@ def _set(db: Any, path: str, motion: tuple[float, ...], curved: bool) -> None:
         changed = app.physics.surfaces.set_motion(path, app.fabric.rigid_matrices((path,))[0], velocity, turn)
     except ValueError as error:
         db.fail(f"{error}; give the belt a collider")
-        return
     if changed:
         db.warn("belt-integrator", "physics.integrator is implicitfast from now on: discrete cannot move surfaces")

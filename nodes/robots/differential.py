@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 
 UNLIMITED = "0 means no limit; read at the first compute after play"
 
@@ -96,7 +95,7 @@ class _Driving:
     },
     memory=_Driving,
 )
-def differential_controller(db: Any) -> bool:
+def differential_controller(db: Database) -> bool:
     """Invert the unicycle model within the limits; with acceleration limits set and dt <= 0 nothing comes out."""
     inputs, memory = db.inputs, db.memory
     drive = memory.drive
@@ -118,7 +117,7 @@ def differential_controller(db: Any) -> bool:
     return True
 
 
-def _read(db: Any) -> Drive:
+def _read(db: Database) -> Drive:
     inputs = db.inputs
     radius = inputs.wheelRadius
     if not (math.isfinite(radius) and radius > 0):

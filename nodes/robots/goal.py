@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 
 from .planar import heading, wrapped
 
@@ -35,7 +34,7 @@ class _Goal:
     },
     memory=_Goal,
 )
-def check_goal_2d(db: Any) -> None:
+def check_goal_2d(db: Database) -> None:
     """Compare position and heading with the goal's.
 
     The original holds the heading itself against the threshold, so that every right turn counts as aligned; not copied.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from graph import UNSET, Attribute, node_type
+from graph.node import UNSET, Attribute, Database, node_type
 from nodes.isaac.articulation import robot_at
 
 if TYPE_CHECKING:
@@ -58,7 +58,7 @@ def _ends(doc: str) -> Attribute:
     },
     memory=_Gripper,
 )
-def gripper_controller(db: Any) -> bool:
+def gripper_controller(db: Database) -> bool:
     """Move the fingers step by step to their open or closed positions.
 
     The commands are sent to the robot's drives where positionCommands is not connected; else they are only put out.
@@ -86,13 +86,13 @@ def gripper_controller(db: Any) -> bool:
     return True
 
 
-def _send(db: Any) -> None:
+def _send(db: Database) -> None:
     memory = db.memory
     if not db.consumed("positionCommands"):
         memory.articulation.set_targets(positions=memory.position, joints=memory.joints)
 
 
-def _read(db: Any) -> None:
+def _read(db: Database) -> None:
     import numpy as np
 
     inputs, memory = db.inputs, db.memory
@@ -122,7 +122,7 @@ def _read(db: Any) -> None:
     memory.position, memory.articulation = articulation.positions[joints], articulation
 
 
-def _per_joint(db: Any, name: str, count: int) -> Floats | None:
+def _per_joint(db: Database, name: str, count: int) -> Floats | None:
     """One number per joint; None where the input is empty."""
     import numpy as np
 

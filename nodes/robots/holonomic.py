@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 
 if TYPE_CHECKING:
     import numpy as np
@@ -116,7 +116,7 @@ class _Driving:
     outputs={"jointVelocityCommand": Attribute("double[]", "speed of each wheel", unit="rad/s")},
     memory=_Driving,
 )
-def holonomic_controller(db: Any) -> None:
+def holonomic_controller(db: Database) -> None:
     """Share a velocity of the body among its wheels."""
     inputs, memory = db.inputs, db.memory
     platform = memory.platform
@@ -127,7 +127,7 @@ def holonomic_controller(db: Any) -> None:
     db.outputs.jointVelocityCommand = platform.speeds(forward * linear, sideways * linear, turning * angular)
 
 
-def _read(db: Any) -> Platform:
+def _read(db: Database) -> Platform:
     import numpy as np
 
     inputs = db.inputs

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 from graph.sim.scene.prim_paths import prim_at
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ AXES = {"X": [1.0, 0.0, 0.0], "Y": [0.0, 1.0, 0.0], "Z": [0.0, 0.0, 1.0]}
         "wheelDofNames": Attribute("token[]", "names of the wheels' joints"),
     },
 )
-def holonomic_robot_usd_setup(db: Any) -> bool:
+def holonomic_robot_usd_setup(db: Database) -> bool:
     """Find the joints below a robot that have isaacmecanumwheel:radius and :angle, and where they are on the stage.
 
     A robot without such joints leaves the outputs as they are, with a warning.
@@ -70,7 +70,7 @@ def holonomic_robot_usd_setup(db: Any) -> bool:
     return True
 
 
-def _number(db: Any, joint: Any, name: str) -> float:
+def _number(db: Database, joint: Any, name: str) -> float:
     value = joint.GetPrim().GetAttribute(name).Get()
     if value is None:
         db.fail(f"{joint.GetPath()} has no {name}; author it")

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 
 from .planar import heading, wrapped
 
@@ -118,7 +118,7 @@ def _metres(doc: str, unit: str, default: float) -> Attribute:
     },
     memory=_Plan,
 )
-def quintic_path_planner(db: Any) -> None:
+def quintic_path_planner(db: Database) -> None:
     """Plan a path from where the robot is when the goal has moved by 0.1 m or 0.05 rad; else keep the one there is."""
     import numpy as np
 
@@ -142,7 +142,7 @@ def quintic_path_planner(db: Any) -> None:
     db.fire("execOut")
 
 
-def _goal(db: Any) -> tuple[float, float, float]:
+def _goal(db: Database) -> tuple[float, float, float]:
     """x, y [m] and heading [rad] of the goal."""
     from nodes.isaac.poses import decompose, world_matrix
 

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 
 from .planar import heading, wrapped
 
@@ -107,7 +107,7 @@ def steering_angle(
     },
     memory=_Following,
 )
-def stanley_control_pid(db: Any) -> bool:
+def stanley_control_pid(db: Database) -> bool:
     """Drive along the path; near the goal turn to its heading on the spot; stand still once both are reached."""
     inputs, outputs, memory = db.inputs, db.outputs, db.memory
     near, aligned = (*(bool(flag) for flag in inputs.reachedGoal[:2]), False, False)[:2]
@@ -144,7 +144,7 @@ def stanley_control_pid(db: Any) -> bool:
     return True
 
 
-def _take_path(db: Any) -> None:
+def _take_path(db: Database) -> None:
     import numpy as np
 
     inputs, memory = db.inputs, db.memory

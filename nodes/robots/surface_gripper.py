@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 
 
 @node_type(
@@ -18,7 +16,7 @@ from graph import Attribute, node_type
         "Close": Attribute("execution", "grips what is before its points of attachment, as soon as something is"),
     },
 )
-def surface_gripper(db: Any) -> bool:
+def surface_gripper(db: Database) -> bool:
     """Command a surface gripper: its attachment points hold what a ray of isaac:maxGripDistance meets before them.
 
     They let go of more than isaac:coaxialForceLimit and :shearForceLimit, and stop trying after isaac:retryInterval.

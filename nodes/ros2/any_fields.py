@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
-from graph import Attribute
 from graph.base.suggest import did_you_mean
+from graph.node import Attribute, Database, KnownTypes
 from graph.node.database import python_name
 
 FIELD = Attribute("any", "a field of the message; its type comes from the message type", optional=True)
@@ -40,7 +40,7 @@ def type_name(value: Callable[[str], Any]) -> str:
     raise ValueError(f'there is no ROS 2 type "{full}"{near}; its definition may also lie below AMENT_PREFIX_PATH')
 
 
-def field_types(known: Any, parts: Mapping[str, str]) -> dict[str, str]:
+def field_types(known: KnownTypes, parts: Mapping[str, str]) -> dict[str, str]:
     """Types of the attributes that a file adds; for a node type's `resolve`.
 
     parts: what attribute names begin with ("outputs:", "inputs:Request:") -> message type. Raises ValueError for an
@@ -81,7 +81,7 @@ class Fields:
             if prefix + leaf.name in added
         ]
 
-    def read(self, db: Any) -> Any:
+    def read(self, db: Database) -> Any:
         """The message of the node's inputs; fields without attribute are zero. Fails the node naming a wrong field."""
         from graph.sim.messages.ros_fields import pack
 
@@ -95,7 +95,7 @@ class Fields:
         except ValueError as error:
             db.fail(f"{self.message}: {error}")
 
-    def write(self, db: Any, message: Any) -> None:
+    def write(self, db: Database, message: Any) -> None:
         """Sets the node's outputs to the fields of a message."""
         from graph.sim.messages.ros_fields import unpack
 
@@ -110,7 +110,7 @@ def _fields(message: str) -> dict[str, str]:
     return {leaf.name: leaf.type for leaf in leaves(message)}
 
 
-def required_type(db: Any) -> str:
+def required_type(db: Database) -> str:
     """The type that the node's inputs name. Fails the node where they name none."""
     try:
         name = type_name(lambda one: getattr(db.inputs, one))

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, KnownTypes, node_type
 
 from .any_fields import FIELD, Fields, field_types, required_type, type_inputs, type_name
 from .publishing import Publisher, publisher_inputs, subscribed_topic
@@ -25,7 +25,7 @@ class _AnyPublisher(Publisher):
     """The node's attributes that the fields were looked up for; an edit gives it others."""
 
 
-def _input_types(known: Any) -> Mapping[str, str]:
+def _input_types(known: KnownTypes) -> Mapping[str, str]:
     name = type_name(known.value)
     return field_types(known, {"inputs:": name}) if name else {}
 
@@ -43,7 +43,7 @@ def _input_types(known: Any) -> Mapping[str, str]:
     resolve=_input_types,
     memory=_AnyPublisher,
 )
-def publish_any(db: Any) -> bool:
+def publish_any(db: Database) -> bool:
     """Publish a message of any type: its fields are the inputs that the file adds, those left out are zero or empty."""
     memory = db.memory
     if memory.names is not db.node.names:
@@ -59,7 +59,7 @@ def publish_any(db: Any) -> bool:
     return True
 
 
-def _now(db: Any) -> int:
+def _now(db: Database) -> int:
     from graph.base.exact import nanoseconds
 
     return nanoseconds(db.app.simulation.time)
@@ -72,7 +72,7 @@ class _AnySubscriber(Subscriber):
     """The node's attributes that the fields were looked up for; an edit gives it others."""
 
 
-def _output_types(known: Any) -> Mapping[str, str]:
+def _output_types(known: KnownTypes) -> Mapping[str, str]:
     name = type_name(known.value)
     return field_types(known, {"outputs:": name}) if name else {}
 
@@ -87,7 +87,7 @@ def _output_types(known: Any) -> Mapping[str, str]:
     memory=_AnySubscriber,
     release=unsubscribe,
 )
-def subscribe_any(db: Any) -> bool:
+def subscribe_any(db: Database) -> bool:
     """Receive a message of any type: its fields are the outputs that the file connects."""
     memory = db.memory
     if memory.names is not db.node.names:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache, partial
 from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 from nodes.isaac.clocks import stamp_ns
 from nodes.isaac.poses import quaternions_xyzw, rotations_and_scales
 
@@ -38,7 +38,7 @@ def _inputs(topic: str) -> dict[str, Attribute]:
     inputs=_inputs("bbox2d"),
     memory=partial(Publisher, DETECTIONS_2D),
 )
-def publish_boxes_2d(db: Any) -> bool:
+def publish_boxes_2d(db: Database) -> bool:
     """Publish `vision_msgs/Detection2DArray`: centre and size [px] of each box by semantic id."""
     topic = subscribed_topic(db)
     if topic is None:
@@ -61,7 +61,7 @@ def publish_boxes_2d(db: Any) -> bool:
     inputs=_inputs("bbox3d"),
     memory=partial(Publisher, DETECTIONS_3D),
 )
-def publish_boxes_3d(db: Any) -> bool:
+def publish_boxes_3d(db: Database) -> bool:
     """Publish `vision_msgs/Detection3DArray`: centre, orientation, size [m] of each box by semantic id."""
     import numpy as np
 
@@ -89,7 +89,7 @@ def publish_boxes_3d(db: Any) -> bool:
     return True
 
 
-def _rows(db: Any, layout: Any) -> Any:
+def _rows(db: Database, layout: Any) -> Any:
     """The boxes of the input data. Fails the node for a number of bytes that is no number of boxes."""
     import numpy as np
 

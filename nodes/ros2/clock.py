@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 from nodes.isaac.clocks import stamp_ns
 
 from .messages import CLOCK, clock
@@ -22,7 +21,7 @@ from .publishing import Publisher, publisher_inputs, subscribed_topic
     },
     memory=partial(Publisher, CLOCK),
 )
-def publish_clock(db: Any) -> bool:
+def publish_clock(db: Database) -> bool:
     """Publish `rosgraph_msgs/Clock`; a time read from one of the App's clocks is published to the exact nanosecond."""
     topic = subscribed_topic(db)
     if topic is None:

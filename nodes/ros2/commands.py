@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 
 from .messages import CLOCK
 from .robot_messages import ACKERMANN, JOINT_STATE, TWIST
@@ -23,7 +21,7 @@ from .subscribing import EXEC_OUT, Subscriber, next_message, seconds, subscriber
     memory=Subscriber,
     release=unsubscribe,
 )
-def subscribe_twist(db: Any) -> bool:
+def subscribe_twist(db: Database) -> bool:
     """Receive `geometry_msgs/Twist`: the next message of the topic, if there is one."""
     message = next_message(db, TWIST)
     if message is None:
@@ -50,7 +48,7 @@ def subscribe_twist(db: Any) -> bool:
     memory=Subscriber,
     release=unsubscribe,
 )
-def subscribe_joint_state(db: Any) -> bool:
+def subscribe_joint_state(db: Database) -> bool:
     """Receive `sensor_msgs/JointState` as a command: the next message of the topic, if there is one.
 
     Values are passed on as they are: in rad and m, also where the stage has other units.
@@ -76,7 +74,7 @@ def subscribe_joint_state(db: Any) -> bool:
     memory=Subscriber,
     release=unsubscribe,
 )
-def subscribe_clock(db: Any) -> bool:
+def subscribe_clock(db: Database) -> bool:
     """Receive `rosgraph_msgs/Clock`: the next message of the topic, if there is one."""
     message = next_message(db, CLOCK)
     if message is None:
@@ -103,7 +101,7 @@ def subscribe_clock(db: Any) -> bool:
     memory=Subscriber,
     release=unsubscribe,
 )
-def subscribe_ackermann_drive(db: Any) -> bool:
+def subscribe_ackermann_drive(db: Database) -> bool:
     """Receive `ackermann_msgs/AckermannDriveStamped`: the next message of the topic, if there is one."""
     message = next_message(db, ACKERMANN)
     if message is None:

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import os
-from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 
 DOMAIN_VARIABLE = "ROS_DOMAIN_ID"
 HIGHEST_DOMAIN = 232
@@ -21,7 +20,7 @@ HIGHEST_DOMAIN = 232
     },
     outputs={"context": Attribute("uint64", "opaque id of the context, the same for all nodes of a domain", default=0)},
 )
-def ros2_context(db: Any) -> None:
+def ros2_context(db: Database) -> None:
     """Name the context of a domain."""
     domain = db.inputs.domain_id
     text = os.environ.get(DOMAIN_VARIABLE, "") if db.inputs.useDomainIDEnvVar else ""

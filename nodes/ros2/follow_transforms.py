@@ -6,8 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from graph import Attribute, node_type
 from graph.base.errors import RunError
+from graph.node import Attribute, Database, node_type
 from graph.sim.scene.prim_paths import prim_at
 
 from .messages import TRANSFORMS
@@ -21,7 +21,7 @@ class _Follower(Subscriber):
     stop_holding: Callable[[], None] | None = None
 
 
-def _release(db: Any) -> None:
+def _release(db: Database) -> None:
     unsubscribe(db)
     if db.memory.stop_holding is not None:
         db.memory.stop_holding()
@@ -40,7 +40,7 @@ def _release(db: Any) -> None:
     memory=_Follower,
     release=_release,
 )
-def subscribe_transform_tree(db: Any) -> bool:
+def subscribe_transform_tree(db: Database) -> bool:
     """Receive `tf2_msgs/TFMessage`: prims go to where the transforms between frames of frameNamesMap put them.
 
     A transform counts if both its frames are in the map: the child's prim goes to the parent's pose times it. All
@@ -62,7 +62,7 @@ def subscribe_transform_tree(db: Any) -> bool:
     return received
 
 
-def _frames(db: Any) -> dict[str, str]:
+def _frames(db: Database) -> dict[str, str]:
     """Frame name -> prim path. Fails the node for a map that is not made of pairs, of prims, of single names."""
     inputs, stage = db.inputs, db.app.stage
     names = list(inputs.frameNamesMap)
@@ -79,7 +79,7 @@ def _frames(db: Any) -> dict[str, str]:
     return frames
 
 
-def _place(db: Any, path: str, parent: Any, transform: Any) -> None:
+def _place(db: Database, path: str, parent: Any, transform: Any) -> None:
     """Puts a prim at `transform` [m] in the parent's world pose, without scale."""
     import numpy as np
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 from nodes.isaac.clocks import stamp_ns
 from sensors import handles
 
@@ -41,7 +41,7 @@ PLUMB_BOB = "plumb_bob"
     },
     memory=partial(Publisher, IMAGE),
 )
-def publish_image(db: Any) -> bool:
+def publish_image(db: Database) -> bool:
     """Publish `sensor_msgs/Image`; without pixels (before the first frame) nothing is sent."""
     topic = subscribed_topic(db)
     if topic is None:
@@ -54,7 +54,7 @@ def publish_image(db: Any) -> bool:
     return True
 
 
-def image_of(db: Any, nanoseconds: int, frame_id: str) -> Any:
+def image_of(db: Database, nanoseconds: int, frame_id: str) -> Any:
     """The message that an image publisher's inputs describe; None where there are no pixels."""
     inputs = db.inputs
     data = pixels(db)
@@ -72,7 +72,7 @@ def image_of(db: Any, nanoseconds: int, frame_id: str) -> Any:
     return image(nanoseconds, frame_id, width, height, encoding, data)
 
 
-def pixels(db: Any) -> Any:
+def pixels(db: Database) -> Any:
     """(n,) uint8: what dataPtr stands for, else the input data. Fails the node for memory of a device."""
     inputs = db.inputs
     if getattr(inputs, "cudaDeviceIndex", -1) != -1:
@@ -99,7 +99,7 @@ def pixels(db: Any) -> Any:
     },
     memory=partial(Publisher, COMPRESSED),
 )
-def publish_compressed_image(db: Any) -> bool:
+def publish_compressed_image(db: Database) -> bool:
     """Publish `sensor_msgs/CompressedImage`; without data nothing is sent."""
     topic = subscribed_topic(db)
     if topic is None:
@@ -131,7 +131,7 @@ def publish_compressed_image(db: Any) -> bool:
     },
     memory=partial(Publisher, CAMERA_INFO),
 )
-def publish_camera_info(db: Any) -> bool:
+def publish_camera_info(db: Database) -> bool:
     """Publish `sensor_msgs/CameraInfo`."""
     topic = subscribed_topic(db)
     if topic is None:

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 from nodes.isaac.articulation import robot_at
 from nodes.isaac.clocks import stamp_ns
 
 from .publishing import TIME_STAMP, Publisher, publisher_inputs, subscribed_topic
 from .robot_messages import JOINT_STATE, joint_state
+
+if TYPE_CHECKING:
+    from graph.sim import App
 
 GIVEN = "one per joint, or none; with jointNames"
 PRISMATIC = 1
@@ -46,7 +49,7 @@ class _Joints(Publisher):
     },
     memory=partial(_Joints, JOINT_STATE),
 )
-def publish_joint_state(db: Any) -> bool:
+def publish_joint_state(db: Database) -> bool:
     """Publish `sensor_msgs/JointState` in rad and m: the joints that the inputs give, else those of targetPrim."""
     topic = subscribed_topic(db)
     if topic is None:
@@ -61,7 +64,7 @@ def publish_joint_state(db: Any) -> bool:
     return True
 
 
-def _given(db: Any) -> tuple[Any, ...]:
+def _given(db: Database) -> tuple[Any, ...]:
     """Names, positions, velocities, efforts as the inputs give them, sliding joints scaled to metres."""
     import numpy as np
 
@@ -84,7 +87,7 @@ def _given(db: Any) -> tuple[Any, ...]:
     return list(names), positions, velocities, efforts
 
 
-def _of_robot(db: Any) -> tuple[Any, ...]:
+def _of_robot(db: Database) -> tuple[Any, ...]:
     """Names, positions, velocities, efforts of the robot at targetPrim."""
     inputs, memory, app = db.inputs, db.memory, db.app
     path = str(inputs.targetPrim[0]) if inputs.targetPrim else ""
@@ -97,7 +100,7 @@ def _of_robot(db: Any) -> tuple[Any, ...]:
     return robot.joint_names, robot.positions * scale, robot.velocities * scale, robot.efforts
 
 
-def _metres(app: Any, robot: Any) -> Any:
+def _metres(app: App, robot: Any) -> Any:
     """(J,) what turns a joint's value into rad or m."""
     import numpy as np
 

@@ -6,7 +6,7 @@ import json
 from functools import partial
 from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 from nodes.isaac.clocks import stamp_ns
 from sensors import handles
 
@@ -32,7 +32,7 @@ CLASS = "class:"
     },
     memory=partial(Publisher, STRING),
 )
-def publish_semantic_labels(db: Any) -> bool:
+def publish_semantic_labels(db: Database) -> bool:
     """Publish `std_msgs/String`: JSON of ids to labels, with the stamp as time_stamp."""
     topic = subscribed_topic(db)
     if topic is None:
@@ -45,7 +45,7 @@ def publish_semantic_labels(db: Any) -> bool:
     return True
 
 
-def _content(db: Any) -> dict[str, Any]:
+def _content(db: Database) -> dict[str, Any]:
     inputs = db.inputs
     if inputs.idToLabels:
         try:
@@ -78,7 +78,7 @@ def _content(db: Any) -> dict[str, Any]:
     },
     memory=partial(Publisher, STRING),
 )
-def publish_object_id_map(db: Any) -> bool:
+def publish_object_id_map(db: Database) -> bool:
     """Publish `std_msgs/String`: JSON of 128-bit object ids to prim paths; without a map nothing is sent."""
     topic = subscribed_topic(db)
     if topic is None:

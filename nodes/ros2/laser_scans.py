@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from graph.sim import App
+
 LASER_SCAN = "sensor_msgs/msg/LaserScan"
 
 
@@ -25,7 +27,7 @@ class ScanStyle:
     ends_beyond: bool = False
 
 
-def scan_style(app: Any) -> ScanStyle:
+def scan_style(app: App) -> ScanStyle:
     """What an App's settings ask for."""
     settings = app.settings
     empty = -1.0 if settings.get(keys.SCAN_EMPTY_MINUS_ONE) else math.inf

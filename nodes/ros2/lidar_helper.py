@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 from graph.sim import settings as keys
 
 from .laser_scans import LASER_SCAN, scan_style
@@ -31,7 +31,7 @@ class _Attached:
     """The writer that draws the debug view."""
 
 
-def _detach(db: Any) -> None:
+def _detach(db: Database) -> None:
     memory = db.memory
     if memory.product is None:
         return
@@ -84,7 +84,7 @@ def _detach(db: Any) -> None:
     memory=_Attached,
     release=_detach,
 )
-def rtx_lidar_helper(db: Any) -> bool:
+def rtx_lidar_helper(db: Database) -> bool:
     """Publish every frame of a lidar's render product as PointCloud2 or LaserScan.
 
     Settings are read when the publisher is attached; a new product path attaches it anew. A cloud's fields are
@@ -109,7 +109,7 @@ def rtx_lidar_helper(db: Any) -> bool:
     return True
 
 
-def _attach(db: Any, path: str) -> bool:
+def _attach(db: Database, path: str) -> bool:
     app, inputs, memory = db.app, db.inputs, db.memory
     product = app.rendering.products.get(path)
     if product is None:
@@ -134,7 +134,7 @@ def _attach(db: Any, path: str) -> bool:
     return True
 
 
-def _debug_view(db: Any, product: Any) -> Any:
+def _debug_view(db: Database, product: Any) -> Any:
     """The writer that draws the frames, attached; None where it is not wanted, or the run writes nothing."""
     from sensors.replicator import get_writer
 
@@ -156,7 +156,7 @@ def _is_lidar(prim: Any) -> bool:
     )
 
 
-def _metadata(db: Any) -> tuple[str, ...]:
+def _metadata(db: Database) -> tuple[str, ...]:
     """The chosen quantities. Fails the node for a name there is not."""
     from graph.base.suggest import did_you_mean
 
@@ -166,7 +166,7 @@ def _metadata(db: Any) -> tuple[str, ...]:
     return tuple(db.inputs.selectedMetadata)
 
 
-def _warn_about_settings(db: Any) -> None:
+def _warn_about_settings(db: Database) -> None:
     # Deprecated inputs are told under codes of their own, and only where their value says something.
     inputs = db.inputs
     if inputs.fullScan == db.app.settings.get(keys.FULL_SCAN_WARNS):
@@ -180,7 +180,7 @@ def _warn_about_settings(db: Any) -> None:
         )
 
 
-def _writers(db: Any, product: Any, kind: str, metadata: tuple[str, ...]) -> list[FrameWriter]:
+def _writers(db: Database, product: Any, kind: str, metadata: tuple[str, ...]) -> list[FrameWriter]:
     """What publishes each frame: scans or clouds and, if wanted, what their object ids stand for."""
     inputs, app = db.inputs, db.app
     frame_id, camera = inputs.frameId, product.camera_path
@@ -223,11 +223,13 @@ def _labels_message(sensor: Any, frame: Any, at: int) -> Any:
     return class_labels(sensor.class_labels(), at)
 
 
-def _needs(db: Any, kind: str, metadata: tuple[str, ...]) -> dict[object, tuple[frozenset[str], bool]]:
+def _needs(db: Database, kind: str, metadata: tuple[str, ...]) -> dict[object, tuple[frozenset[str], bool]]:
     """Owner -> the channels to ask the sensor for, and whether also those above the prim's auxiliary level."""
     if kind == "laser_scan":
         return {db.path: (SCAN_CHANNELS, False)}
-    needs = {db.path: (cloud_channels(name for name in metadata if name != "Ring"), False)}
+    needs: dict[object, tuple[frozenset[str], bool]] = {
+        db.path: (cloud_channels(name for name in metadata if name != "Ring"), False)
+    }
     if "Ring" in metadata:
         # The field is ours, so it is delivered whatever auxiliary level the prim has.
         needs[db.path, "Ring"] = (frozenset({CLOUD_FIELDS["Ring"].channel}), True)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 from nodes.isaac.clocks import stamp_ns
 
 from .messages import TRANSFORMS, FrameTransform, transforms
@@ -55,7 +55,7 @@ INERTIAL = {
     },
     memory=partial(Publisher, ODOMETRY),
 )
-def publish_odometry(db: Any) -> bool:
+def publish_odometry(db: Database) -> bool:
     """Publish `nav_msgs/Odometry`. Its x axis of motion is robotFront, z the stage's up, y to the left."""
     topic = subscribed_topic(db)
     if topic is None:
@@ -72,7 +72,7 @@ def publish_odometry(db: Any) -> bool:
     return True
 
 
-def _body_axes(db: Any) -> Any:
+def _body_axes(db: Database) -> Any:
     """(3, 3) rows: the robot's front, left and up as unit vectors in the axes that velocities are given in."""
     import numpy as np
 
@@ -110,7 +110,7 @@ class _Static(Publisher):
     },
     memory=partial(_Static, TRANSFORMS),
 )
-def publish_raw_transform_tree(db: Any) -> bool:
+def publish_raw_transform_tree(db: Database) -> bool:
     """Publish `tf2_msgs/TFMessage` with the one transform that the inputs give."""
     inputs, memory = db.inputs, db.memory
     static = inputs.staticPublisher
@@ -140,7 +140,7 @@ def publish_raw_transform_tree(db: Any) -> bool:
     },
     memory=partial(Publisher, IMU),
 )
-def publish_imu(db: Any) -> bool:
+def publish_imu(db: Database) -> bool:
     """Publish `sensor_msgs/Imu`; what is switched off is marked absent by covariance[0] = -1."""
     topic = subscribed_topic(db)
     if topic is None:
@@ -150,7 +150,7 @@ def publish_imu(db: Any) -> bool:
     return True
 
 
-def imu_of(db: Any, nanoseconds: int) -> Any:
+def imu_of(db: Database, nanoseconds: int) -> Any:
     """The message that an IMU publisher's inputs describe."""
     inputs = db.inputs
     return imu(
@@ -177,7 +177,7 @@ def imu_of(db: Any, nanoseconds: int) -> Any:
     },
     memory=partial(Publisher, ACKERMANN),
 )
-def publish_ackermann_drive(db: Any) -> bool:
+def publish_ackermann_drive(db: Database) -> bool:
     """Publish `ackermann_msgs/AckermannDriveStamped`."""
     topic = subscribed_topic(db)
     if topic is None:

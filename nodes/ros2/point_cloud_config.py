@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 
 # Input -> the name it puts into selectedMetadata, in the order of the list. Ring and Time are additions of ours.
 _CHOICES = {
@@ -30,7 +28,7 @@ _CHOICES = {
     inputs={name: Attribute("bool", f"add {what}", default=False) for name, (_, what) in _CHOICES.items()},
     outputs={"selectedMetadata": Attribute("token[]", "names for ROS2RtxLidarHelper's selectedMetadata", default=[])},
 )
-def point_cloud_config(db: Any) -> None:
+def point_cloud_config(db: Database) -> None:
     """List the chosen quantities by name."""
     inputs = db.inputs
     db.outputs.selectedMetadata = [name for choice, (name, _) in _CHOICES.items() if getattr(inputs, choice)]

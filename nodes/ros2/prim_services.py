@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 from graph.sim.scene.prim_paths import prim_at
 
 from .publishing import topic_name
@@ -21,7 +21,7 @@ class _Servers:
     opened: list[tuple[Any, Callable[[Any, Any], Answer]]] = field(default_factory=list)
 
 
-def _close(db: Any) -> None:
+def _close(db: Database) -> None:
     while db.memory.opened:
         db.app.bus.services.close(db.memory.opened.pop()[0])
 
@@ -49,7 +49,7 @@ def _service(default: str, what: str) -> Attribute:
     memory=_Servers,
     release=_close,
 )
-def service_prim(db: Any) -> bool:
+def service_prim(db: Database) -> bool:
     """Serve the stage to the run's service clients (package isaac_ros2_messages).
 
     Values are JSON: numbers, texts, lists; quaternions are w, x, y, z, matrices are rows as in USD. What cannot be done

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 from nodes.isaac.clocks import stamp_ns
 
 from .laser_scans import LASER_SCAN, laser_scan, scan_style
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     },
     memory=partial(Publisher, LASER_SCAN),
 )
-def publish_laser_scan(db: Any) -> bool:
+def publish_laser_scan(db: Database) -> bool:
     """Publish `sensor_msgs/LaserScan`; empty beams are +inf, angle_max is the last beam's (or as the profile says)."""
     inputs = db.inputs
     for name in ("horizontalFov", "horizontalResolution"):
@@ -68,7 +68,7 @@ def publish_laser_scan(db: Any) -> bool:
     return True
 
 
-def _of_row(db: Any) -> tuple[NDArray[np.float32], NDArray[Any]]:
+def _of_row(db: Database) -> tuple[NDArray[np.float32], NDArray[Any]]:
     """Ranges and intensities as given. Fails the node where the sizes do not agree."""
     import numpy as np
 
@@ -85,7 +85,7 @@ def _of_row(db: Any) -> tuple[NDArray[np.float32], NDArray[Any]]:
     return ranges, intensities
 
 
-def _of_frame(db: Any) -> tuple[NDArray[np.float32], NDArray[Any]]:
+def _of_frame(db: Database) -> tuple[NDArray[np.float32], NDArray[Any]]:
     """Ranges and intensities of the frame behind dataPtr, binned by azimuth."""
     from nodes.lidar.frames import frame_of_handle
     from sensors.annotators import flat_scan

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 from nodes.isaac.clocks import stamp_ns
 
 from .point_clouds import POINT_CLOUD, point_cloud
@@ -57,7 +57,7 @@ def _buffer_inputs() -> dict[str, Attribute]:
     },
     memory=partial(Publisher, POINT_CLOUD),
 )
-def publish_point_cloud(db: Any) -> bool:
+def publish_point_cloud(db: Database) -> bool:
     """Publish `sensor_msgs/PointCloud2`: x, y, z and each quantity whose output flag and handle are both set."""
     inputs = db.inputs
     if inputs.cudaDeviceIndex != -1:
@@ -80,7 +80,7 @@ def publish_point_cloud(db: Any) -> bool:
     return True
 
 
-def _buffer(db: Any, name: str) -> Any:
+def _buffer(db: Database, name: str) -> Any:
     """The array behind a handle. Fails the node where there is none (any more)."""
     import numpy as np
 

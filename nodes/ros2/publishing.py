@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass
 from typing import Any
 
-from graph import Attribute
+from graph.node import Attribute, Database
 
 NAMESPACE_ATTRIBUTE = "isaac:namespace"
 
@@ -43,7 +43,7 @@ class Publisher:
     topic: str = ""
 
 
-def subscribed_topic(db: Any, name: str | None = None) -> str | None:
+def subscribed_topic(db: Database, name: str | None = None) -> str | None:
     """The node's absolute topic if somebody listens to it, else None; announces the topic at the first compute.
 
     name: what to publish on instead of the input topicName.
@@ -61,7 +61,7 @@ _TOPIC = re.compile(r"(/[A-Za-z_][A-Za-z0-9_]*)+")
 """https://design.ros2.org/articles/topic_and_service_names.html"""
 
 
-def topic_name(db: Any, below: str, name: str | None = None) -> str:
+def topic_name(db: Database, below: str, name: str | None = None) -> str:
     """The absolute topic of a publishing node; `below`: the path whose ancestors may carry isaac:namespace.
 
     name: what to publish on instead of the input topicName. Fails the node where that makes no topic.
@@ -72,13 +72,13 @@ def topic_name(db: Any, below: str, name: str | None = None) -> str:
     return absolute_topic(name, namespace)
 
 
-def planned_topic(db: Any, below: str) -> str | None:
+def planned_topic(db: Database, below: str) -> str | None:
     """The topic that a node will publish on, as far as its inputs tell now; None where they make no topic."""
     name, namespace = _name_and_namespace(db, below, None)
     return None if topic_problem(name, namespace) else absolute_topic(name, namespace)
 
 
-def _name_and_namespace(db: Any, below: str, name: str | None) -> tuple[str, str]:
+def _name_and_namespace(db: Database, below: str, name: str | None) -> tuple[str, str]:
     name = (db.inputs.topicName if name is None else name).strip()
     if name.startswith("/"):
         return name, ""

@@ -6,7 +6,7 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 
 SUBSCRIPTION = "Default for publishers/subscribers"
 POLICY = ("history", "depth", "reliability", "durability", "deadline", "lifespan", "liveliness", "leaseDuration")
@@ -76,14 +76,14 @@ PRESETS: Mapping[str, Mapping[str, Any]] = {
     },
     outputs={"qosProfile": Attribute("string", "the profile as JSON, for the qosProfile input of other nodes")},
 )
-def qos_profile(db: Any) -> None:
+def qos_profile(db: Database) -> None:
     """Build a quality of service profile. In a run, history and depth shape subscribers' queues; the rest is kept."""
     preset = PRESETS.get(db.inputs.createProfile)
     profile = preset or {name: getattr(db.inputs, name) for name in POLICY}
     db.outputs.qosProfile = json.dumps({name: profile[name] for name in POLICY})
 
 
-def queue_depth(db: Any) -> int:
+def queue_depth(db: Database) -> int:
     """How many messages a subscriber's queue holds; 0 is no limit. From qosProfile where it is set, else queueSize.
 
     Fails the node where qosProfile is no profile.

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, KnownTypes, node_type
 
 from .any_fields import FIELD, Fields, field_types, required_type, type_inputs, type_name
 from .publishing import topic_name
@@ -35,21 +35,21 @@ HANDLE = "the server, for its ROS2ServiceServerResponse"
 def _resolving(parts: Mapping[str, str]) -> Any:
     """A node type's `resolve`: attribute beginning -> part of the service (Request, Response)."""
 
-    def resolve(known: Any) -> Mapping[str, str]:
+    def resolve(known: KnownTypes) -> Mapping[str, str]:
         name = type_name(known.value)
         return field_types(known, {start: f"{name}_{part}" for start, part in parts.items()}) if name else {}
 
     return resolve
 
 
-def _service_type(db: Any) -> str:
+def _service_type(db: Database) -> str:
     name = required_type(db)
     if db.inputs.messageSubfolder != "srv":
         db.fail(f'{name} is no service type; messageSubfolder is "srv" for services')
     return name
 
 
-def _service_name(db: Any) -> str:
+def _service_name(db: Database) -> str:
     name: str = db.inputs.serviceName
     if not name.strip("/ "):
         db.lack("input serviceName is empty; give the service a name")
@@ -62,7 +62,7 @@ class _Server:
     fields: Fields | None = None
 
 
-def _close(db: Any) -> None:
+def _close(db: Database) -> None:
     if db.memory.server is not None:
         db.app.bus.services.close(db.memory.server)
         db.memory.server = None
@@ -81,7 +81,7 @@ def _close(db: Any) -> None:
     memory=_Server,
     release=_close,
 )
-def service_server_request(db: Any) -> bool:
+def service_server_request(db: Database) -> bool:
     """Serve: take the oldest request that waits, its fields are the outputs Request:..."""
     memory = db.memory
     if memory.server is None:
@@ -116,7 +116,7 @@ class _Answer:
     resolve=_resolving({"inputs:Response:": "Response"}),
     memory=_Answer,
 )
-def service_server_response(db: Any) -> bool:
+def service_server_response(db: Database) -> bool:
     """Answer the oldest open request with the inputs Response:..., those left out being zero or empty."""
     server = db.app.bus.services.server(db.inputs.serverHandle)
     if server is None:
@@ -152,7 +152,7 @@ class _Client:
     resolve=_resolving({"inputs:Request:": "Request", "outputs:Response:": "Response"}),
     memory=_Client,
 )
-def service_client(db: Any) -> bool:
+def service_client(db: Database) -> bool:
     """Ask with the inputs Request:...; the answer's fields are the outputs Response:...
 
     One question is open at a time: each compute looks for its answer, and asks anew once it has come (in the same

@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from graph import Attribute
+from graph.node import Attribute, Database
 
 from .publishing import topic_name
 from .quality import queue_depth
@@ -45,12 +45,12 @@ def subscriber_inputs(topic: str) -> dict[str, Attribute]:
     }
 
 
-def next_message(db: Any, type_name: str) -> Any:
+def next_message(db: Database, type_name: str) -> Any:
     """The oldest waiting message, as its class in the type store; None if none waits. Listens at the first call."""
     return take(db, type_name, lambda: topic_name(db, db.path))
 
 
-def take(db: Any, type_name: str, topic: Any, depth: Any = None) -> Any:
+def take(db: Database, type_name: str, topic: Any, depth: Any = None) -> Any:
     """As `next_message`, for a node whose topic and queue length come from functions."""
     memory = db.memory
     if memory.subscription is None:
@@ -67,7 +67,7 @@ def take(db: Any, type_name: str, topic: Any, depth: Any = None) -> Any:
     return None if message is None else message.message
 
 
-def unsubscribe(db: Any) -> None:
+def unsubscribe(db: Database) -> None:
     """Stops listening; for a node type's `release`."""
     subscription = db.memory.subscription
     if subscription is not None:

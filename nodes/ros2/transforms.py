@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 from graph.sim.scene.prim_paths import prim_at
 from nodes.isaac.clocks import stamp_ns
 
@@ -43,7 +42,7 @@ class _Tree(Publisher):
     },
     memory=partial(_Tree, TRANSFORMS),
 )
-def publish_transform_tree(db: Any) -> bool:
+def publish_transform_tree(db: Database) -> bool:
     """Publish `tf2_msgs/TFMessage`: the targets' poses in the parent, in metres and x, y, z, w quaternions.
 
     Frame names: isaac:nameOverride, else the prim's name, else (where two prims share it) its path with _ for /.
@@ -64,7 +63,7 @@ def publish_transform_tree(db: Any) -> bool:
     return True
 
 
-def _of_prims(db: Any) -> list[FrameTransform]:
+def _of_prims(db: Database) -> list[FrameTransform]:
     inputs, memory, app = db.inputs, db.memory, db.app
     parents, targets = inputs.parentPrim or (), inputs.targetPrims or ()
     key = (str(parents[0]) if parents else "", tuple(map(str, targets)))
@@ -79,7 +78,7 @@ def _of_prims(db: Any) -> list[FrameTransform]:
     return poses
 
 
-def _given(db: Any) -> list[FrameTransform]:
+def _given(db: Database) -> list[FrameTransform]:
     inputs = db.inputs
     columns = (inputs.parentFrames, inputs.childFrames, inputs.translations.tolist(), inputs.orientations.tolist())
     if len({len(column) for column in columns}) != 1:

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from graph import Attribute, node_type
 from graph.evaluate.script_permission import REFUSED
+from graph.node import Attribute, Database, node_type
 from graph.ogn.database import OgnDatabase, log_print
 from graph.ogn.stand_in import OG, importable
 
@@ -24,7 +24,7 @@ class _Script:
     """What the inputs named when it was read: the text itself, or a file and when it was written."""
     code: Any = None
     names: dict[str, Any] = field(default_factory=dict)
-    db: Any = None
+    db: ScriptView | None = None
 
 
 class ScriptView(OgnDatabase):
@@ -36,7 +36,7 @@ class ScriptView(OgnDatabase):
         return self._own
 
 
-def _clean_up(db: Any) -> None:
+def _clean_up(db: Database) -> None:
     """Calls the script's cleanup, if it was set up."""
     memory = db.memory
     if memory is not None and memory.db is not None:
@@ -65,7 +65,7 @@ def _clean_up(db: Any) -> None:
     memory=_Script,
     release=_clean_up,
 )
-def script_node(db: Any) -> bool:
+def script_node(db: Database) -> bool:
     """Run a script: setup(db) before its first compute and when it changes, compute(db), cleanup(db) at the stop.
 
     A script without these functions runs as a whole each time, with `db` at hand. Scripts run only where the user
@@ -96,7 +96,7 @@ def script_node(db: Any) -> bool:
     return True
 
 
-def _load(db: Any, memory: _Script, origin: tuple[Any, ...]) -> None:
+def _load(db: Database, memory: _Script, origin: tuple[Any, ...]) -> None:
     """Takes a script up: defines its functions and calls its setup."""
     source = _text(db, *origin) if len(origin) > 1 else origin[0]
     memory.db = ScriptView(db)
@@ -111,7 +111,7 @@ def _load(db: Any, memory: _Script, origin: tuple[Any, ...]) -> None:
     db.state.omni_initialized = True
 
 
-def _origin(db: Any) -> tuple[Any, ...]:
+def _origin(db: Database) -> tuple[Any, ...]:
     """The script's text, or its file and when that was written. Fails the node for a file outside the folders."""
     inputs = db.inputs
     if not inputs.usePath:
@@ -126,10 +126,9 @@ def _origin(db: Any) -> tuple[Any, ...]:
         return path, path.stat().st_mtime_ns
     except OSError as error:
         db.fail(f"{path} cannot be read: {error.strerror}")
-        raise
 
 
-def _text(db: Any, path: Path, _: int) -> str:
+def _text(db: Database, path: Path, _: int) -> str:
     """The text of the script's file."""
     try:
         if path.stat().st_size > MAX_BYTES:
@@ -140,11 +139,11 @@ def _text(db: Any, path: Path, _: int) -> str:
         return str(db.fail(f"{path} cannot be read: {reason}"))
 
 
-def _label(db: Any) -> str:
+def _label(db: Database) -> str:
     return f"<script of {db.path}>"
 
 
-def _guarded(db: Any, call: Any) -> Any:
+def _guarded(db: Database, call: Any) -> Any:
     """What the call gives. Fails the node, with the script's line, where the script raises."""
     from graph.node.database import NodeError
 

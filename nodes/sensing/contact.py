@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 
 from .imu import EVERY_STEP, sensor_prim
+
+if TYPE_CHECKING:
+    from graph.sim import App
 
 THRESHOLD, RADIUS = (0.0, 100000.0), -1.0
 """Defaults of an IsaacContactSensor's attributes."""
@@ -27,7 +30,7 @@ THRESHOLD, RADIUS = (0.0, 100000.0), -1.0
         "value": Attribute("float", "the total force of the body's contacts; 0 out of contact", default=0.0, unit="N"),
     },
 )
-def read_contact_sensor(db: Any) -> None:
+def read_contact_sensor(db: Database) -> None:
     """Add up the forces on the sensor's body in the newest physics step, of contacts within the sensor's radius.
 
     The prim's `threshold` (least, most, in units of the stage) and `radius` (stage units; not above 0: all contacts)
@@ -44,7 +47,6 @@ def read_contact_sensor(db: Any) -> None:
     body = body_of(app, str(prim.GetPath()))
     if body is None:
         db.fail(f"{prim.GetPath()} is on a body that cannot move; its contacts are not simulated")
-        return
     unit = app.meters_per_unit
     place = app.fabric.world_matrix(str(prim.GetPath()))[:3, 3] * unit
     force = contact_force(app.physics, body, place, float(attribute_of(prim, "radius", RADIUS)) * unit)
@@ -56,7 +58,7 @@ def read_contact_sensor(db: Any) -> None:
     db.fire("execOut")
 
 
-def _newtons(app: Any) -> float:
+def _newtons(app: App) -> float:
     """Newtons in one unit of force of the stage."""
     from graph.sim.physics.attributes import kilograms_per_unit
 

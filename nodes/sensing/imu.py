@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 from graph.sim.scene.prim_paths import prim_at
 
 EVERY_STEP = "readings are always of the newest physics step"
@@ -17,13 +17,13 @@ class _Imu:
     unit: Any = None
 
 
-def _release(db: Any) -> None:
+def _release(db: Database) -> None:
     if db.memory.unit is not None:
         db.memory.unit.close()
         db.memory.unit = None
 
 
-def sensor_prim(db: Any, targets: Any, name: str) -> Any:
+def sensor_prim(db: Database, targets: Any, name: str) -> Any:
     """The one prim that a target input names. Fails the node where it is none or several, or not on the stage."""
     if len(targets) != 1:
         db.lack(f"input {name} names {len(targets)} prims; give it the path of one prim")
@@ -54,7 +54,7 @@ def sensor_prim(db: Any, targets: Any, name: str) -> Any:
     memory=_Imu,
     release=_release,
 )
-def read_imu(db: Any) -> None:
+def read_imu(db: Database) -> None:
     """Read an IMU: the change of its velocity over the newest physics step, averaged over its filter widths.
 
     The first compute after play starts the sensor, and there is a reading from the physics step after it. Before, and

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 
 from .imu import EVERY_STEP, sensor_prim
 
@@ -12,7 +12,7 @@ ROTATION, TRANSLATION = 0, 1
 """Kinds of joints in jointDofTypes."""
 
 
-def _mechanism(db: Any, prim: Any) -> Any:
+def _mechanism(db: Database, prim: Any) -> Any:
     if db.app.physics is None:
         db.fail(f"{prim.GetPath()} has no joints that move: nothing on the stage can")
     return db.app.physics.articulation(str(prim.GetPath()))
@@ -36,7 +36,7 @@ def _mechanism(db: Any, prim: Any) -> Any:
         ),
     },
 )
-def read_effort_sensor(db: Any) -> None:
+def read_effort_sensor(db: Database) -> None:
     """Read the effort of a joint in the newest physics step."""
     app, outputs = db.app, db.outputs
     prim = sensor_prim(db, db.inputs.prim, "prim")
@@ -70,7 +70,7 @@ def read_effort_sensor(db: Any) -> None:
         "stageMetersPerUnit": Attribute("float", "metres in a unit of the stage", default=0.0, unit="m"),
     },
 )
-def read_joint_state(db: Any) -> None:
+def read_joint_state(db: Database) -> None:
     """Read all joints of a robot, at the newest physics step."""
     app, outputs = db.app, db.outputs
     prim = sensor_prim(db, db.inputs.prim, "prim")

@@ -6,13 +6,15 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 
 from .imu import sensor_prim
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
+
+    from graph.sim import App
 
     Floats = NDArray[np.float64]
 
@@ -82,7 +84,7 @@ class _Memory:
     },
     memory=_Memory,
 )
-def read_raycast_sensor(db: Any) -> None:
+def read_raycast_sensor(db: Database) -> None:
     """Cast the sensor's rays at the newest physics step: from minRange on, at what lidars see.
 
     The prim is read once after play. Where it has time offsets, a reading holds the rays that were fired during the
@@ -120,7 +122,7 @@ def read_raycast_sensor(db: Any) -> None:
     db.fire("execOut")
 
 
-def _read(db: Any) -> _Rays:
+def _read(db: Database) -> _Rays:
     """The sensor that the input names. Fails the node for one whose rays do not fit together."""
     import numpy as np
 
@@ -171,7 +173,7 @@ def _rotation(placed: Floats) -> Floats:
     return rigid_part(placed)[:3, :3]
 
 
-def _cast(app: Any, origins: Floats, directions: Floats, rays: _Rays) -> tuple[Floats, Floats, list[str]]:
+def _cast(app: App, origins: Floats, directions: Floats, rays: _Rays) -> tuple[Floats, Floats, list[str]]:
     """Depths (n,) [stage units], normals (n, 3) and paths of what rays hit from where their range begins."""
     import numpy as np
 

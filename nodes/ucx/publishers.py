@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 from nodes.isaac.clocks import stamp_ns
 from nodes.ros2.image_messages import IMAGE
 from nodes.ros2.images import CUDA_DEVICE, DATA_PTR, image_of
@@ -24,7 +24,7 @@ from .transport import SENT, TIME_STAMP, endpoint_inputs, listened_topic
     outputs={"execOut": SENT},
     memory=partial(Publisher, CLOCK),
 )
-def publish_clock(db: Any) -> bool:
+def publish_clock(db: Database) -> bool:
     """Send the time, as `rosgraph_msgs/Clock`."""
     topic = listened_topic(db)
     if topic is None:
@@ -46,7 +46,7 @@ def publish_clock(db: Any) -> bool:
     outputs={"execOut": SENT},
     memory=partial(Publisher, JOINT_STATE),
 )
-def publish_joint_state(db: Any) -> bool:
+def publish_joint_state(db: Database) -> bool:
     """Send joint values, as `sensor_msgs/JointState` without names."""
     topic = listened_topic(db)
     if topic is None:
@@ -68,7 +68,7 @@ def publish_joint_state(db: Any) -> bool:
     outputs={"execOut": SENT},
     memory=partial(Publisher, ODOMETRY),
 )
-def publish_odometry(db: Any) -> bool:
+def publish_odometry(db: Database) -> bool:
     """Send a pose and velocities, as `nav_msgs/Odometry` in frame odom of base_link."""
     topic = listened_topic(db)
     if topic is None:
@@ -92,7 +92,7 @@ def publish_odometry(db: Any) -> bool:
     outputs={"execOut": SENT},
     memory=partial(Publisher, IMU),
 )
-def publish_imu(db: Any) -> bool:
+def publish_imu(db: Database) -> bool:
     """Send inertial readings, as `sensor_msgs/Imu`."""
     topic = listened_topic(db)
     if topic is None:
@@ -125,7 +125,7 @@ def publish_imu(db: Any) -> bool:
     },
     memory=partial(Publisher, IMAGE),
 )
-def publish_image(db: Any) -> bool:
+def publish_image(db: Database) -> bool:
     """Send an image, as `sensor_msgs/Image`; without pixels (before the first frame) nothing is sent."""
     topic = listened_topic(db)
     if topic is None:
@@ -138,7 +138,7 @@ def publish_image(db: Any) -> bool:
     return True
 
 
-def _send(db: Any, topic: str, type_name: str, message: Any, nanoseconds: int) -> bool:
+def _send(db: Database, topic: str, type_name: str, message: Any, nanoseconds: int) -> bool:
     db.app.bus.publish(topic, type_name, message, nanoseconds)
     db.fire("execOut")
     return True

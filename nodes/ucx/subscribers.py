@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 from nodes.ros2.robot_messages import JOINT_STATE
 from nodes.ros2.subscribing import EXEC_OUT, Subscriber, seconds, take, unsubscribe
 
@@ -27,7 +25,7 @@ QUEUE = 10
     memory=Subscriber,
     release=unsubscribe,
 )
-def subscribe_joint_command(db: Any) -> bool:
+def subscribe_joint_command(db: Database) -> bool:
     """Receive joint commands, as `sensor_msgs/JointState`: the next message, if there is one; ten wait at most."""
     message = take(db, JOINT_STATE, lambda: topic_of(db), lambda: QUEUE)
     if message is None:

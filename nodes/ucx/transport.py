@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-from graph import Attribute
+from graph.node import Attribute, Database
 from nodes.ros2.publishing import subscribed_topic
 
 
@@ -27,11 +25,11 @@ SENT = Attribute("execution", "the message was sent")
 TIME_STAMP = Attribute("double", "stamp of the message", default=0.0, unit="s")
 
 
-def topic_of(db: Any) -> str:
+def topic_of(db: Database) -> str:
     """The topic that stands for the node's port and tag."""
     return f"/ucx/port_{int(db.inputs.port)}/tag_{int(db.inputs.tag)}"
 
 
-def listened_topic(db: Any) -> str | None:
+def listened_topic(db: Database) -> str | None:
     """The node's topic if somebody listens to it, else None; announces it at the first compute."""
     return subscribed_topic(db, topic_of(db))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from graph import Attribute, node_type
+from graph.node import Attribute, Database, node_type
 from nodes.data.stage_prims import find_prim, only_target
 
 
@@ -15,7 +15,7 @@ from nodes.data.stage_prims import find_prim, only_target
     inputs={"viewport": Attribute("token", "name of the viewport; empty is the default one", default="")},
     outputs={"camera": Attribute("token", "path of its camera; empty while it has none")},
 )
-def get_active_viewport_camera(db: Any) -> bool:
+def get_active_viewport_camera(db: Database) -> bool:
     """Tell which camera a viewport shows; viewports are render products without windows."""
     from nodes.isaac.viewports import DEFAULT, viewports_of
 
@@ -43,7 +43,7 @@ def get_active_viewport_camera(db: Any) -> bool:
     },
     outputs={"execOut": Attribute("execution", "follows once it is done")},
 )
-def set_camera_target(db: Any) -> bool:
+def set_camera_target(db: Database) -> bool:
     """Make a camera look at a point: it turns upright to it, or moves to see it straight ahead as far as it was."""
     import numpy as np
 

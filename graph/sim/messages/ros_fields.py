@@ -81,7 +81,7 @@ def unpack(type_name: str, message: Any) -> list[Any]:
     return [leaf.to_value(next(stream)) for leaf in leaves(type_name)]
 
 
-def from_plain(type_name: str, data: Mapping[str, Any], path: str = "") -> Any:
+def from_plain(type_name: str, data: object, path: str = "") -> Any:
     """The message of plain data (nested mappings by field name); fields left out are zero or empty.
 
     Raises ValueError naming the field for a name that the type lacks or a value that does not fit.

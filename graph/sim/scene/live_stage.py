@@ -173,7 +173,8 @@ class LiveStage:
         from graph.sim.physics.rebuild import rebuild
 
         app, fabric, paths = self._app, self._fabric, tuple(touched)
-        physics, gone = app.simulation.physics, None
+        physics = app.simulation.physics
+        gone: Any = None
         if physics is None:
             scan = scan_stage(app.stage, fabric.promoted)
             dt = 1 / app.simulation.steps_per_second
