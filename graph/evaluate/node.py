@@ -13,6 +13,7 @@ from graph.node.context import Context
 from graph.node.database import Database, LackError, python_name
 from graph.node.declaration import Attribute, Compute, NodeType
 from graph.values.coercion import coerce
+from graph.values.precision import ROUNDERS
 from graph.values.types import Type
 
 from .familiar import FamiliarNode
@@ -133,8 +134,13 @@ class Node(FamiliarNode):
 
     def get(self, name: str) -> Any:
         """The present value of an attribute, `x` or `outputs:x`. Raises KeyError for an unknown one."""
-        prefix, short = self.full_name(name).split(":", 1)
-        return getattr(getattr(self.db, prefix), python_name(short), None)
+        full = self.full_name(name)
+        prefix, short = full.split(":", 1)
+        value = getattr(getattr(self.db, prefix), python_name(short), None)
+        # What a compute wrote into a float or half is rounded where it is read: here and on connections.
+        if isinstance(value, float) and (type_ := self.types[full]) is not None and type_.storage in ROUNDERS:
+            return ROUNDERS[type_.storage](value)
+        return value
 
     def set(self, name: str, value: Any) -> None:
         """Sets an input or state attribute, now and for every start after a stop. A value that it has is no change.

@@ -1,6 +1,6 @@
 """Values of attribute types: the zero of each, and the check of what a user wrote.
 
-Scalars are plain Python (half and float keep Python's precision; only their range is checked). Tuples, matrices and
+Scalars are plain Python, those of half and float rounded to their precision (`precision`). Tuples, matrices and
 numeric arrays are NumPy arrays of the type's dtype, made read-only here because many nodes may share them; `token[]`
 and `target` are lists of str, `bundle` a dict. Quaternions are x, y, z, w; matrices are row-vector matrices.
 """
@@ -13,6 +13,7 @@ from collections.abc import Callable
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
+from .precision import ROUNDERS
 from .types import INTEGER_RANGES, TYPES, AnyType, Extended, Type
 
 if TYPE_CHECKING:
@@ -156,7 +157,8 @@ def _real(type_: Type, value: Any) -> float:
     # An infinity that was written as one is fine; a finite number that would become one is not.
     if (math.isinf(real) and isinstance(value, int)) or LARGEST.get(type_.storage, math.inf) < abs(real) < math.inf:
         raise ValueError(f"{shown(value)} does not fit {type_}")
-    return real
+    rounder = ROUNDERS.get(type_.storage)
+    return rounder(real) if rounder else real
 
 
 def _target(value: Any) -> list[str]:

@@ -12,6 +12,7 @@ from functools import cache
 from typing import Any
 
 from .coercion import dtype_of, shown
+from .precision import coarser
 from .types import INTEGER_RANGES, TYPES, AnyType, Extended, Type
 
 Converter = Callable[[Any], Any]
@@ -30,7 +31,8 @@ def convertible(source: Type, target: Type) -> bool:
 def converter(source: Type, target: Type) -> Converter | None:
     """The function that turns a value of `source` into one of `target`; None where the value passes as it is.
 
-    A float becomes an integer towards zero; a number that does not fit raises ValueError when it is converted.
+    A float becomes an integer towards zero; a number that does not fit raises ValueError when it is converted. On the
+    way through a `float` or `half` at either end a real number takes that precision.
     Raises TypeError where the table allows no conversion.
     """
     if not convertible(source, target):
@@ -42,8 +44,8 @@ def converter(source: Type, target: Type) -> Converter | None:
     if target.storage in INTEGER_RANGES:
         low, high = INTEGER_RANGES[target.storage]
         least, most = INTEGER_RANGES.get(source.storage, (-float("inf"), float("inf")))
-        return None if low <= least and most <= high else _as_integer(target)
-    return float if source.storage in INTEGER_RANGES else None
+        return None if low <= least and most <= high else _as_integer(source, target)
+    return coarser(source.storage, target.storage) or (float if source.storage in INTEGER_RANGES else None)
 
 
 def way_between(source: Type | None, target: AnyType | None) -> str:
@@ -129,12 +131,13 @@ def settle(source: Type, target: Extended) -> Type | None:
     return next((member for member in members if convertible(source, member)), None)
 
 
-def _as_integer(target: Type) -> Converter:
+def _as_integer(source: Type, target: Type) -> Converter:
     low, high = INTEGER_RANGES[target.storage]
+    rounded = coarser(source.storage)
 
     def convert(value: Any) -> int:
         try:
-            whole = int(value)
+            whole = int(rounded(value) if rounded else value)
         except (ValueError, OverflowError):
             raise ValueError(f"{shown(value)} does not fit {target}") from None
         if low <= whole <= high:
