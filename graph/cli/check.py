@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from graph.base.errors import Mark, Problem
+from graph.base.errors import Mark, Problem, UserError
 
 from .arguments import add_allow
 from .printing import note_line, problem_line, say, say_json, tell
@@ -96,7 +96,15 @@ def check(
     if is_test_file(Path(file)):
         return _check_tests(file, allow)
     parts = build_parts(file, allow=allow, settings=settings, skip_unknown=skip_unknown)
-    return Checked(file, parts.spec, tuple(parts.problems), tuple(parts.warnings))
+    problems, notes = tuple(parts.problems), tuple(parts.warnings)
+    if parts.stage is not None and not problems:
+        from graph.sim.physics.read_world import survey
+
+        try:
+            notes += tuple(survey(parts.stage, mirrors=parts.mjcf is not None))
+        except UserError as error:
+            problems = tuple(error.problems)
+    return Checked(file, parts.spec, problems, notes)
 
 
 def _check_tests(file: str, allow: Sequence[Path]) -> Checked:

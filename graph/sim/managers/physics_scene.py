@@ -211,10 +211,10 @@ class PhysicsScene:
         if self._app is not None and self._app.simulation.built:
             self._app.simulation.scene_changed(self, name, kind, value)
 
-    def _stored_only(self, what: str, why: str) -> None:
+    def _stored_only(self, name: str, why: str) -> None:
         if self._app is not None:
-            message = f"{what} is kept on the prim and changes nothing: {why}"
-            self._app.warn("physics-setting-stored", self.path, message)
+            message = f"{name} is kept on the prim and changes nothing: {why}"
+            self._app.warn("physics-setting-stored", f"{self.path}.{name}", message)
 
 
 def scene_prims(stage: Any) -> Any:

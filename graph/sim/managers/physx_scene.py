@@ -108,18 +108,18 @@ class PhysxScene(PhysicsScene):
         for name, size in sizes.items():
             if size is not None:
                 self._author(f"physxScene:{_camel(name)}", "UInt", int(size))
-                self._stored_only(_camel(name), _CPU)
+                self._stored_only(f"physxScene:{_camel(name)}", _CPU)
 
     def _choose(self, name: str, value: str, choices: tuple[str, ...], why: str) -> None:
         if value not in choices:
             raise ValueError(f"{name} {value!r} is not one of {', '.join(choices)}")
         self._author(f"physxScene:{name}", "Token", value)
-        self._stored_only(name, why)
+        self._stored_only(f"physxScene:{name}", why)
 
     def _switch(self, name: str, value: bool, why: str) -> None:
         self._author(f"physxScene:{name}", "Bool", bool(value))
         if value:
-            self._stored_only(name, why)
+            self._stored_only(f"physxScene:{name}", why)
 
 
 def _camel(name: str) -> str:

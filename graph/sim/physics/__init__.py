@@ -37,6 +37,9 @@ def build_physics(
     """
     from graph.sim.scene.scan import scan_stage
 
+    from .authored_settings import check_settings
+
+    check_settings(stage, warn, mirrors=mjcf is not None)
     if mjcf is not None:
         mjcf.settle(warn)
     scan = scan or scan_stage(stage)

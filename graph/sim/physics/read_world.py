@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from graph.base.errors import UserError
 from graph.sim import transforms
-from graph.sim.scene.scan import BodyPrim, Scan
+from graph.sim.scene.scan import BodyPrim, Scan, scan_stage
 from graph.sim.scene.stage import Warn, up_axis
 from graph.sim.transforms import Floats
 from graph.sim.usd import EARLIEST, UsdGeom, UsdPhysics
 
 from .attributes import authored, kilograms_per_unit, quaternion_of, value_of, vector
+from .authored_settings import check_settings
 from .filters import read_filters
 from .model import Body, Collider, Joint, World
 from .read_colliders import read_colliders
@@ -65,6 +66,24 @@ def read_world(scan: Scan, warn: Warn, known: Known = NOTHING) -> World:
         softs=read_softs(scan, warn),
         given=tuple(_body(scan, body, warn) for body in scan.bodies.values() if body.given),
     )
+
+
+def survey(stage: Any, *, mirrors: bool = False) -> list[tuple[str, str, str]]:
+    """What building the physics of a stage would warn of, (code, where, message), but for its colliders' shapes.
+
+    Cheap enough for a check: no shape is read and no engine loaded. mirrors: see `check_settings`. Raises UserError for
+    what makes the stage impossible to play.
+    """
+    found: list[tuple[str, str, str]] = []
+
+    def warn(code: str, where: str, message: str) -> None:
+        found.append((code, where, message))
+
+    check_settings(stage, warn, mirrors=mirrors)
+    scan = scan_stage(stage)
+    if scan.dynamic:
+        read_world(replace(scan, colliders=[]), warn)
+    return [*dict.fromkeys(found)]
 
 
 def _say_several_scenes(scan: Scan, warn: Warn) -> None:

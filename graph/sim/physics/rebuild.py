@@ -11,6 +11,7 @@ from graph.sim.scene.scan import Scan, scan_stage
 from graph.sim.scene.stage import Warn
 from graph.sim.transforms import Floats
 
+from .authored_settings import check_settings
 from .model import Collider, World
 from .mujoco.engine import MujocoEngine
 from .read_world import Known, read_world
@@ -27,6 +28,7 @@ def rebuild(
     """
     assert physics.world is not None
     assert physics.compile is not None
+    check_settings(stage, warn, mirrors=bool(physics.world.given))
     scan = scan_stage(stage, promoted)
     if not scan.dynamic:
         return False

@@ -183,9 +183,12 @@ def played(tmp_path):
         yield app
 
 
-def test_the_scene_brings_its_own_rate_and_no_warnings(played):
+def test_the_scene_brings_its_own_rate_and_only_choices_of_another_engine_are_told(played):
     assert played.simulation.get_num_physics_steps() == 480
-    assert [warning.code for warning in played.warnings] == []
+    assert {(warning.code, warning.where) for warning in played.warnings} == {
+        ("physics-setting-stored", "/World/physicsScene.physxScene:broadphaseType"),
+        ("physics-setting-stored", "/World/Robot/shoulder.physxJoint:maxJointVelocity"),
+    }
 
 
 def test_the_arm_goes_to_its_target_and_the_fingers_mimic(played):

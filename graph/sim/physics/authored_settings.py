@@ -1,0 +1,270 @@
+"""The physics settings that a stage authors, held against the table of what is simulated."""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import Any
+
+from graph.base.errors import Problem, UserError
+from graph.sim.scene.scan import SOFT
+from graph.sim.scene.stage import Warn
+from graph.sim.usd import EARLIEST, Sdf, Tf, Usd, UsdPhysics
+
+from .attributes import applied_schemas
+from .settings_table import (
+    ARRAYS,
+    INSTANCES,
+    NAMESPACES,
+    NEUTRAL,
+    QUIET_SCHEMAS,
+    RELATIONSHIPS,
+    ROLES,
+    SCHEMAS,
+    SIMULATED,
+    STORED,
+    TOKENS,
+    UNKNOWN,
+    VECTORS,
+    Stored,
+    generic,
+    stored_as,
+)
+
+CODE = "physics-setting-stored"
+
+_JOINTS = (
+    ("fixed", UsdPhysics.FixedJoint),
+    ("revolute", UsdPhysics.RevoluteJoint),
+    ("prismatic", UsdPhysics.PrismaticJoint),
+    ("spherical", UsdPhysics.SphericalJoint),
+    ("distance", UsdPhysics.DistanceJoint),
+    ("d6", UsdPhysics.Joint),
+)
+_ATTACHMENTS = ("PhysxPhysicsAttachment", "OmniPhysicsVtxXformAttachment")
+_API_ROLES = {
+    "PhysicsRigidBodyAPI": "body",
+    "PhysicsCollisionAPI": "collider",
+    "PhysicsMaterialAPI": "material",
+    "PhysicsArticulationRootAPI": "root",
+    **dict.fromkeys(SOFT, "soft"),
+    "OmniPhysicsDeformableBodyAPI": "soft",
+    "OmniPhysicsBaseMaterialAPI": "material",
+    "OmniPhysicsDeformableMaterialAPI": "material",
+    "OmniPhysicsSurfaceDeformableMaterialAPI": "material",
+    "PhysxDeformableSurfaceMaterialAPI": "material",
+    "PhysxDeformableBodyMaterialAPI": "material",
+    "PhysxPBDMaterialAPI": "material",
+}
+
+
+@dataclass
+class StoredSettings:
+    """Settings that change nothing, collected so that those that ask for the same make one line."""
+
+    _found: dict[str, tuple[str, dict[str, None], dict[str, None]]] = field(default_factory=dict)
+
+    def add(self, path: str, name: str, why: str) -> None:
+        """Note a name (of an attribute, relationship or schema) on the prim at `path`, and why it changes nothing."""
+        place = f"{path}.{name}" if ":" in name else path
+        _, names, prims = self._found.setdefault(why, (place, {}, {}))
+        names[name], prims[path] = None, None
+
+    def lines(self) -> Iterator[tuple[str, str]]:
+        """(where, message), one for each reason: the first setting in full, the others by name and number."""
+        for why, (place, names, prims) in self._found.items():
+            first, *others = names
+            also = f"; so {'do' if len(others) > 1 else 'does'} {_listed(others)}" if others else ""
+            several = f" ({len(prims):,} prims)" if len(prims) > 1 else ""
+            end = "" if f"{why}{also}".endswith("?") else "."
+            yield place, f"{first} is kept on the prim and changes nothing{several}: {why}{also}{end}"
+
+    def tell(self, warn: Warn) -> None:
+        """Warn of each line, `physics-setting-stored`."""
+        for where, message in self.lines():
+            warn(CODE, where, message)
+
+
+def check_settings(stage: Any, warn: Warn, *, mirrors: bool = False) -> None:
+    """Look at every physics setting that a stage authors.
+
+    What is not simulated is warned of, `physics-setting-stored`, one line for each reason. mirrors: the stage mirrors
+    an MJCF model, whose own attributes (`mjc:`) are simulated as they are. Raises UserError, a line each, for
+    properties that are read and are of another kind or type than their schemas say.
+    """
+    stored, problems = StoredSettings(), list[Problem]()
+    for prim in _prims(stage):
+        apis = applied_schemas(prim)
+        names = [name for name in prim.GetAuthoredPropertyNames() if name.startswith(NAMESPACES)]
+        if names or apis or str(prim.GetTypeName()).startswith(SCHEMAS):
+            _look(prim, apis, names, mirrors, stored, problems)
+    if problems:
+        raise UserError(problems)
+    stored.tell(warn)
+
+
+def _prims(stage: Any) -> Iterator[Any]:
+    """Every prim, what instances share once."""
+    seen = set()
+    prims = iter(Usd.PrimRange(stage.GetPseudoRoot(), Usd.TraverseInstanceProxies()))
+    for prim in prims:
+        if prim.IsInstance():
+            prototype = prim.GetPrototype().GetPath()
+            if prototype in seen:
+                prims.PruneChildren()
+            seen.add(prototype)
+        yield prim
+
+
+def _look(
+    prim: Any, apis: list[str], names: list[str], mirrors: bool, stored: StoredSettings, problems: list[Problem]
+) -> None:
+    path, kind = str(prim.GetPath()), str(prim.GetTypeName())
+    for schema in dict.fromkeys([kind, *(api.partition(":")[0] for api in apis)]):
+        if not schema.startswith(SCHEMAS) or schema in QUIET_SCHEMAS or (mirrors and schema.startswith("Mjc")):
+            continue
+        row = stored_as(schema)
+        stored.add(path, schema, row.why)
+        if schema == kind and row is not UNKNOWN:  # its attributes say how, not what
+            return
+    roles = _roles(prim, kind, apis) if names else frozenset()
+    for name in names:
+        if mirrors and name.startswith("mjc:"):
+            continue
+        known, instance = generic(name)
+        if problem := _type_problem(prim, name, known):
+            problems.append(Problem(problem))
+        elif not _counts(known, instance, roles) and not _neutral(prim, name, known):
+            stored.add(path, name, _why(known, instance, roles).why)
+
+
+def _roles(prim: Any, kind: str, apis: list[str]) -> frozenset[str]:
+    found = {role for api in apis if (role := _API_ROLES.get(api.partition(":")[0]))}
+    if role := _type_role(kind):
+        found.add(role)
+    return frozenset(found)
+
+
+@lru_cache(maxsize=1024)
+def _type_role(kind: str) -> str:
+    """The role of all prims of a type."""
+    if kind in _ATTACHMENTS:
+        return "attachment"
+    known = Usd.SchemaRegistry.GetTypeFromName(kind)
+    types = (*_JOINTS, ("scene", UsdPhysics.Scene), ("group", UsdPhysics.CollisionGroup))
+    return next((role for role, base in types if known and known.IsA(Tf.Type(base))), "")
+
+
+def _counts(known: str, instance: str, roles: frozenset[str]) -> bool:
+    where = roles.intersection(SIMULATED.get(known, ()))
+    if not where or not instance or known.startswith("physxMimicJoint"):
+        return bool(where)
+    return any(instance in INSTANCES.get(role, ()) for role in where)
+
+
+def _why(known: str, instance: str, roles: frozenset[str]) -> Stored:
+    """Why a name changes nothing on a prim with some roles."""
+    places = SIMULATED.get(known)
+    if places is None:
+        row = stored_as(known)
+        near = difflib.get_close_matches(known, _every_name(), 1, 0.85) if row is UNKNOWN else []
+        return Stored(f'{row.why}: did you mean "{near[0].replace("*", instance)}"?', ()) if near else row
+    if not roles.intersection(places):
+        return Stored(f"it counts on {' or '.join(ROLES[place] for place in places)}", ())
+    fitting = [name for role in places if role in roles for name in INSTANCES.get(role, ())]
+    return Stored(f"this joint has no axis {instance}; write {' or '.join(fitting)} in its place", ())
+
+
+def _every_name() -> list[str]:
+    return [*SIMULATED, *(name for row in STORED for name in row.names)]
+
+
+def _neutral(prim: Any, name: str, known: str) -> bool:
+    """Whether a setting asks for what happens anyway."""
+    attribute = prim.GetAttribute(name)
+    if not attribute:
+        return not prim.GetRelationship(name).HasAuthoredTargets()
+    value = attribute.Get(EARLIEST)
+    if known in NEUTRAL:
+        return bool(value == NEUTRAL[known])
+    if isinstance(value, (bool, int, float)):
+        return not value or math.isinf(value)
+    return value is None or (hasattr(value, "__len__") and not any(value))
+
+
+@lru_cache(maxsize=1024)
+def _wanted(known: str) -> Any:
+    """The type that a property must have: "rel", one of `Sdf.ValueTypeNames`, or None for any."""
+    registry = Usd.SchemaRegistry()
+    for name, attributes in _usd_physics().items():
+        if known in attributes:
+            found = registry.FindAppliedAPIPrimDefinition(name) or registry.FindConcretePrimDefinition(name)
+            spec = found.GetSchemaPropertySpec(attributes[known])
+            return "rel" if isinstance(spec, Sdf.RelationshipSpec) else spec.typeName
+    types = Sdf.ValueTypeNames
+    if known not in SIMULATED or known in ARRAYS:
+        return None
+    if known in RELATIONSHIPS:
+        return "rel"
+    return types.Token if known in TOKENS else types.Vector3f if known in VECTORS else types.Float
+
+
+@lru_cache(maxsize=1)
+def _usd_physics() -> dict[str, dict[str, str]]:
+    """By schema of UsdPhysics, its own properties as the table writes them, and as its definition does."""
+    registry, out = Usd.SchemaRegistry(), {}
+    for kind in Tf.Type.FindByName("UsdSchemaBase").GetAllDerivedTypes():
+        if not str(kind.typeName).startswith("UsdPhysics"):
+            continue
+        name = registry.GetSchemaTypeName(kind)
+        found = registry.FindAppliedAPIPrimDefinition(name) or registry.FindConcretePrimDefinition(name)
+        if found:
+            every = {each.replace("__INSTANCE_NAME__", "*"): each for each in found.GetPropertyNames()}
+            out[name] = {known: each for known, each in every.items() if known.startswith(NAMESPACES)}
+    return out
+
+
+def _type_problem(prim: Any, name: str, known: str) -> str:
+    """What is wrong with the kind or the type of a property that is read; "" where nothing is."""
+    wanted = _wanted(known)
+    if wanted is None:
+        return ""
+    where = f"{prim.GetPath()}.{name}"
+    for spec in prim.GetProperty(name).GetPropertyStack(EARLIEST):
+        is_relationship = isinstance(spec, Sdf.RelationshipSpec)
+        if wanted == "rel" and not is_relationship:
+            return f"{where} is an attribute; it must be a relationship: `rel {name} = </Path/Of/Prim>`"
+        if wanted == "rel":
+            continue
+        if is_relationship:
+            return f"{where} is a relationship; it must be an attribute: `{wanted} {name} = ...`"
+        if spec.HasDefaultValue() and not _fits(spec.default, wanted):
+            return f"{where} is a {spec.typeName}; it must be a {wanted}"
+    return ""
+
+
+def _fits(value: Any, wanted: Any) -> bool:
+    """Whether a value can be read as one of a type of USD: itself, or another kind of number."""
+    example = wanted.defaultValue
+    if isinstance(value, Sdf.ValueBlock) or type(value) is type(example):
+        return True
+    numbers = (bool, int, float)
+    if isinstance(example, numbers):
+        return isinstance(value, numbers)
+    if isinstance(example, str):
+        return isinstance(value, str)
+    return hasattr(value, "__len__") == hasattr(example, "__len__") and _same_shape(value, example)
+
+
+def _same_shape(value: Any, example: Any) -> bool:
+    if hasattr(example, "GetImaginary"):
+        return hasattr(value, "GetImaginary")
+    return hasattr(value, "__len__") and len(value) == len(example) and isinstance(value[0], (int, float))
+
+
+def _listed(names: list[str]) -> str:
+    shown = names if len(names) <= 4 else [*names[:3], f"{len(names) - 3} more"]
+    return shown[0] if len(shown) == 1 else f"{', '.join(shown[:-1])} and {shown[-1]}"
