@@ -5,12 +5,20 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from graph.base.errors import UserError
+from graph.base.limits import LIMITS, checked
+
 
 def add_allow(parser: argparse.ArgumentParser) -> None:
-    """`--allow DIR`, any number of times: folders whose files may be read beside those around the graph file."""
+    """What every command takes that reads files: `--allow DIR` and `--limit NAME=VALUE`, any number of times.
+
+    Folders whose files may be read beside those around the graph file; more (or less) than a file may ask for.
+    """
     parser.add_argument(
         "--allow", action="append", default=[], type=folder, metavar="DIR", help="also allow files below DIR"
     )
+    text = f"change what a file may ask for at most; names: {', '.join(LIMITS)}"
+    parser.add_argument("--limit", action="append", default=[], metavar="NAME=VALUE", help=text)
 
 
 def folder(text: str) -> Path:
@@ -19,3 +27,17 @@ def folder(text: str) -> Path:
     if not path.is_dir():
         raise argparse.ArgumentTypeError(f"{text} is no folder")
     return path
+
+
+def limits_of(args: argparse.Namespace) -> dict[str, int]:
+    """The limits that a command line changes. Raises UserError for one that cannot be."""
+    values: dict[str, int] = {}
+    for option in getattr(args, "limit", ()):
+        name, equals, text = option.partition("=")
+        try:
+            values[name] = checked(name, text) if equals else 0
+        except ValueError as error:
+            raise UserError(f"--limit {option}: {error}") from None
+        if not equals:
+            raise UserError(f"--limit {option}: write it as NAME=VALUE")
+    return values

@@ -21,8 +21,10 @@ from io import TextIOWrapper
 from typing import Any, NoReturn
 
 from graph.base.errors import RunError, UserError
+from graph.base.limits import raised
 from graph.base.suggest import did_you_mean
 
+from .arguments import limits_of
 from .printing import problem_line, safe_log, say, tell
 
 DONE, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
@@ -196,7 +198,8 @@ def _dispatch(arguments: list[str]) -> int:
     args = parser.parse_args(options)
     args.settings = settings
     args.debug = args.debug or "--debug" in before
-    return int(module.run(args))
+    with raised(limits_of(args)):
+        return int(module.run(args))
 
 
 def _top_parser() -> _Parser:

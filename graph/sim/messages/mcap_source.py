@@ -4,20 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO
+from typing import Any, BinaryIO
 
 from graph.base.errors import RunError, UserError
+from graph.base.limits import OverLimit, check
 
 from .bus import topic_name
-from .ros_types import deserialize, known, register
+from .ros_types import deserialize, known, least_part, register
 from .sources import Entry
-
-if TYPE_CHECKING:
-    from mcap.reader import McapReader
 
 ENCODING = "cdr"
 SCHEMAS = "ros2msg"
-MOST_SCHEMA_BYTES = 100_000
 
 
 class McapSource:
@@ -32,12 +29,16 @@ class McapSource:
         self.skipped: dict[str, str] = {}
         self._types: dict[str, str] = {}
         self._start_ns = 0
+        self._summary: Any = None
+        self._defined = 0
         self._files: list[BinaryIO] = []
         try:
             with Path(path).open("rb") as file:
-                self._examine(_reader(file))
+                self._examine(file)
         except OSError as error:
             raise UserError(f"{path}: {error.strerror}; name an MCAP recording that can be read") from None
+        except OverLimit as error:
+            raise UserError(f"{path}: {error}") from None
         except UserError:
             raise
         except Exception as error:  # whatever a damaged file makes of the reader
@@ -55,16 +56,20 @@ class McapSource:
     def __iter__(self) -> Iterator[Entry]:
         if not self._types:
             return
+        from .mcap_records import messages
+
         with Path(self.name).open("rb") as file:
             self._files.append(file)
-            for schema, channel, message in self._records(file):
+            for schema, channel, message in self._undamaged(messages(file, self._summary)):
                 topic = topic_name(channel.topic)
                 if schema is not None and self._types.get(topic) == schema.name:
                     yield Entry(message.log_time, topic, schema.name, _decoding(message.data, schema.name, self.name))
 
-    def _records(self, file: BinaryIO) -> Iterator[tuple[Any, Any, Any]]:
+    def _undamaged(self, found: Iterator[tuple[Any, Any, Any]]) -> Iterator[tuple[Any, Any, Any]]:
         try:
-            yield from _reader(file).iter_messages()
+            yield from found
+        except OverLimit as error:
+            raise RunError(f"{self.name}: {error}") from error
         except Exception as error:  # whatever damaged content makes of the reader
             reason = " ".join(str(error).split())[:120] or type(error).__name__
             raise RunError(f"{self.name}: the recording is damaged ({reason})") from error
@@ -74,49 +79,48 @@ class McapSource:
         while self._files:
             self._files.pop().close()
 
-    def _examine(self, reader: McapReader) -> None:
-        summary = reader.get_summary()
+    def _examine(self, file: BinaryIO) -> None:
+        from .mcap_records import read_summary
+
+        summary = read_summary(file)
         if summary is None:
             raise UserError(f"{self.name}: the recording has no summary: it was not finished; repair it: mcap recover")
-        if summary.statistics is not None:
-            self._start_ns = summary.statistics.message_start_time
+        self._summary, self._start_ns = summary, summary.start_ns
         for channel in summary.channels.values():
             schema = summary.schemas.get(channel.schema_id)
-            why = _unreadable(channel.message_encoding, schema)
+            why = self._unreadable(channel.message_encoding, schema)
             topic = topic_name(channel.topic)
             if why or schema is None:
                 self.skipped[topic] = why
             elif self._types.setdefault(topic, schema.name) != schema.name:
                 self.skipped[topic] = f"it also has messages of type {schema.name}"
 
-
-def _unreadable(encoding: str, schema: Any) -> str:
-    """Why a channel cannot be read; "" if it can."""
-    if encoding != ENCODING or schema is None:
-        return f"its messages are encoded as {encoding or 'nothing known'}, not as {ENCODING}"
-    if known(schema.name):
+    def _unreadable(self, encoding: str, schema: Any) -> str:
+        """Why a channel cannot be read; "" if it can."""
+        if encoding != ENCODING or schema is None:
+            return f"its messages are encoded as {encoding or 'nothing known'}, not as {ENCODING}"
+        if known(schema.name):
+            return ""
+        if schema.encoding != SCHEMAS:
+            return f"its type {schema.name} is unknown and defined as {schema.encoding}, not as {SCHEMAS}"
+        self._defined += len(schema.data)
+        try:
+            check("recording.definitions", self._defined, f"its types take {self._defined:,} bytes of definitions")
+            register(schema.name, schema.data.decode("utf-8", "replace"))
+        except ValueError as error:
+            return str(error)
         return ""
-    if schema.encoding != SCHEMAS:
-        return f"its type {schema.name} is unknown and defined as {schema.encoding}, not as {SCHEMAS}"
-    if len(schema.data) > MOST_SCHEMA_BYTES:
-        return f"the definition of {schema.name} has {len(schema.data)} bytes; {MOST_SCHEMA_BYTES} are read at most"
-    try:
-        register(schema.name, schema.data.decode("utf-8", "replace"))
-    except ValueError as error:
-        return str(error)
-    return ""
-
-
-def _reader(file: BinaryIO) -> McapReader:
-    from mcap.reader import make_reader
-
-    return make_reader(file)
 
 
 def _decoding(data: bytes, type_name: str, name: str) -> Callable[[], Any]:
     def load() -> Any:
+        part = least_part(type_name)
         try:
+            what = f"a message of type {type_name} may hold {len(data) // max(part, 1):,} texts and messages"
+            check("recording.parts", len(data) // part if part else 0, what)
             return deserialize(data, type_name)
+        except OverLimit as error:
+            raise RunError(f"{name}: {error}") from error
         except Exception as error:
             reason = " ".join(str(error).split())[:120] or type(error).__name__
             raise RunError(f"{name}: a message of type {type_name} cannot be decoded ({reason})") from error

@@ -7,17 +7,22 @@ what a recording brings along (`register`).
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from functools import cache
+from graphlib import CycleError, TopologicalSorter
 from typing import Any
 
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore  # noqa: TID253
 from rosbags.typesys.base import TypesysError, normalize_fieldname  # noqa: TID253
 
+from graph.base.limits import check
+
 from .ros_definitions import installed, shipped
 
 _STORE = get_typestore(Stores.ROS2_HUMBLE)
 _TYPE_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*/(?:msg|srv)/[A-Za-z][A-Za-z0-9_]*")
-_MOST_VALUES = 1_000_000
+_DEEPEST = 100
+"""Types within types of a definition."""
 _FIELD_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
 
@@ -65,8 +70,7 @@ def register(name: str, text: str) -> None:
     fresh = {part: fields for part, fields in found.items() if part not in _STORE.types}
     for part, fields in fresh.items():
         _check(part, fields, fresh)
-    if _size(name, fresh) > _MOST_VALUES:
-        raise ValueError(f"{name}: its fixed lists hold more than {_MOST_VALUES} values")
+    _check_sizes(name, fresh)
     # Without constants: nobody reads them, and the store makes Python code of what it is given.
     try:
         _STORE.register({part: ([], fields) for part, fields in fresh.items()})
@@ -84,35 +88,69 @@ def _check(part: str, fields: Any, fresh: Any) -> None:
         for inner in _named_types(content):
             if inner not in fresh and not known(inner):
                 raise ValueError(f"{part}: field {field} is of the unknown type {inner}")
-            if _reaches(inner, part, fresh):
-                raise ValueError(f"{part}: field {field} makes the type hold itself")
 
 
-def _reaches(start: str, target: str, fresh: Any) -> bool:
-    """Whether a type is or holds another, among the fresh ones."""
-    seen: set[str] = set()
-    stack = [start]
-    while stack:
-        name = stack.pop()
-        if name == target:
-            return True
-        if name not in seen:
-            seen.add(name)
-            stack += (inner for _, content in fresh.get(name, ()) for inner in _named_types(content))
-    return False
+def _check_sizes(name: str, fresh: Any) -> None:
+    """Refuses types that hold themselves, nest too deeply or have too many values; each type is looked at once."""
+    inside = {part: {one for _, content in fresh[part] for one in _named_types(content)} & set(fresh) for part in fresh}
+    sizes: dict[str, tuple[int, int]] = {}
+    try:
+        for part in TopologicalSorter(inside).static_order():
+            values, depth = sizes[part] = _size(fresh[part], sizes)
+            check("recording.type", values, f"{name}: {part} holds {values:,} values")
+            if depth > _DEEPEST:
+                raise ValueError(f"{name}: {part} is made of types within types, {depth} deep; {_DEEPEST} are read")
+    except CycleError as error:
+        part, ring = error.args[1][0], set(error.args[1])
+        field = next(field for field, content in fresh[part] if not ring.isdisjoint(_named_types(content)))
+        raise ValueError(f"{part}: field {field} makes the type hold itself") from None
 
 
-def _size(name: str, fresh: Any) -> int:
-    """How many values a message has at least: those of its fixed lists count, growing lists do not."""
-    total = 0
-    for _, content in fresh[name] if name in fresh else fields(name):
+def _size(content_of: Any, known_sizes: Mapping[str, tuple[int, int]]) -> tuple[int, int]:
+    """How many values a type has at least (those of its fixed lists count, growing lists do not), and its depth."""
+    total = depth = 0
+    for _, content in content_of:
         kind, inner = content
         count = 1
         if kind in (3, 4):
             (kind, inner), length = inner
             count = length if content[0] == 3 else 0
-        total += count * (_size(inner, fresh) if kind == 2 else 1)
-    return total
+        if kind == 2:
+            values, below = known_sizes[inner] if inner in known_sizes else _known_size(inner)
+            total, depth = total + count * values, max(depth, below)
+        else:
+            total += count
+    return total, depth + 1
+
+
+@cache
+def _known_size(name: str) -> tuple[int, int]:
+    return _size(fields(name), {})
+
+
+@cache
+def least_part(name: str) -> int:
+    """Bytes of the smallest text or message that a message of a known type may hold in lists, at any depth; 0: none."""
+    found = []
+    for _, (kind, inner) in fields(name):
+        if kind in (3, 4):
+            kind, inner = inner[0]
+            if kind == 2 or inner[0] == "string":
+                found.append(_least_bytes(kind, inner))
+        if kind == 2 and (below := least_part(inner)):
+            found.append(below)
+    return min(found, default=0)
+
+
+@cache
+def _least_bytes(kind: int, inner: Any) -> int:
+    """What a value takes in CDR at least, alignment left out."""
+    if kind == 1:
+        return 5 if inner[0] == "string" else int(inner[0].lstrip("abcdefghijklmnopqrstuvwxyz") or 8) // 8
+    if kind == 2:
+        return max(1, sum(_least_bytes(*content) for _, content in fields(inner)))
+    (kind, inner), length = inner
+    return length * _least_bytes(kind, inner) if kind == 3 else 4
 
 
 def fields(name: str) -> list[tuple[str, Any]]:

@@ -103,8 +103,12 @@ def test_a_definition_that_cannot_be_read_or_needs_unknown_types_is_refused():
         ("a_msgs/msg/L", "a_msgs/L[] inner", "field inner makes the type hold itself"),
         ("a_msgs/msg/M", f"a_msgs/N n\n{'=' * 80}\nMSG: a_msgs/N\na_msgs/M[] m", "makes the type hold itself"),
         ("a_msgs/msg/D", "int32 x\nfloat64 x", "a_msgs/msg/D: "),
-        ("a_msgs/msg/B", "int32[999999999999] x", "its fixed lists hold more than 1000000 values"),
-        ("a_msgs/msg/P", f"a_msgs/Q[2000] q\n{'=' * 80}\nMSG: a_msgs/Q\nint32[2000] x", "more than 1000000 values"),
+        ("a_msgs/msg/B", "int32[999999999999] x", "holds 999,999,999,999 values; the limit is 1,000,000 values"),
+        (
+            "a_msgs/msg/P",
+            f"a_msgs/Q[2000] q\n{'=' * 80}\nMSG: a_msgs/Q\nint32[2000] x",
+            "holds 4,000,000 values",
+        ),
     ],
 )
 def test_definitions_of_strangers_cannot_do_harm(name, text, message):

@@ -3,16 +3,22 @@
 import struct
 import time
 
+import lz4.frame
 import pytest
+import zstandard
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from mcap.data_stream import RecordBuilder
+from mcap.records import Channel, Chunk, ChunkIndex, DataEnd, Footer, Header, Message, Schema
 
+from graph.base import limits
 from graph.base.errors import RunError, UserError
 from graph.cli.playing import open_sources
 from graph.sim.messages.bus import MessageBus
-from graph.sim.messages.mcap_source import McapSource
+from graph.sim.messages.mcap_source import McapSource, _decoding
 from graph.sim.messages.recording import McapSink
 from graph.sim.messages.ros_fields import from_plain
+from graph.sim.messages.ros_types import least_part, register, serialize
 
 SETTINGS = settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 
@@ -120,3 +126,127 @@ def test_hostile_message_files_are_refused_in_time(tmp_path, text):
     with pytest.raises(UserError):
         open_sources([tmp_path / "x.yaml"])
     assert time.process_time() - started < 2
+
+
+def defined(*parts):
+    """The definitions of types in a row: the first is the one asked for."""
+    rule = "=" * 80
+    return f"\n{rule}\n".join(text if not name else f"MSG: {name}\n{text}" for name, text in parts)
+
+
+def doubling(depth, base="int32 a"):
+    """T0 has two T1, T1 two T2, ...: 2**depth values of `base` in a few lines."""
+    parts = [(f"b{depth}_msgs/T{i}", f"T{i + 1} a\nT{i + 1} b") for i in range(depth)]
+    return defined(("", parts[0][1]), *parts[1:], (f"b{depth}_msgs/T{depth}", base))
+
+
+def test_types_that_double_are_counted_once_each():
+    # 2**19 = 524,288 values are within the limit of 1,000,000, 2**20 = 1,048,576 beyond.
+    register("b19_msgs/msg/T0", doubling(19))
+    with pytest.raises(ValueError, match=r"holds 1,048,576 values; the limit is 1,000,000 values; raise it with"):
+        register("b20_msgs/msg/T0", doubling(20))
+    started = time.process_time()
+    with pytest.raises(ValueError, match=r"--limit recording\.type=N"):
+        register("b90_msgs/msg/T0", doubling(90))
+    assert time.process_time() - started < 2
+
+
+def test_types_within_types_nest_100_deep_and_no_deeper():
+    def chain(name, depth):
+        return defined(
+            ("", "T1 a"), *((f"{name}/T{i}", f"T{i + 1} a") for i in range(1, depth)), (f"{name}/T{depth}", "")
+        )
+
+    register("c_msgs/msg/T0", chain("c_msgs", 99))
+    with pytest.raises(ValueError, match="types within types, 101 deep"):
+        register("d_msgs/msg/T0", chain("d_msgs", 100))
+    with pytest.raises(ValueError, match="makes the type hold itself"):
+        register("e_msgs/msg/T0", defined(("", "T1 a"), ("e_msgs/T1", "T0[] a")))
+
+
+def written(path, data, *, compression, size=None, starts=(0,)):
+    """An MCAP file with one chunk of these bytes, that its index names once for each of `starts`."""
+    parts = RecordBuilder()
+    parts.write(b"\x89MCAP0\r\n")
+    Header("ros2", "").write(parts)
+    place = parts.count
+    Chunk(compression, data, 0, 0, 0, size if size is not None else len(data)).write(parts)
+    length = parts.count - place
+    DataEnd(0).write(parts)
+    start = parts.count
+    Schema(data=b"", encoding="ros2msg", id=1, name="std_msgs/msg/String").write(parts)
+    Channel(id=1, message_encoding="cdr", metadata={}, schema_id=1, topic="/a").write(parts)
+    for first in starts:
+        ChunkIndex(length, place, compression, len(data), first, 0, {}, first, len(data)).write(parts)
+    Footer(summary_start=start, summary_offset_start=0, summary_crc=0).write(parts)
+    path.write_bytes(bytes(parts.end()) + b"\x89MCAP0\r\n")
+    return path
+
+
+def message(size, time_ns=0):
+    parts = RecordBuilder()
+    Message(channel_id=1, data=bytes(size), log_time=time_ns, publish_time=time_ns, sequence=0).write(parts)
+    return bytes(parts.end())
+
+
+PACKED = {"": bytes, "lz4": lz4.frame.compress, "zstd": zstandard.compress}
+
+
+@pytest.mark.parametrize("compression", PACKED)
+def test_a_chunk_unpacks_to_the_limit_and_no_further(tmp_path, compression):
+    # A message is 31 bytes and its data: opcode 1, length 8, channel 2, sequence 4, two times of 8.
+    whole = message(1000 - 31)
+    pack = PACKED[compression]
+    path = written(tmp_path / "x.mcap", pack(whole), compression=compression, size=1000)
+    with limits.raised({"recording.record": 1100}):  # the record of a chunk is more than what it holds
+        assert len(list(McapSource(path))) == 1
+    with limits.raised({"recording.record": 999}), pytest.raises((UserError, RunError), match=r"recording\.record=N"):
+        list(McapSource(path))
+
+
+@pytest.mark.parametrize("compression", ["lz4", "zstd"])
+def test_a_bomb_of_packed_zeros_is_refused_at_the_limit(tmp_path, compression):
+    bomb = PACKED[compression](bytes(200 * 2**20))
+    assert len(bomb) < 2**20
+    path = written(tmp_path / "x.mcap", bomb, compression=compression, size=1000)
+    with pytest.raises(
+        RunError, match=r"unpacks to more than 67,108,864 bytes; the limit is .*--limit recording\.record"
+    ):
+        list(McapSource(path))
+
+
+def test_chunks_that_overlap_wait_up_to_the_limit(tmp_path):
+    path = written(tmp_path / "x.mcap", message(600), compression="", starts=(0,) * 10)
+    # Ten times the same chunk at time 0: all are held before the first message leaves, 400 bytes for each beside 600.
+    with limits.raised({"recording.waiting": 10_000}):
+        assert len(list(McapSource(path))) == 10
+    with (
+        limits.raised({"recording.waiting": 9_999}),
+        pytest.raises(RunError, match=r"can wait; .*recording\.waiting=N"),
+    ):
+        list(McapSource(path))
+
+
+def test_a_message_of_too_many_parts_is_not_decoded():
+    assert least_part("sensor_msgs/msg/JointState") == 5  # an empty name: its length and a zero
+    assert least_part("sensor_msgs/msg/Image") == 0
+    data = serialize(from_plain("sensor_msgs/msg/JointState", {"name": ["a", "b"]}), "sensor_msgs/msg/JointState")
+    load = _decoding(data, "sensor_msgs/msg/JointState", "x")
+    parts = len(data) // 5
+    with limits.raised({"recording.parts": parts}):
+        assert load().name == ["a", "b"]
+    with limits.raised({"recording.parts": parts - 1}), pytest.raises(RunError, match=rf"may hold {parts} texts"):
+        load()
+
+
+def test_definitions_are_read_up_to_a_limit_together():
+    schemas = [
+        Schema(data=b"int32 a\n".ljust(79, b"#") + b"\n", encoding="ros2msg", id=i, name=f"f_msgs/msg/T{i}")
+        for i in range(3)
+    ]
+    source = McapSource.__new__(McapSource)
+    source._defined = 0
+    with limits.raised({"recording.definitions": 160}):
+        told = [source._unreadable("cdr", schema) for schema in schemas]
+    assert [bool(one) for one in told] == [False, False, True]
+    assert told[2].endswith("raise it with --limit recording.definitions=N")

@@ -1,0 +1,85 @@
+"""How much a file may ask for: every bound by name, in one table.
+
+A file from a stranger may size loops and allocations. Each such size has a bound here, which is compared before the
+work begins; `--limit NAME=VALUE` (or `raised`) changes one for a run that needs more.
+
+    with limits.raised({"scene.triangles": 100_000_000}):
+        app = App.from_file("city.yaml")
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass
+
+from .errors import UserError
+from .exact import rate
+from .suggest import did_you_mean
+
+MIB = 2**20
+
+
+@dataclass(frozen=True, slots=True)
+class Limit:
+    """A bound: its value unless it is raised, in which unit, and what it bounds."""
+
+    default: int
+    unit: str
+    doc: str
+
+
+LIMITS: dict[str, Limit] = {
+    "recording.record": Limit(64 * MIB, "bytes", "a record or an unpacked chunk of an MCAP recording that is played"),
+    "recording.waiting": Limit(1024 * MIB, "bytes", "unpacked chunks of a played recording that overlap in time"),
+    "recording.parts": Limit(5_000_000, "parts", "texts and messages in the lists of one played message"),
+    "recording.definitions": Limit(2 * MIB, "bytes", "definitions of unknown types in a played recording"),
+    "recording.type": Limit(1_000_000, "values", "the fixed lists and fields of a type that a recording defines"),
+}
+"""Every limit by name."""
+
+_raised: ContextVar[Mapping[str, int]] = ContextVar("limits", default={})  # noqa: B039 (never changed in place)
+
+
+def most(name: str) -> int:
+    """The present value of a limit."""
+    return _raised.get().get(name, LIMITS[name].default)
+
+
+def allowed(name: str) -> str:
+    """What a message says of a limit: its value, its unit, and how to raise it."""
+    return f"the limit is {most(name):,} {LIMITS[name].unit}; raise it with --limit {name}=N"
+
+
+class OverLimit(UserError, ValueError):  # noqa: N818  (it names what happened)
+    """Something is larger than a limit; the message says what, the limit, and how to raise it."""
+
+
+def check(name: str, amount: float, what: str) -> None:
+    """Raises OverLimit if there is more than the limit of `what`, which the message begins with."""
+    if amount > most(name):
+        raise OverLimit(f"{what}; {allowed(name)}")
+
+
+def checked(name: str, value: int | str) -> int:
+    """The value of a limit. Raises ValueError for an unknown name, or unless it is a whole number from 1 (1e9 too)."""
+    if name not in LIMITS:
+        raise ValueError(
+            f"there is no such limit{did_you_mean(name, LIMITS) or '; the limits are ' + ', '.join(LIMITS)}"
+        )
+    number = rate(value)
+    if number.denominator != 1 or number < 1:
+        raise ValueError(f"{value} is not a whole number from 1")
+    return int(number)
+
+
+@contextmanager
+def raised(values: Mapping[str, int | str]) -> Iterator[None]:
+    """Changes limits for what runs inside. Raises ValueError as `checked` does."""
+    changed = {name: checked(name, value) for name, value in values.items()}
+    token = _raised.set({**_raised.get(), **changed})
+    try:
+        yield
+    finally:
+        _raised.reset(token)

@@ -1,0 +1,182 @@
+"""The records of an MCAP file, read within limits: what a record says of its own size is not believed.
+
+The library's reader unpacks chunks of any size, reads as many bytes as a length says, and holds all chunks that say
+they overlap. Here every read stays inside the file, chunks are unpacked up to `recording.record`, and those that wait
+for their turn together up to `recording.waiting`.
+"""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from itertools import count
+from typing import Any, BinaryIO
+
+from mcap.data_stream import ReadDataStream  # noqa: TID253
+from mcap.opcode import Opcode  # noqa: TID253
+from mcap.records import Channel, Chunk, ChunkIndex, Footer, Message, Schema, Statistics  # noqa: TID253
+from mcap.stream_reader import StreamReader, breakup_chunk, read_magic  # noqa: TID253
+
+from graph.base.limits import check, most
+
+_FOOTER = 8 + 8 + 4
+_LEAST_WINDOW = 2**20
+"""Bytes that zstd may look back in any case."""
+_OBJECT = 400
+"""Bytes that a message takes beside its data."""
+_ENDING = 1 + 8 + _FOOTER + 8
+"""Bytes of the footer's record and the magic at the end."""
+
+
+@dataclass(slots=True)
+class Summary:
+    """What the end of a file says of it: schemas and channels by id, chunks, statistics if there are any."""
+
+    schemas: dict[int, Any] = field(default_factory=dict)
+    channels: dict[int, Any] = field(default_factory=dict)
+    chunks: list[Any] = field(default_factory=list)
+    start_ns: int = 0
+    """Log time of the first message [ns]."""
+
+
+class _Within:
+    """A file of which no more is read at once than it has left."""
+
+    def __init__(self, file: BinaryIO) -> None:
+        self._file = file
+        self.size = file.seek(0, 2)
+        file.seek(0)
+
+    def seek(self, place: int) -> None:
+        self._file.seek(min(place, self.size))
+
+    def read(self, length: int) -> bytes:
+        return self._file.read(min(length, self.size - self._file.tell()))
+
+
+def read_summary(file: BinaryIO) -> Summary | None:
+    """The summary of a file; None if it has none, because it was not finished.
+
+    Raises ValueError, or what the library raises, for a damaged file.
+    """
+    within = _Within(file)
+    read_magic(ReadDataStream(within))  # type: ignore[arg-type]
+    within.seek(max(0, within.size - _ENDING))
+    footer = next(_records(within), None)
+    if not isinstance(footer, Footer) or footer.summary_start == 0:
+        return None
+    within.seek(footer.summary_start)
+    summary = Summary()
+    for record in _records(within):
+        if isinstance(record, Schema):
+            summary.schemas[record.id] = record
+        elif isinstance(record, Channel):
+            summary.channels[record.id] = record
+        elif isinstance(record, ChunkIndex):
+            summary.chunks.append(record)
+        elif isinstance(record, Statistics):
+            summary.start_ns = record.message_start_time
+    return summary
+
+
+def messages(file: BinaryIO, summary: Summary) -> Iterator[tuple[Any, Any, Message]]:
+    """(schema or None, channel, message) of all messages by log time, equal times as they stand in the file."""
+    within = _Within(file)
+    order = count()
+    chunks = sorted(summary.chunks, key=lambda one: (one.message_start_time, one.chunk_start_offset), reverse=True)
+    if not chunks:
+        yield from _unindexed(within, summary)
+        return
+    waiting: list[tuple[int, int, Message]] = []
+    held = 0
+    while chunks or waiting:
+        while chunks and (not waiting or chunks[-1].message_start_time <= waiting[0][0]):
+            within.seek(chunks.pop().chunk_start_offset)
+            for message in _messages_of(_chunk(within)):
+                held = _held(held + _OBJECT + len(message.data))
+                heapq.heappush(waiting, (message.log_time, next(order), message))
+        if not waiting:
+            continue
+        message = heapq.heappop(waiting)[2]
+        held -= _OBJECT + len(message.data)
+        yield _described(message, summary)
+
+
+def _unindexed(within: _Within, summary: Summary) -> Iterator[tuple[Any, Any, Message]]:
+    """Of a file without an index of its chunks, such as one without chunks."""
+    found: list[Message] = []
+    held = 0
+    for record in _records(within, skip_magic=False):
+        for message in _messages_of(record):
+            held = _held(held + _OBJECT + len(message.data))
+            found.append(message)
+    for message in sorted(found, key=lambda one: one.log_time):
+        yield _described(message, summary)
+
+
+def _described(message: Message, summary: Summary) -> tuple[Any, Any, Message]:
+    channel = summary.channels[message.channel_id]
+    return summary.schemas.get(channel.schema_id), channel, message
+
+
+def _records(within: _Within, *, skip_magic: bool = True) -> Iterator[Any]:
+    """The records from here on, chunks unopened, up to the footer."""
+    reader = StreamReader(within, skip_magic=skip_magic, emit_chunks=True, record_size_limit=None)  # type: ignore[arg-type]
+    return reader.records
+
+
+def _chunk(within: _Within) -> Chunk:
+    stream = ReadDataStream(within)  # type: ignore[arg-type]
+    if stream.read1() != Opcode.CHUNK:
+        raise ValueError("its index leads to what is no chunk")
+    length = stream.read8()
+    check("recording.record", length, f"a chunk of it has {length:,} bytes")
+    chunk: Chunk = Chunk.read(stream)
+    return chunk
+
+
+def _messages_of(record: Any) -> Iterator[Message]:
+    if isinstance(record, Chunk):
+        plain = replace(record, compression="", data=_unpacked(record))
+        yield from (one for one in breakup_chunk(plain) if isinstance(one, Message))
+    elif isinstance(record, Message):
+        yield record
+
+
+def _unpacked(chunk: Chunk) -> bytes:
+    """The bytes of a chunk, never more than the limit, whatever it says of itself."""
+    limit = most("recording.record")
+    if not chunk.compression:
+        return bytes(chunk.data)
+    if chunk.compression == "lz4":
+        from lz4.frame import LZ4FrameDecompressor
+
+        unpacking = LZ4FrameDecompressor()
+        data: bytes = unpacking.decompress(chunk.data, max_length=limit + 1)
+        whole = unpacking.eof
+    elif chunk.compression == "zstd":
+        data = _unpacked_zstd(chunk.data, limit)
+        whole = len(data) == chunk.uncompressed_size
+    else:
+        raise ValueError(f"its chunks are packed as {chunk.compression!r}; lz4 and zstd can be read")
+    check("recording.record", len(data), f"a chunk of it unpacks to more than {limit:,} bytes")
+    if not whole:
+        raise ValueError("a chunk of it is not whole")
+    return data
+
+
+def _unpacked_zstd(packed: bytes, limit: int) -> bytes:
+    from zstandard import ZstdDecompressor
+
+    data = bytearray()
+    for part in ZstdDecompressor(max_window_size=max(limit, _LEAST_WINDOW)).read_to_iter(packed):
+        data += part
+        if len(data) > limit:
+            break
+    return bytes(data)
+
+
+def _held(size: int) -> int:
+    check("recording.waiting", size, "its chunks overlap in time by more than can wait")
+    return size
