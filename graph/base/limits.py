@@ -65,9 +65,8 @@ def check(name: str, amount: float, what: str) -> None:
 def checked(name: str, value: int | str) -> int:
     """The value of a limit. Raises ValueError for an unknown name, or unless it is a whole number from 1 (1e9 too)."""
     if name not in LIMITS:
-        raise ValueError(
-            f"there is no such limit{did_you_mean(name, LIMITS) or '; the limits are ' + ', '.join(LIMITS)}"
-        )
+        near = did_you_mean(name, LIMITS) or f"; the limits are {', '.join(LIMITS)}"
+        raise ValueError(f"there is no such limit{near}")
     number = rate(value)
     if number.denominator != 1 or number < 1:
         raise ValueError(f"{value} is not a whole number from 1")

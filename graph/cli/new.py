@@ -8,6 +8,8 @@ from pathlib import Path
 
 from graph.base.errors import UserError
 
+from .printing import say
+
 KINDS = {
     "lidar": "a wall, a falling ball and a lidar that publishes point clouds",
     "diffdrive": "a robot with two driven wheels that follows /cmd_vel and publishes odometry and TF",
@@ -34,7 +36,7 @@ def run(args: argparse.Namespace) -> int:
         raise UserError(f"{path} exists; give another name, or remove it first") from None
     except FileNotFoundError:
         raise UserError(f"{path}: its folder {path.parent} does not exist; make it first") from None
-    print(f"wrote {path}; next: graph run {path} --out out/{path.stem}")
+    say(f"wrote {path}; next: graph run {path} --out out/{path.stem}")
     return 0
 
 

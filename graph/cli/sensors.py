@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from .printing import aligned, print_table, safe_line
+from .printing import aligned, print_table, safe_line, say, say_json
 
 if TYPE_CHECKING:
     from sensors.configs.catalog import Asset, Variant
@@ -28,13 +27,17 @@ def run(args: argparse.Namespace) -> int:
 
     if args.name is None:
         if args.json:
-            print(json.dumps([described(asset) for asset in assets()], indent=2))
+            say_json([described(asset) for asset in assets()])
         else:
             print_table([_row(described(asset)) for asset in assets()], HEADINGS)
         return 0
     asset, variant = find_asset(args.name)
     found = described(asset, variant)
-    print(json.dumps(found, indent=2) if args.json else "\n".join(map(str.rstrip, _page(found))))
+    if args.json:
+        say_json(found)
+    else:
+        for line in _page(found):
+            say(line)
     return 0
 
 
