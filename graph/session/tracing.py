@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from graph.node.database import Database
     from graph.sim import App
 
-PHASES = ("timeline_state", "timeline", "physics", "simulation_graphs", "render", "post_render_graphs", "end")
 _FIRST, _LAST = -(2**60), 2**60
 """Orders ahead of and behind all other subscribers."""
 
@@ -43,7 +42,7 @@ class Tracer:
         self._external = app.external_time
         for graph in graphs:
             graph.observe(self._observed(graph))
-        for index, phase in enumerate(PHASES):
+        for index, phase in enumerate(app.phases.names):
             self._on(phase, self._begin_update if index == 0 else None, self._end_update if phase == "end" else None)
         self._undo.append(app.on("render", self._find_sensors, _FIRST))
         self._undo.append(app.on("physics_pre_step", self._begin_step, _FIRST))

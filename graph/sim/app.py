@@ -1,45 +1,56 @@
-"""The App: one world, its clocks, and the update that moves them through the phases."""
+"""The App: one world, its clocks, and the driver that moves them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import AbstractContextManager
 from fractions import Fraction
 from importlib import import_module
 from pathlib import Path
-from time import perf_counter
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from graph.base import exact
 from graph.base.errors import RunError, UserError
 
 from . import settings as keys
+from .driver import Driver, StepCallback
 from .fidelity import Fidelity
-from .managers.drivers import Drivers
+from .managers.loop_runner import LoopRunner
+from .managers.orchestrator import Orchestrator
 from .managers.simulation_manager import ManagedSimulation
 from .messages.bus import MessageBus
 from .options import clock_rates, experience_settings, refuse_unavailable
-from .phases import EVENTS, PHASES, Callback, Subscribers, Unsubscribe
+from .phases import Callback, Phases, Unsubscribe
 from .renderer.rendering import Rendering
-from .scene.editing import checked_choice
+from .scene.editing import WhenPlaying, checked_choice
 from .settings import Settings, suggestion
+from .state.reset import Reset, reset
+from .timing.clocks import PhysicsClock
 from .timing.parity import apply_profile
 from .timing.run_loop import RunLoop
-from .timing.speed import Speed, follow_timeline
-from .timing.timeline import Change, Timeline
+from .timing.timeline import Timeline
 from .timing.wall_clock import VirtualClock, WallClock
 from .warnings import WarningList
-from .world import World
+from .world import open_world
 
 if TYPE_CHECKING:
     from types import TracebackType
 
+    from .geometry.surfaces import Mesh, Plane
+    from .physics.mujoco.engine import MujocoEngine
+    from .scene.live_stage import LiveStage
 
-class App(Drivers, World):
+
+class App:
     """One world and its clocks. Several may live in one process; the most recently entered one is the default.
 
     `stage` is a path, a `Usd.Stage` or None for an empty stage; `mjcf`, instead of it, an MJCF file or a loaded
     `MjcfScene`. `physics_hz` beats the stage's physics scene or the MJCF time step, which beat 60; `loop_hz` defaults
     to 60. `fidelity` maps knobs (`lidar.motion`) to values. Raises UserError for options that cannot be run.
+
+    An App holds its parts and passes calls on to them: `world` (stage, Fabric, physics, edits), `simulation` (builds,
+    steps and frees the world), `rendering` (sensors), `timeline`, `driver` (states and updates), `phases` (whoever is
+    called in them), `bus` (messages), `settings`. No part knows the App.
     """
 
     _entered: ClassVar[list[App]] = []
@@ -59,82 +70,78 @@ class App(Drivers, World):
         wall_clock: WallClock | None = None,
         when_playing: str | None = None,
     ) -> None:
-        from .scene.stage import meters_per_unit, open_stage, physics_scene_rate, register_schemas, time_range
+        from .scene.stage import time_range
 
-        self.fidelity = fidelity if isinstance(fidelity, Fidelity) else Fidelity.from_mapping(fidelity or {})
-        refuse_unavailable(experience, parity, self.fidelity)
+        knobs = fidelity if isinstance(fidelity, Fidelity) else Fidelity.from_mapping(fidelity or {})
+        refuse_unavailable(experience, parity, knobs)
         self.experience, self.parity, self.seed = experience, parity, exact.count(seed, "seed")
         self.settings = Settings(settings)
         apply_profile(self.settings, parity)
         self.warnings = WarningList()
+        self.warn: Callable[[str, str, str], None] = self.warnings.add
+        """`warn(code, where, message)` notes a warning: said once per code and place, counted."""
         for path in self.settings.misspelt():
             self.warn("setting-unknown", path, f'no part of this run reads it; did you mean "{suggestion(path)}"?')
-        self.mjcf = self._open_mjcf(mjcf, stage)
-        """The MJCF model (`graph.sim.mjcf.MjcfScene`) that the stage mirrors, if it does."""
-        if self.mjcf is not None:
-            stage = self.mjcf.stage
-        if stage is None or isinstance(stage, (str, Path)):
-            stage = open_stage(stage, warn=self.warn)
-        else:
-            register_schemas()
-            if not hasattr(stage, "GetRootLayer"):
-                raise UserError(f"stage {stage!r}: give the path of a USD file, a Usd.Stage, or None for an empty one")
-        self.stage = stage
-        self.meters_per_unit: float = meters_per_unit(stage)
-        authored = physics_scene_rate(stage) if self.mjcf is None else self.mjcf.physics_rate
+        choice = checked_choice(when_playing or str(self.settings.get(keys.WHEN_PLAYING)))
+        self.world = open_world(stage, mjcf, fidelity=knobs, when_playing=choice, warn=self.warn)
+        authored = self.world.authored_rate
         physics_rate, loop_rate = clock_rates(
             physics_hz,
             loop_hz,
             experience,
             authored,
-            self.fidelity.physics_hz,
+            knobs.physics_hz,
             whole=self.settings.get(keys.TRUNCATE_STEPS),
             warn=self.warn,
         )
-        experience_settings(self.settings, experience, loop_rate if loop_hz is not None else None, stage)
+        experience_settings(self.settings, experience, loop_rate if loop_hz is not None else None, self.stage)
 
+        self.phases = Phases()
+        self.bus = MessageBus()
         self.wall_clock: WallClock = wall_clock if wall_clock is not None else VirtualClock()
         self.run_loop = RunLoop(self.settings, self.wall_clock, 1 / loop_rate)
-        self.bus = MessageBus()
-        self._make_world(checked_choice(when_playing or str(self.settings.get(keys.WHEN_PLAYING))))
-        self.timeline = Timeline(self.settings, self._on_change)
-        if played := time_range(stage, self.warn):
+        self.timeline = Timeline(self.settings)
+        if played := time_range(self.stage, self.warn):
             self.timeline.set_range(*played)
-        self.simulation = ManagedSimulation(self, physics_rate)
-        if authored == 0 and physics_hz is None and self.fidelity.physics_hz is None:
-            self.simulation.refuse_rate_zero()
-        self.rendering = Rendering(self)
-        self._make_drivers()
-        self._read_rendering_settings()
-        self._speed = Speed(self.wall_clock.now)
+        clock = PhysicsClock(physics_rate)
+        self.rendering = Rendering(clock, self.run_loop, self.timeline, self.settings, self.stage, self.warn)
+        self.simulation = ManagedSimulation(
+            self.world,
+            clock,
+            self.rendering,
+            self.timeline,
+            self.bus,
+            self.settings,
+            self.phases,
+            self.wall_clock.now,
+        )
+        if authored == 0 and physics_hz is None and knobs.physics_hz is None:
+            self.simulation.setup.refuse_rate_zero()
+        if self.mjcf is not None:
+            from .mjcf.controls import serve
+
+            serve(self.mjcf, self.world, self.phases)
+        self.on("resume", self.simulation.times.sample, -1)
+        self.driver = Driver(
+            self.world,
+            self.simulation,
+            self.rendering,
+            self.timeline,
+            self.run_loop,
+            self.bus,
+            self.settings,
+            self.phases,
+            switches_mode=experience == "full" and not self.settings.is_authored(keys.MANUAL_MODE),
+        )
+        self.timeline.on_change = self.simulation.follow
+        self.rendering.updates = self.driver
         self.graphs: dict[str, Any] = {}
         """The graphs bound to this App, by path; filled by whoever binds them."""
         self.folders: tuple[Path, ...] = ()
         """What nodes may read files from: the graph file's folder and those the user allows; the first is for names."""
-        self.update_index = 0
-        """Index of the running update, else the number of updates done."""
-        self.exit_requested = False
-        """Whether something (a node ExitApplication) asked the run to end; nothing is updated after that update."""
-        self._subscribers = {name: Subscribers() for name in (*PHASES, *EVENTS)}
         self.output_folder: Path | None = None
         """Where the run writes; None where it writes nothing."""
-        self._subscribers["physics_pre_step"] = self.simulation.pre_step
-        self._subscribers["physics_post_step"] = self.simulation.post_step
-        if self.mjcf is not None:
-            from .mjcf.controls import serve
-
-            serve(self.mjcf, self)
-        self.on("resume", self.simulation.resample, -1)
-        follow_timeline(self, self._speed)
-        phases = self._subscribers
-        self._timeline_state, self._timeline_phase = phases["timeline_state"], phases["timeline"]
-        self._physics_phase, self._graphs_phase = phases["physics"], phases["simulation_graphs"]
-        self._render_phase, self._frames_phase = phases["render"], phases["post_render_graphs"]
-        self._end_phase = phases["end"]
-        self._physics_s = self._render_s = self._graph_s = 0.0
-        self._updating = False
         self._told_closing = False
-        self._closed = False
 
     @classmethod
     def from_file(cls, path: str | Path, **options: Any) -> App:
@@ -154,10 +161,77 @@ class App(Drivers, World):
         """The most recently entered App that has this stage; None if none has."""
         return next((app for app in reversed(cls._entered) if app.stage == stage), None)
 
+    # -- the world ---------------------------------------------------------------------------------------------------
+
     @property
-    def physics(self) -> Any:
+    def stage(self) -> Any:
+        """The `Usd.Stage`."""
+        return self.world.stage
+
+    @property
+    def mjcf(self) -> Any:
+        """The MJCF model (`graph.sim.mjcf.MjcfScene`) that the stage mirrors, if it does."""
+        return self.world.mjcf
+
+    @property
+    def meters_per_unit(self) -> float:
+        """Metres in a unit of the stage."""
+        return self.world.meters_per_unit
+
+    @property
+    def fabric(self) -> Any:
+        """Where every prim is now, and attributes beside the stage."""
+        return self.world.fabric
+
+    @property
+    def fidelity(self) -> Fidelity:
+        """The fidelity knobs."""
+        return self.world.fidelity
+
+    @property
+    def physics(self) -> MujocoEngine | None:
         """The physics engine; None while stopped or when nothing is dynamic."""
-        return self.simulation.physics
+        return self.world.physics
+
+    @property
+    def live(self) -> LiveStage | None:
+        """Keeps the playing world and its stage together; None while stopped."""
+        return self.world.live
+
+    @property
+    def when_playing(self) -> WhenPlaying:
+        """What becomes of edits while playing: "refuse", "restart" or "recompile"."""
+        return self.world.when_playing
+
+    @when_playing.setter
+    def when_playing(self, choice: str) -> None:
+        self.world.when_playing = checked_choice(choice)
+
+    def geometry(self) -> tuple[Mesh | Plane, ...]:
+        """What rays can hit (`graph.sim.geometry.collect.collect_geometry`), collected once per play."""
+        return self.world.geometry()
+
+    def forget_geometry(self) -> None:
+        """Has what rays can hit collected again when it is needed next."""
+        self.world.forget_geometry()
+
+    def edit(self, when_playing: str | None = None) -> AbstractContextManager[Any]:
+        """`with app.edit(when_playing="recompile") as stage:` changes the world while it plays too; see `EditStage`."""
+        return self.world.edit(self.driver, when_playing)
+
+    def add_prims(self, prims: Mapping[str, Mapping[str, Any]], when_playing: str | None = None) -> None:
+        """Authors prims, path to keys as under `scene.prims` in a graph file, inside an `edit`."""
+        self.world.add_prims(self.driver, prims, when_playing)
+
+    def remove_prims(self, *paths: str, when_playing: str | None = None) -> None:
+        """Removes prims, inside an `edit`. Raises UserError for one that is not there."""
+        self.world.remove_prims(self.driver, *paths, when_playing=when_playing)
+
+    def reset(self, scope: str | Reset = "all") -> None:
+        """Starts again while playing: the clocks, the bodies, without what was added, or all of it; see `Reset`."""
+        reset(self.world, self.driver, scope)
+
+    # -- clocks and figures ------------------------------------------------------------------------------------------
 
     @property
     def external_time(self) -> Fraction:
@@ -180,143 +254,91 @@ class App(Drivers, World):
 
         1 is real time, below 1 slow motion. Measured: on the real clock it holds what the machine and the pacing gave.
         """
-        return self._speed.ratio(self.simulation.monotonic_time)
+        return self.driver.speed
 
     @property
     def timing(self) -> dict[str, float]:
         """Real time spent so far [s] in physics, render, graph and io."""
-        return {
-            "physics": self._physics_s,
-            "render": self._render_s,
-            "graph": self._graph_s,
-            "io": self.bus.io_seconds,
-        }
+        return self.driver.updates.timing
+
+    @property
+    def update_index(self) -> int:
+        """Index of the running update, else the number of updates done."""
+        return self.driver.updates.update_index
 
     @property
     def updating(self) -> bool:
         """Whether an update runs."""
-        return self._updating
+        return self.phases.running
+
+    @property
+    def exit_requested(self) -> bool:
+        """Whether something (a node ExitApplication) asked the run to end; nothing is updated after that update."""
+        return self.driver.updates.exit_requested
+
+    @exit_requested.setter
+    def exit_requested(self, requested: bool) -> None:
+        self.driver.updates.exit_requested = requested
+
+    # -- driving -----------------------------------------------------------------------------------------------------
+
+    @property
+    def loop(self) -> LoopRunner:
+        """Manual mode and step size of the run loop."""
+        return self.driver.loop
+
+    @property
+    def orchestrator(self) -> Orchestrator:
+        """Steps that return once attached writers have fired."""
+        return self.driver.orchestrator
 
     def on(self, phase: str, callback: Callback, order: int = 0) -> Unsubscribe:
-        """Calls `callback()` in a phase of every update or at an event; returns what ends that.
+        """Calls `callback()` in a phase of every update or at an event, see `Phases.on`; returns what ends that."""
+        return self.phases.on(phase, callback, order)
 
-        Lower order first, ties in the order of registration; the phase's own work stands at order 0, ahead of the
-        subscribers of order 0. `post_render_graphs` runs only in updates that delivered a frame.
-        """
-        if phase not in self._subscribers:
-            raise UserError(f"there is no phase or event {phase!r}; there are {', '.join(self._subscribers)}")
-        return self._subscribers[phase].add(callback, order)
+    def play(self, *, commit: bool | None = True) -> None:
+        """Starts or resumes; see `Driver.play` for `commit`."""
+        self.driver.play(commit=commit)
 
-    def warn(self, code: str, where: str, message: str) -> None:
-        """Notes a warning: said once per code and place, counted."""
-        self.warnings.add(code, where, message)
+    def pause(self, *, commit: bool | None = True) -> None:
+        """Pauses: every clock holds."""
+        self.driver.pause(commit=commit)
+
+    def stop(self, *, commit: bool | None = True) -> None:
+        """Stops: clocks at 0, physics freed, the stage as it was before play."""
+        self.driver.stop(commit=commit)
 
     def check_drivable(self) -> None:
         """Raises RunError where no update can run: inside one, or after `close`."""
-        if self._updating:
-            raise RunError("update() was called from inside an update; a subscriber must not drive the App")
-        if self._closed:
-            raise RunError("the App is closed; make a new one")
+        self.driver.check_drivable()
 
     def update(self, steps: int = 1) -> None:
         """Runs `steps` app updates, each through all phases; fewer once the run is asked to end."""
-        steps = exact.count(steps, "steps")
-        self.check_drivable()
-        self._updating = True
-        try:
-            for _ in range(steps):
-                self._update()
-                self.rendering.end_update()
-                self.update_index += 1
-                if self.exit_requested:
-                    break
-        finally:
-            self.rendering.end_update()
-            self._updating = False
+        self.driver.updates.update(steps)
 
-    def _update(self) -> None:
-        rendering, bus = self.rendering, self.bus
-        bus.begin_update()
-        dt = self.run_loop.begin()
-        if rendering.frames_later:
-            rendering.deliver_pending()
-            self._hand_over()
+    def update_app(self, *, steps: int = 1, callback: StepCallback | None = None) -> None:
+        """Runs `steps` app updates; `callback(i, steps)` after each, False ends them."""
+        self.driver.update_app(steps=steps, callback=callback)
 
-        for callback in self._timeline_state.before:
-            callback()
-        self.timeline.commit()
-        for callback in self._timeline_state.after:
-            callback()
-        rendering.begin_update(dt)
-        if self.live is not None:
-            self.live.check()
+    async def next_update_async(self) -> float:
+        """Waits for the next update and makes it run; returns its loop dt [s]. All who wait share one update."""
+        return await self.driver.next_update_async()
 
-        for callback in self._timeline_phase.before:
-            callback()
-        elapsed = self.timeline.advance(dt)
-        for callback in self._timeline_phase.after:
-            callback()
+    async def update_app_async(self, *, steps: int = 1, callback: StepCallback | None = None) -> None:
+        """Awaits `steps` app updates; `callback(i, steps)` after each, False ends them."""
+        await self.driver.update_app_async(steps=steps, callback=callback)
 
-        started = perf_counter()
-        for callback in self._physics_phase.before:
-            callback()
-        try:
-            self.simulation.run_update(elapsed)
-        finally:
-            done = perf_counter()
-            self._physics_s += done - started
-        for callback in self._physics_phase.after:
-            callback()
-
-        io = bus.io_seconds
-        self._graphs_phase()
-        started = perf_counter()
-        self._graph_s += started - done - (bus.io_seconds - io)
-
-        for callback in self._render_phase.before:
-            callback()
-        rendering.render_due(playing=self.timeline.is_playing())
-        for callback in self._render_phase.after:
-            callback()
-        done = perf_counter()
-        self._render_s += done - started
-
-        if rendering.new_frames and not rendering.frames_later:
-            self._hand_over()
-
-        self._end_phase()
-        self.run_loop.end()
+    async def next_render_simulation_async(
+        self, render_product_paths: str | Iterable[str], num_simulation_frames: int = 1
+    ) -> None:
+        """Awaits more frames of render products (deprecated); see `Driver.next_render_simulation_async`."""
+        await self.driver.next_render_simulation_async(render_product_paths, num_simulation_frames)
 
     def deliver_frames(self) -> None:
         """Delivers now what was rendered and would only arrive with the next update (profile `isaacsim-6.0.1`)."""
-        if self.rendering.pending_frames:
-            self.rendering.deliver_pending()
-            self._hand_over()
+        self.driver.deliver_frames()
 
-    def _hand_over(self) -> None:
-        rendering, bus = self.rendering, self.bus
-        if not rendering.new_frames:
-            return
-        began, io = perf_counter(), bus.io_seconds
-        for callback in self._frames_phase.before:
-            callback()
-        rendering.hand_over()
-        for callback in self._frames_phase.after:
-            callback()
-        self._graph_s += perf_counter() - began - (bus.io_seconds - io)
-
-    def _on_change(self, change: Change) -> None:
-        if change == "stop":
-            self.free_world()
-        elif change == "play" and not self.simulation.built:
-            self.build_world()
-        try:
-            self._subscribers[change]()
-            self.simulation.announce(change)
-        except BaseException:
-            if change == "play":
-                self.free_world()
-            raise
+    # -- the end -----------------------------------------------------------------------------------------------------
 
     def tell_closing(self) -> None:
         """Tells the "closing" subscribers, once, that the App is about to close: world and sinks are as they were.
@@ -325,37 +347,35 @@ class App(Drivers, World):
         """
         if not self._told_closing:
             self._told_closing = True
-            self._subscribers["closing"]()
+            self.phases["closing"]()
 
     def close(self) -> None:
         """Tells the "closing" subscribers, stops, tells the "close" subscribers and closes the bus's sinks.
 
-        Each also when one before it fails.
+        Each also when one before it fails. What the parts know of each other ends too, so that a closed App is freed
+        with its last reference; its clocks, products and warnings can still be read.
         """
-        if self._closed:
+        if self.driver.updates.closed:
             return
-        self._closed = True
+        self.driver.close()
         failure: BaseException | None = None
+        closing = self.phases["close"]
         for action in (
             self.tell_closing,
             self.stop,
-            *self._close_actions(),
+            *closing.before,
+            *closing.after,
             self.simulation.close,
             self.bus.close,
-            self.fabric.close,
+            self.world.close,
         ):
             try:
                 action()
             except BaseException as error:
                 failure = failure or error
-        for subscribers in self._subscribers.values():
-            subscribers.clear()
+        self.phases.clear()
         if failure is not None:
             raise failure
-
-    def _close_actions(self) -> tuple[Callable[[], object], ...]:
-        closing = self._subscribers["close"]
-        return (*closing.before, *closing.after)
 
     def __enter__(self) -> App:
         App._entered.append(self)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from .app import App
-from .managers.drivers import StepCallback
+from .driver import StepCallback
 
 
 def play(*, commit: bool | None = True) -> None:

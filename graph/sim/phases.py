@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from itertools import count
 
+from graph.base.errors import UserError
+
 Callback = Callable[[], object]
 Unsubscribe = Callable[[], None]
 
@@ -61,3 +63,34 @@ class Subscribers:
         entries = sorted(self._entries, key=lambda entry: entry[:2])
         self.before = tuple(callback for order, _, callback in entries if order < 0)
         self.after = tuple(callback for order, _, callback in entries if order >= 0)
+
+
+class Phases:
+    """Who is called in each phase of an update and at each event of one App."""
+
+    names = PHASES
+    """The phases of one update, in the order they run."""
+
+    def __init__(self) -> None:
+        self.running = False
+        """Whether an update runs."""
+        self._subscribers = {name: Subscribers() for name in (*PHASES, *EVENTS)}
+
+    def __getitem__(self, name: str) -> Subscribers:
+        return self._subscribers[name]
+
+    def on(self, phase: str, callback: Callback, order: int = 0) -> Unsubscribe:
+        """Calls `callback()` in a phase of every update or at an event; returns what ends that.
+
+        Lower order first, ties in the order of registration; the phase's own work stands at order 0, ahead of the
+        subscribers of order 0. `post_render_graphs` runs only in updates that delivered a frame. Raises UserError for
+        an unknown phase.
+        """
+        if phase not in self._subscribers:
+            raise UserError(f"there is no phase or event {phase!r}; there are {', '.join(self._subscribers)}")
+        return self._subscribers[phase].add(callback, order)
+
+    def clear(self) -> None:
+        """Ends all subscriptions."""
+        for subscribers in self._subscribers.values():
+            subscribers.clear()

@@ -1,49 +1,60 @@
-"""The physics side of an App: its clock, the steps of an update, direct steps."""
+"""Physics steps: those of an update, direct ones, and what happens around each of them."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Protocol
 
 from graph.base import exact
 from graph.base.errors import RunError
 
 from . import settings as keys
-from .phases import Subscribers
-from .state.tensors import Tensors
-from .timing.clocks import Accumulator, PhysicsClock, checked_rate
+from .phases import Phases
+from .settings import Settings
+from .timing.clocks import Accumulator, checked_rate
 from .timing.time_queries import TimeQueries
+from .world import EXTERNAL_TIME, World
 
 if TYPE_CHECKING:
-    from .app import App
-
-EXTERNAL_TIME = ("/ExternalSimulationTime", "omni:time")
+    from .physics.mujoco.engine import MujocoEngine
 
 
-class Simulation(TimeQueries):
-    """Steps the world on the physics clock.
+class StateCaptures(Protocol):
+    """Whoever needs the poses between two steps (`renderer.scheduler.SensorScheduler`)."""
+
+    next_capture: int
+    """The step count after which `capture` is to be called."""
+
+    def plan(self, target: int, *, renders_there: bool) -> None:
+        """Before steps are run up to count `target`: decides after which of them the poses are needed."""
+
+    def capture(self) -> None:
+        """Keeps the poses of now."""
+
+
+class Simulation:
+    """Steps a world on the physics clock.
 
     Each substep: pre-step subscribers, the engine's step, post-step subscribers below order 0, bookkeeping (count,
     time, external time, system time), a capture of poses if a sensor needs this state, the other post-step subscribers.
     Subscribers below order 0 therefore see the old time, the others the new one.
     """
 
-    def __init__(self, app: App, steps_per_second: Fraction) -> None:
-        super().__init__(app, PhysicsClock(steps_per_second))
-        self.physics: Any = None
-        self.tensors = Tensors(app)
-        """All bodies, joints and contacts as arrays."""
-        self.built = False
-        """Whether there is a world: from play, or `initialize_physics`, to stop."""
-        self.pre_step = Subscribers()
-        self.post_step = Subscribers()
-        self._accumulator = Accumulator(steps_per_second)
+    def __init__(
+        self, world: World, times: TimeQueries, captures: StateCaptures, settings: Settings, phases: Phases
+    ) -> None:
+        self.clock = times.clock
+        self.pre_step = phases["physics_pre_step"]
+        self.post_step = phases["physics_post_step"]
+        self.enabled = bool(settings.get(keys.PLAY_SIMULATIONS))
+        """Whether updates step physics."""
+        self._world, self._times, self._captures, self._settings = world, times, captures, settings
+        self._accumulator = Accumulator(self.clock.rate)
         self._session = 0
-        self._enabled = True
-        app.settings.subscribe(keys.PLAY_SIMULATIONS, self._set_enabled)
-        app.settings.subscribe(keys.MIN_FRAME_RATE, lambda value: self._configure())
-        self._set_enabled(app.settings.get(keys.PLAY_SIMULATIONS))
+        settings.subscribe(keys.PLAY_SIMULATIONS, self._set_enabled)
+        settings.subscribe(keys.MIN_FRAME_RATE, self._set_min_frame_rate)
+        world.set_rate(self.clock.rate)
         self._configure()
 
     @property
@@ -62,18 +73,13 @@ class Simulation(TimeQueries):
 
     def is_simulating(self) -> bool:
         """Whether the world is built: True also while paused."""
-        return self.built
-
-    def is_paused(self) -> bool:
-        """Whether the timeline is paused."""
-        return self._app.timeline.is_paused()
+        return self._world.built
 
     def set_rate(self, steps_per_second: Fraction) -> None:
         """Takes a new rate [Hz] from the next step on, also while playing: the history is then read at the new rate."""
         self.clock.set_rate(checked_rate(steps_per_second, "physics"))
         self._configure()
-        if self.physics is not None:
-            self.physics.set_dt(1 / steps_per_second)
+        self._world.set_rate(steps_per_second)
 
     def step(
         self,
@@ -88,11 +94,12 @@ class Simulation(TimeQueries):
         ValueError for `update_fabric` where it is off. Raises RunError while there is no world to step.
         """
         steps = exact.count(steps, "steps")
-        if not self.built:
+        world = self._world
+        if not world.built:
             raise RunError("physics cannot step while the timeline is stopped; call app.play() first")
-        if self._app.live is not None:
-            self._app.live.check()
-        if update_fabric and not self._app.fidelity.fabric:
+        if world.live is not None:
+            world.live.check()
+        if update_fabric and not world.fidelity.fabric:
             raise ValueError("update_fabric: Fabric is off; call app.simulation.enable_fabric(True) while stopped")
         self._accumulator.clear()
         if callback is None:
@@ -107,35 +114,35 @@ class Simulation(TimeQueries):
 
     def run_update(self, elapsed: Fraction) -> None:
         """The physics of one update in which the timeline moved by `elapsed` [s]."""
-        if elapsed and self._enabled:
+        if elapsed and self.enabled:
             steps = self._accumulator.take(elapsed)
             if steps:
                 self.run_steps(steps, renders_next=True)
 
     def run_steps(self, steps: int, *, renders_next: bool = False) -> None:
         """Runs `steps` substeps. What was done is on the clocks also when the engine raises."""
-        clock, rendering, session, before = self.clock, self._app.rendering, self._session, self.clock.count
-        rendering.plan(clock.count + steps, renders_there=renders_next)
+        clock, times, session, before = self.clock, self._times, self._session, self.clock.count
+        self._captures.plan(clock.count + steps, renders_there=renders_next)
         observed = bool(self.pre_step or self.post_step)
         try:
             if observed:
                 self._run_observed(steps)
-            elif self.physics is None:
+            elif self._world.physics is None:
                 clock.advance(steps)
             else:
-                self._run_unobserved(clock.count + steps)
+                self._run_unobserved(self._world.physics, clock.count + steps)
         finally:
             done = clock.count - before
             if self._session == session and done:
                 self._publish_time()
-                each = not observed if self.samples.per_substep else not renders_next
-                self.samples.record(clock, self._system_time, rendering.sample_key, done if each else 1)
+                each = not observed if times.samples.per_substep else not renders_next
+                times.sample(done if each else 1)
 
-    def _run_unobserved(self, target: int) -> None:
+    def _run_unobserved(self, physics: MujocoEngine, target: int) -> None:
         """Steps to count `target`, all at once but for where poses are captured."""
-        physics, fabric, clock, rendering = self.physics, self._app.fabric, self.clock, self._app.rendering
+        fabric, clock, captures = self._world.fabric, self.clock, self._captures
         while clock.count < target:
-            upcoming = rendering.next_capture
+            upcoming = captures.next_capture
             stop = upcoming if clock.count < upcoming < target else target
             try:
                 physics.step(1 if fabric.every_step else stop - clock.count)
@@ -143,67 +150,61 @@ class Simulation(TimeQueries):
                 if physics.taken:
                     fabric.stepped(physics.taken)
                     clock.advance(physics.taken)
-            if clock.count == rendering.next_capture:
-                rendering.capture()
+            if clock.count == captures.next_capture:
+                captures.capture()
 
     def _run_observed(self, steps: int) -> None:
-        clock, rendering, session = self.clock, self._app.rendering, self._session
+        clock, world, captures, times, session = self.clock, self._world, self._captures, self._times, self._session
         for _ in range(steps):
             self.pre_step()
             if self._session != session:  # a subscriber stopped the simulation
                 return
-            if self.physics is not None:
-                self.physics.step()
-                self._app.fabric.stepped()
+            if world.physics is not None:
+                world.physics.step()
+                world.fabric.stepped()
             for callback in self.post_step.before:
                 callback()
             if self._session != session:
                 return
             clock.advance()
             self._publish_time()
-            if self.samples.per_substep:
-                self.samples.record(clock, self._system_time, rendering.sample_key)
-            if clock.count == rendering.next_capture:
-                rendering.capture()
+            if times.samples.per_substep:
+                times.sample()
+            if clock.count == captures.next_capture:
+                captures.capture()
             for callback in self.post_step.after:
                 callback()
             if self._session != session:
                 return
 
-    def begin(self, physics: Any) -> None:
-        """The world is built: takes the engine (None when nothing moves)."""
-        self.physics = physics
-        self.built = True
-
     def warm_up(self) -> None:
         """Runs the warm-up steps, if any are set; the carry is dropped with them."""
-        steps = int(self._app.settings.get(keys.WARM_UP_STEPS))
+        steps = int(self._settings.get(keys.WARM_UP_STEPS))
         if steps:
             self.run_steps(steps)
             self._accumulator.clear()
 
     def end(self) -> None:
-        """Stop: frees the engine; time, count and carry are 0 again."""
-        physics, self.physics = self.physics, None
-        self.built = False
+        """Stop: the steps that run end; time, count and carry are 0 again."""
         self._session += 1
         self.restart_time()
-        if physics is not None:
-            physics.close()
 
     def restart_time(self) -> None:
         """Time, count and carry are 0 again, and no samples are left; the monotonic clock goes on."""
         self.clock.reset()
         self._accumulator.clear()
-        self.samples.clear()
-        self._app.fabric.set(*EXTERNAL_TIME, 0.0)
+        self._times.samples.clear()
+        self._world.fabric.set(*EXTERNAL_TIME, 0.0)
 
     def _publish_time(self) -> None:
-        self._app.fabric.set(*EXTERNAL_TIME, self.clock.seconds)
-        self._system_time = self._app.wall_clock.now()
+        self._world.fabric.set(*EXTERNAL_TIME, self.clock.seconds)
+        self._times.stepped()
 
     def _set_enabled(self, value: bool) -> None:
-        self._enabled = value
+        self.enabled = value
+
+    def _set_min_frame_rate(self, value: int) -> None:
+        self._configure()
 
     def _configure(self) -> None:
-        self._accumulator.configure(self.clock.rate, self._app.settings.get(keys.MIN_FRAME_RATE))
+        self._accumulator.configure(self.clock.rate, self._settings.get(keys.MIN_FRAME_RATE))

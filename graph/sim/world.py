@@ -1,64 +1,75 @@
-"""The world of an App: built when it plays, freed when it stops, changed while it does."""
+"""The world of an App: its stage, Fabric and physics; built by play, freed by stop, edited in between."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
+from fractions import Fraction
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 from graph.base.errors import UserError
 
-from . import settings as keys
 from .fidelity import Fidelity
-from .options import frames_come_later
-from .scene.editing import EditStage, WhenPlaying, checked_choice, remove_prims
-from .simulation import EXTERNAL_TIME
-from .state.reset import Reset, reset
+from .scene.editing import EditStage, Player, WhenPlaying, checked_choice, remove_prims
 
 if TYPE_CHECKING:
     from contextlib import AbstractContextManager
 
-    from .app import App
-    from .managers.simulation_manager import ManagedSimulation
-    from .messages.bus import MessageBus
-    from .renderer.rendering import Rendering
-    from .settings import Settings
+    from .geometry.surfaces import Mesh, Plane
+    from .physics.mujoco.engine import MujocoEngine
+    from .scene.live_stage import LiveStage
+    from .scene.stage import StageState, Warn
+
+EXTERNAL_TIME = ("/ExternalSimulationTime", "omni:time")
+"""Where in Fabric the renderer's clock stands: prim and attribute."""
 
 
 class World:
-    """The part of an App that holds its stage, Fabric and physics together."""
+    """Stage, Fabric and physics of one App. It knows no clock and no sensor: whoever plays it builds and frees it.
 
-    if TYPE_CHECKING:  # what the App brings
-        stage: Any
-        mjcf: Any
-        settings: Settings
-        fidelity: Fidelity
-        simulation: ManagedSimulation
-        rendering: Rendering
-        bus: MessageBus
-        warn: Callable[[str, str, str], None]
+    `mjcf` is the MJCF model that the stage mirrors, if it does.
+    """
 
-    def _make_world(self, when_playing: WhenPlaying) -> None:
+    def __init__(
+        self, stage: Any, *, mjcf: Any = None, fidelity: Fidelity, when_playing: WhenPlaying, warn: Warn
+    ) -> None:
+        from .scene.stage import meters_per_unit
+
+        self.stage = stage
+        self.mjcf = mjcf
+        self.fidelity = fidelity
         self.when_playing: WhenPlaying = when_playing
-        self.fabric: Any = None
-        self._stage_state: Any = None
-        self.live: Any = None
-        """Keeps the playing world and its stage together (`scene.live_stage.LiveStage`); None while stopped."""
-        self.animation: Any = None
-        """Plays transforms with time samples (`scene.animation.Animation`); None while stopped or without any."""
-        self._geometry: Any = None
-        self._renew_fabric()
+        self.warn = warn
+        self.meters_per_unit: float = meters_per_unit(stage)
+        self.steps_per_second = Fraction(60)
+        """The rate that physics is built with [Hz]; see `set_rate`."""
+        self.physics: MujocoEngine | None = None
+        """The physics engine; None while stopped or when nothing is dynamic."""
+        self.built = False
+        """Whether there is a physical world: from play, or `initialize_physics`, to stop."""
+        self.live: LiveStage | None = None
+        """Keeps the playing world and its stage together; None while stopped."""
+        self.fabric: Any = self._new_fabric()
+        self._stage_state: StageState | None = None
+        self._geometry: tuple[Mesh | Plane, ...] | None = None
+        self.fabric.set(*EXTERNAL_TIME, 0.0)
 
-    def _open_mjcf(self, mjcf: Any, stage: Any) -> Any:
-        if isinstance(mjcf, (str, Path)):
-            if stage is not None:
-                raise UserError("App: give a stage or an MJCF file, not both")
-            from .mjcf.scene import open_mjcf
+    @property
+    def authored_rate(self) -> Fraction | None:
+        """Steps per second [Hz] that the active physics scene or the MJCF model authors; None where none does."""
+        from .scene.stage import physics_scene_rate
 
-            return open_mjcf(mjcf, warn=self.warn)
-        return mjcf
+        return physics_scene_rate(self.stage) if self.mjcf is None else self.mjcf.physics_rate
 
-    def geometry(self) -> Any:
+    def set_rate(self, steps_per_second: Fraction) -> None:
+        """Takes a new physics rate [Hz] from the next step on, also while playing."""
+        self.steps_per_second = steps_per_second
+        if self.physics is not None:
+            self.physics.set_dt(1 / steps_per_second)
+
+    # -- what rays can hit -------------------------------------------------------------------------------------------
+
+    def geometry(self) -> tuple[Mesh | Plane, ...]:
         """What rays can hit (`graph.sim.geometry.collect.collect_geometry`), collected once per play."""
         if self._geometry is None:
             from .geometry.collect import collect_geometry
@@ -70,56 +81,47 @@ class World:
         return self._geometry
 
     def forget_geometry(self) -> None:
-        """Has what rays can hit collected anew when it is needed next."""
+        """Has what rays can hit collected again when it is needed next."""
         self._geometry = None
 
-    def edit(self, when_playing: str | None = None) -> AbstractContextManager[Any]:
-        """`with app.edit(when_playing="recompile") as stage:` changes the world while it plays too; see `EditStage`."""
-        return EditStage(cast("App", self), self.when_playing if when_playing is None else checked_choice(when_playing))
+    # -- edits -------------------------------------------------------------------------------------------------------
 
-    def add_prims(self, prims: Mapping[str, Mapping[str, Any]], when_playing: str | None = None) -> None:
+    def edit(self, player: Player, when_playing: str | None = None) -> AbstractContextManager[Any]:
+        """`with world.edit(player, "recompile") as stage:` changes the world while it plays too; see `EditStage`."""
+        choice = self.when_playing if when_playing is None else checked_choice(when_playing)
+        return EditStage(self, player, choice)
+
+    def add_prims(
+        self, player: Player, prims: Mapping[str, Mapping[str, Any]], when_playing: str | None = None
+    ) -> None:
         """Authors prims, path to keys as under `scene.prims` in a graph file, inside an `edit`."""
         from .scene.prims import author_prims
 
-        with self.edit(when_playing) as stage:
+        with self.edit(player, when_playing) as stage:
             author_prims(stage, prims, warn=self.warn)
 
-    def remove_prims(self, *paths: str, when_playing: str | None = None) -> None:
+    def remove_prims(self, player: Player, *paths: str, when_playing: str | None = None) -> None:
         """Removes prims, inside an `edit`. Raises UserError for one that is not there."""
-        with self.edit(when_playing) as stage:
+        with self.edit(player, when_playing) as stage:
             remove_prims(stage, paths)
 
-    def reset(self, scope: str | Reset = "all") -> None:
-        """Begins anew while playing: the clocks, the bodies, without what was added, or all of it; see `Reset`."""
-        reset(cast("App", self), scope)
+    # -- life --------------------------------------------------------------------------------------------------------
 
-    def _renew_fabric(self) -> None:
-        from .state.fabric import Fabric
-        from .state.stage_transforms import StageTransforms
-
-        old = self.fabric
-        kind: Any = Fabric if self.fidelity.fabric else StageTransforms
-        self.fabric = kind(self.stage, self.warn)
-        if old is None:
-            self.fabric.set(*EXTERNAL_TIME, 0.0)
-        else:
-            self.fabric.take_values(old)
-            old.close()
-
-    def build_world(self) -> None:
-        """Builds physics from the stage and binds Fabric and sensors to it; playing does so by itself."""
+    def build(self) -> None:
+        """Builds physics from the stage and binds Fabric to it; on failure the stage is put back."""
         from .physics import build_physics
-        from .scene.animation import animate
         from .scene.live_stage import LiveStage
         from .scene.stage import StageState
 
         self._geometry = None
         if self.fabric.enabled != self.fidelity.fabric:
-            self._renew_fabric()
+            old, self.fabric = self.fabric, self._new_fabric()
+            self.fabric.take_values(old)
+            old.close()
         self._stage_state = StageState(self.stage)
         physics = None
         try:
-            dt = 1 / self.simulation.steps_per_second
+            dt = 1 / self.steps_per_second
             physics = build_physics(self.stage, dt, self.fidelity, warn=self.warn, mjcf=self.mjcf)
             self.fabric.bind(physics)
         except BaseException:
@@ -127,34 +129,57 @@ class World:
                 physics.close()
             self._stage_state.restore()
             raise
-        self._read_rendering_settings()
-        self.rendering.capture_state = self.fabric.capture
-        self.rendering.begin_play()
-        self.simulation.physics = physics
-        self.live = LiveStage(cast("App", self))
-        self.animation = animate(cast("App", self))
-        self.simulation.begin(physics)
+        self.physics = physics
+        self.live = LiveStage(self)
+        self.built = True
 
-    def free_world(self) -> None:
-        """Frees what `build_world` has built and puts the stage back; stopping does so by itself."""
+    def release(self) -> None:
+        """Frees what `build` has made; the stage stays as it is until `restore`."""
         if self.live is not None:
             self.live.close()
             self.live = None
-        if self.animation is not None:
-            self.animation.close()
-            self.animation = None
         self.fabric.unbind()
-        self.simulation.end()
-        self.rendering.capture_state = None
-        self.rendering.end_play()
-        self.bus.restart()
+        physics, self.physics = self.physics, None
+        self.built = False
         self._geometry = None
-        self._stage_state.restore()
-        self.simulation.keep_scene_changes()
+        if physics is not None:
+            physics.close()
 
-    def _read_rendering_settings(self) -> None:
-        settings, rendering = self.settings, self.rendering
-        rendering.multi_tick = settings.get(keys.MULTI_TICK)
-        rendering.capture_at_ticks = self.fidelity.tlas == "sensor" and settings.get(keys.SENSOR_TICK_TLAS)
-        rendering.autotrigger_idle = settings.get(keys.AUTOTRIGGER_IDLE)
-        rendering.frames_later = frames_come_later(settings)
+    def restore(self) -> None:
+        """Puts the stage back to what it was when `build` began."""
+        if self._stage_state is not None:
+            self._stage_state.restore()
+
+    def close(self) -> None:
+        """Stops listening to the stage."""
+        self.fabric.close()
+
+    def _new_fabric(self) -> Any:
+        from .state.fabric import Fabric
+        from .state.stage_transforms import StageTransforms
+
+        return (Fabric if self.fidelity.fabric else StageTransforms)(self.stage, self.warn)
+
+
+def open_world(stage: Any, mjcf: Any, *, fidelity: Fidelity, when_playing: WhenPlaying, warn: Warn) -> World:
+    """The world of a stage (the path of a USD file, a `Usd.Stage`, None: an empty one) or of an MJCF file or model.
+
+    Raises UserError for anything else, and where both are given.
+    """
+    from .scene.stage import open_stage, register_schemas
+
+    if isinstance(mjcf, (str, Path)):
+        if stage is not None:
+            raise UserError("App: give a stage or an MJCF file, not both")
+        from .mjcf.scene import open_mjcf
+
+        mjcf = open_mjcf(mjcf, warn=warn)
+    if mjcf is not None:
+        stage = mjcf.stage
+    if stage is None or isinstance(stage, (str, Path)):
+        stage = open_stage(stage, warn=warn)
+    else:
+        register_schemas()
+        if not hasattr(stage, "GetRootLayer"):
+            raise UserError(f"stage {stage!r}: give the path of a USD file, a Usd.Stage, or None for an empty one")
+    return World(stage, mjcf=mjcf, fidelity=fidelity, when_playing=when_playing, warn=warn)

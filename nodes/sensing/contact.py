@@ -44,12 +44,12 @@ def read_contact_sensor(db: Database) -> None:
     outputs.inContact, outputs.value, outputs.sensorTime = False, 0.0, 0.0
     if app.timeline.is_stopped() or not attribute_of(prim, "enabled", True):
         return
-    body = body_of(app, str(prim.GetPath()))
-    if body is None:
-        db.fail(f"{prim.GetPath()} is on a body that cannot move; its contacts are not simulated")
+    body, physics = body_of(app, str(prim.GetPath())), app.physics
+    if body is None or physics is None or body not in physics.body_paths:
+        db.fail(f"{prim.GetPath()} is on a body that physics does not move; its contacts are not simulated")
     unit = app.meters_per_unit
     place = app.fabric.world_matrix(str(prim.GetPath()))[:3, 3] * unit
-    force = contact_force(app.physics, body, place, float(attribute_of(prim, "radius", RADIUS)) * unit)
+    force = contact_force(physics, body, place, float(attribute_of(prim, "radius", RADIUS)) * unit)
     least, most = (float(part) * _newtons(app) for part in attribute_of(prim, "threshold", THRESHOLD))
     value = min(float((force @ force) ** 0.5), most)
     if value > 0 and value >= least:

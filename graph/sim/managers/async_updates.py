@@ -8,10 +8,8 @@ therefore does the same in every run, as long as its coroutines wait for nothing
 from __future__ import annotations
 
 import asyncio
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from graph.sim.app import App
+from graph.sim.update_loop import UpdateLoop
 
 _LAST = 1 << 30
 
@@ -19,8 +17,8 @@ _LAST = 1 << 30
 class AsyncUpdates:
     """The coroutines that wait for an App's next update."""
 
-    def __init__(self, app: App) -> None:
-        self._app = app
+    def __init__(self, updates: UpdateLoop) -> None:
+        self._updates = updates
         self._waiting: list[asyncio.Future[float]] = []
         self._loop: asyncio.AbstractEventLoop | None = None
         self._scheduled = False
@@ -31,7 +29,7 @@ class AsyncUpdates:
         loop = asyncio.get_running_loop()
         if not self._listening:
             self._listening = True
-            self._app.on("end", self._updated, _LAST)
+            self._updates.phases.on("end", self._updated, _LAST)
         if loop is not self._loop:  # what an ended loop had scheduled never runs
             self._loop, self._scheduled, self._waiting = loop, False, []
         future: asyncio.Future[float] = loop.create_future()
@@ -47,7 +45,7 @@ class AsyncUpdates:
             self._waiting.clear()
             return
         try:
-            self._app.update()
+            self._updates.update()
         except BaseException as error:
             waiting, self._waiting = self._waiting, []
             for future in waiting:
@@ -60,7 +58,7 @@ class AsyncUpdates:
         if not self._waiting:
             return
         waiting, self._waiting = self._waiting, []
-        dt = float(self._app.run_loop.dt)
+        dt = float(self._updates.run_loop.dt)
         for future in waiting:
             if not future.done():
                 future.set_result(dt)

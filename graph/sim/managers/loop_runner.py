@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import TYPE_CHECKING
 
 from graph.base import exact
 from graph.sim import settings as keys
+from graph.sim.settings import Settings
 from graph.sim.timing.clocks import checked_rate
-
-if TYPE_CHECKING:
-    from graph.sim.app import App
+from graph.sim.timing.run_loop import RunLoop
 
 MAIN = "main"
 
@@ -18,23 +16,23 @@ MAIN = "main"
 class LoopRunner:
     """Manual stepping of an App's run loop. Mode and step size are independent; both act from the next update on.
 
-    The one loop there is is called "main"; the name "" stands for all. Writing the setting
+    The only loop is named "main"; the name "" stands for all. Writing the setting
     `/app/runLoops/main/manualModeEnabled` reaches dt only one update later than `set_manual_mode`.
     """
 
-    def __init__(self, app: App) -> None:
-        self._app = app
+    def __init__(self, run_loop: RunLoop, settings: Settings) -> None:
+        self._run_loop, self._settings = run_loop, settings
 
     def set_manual_mode(self, enabled: bool = True, name: str = "") -> None:
         """True: every update lasts the manual step size; False: as long as the last one took on the wall clock."""
         _check(name)
-        self._app.settings.set(keys.MANUAL_MODE, bool(enabled))
-        self._app.run_loop.manual_mode = bool(enabled)
+        self._settings.set(keys.MANUAL_MODE, bool(enabled))
+        self._run_loop.manual_mode = bool(enabled)
 
     def get_manual_mode(self, name: str = "") -> bool:
         """Whether updates last the manual step size."""
         _check(name)
-        return self._app.run_loop.manual_mode
+        return self._run_loop.manual_mode
 
     def set_manual_step_size(self, dt: float | Fraction = 0.01667, name: str = "") -> None:
         """Sets the manual step size [s]. Raises ValueError unless dt > 0."""
@@ -43,12 +41,12 @@ class LoopRunner:
         if step <= 0:
             raise ValueError(f"manual step size {dt}: give a time above 0 s")
         checked_rate(1 / step, "loop")
-        self._app.run_loop.manual_step = step
+        self._run_loop.manual_step = step
 
     def get_manual_step_size(self, name: str = "") -> float:
         """The manual step size [s]."""
         _check(name)
-        return float(self._app.run_loop.manual_step)
+        return float(self._run_loop.manual_step)
 
 
 def _check(name: str) -> None:

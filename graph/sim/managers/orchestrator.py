@@ -5,21 +5,50 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from graph.base import exact
 from graph.sim import settings as keys
+from graph.sim.settings import Settings
 from graph.sim.timing.clocks import checked_rate
+from graph.sim.timing.run_loop import RunLoop
+from graph.sim.timing.timeline import Timeline
 
-if TYPE_CHECKING:
-    from graph.sim.app import App
+
+class Stepped(Protocol):
+    """What an orchestrator steps: a `graph.sim.driver.Driver`."""
+
+    timeline: Timeline
+    run_loop: RunLoop
+    settings: Settings
+
+    def check_drivable(self) -> None:
+        """Raises RunError where no update can run."""
+
+    def play(self) -> None:
+        """Starts or resumes at once."""
+
+    def pause(self) -> None:
+        """Pauses at once."""
+
+    def update(self) -> None:
+        """Runs one update."""
+
+    async def next_update_async(self) -> float:
+        """Waits for the next update and makes it run."""
+
+    def deliver_frames(self) -> None:
+        """Delivers what was rendered and would only arrive with the next update."""
+
+    def warn(self, code: str, where: str, message: str) -> None:
+        """Notes a warning."""
 
 
 class Orchestrator:
     """Steps an App one update at a time and returns once the writers have had what it rendered."""
 
-    def __init__(self, app: App) -> None:
-        self._app = app
+    def __init__(self, driver: Stepped) -> None:
+        self._driver = driver
 
     def step(
         self,
@@ -37,7 +66,7 @@ class Orchestrator:
         converge: warning `rt-subframes-ignored`. Raises ValueError for a negative time or fewer than -1 subframes.
         """
         with self._one_step(rt_subframes, pause_timeline, delta_time, wait_for_render):
-            self._app.update()
+            self._driver.update()
 
     async def step_async(
         self,
@@ -48,13 +77,13 @@ class Orchestrator:
     ) -> None:
         """As `step`; others waiting for the next update resume too."""
         with self._one_step(rt_subframes, pause_timeline, delta_time, wait_for_render):
-            await self._app.next_update_async()
+            await self._driver.next_update_async()
 
     @contextmanager
     def _one_step(
         self, rt_subframes: int, pause_timeline: bool, delta_time: float | Fraction | None, wait_for_render: bool
     ) -> Iterator[None]:
-        app = self._app
+        driver = self._driver
         step = None if delta_time is None else exact.duration(delta_time)
         if step is not None and step < 0:
             raise ValueError(f"delta_time {delta_time}: give a time of 0 s or more")
@@ -62,36 +91,36 @@ class Orchestrator:
             raise ValueError(f"rt_subframes {rt_subframes}: give a number of subframes, or -1")
         if rt_subframes > 1:
             message = "ideal sensors have nothing to converge; one rendering of each update is all there is"
-            app.warn("rt-subframes-ignored", "orchestrator.step", message)
-        app.check_drivable()
-        if not app.timeline.is_playing():
-            app.play()
+            driver.warn("rt-subframes-ignored", "orchestrator.step", message)
+        driver.check_drivable()
+        if not driver.timeline.is_playing():
+            driver.play()
         with self._lasting(step):
             yield
         if wait_for_render:
-            app.deliver_frames()
-        if pause_timeline and app.timeline.is_playing():
-            app.pause()
+            driver.deliver_frames()
+        if pause_timeline and driver.timeline.is_playing():
+            driver.pause()
 
     @contextmanager
     def _lasting(self, step: Fraction | None) -> Iterator[None]:
         """For one update the timeline moves by `step` [s]; None: by what it would anyway."""
-        app = self._app
+        driver = self._driver
         if step is None:
             yield
         elif not step:
-            moves = app.timeline.is_auto_updating()
-            app.timeline.set_auto_update(False)
+            moves = driver.timeline.is_auto_updating()
+            driver.timeline.set_auto_update(False)
             try:
                 yield
             finally:
-                app.timeline.set_auto_update(moves)
+                driver.timeline.set_auto_update(moves)
         else:
-            if app.settings.get(keys.FIXED_STEPPING):
+            if driver.settings.get(keys.FIXED_STEPPING):
                 message = "in fixed stepping the timeline moves by 1 / timeCodesPerSecond; set that instead"
-                app.warn("delta-time-ignored", "orchestrator.step", message)
+                driver.warn("delta-time-ignored", "orchestrator.step", message)
             checked_rate(1 / step, "loop")
-            loop = app.run_loop
+            loop = driver.run_loop
             manual = loop.manual_mode, loop.manual_step
             loop.manual_mode, loop.manual_step = True, step
             try:

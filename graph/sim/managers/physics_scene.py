@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from graph.base import exact
 from graph.base.errors import RunError
@@ -46,6 +46,40 @@ def steps_per_second(dt: float | Fraction, *, truncate: bool = False) -> Fractio
     return Fraction(int(1.0 / float(dt))) if truncate else 1 / step
 
 
+class Setup(Protocol):
+    """What simulates a stage by its active scene (`simulation_setup.SimulationSetup`)."""
+
+    scene_path: str
+
+    @property
+    def stage(self) -> Any:
+        """The stage that is simulated."""
+
+    @property
+    def built(self) -> bool:
+        """Whether the world is built."""
+
+    @property
+    def truncates(self) -> bool:
+        """Whether a dt is kept as a whole number of steps per second."""
+
+    @property
+    def steps_per_second(self) -> Fraction:
+        """The rate of the next step [Hz]."""
+
+    def set_rate(self, steps_per_second: Fraction) -> None:
+        """Takes a new physics rate [Hz] from the next step on."""
+
+    def refuse_rate_zero(self, path: str | None = None) -> None:
+        """Says that a rate of 0 is stored but not run."""
+
+    def scene_changed(self, scene: PhysicsScene, name: str, kind: str, value: Any) -> None:
+        """An attribute of a scene was set while playing."""
+
+    def warn(self, code: str, where: str, message: str) -> None:
+        """Notes a warning."""
+
+
 class PhysicsScene:
     """A UsdPhysics scene prim: at a path (made if there is none) or given as a prim.
 
@@ -53,20 +87,24 @@ class PhysicsScene:
     RunError for a scene to be made while the simulation plays.
     """
 
-    def __init__(self, prim: Any = DEFAULT_PATH, app: App | None = None) -> None:
+    def __init__(self, prim: Any = DEFAULT_PATH, app: App | None = None, *, setup: Setup | None = None) -> None:
+        """setup: instead of an App, what simulates the stage."""
         from graph.sim.app import App
         from graph.sim.usd import Sdf, UsdPhysics
 
-        if isinstance(prim, (str, Sdf.Path)):
-            app = app or App.current()
-            prim = _scene_at(app, str(prim))
-        elif app is None:
-            app = App.of_stage(prim.GetStage()) if prim else None
+        named = isinstance(prim, (str, Sdf.Path))
+        if setup is None:
+            if app is None:
+                app = App.current() if named else App.of_stage(prim.GetStage()) if prim else None
+            setup = None if app is None else app.simulation.setup
+        if named:
+            assert setup is not None  # App.current() raises where there is no App
+            prim = _scene_at(setup, str(prim))
         if not prim or not prim.IsA(UsdPhysics.Scene):
             name = f"{prim.GetPath()}: a prim of type {prim.GetTypeName() or 'none'}" if prim else "an expired prim"
             raise ValueError(f"{name} is no PhysicsScene")
         self._prim = prim
-        self._app = app
+        self._setup = setup
 
     @property
     def path(self) -> str:
@@ -95,11 +133,12 @@ class PhysicsScene:
     @property
     def is_active(self) -> bool:
         """Whether an App simulates by this scene: the first one of its stage."""
-        if self._app is None:
+        setup = self._setup
+        if setup is None:
             return False
-        if self._app.simulation.built:
-            return self._app.simulation.scene_path == self.path
-        return bool(next(scene_prims(self._app.stage), None) == self._prim)
+        if setup.built:
+            return setup.scene_path == self.path
+        return bool(next(scene_prims(setup.stage), None) == self._prim)
 
     def get_dt(self) -> float:
         """The length of a physics step [s]: the App's for its active scene, else what is authored; 0.0 at rate 0."""
@@ -112,7 +151,7 @@ class PhysicsScene:
         The profile `isaacsim-6.0.1` keeps the whole number int(1 / dt) of steps per second. 0 is stored, but nothing
         runs at rate 0: a running simulation keeps its rate, and says so. Raises ValueError outside 0 to 1 s.
         """
-        self._set_rate(steps_per_second(dt, truncate=self._app is not None and self._app.simulation.truncates))
+        self._set_rate(steps_per_second(dt, truncate=self._setup is not None and self._setup.truncates))
 
     def get_gravity(self) -> Any:
         """Gravity in the world, `Gf.Vec3f` [stage units/s2]; where nothing is authored 9.81 m/s2 down the up axis."""
@@ -167,8 +206,8 @@ class PhysicsScene:
         if stored == 0:
             return stored
         if self.is_active:
-            assert self._app is not None
-            return self._app.simulation.steps_per_second
+            assert self._setup is not None
+            return self._setup.steps_per_second
         return Fraction(DEFAULT_RATE) if stored is None else stored
 
     def store_rate(self, rate: Fraction, *, as_step: bool = False) -> None:
@@ -188,18 +227,18 @@ class PhysicsScene:
 
     def _set_rate(self, rate: Fraction, *, as_step: bool = False) -> None:
         """Authors a rate [Hz]; the App follows if the scene is its active one. Raises UserError above 1e9 Hz."""
-        app, active = self._app, self.is_active
-        if app is not None and active and rate:
-            app.simulation.set_rate(rate)
+        setup, active = self._setup, self.is_active
+        if setup is not None and active and rate:
+            setup.set_rate(rate)
         self.store_rate(rate, as_step=as_step)
-        if app is None:
+        if setup is None:
             return
         if not active:
-            first = next(scene_prims(app.stage)).GetPath()
+            first = next(scene_prims(setup.stage)).GetPath()
             message = f"only the first physics scene is simulated, {first}; what is set here is kept on the prim"
-            app.warn("physics-scene-inactive", self.path, message)
+            setup.warn("physics-scene-inactive", self.path, message)
         elif not rate:
-            app.simulation.refuse_rate_zero(self.path)
+            setup.refuse_rate_zero(self.path)
 
     def _authored(self, name: str, default: Any) -> Any:
         value = authored(self._prim, name)
@@ -208,13 +247,13 @@ class PhysicsScene:
     def _author(self, name: str, kind: str, value: Any) -> None:
         """Sets an attribute of the prim, None blocks it; what plays follows, and the value outlasts the stop."""
         author(self._prim, name, kind, value)
-        if self._app is not None and self._app.simulation.built:
-            self._app.simulation.scene_changed(self, name, kind, value)
+        if self._setup is not None and self._setup.built:
+            self._setup.scene_changed(self, name, kind, value)
 
     def _stored_only(self, name: str, why: str) -> None:
-        if self._app is not None:
+        if self._setup is not None:
             message = f"{name} is kept on the prim and changes nothing: {why}"
-            self._app.warn("physics-setting-stored", f"{self.path}.{name}", message)
+            self._setup.warn("physics-setting-stored", f"{self.path}.{name}", message)
 
 
 def scene_prims(stage: Any) -> Any:
@@ -224,14 +263,14 @@ def scene_prims(stage: Any) -> Any:
     return (prim for prim in stage.Traverse() if prim.IsA(UsdPhysics.Scene))
 
 
-def _scene_at(app: App, path: str) -> Any:
+def _scene_at(setup: Setup, path: str) -> Any:
     from graph.sim.usd import Sdf, UsdPhysics
 
     if not (Sdf.Path.IsValidPathString(path) and Sdf.Path(path).IsAbsolutePath() and Sdf.Path(path).IsPrimPath()):
         raise ValueError(f"{path!r} is no prim path; give one such as {DEFAULT_PATH}")
-    prim = app.stage.GetPrimAtPath(path)
+    prim = setup.stage.GetPrimAtPath(path)
     if prim:
         return prim
-    if app.simulation.built:
+    if setup.built:
         raise RunError(f"{path}: a physics scene cannot be made while the simulation plays; call app.stop() first")
-    return UsdPhysics.Scene.Define(app.stage, path).GetPrim()
+    return UsdPhysics.Scene.Define(setup.stage, path).GetPrim()

@@ -48,7 +48,7 @@ class PhysxScene(PhysicsScene):
         rate = exact.rate(steps_per_second)
         if rate < 0:
             raise ValueError(f"steps per second {steps_per_second}: give 0 or more")
-        truncated = self._app is not None and self._app.simulation.truncates
+        truncated = self._setup is not None and self._setup.truncates
         self._set_rate(Fraction(int(rate)) if truncated else rate)
 
     def get_solver_type(self) -> str:

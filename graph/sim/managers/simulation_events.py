@@ -11,9 +11,12 @@ from typing import TYPE_CHECKING, Any
 from .callbacks import CallbackList, Event, Held, Registered, dropped_early
 
 if TYPE_CHECKING:
-    from graph.sim.app import App
     from graph.sim.phases import Unsubscribe
     from graph.sim.scene.deletions import Deletions
+    from graph.sim.simulation import Simulation
+    from graph.sim.world import World
+
+    from .simulation_setup import SimulationSetup
 
 FIRST_ID = 2
 """Ids 0 and 1 are those of the manager's own callbacks in Isaac Sim."""
@@ -50,9 +53,9 @@ class StepContext:
 class SimulationEvents:
     """The callbacks of one App's simulation; `warm` says whether physics-step callbacks are called yet."""
 
-    def __init__(self, app: App) -> None:
+    def __init__(self, world: World, simulation: Simulation, setup: SimulationSetup) -> None:
         self.warm = False
-        self._app = app
+        self._world, self._simulation, self._setup = world, simulation, setup
         self._ids = count(FIRST_ID)
         self._lists = {event: CallbackList() for event in SimulationEvent if event not in _STEPS}
         self._steps: dict[int, Unsubscribe] = {}
@@ -77,7 +80,7 @@ class SimulationEvents:
 
         def died(called: bool) -> None:
             if self.remove(uid) and not called:
-                self._app.warn("callback-dropped", f"simulation callback {uid}", dropped_early(uid))
+                self._world.warn("callback-dropped", f"simulation callback {uid}", dropped_early(uid))
 
         held = Held(callback, died)
         if known in _STEPS:
@@ -127,7 +130,7 @@ class SimulationEvents:
         self._watch()
 
     def _subscribe_steps(self, event: SimulationEvent, held: Held, order: int) -> Unsubscribe:
-        simulation = self._app.simulation
+        simulation, setup = self._simulation, self._setup
         clock = simulation.clock
         pre_step = event is SimulationEvent.PHYSICS_PRE_STEP
 
@@ -135,7 +138,7 @@ class SimulationEvents:
             if self.warm:
                 callback = held()
                 if callback is not None:
-                    callback(float(1 / clock.rate), StepContext(simulation.scene_path, clock.count, clock.time))
+                    callback(float(1 / clock.rate), StepContext(setup.scene_path, clock.count, clock.time))
 
         return (simulation.pre_step if pre_step else simulation.post_step).add(run, order)
 
@@ -150,4 +153,4 @@ class SimulationEvents:
         if callbacks and self._watching:
             from graph.sim.scene.deletions import Deletions
 
-            self._deletions = Deletions(self._app.stage, callbacks)
+            self._deletions = Deletions(self._world.stage, callbacks)

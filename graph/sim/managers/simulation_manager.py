@@ -2,18 +2,31 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from graph.sim import settings as keys
+from graph.sim.forwarding import forward
+from graph.sim.messages.bus import MessageBus
+from graph.sim.options import frames_come_later
+from graph.sim.phases import Phases
+from graph.sim.settings import Settings
+from graph.sim.simulation import Simulation
+from graph.sim.state.tensors import Tensors
+from graph.sim.timing.clocks import PhysicsClock
+from graph.sim.timing.time_queries import TimeQueries
+from graph.sim.timing.timeline import Change, Timeline
+from graph.sim.world import World
 
 from .callbacks import Registered
 from .simulation_events import SimulationEvent, SimulationEvents
 from .simulation_setup import SimulationSetup
 
 if TYPE_CHECKING:
-    from graph.sim.app import App
-    from graph.sim.timing.timeline import Change
+    from graph.sim.physics.mujoco.engine import MujocoEngine
+    from graph.sim.renderer.rendering import Rendering
+    from graph.sim.scene.animation import Animation
 
 _CHANGES: dict[Change, SimulationEvent] = {
     "pause": SimulationEvent.SIMULATION_PAUSED,
@@ -22,22 +35,177 @@ _CHANGES: dict[Change, SimulationEvent] = {
 _DEFAULTS = ("warm_start", "on_stop", "stage_open", "stage_close", "post_warm_start")
 
 
-class ManagedSimulation(SimulationSetup):
-    """Lifecycle and callbacks of one App's simulation.
+class ManagedSimulation:
+    """The simulation of one App: builds, steps and frees its world, says what time it is, calls back.
 
     It is *warm* from the end of `initialize_physics`, which playing calls, to `invalidate_physics`, which stopping
-    calls. Only a warm simulation tells physics-step callbacks of its steps.
+    calls. Only a warm simulation tells physics-step callbacks of its steps. Its parts: `steps` runs physics, `times`
+    answers what time it is and was, `setup` holds the choices, `events` the callbacks.
     """
 
-    def __init__(self, app: App, rate: Fraction) -> None:
-        super().__init__(app, rate)
-        self.events = SimulationEvents(app)
+    def __init__(
+        self,
+        world: World,
+        clock: PhysicsClock,
+        rendering: Rendering,
+        timeline: Timeline,
+        bus: MessageBus,
+        settings: Settings,
+        phases: Phases,
+        now: Callable[[], Fraction],
+    ) -> None:
+        """now: the wall clock's time [s]."""
+        self._world, self._rendering, self._timeline, self._bus = world, rendering, timeline, bus
+        self._settings, self._phases = settings, phases
+        self.times = TimeQueries(clock, rendering, settings, now, world.warn)
+        self.steps = Simulation(world, self.times, rendering, settings, phases)
+        self.setup = SimulationSetup(world, self.steps, timeline, settings)
+        self.events = SimulationEvents(world, self.steps, self.setup)
+        self.clock = clock
+        self.samples = self.times.samples
+        self.pre_step, self.post_step = self.steps.pre_step, self.steps.post_step
+        self.tensors = Tensors(world)
+        """All bodies, joints and contacts as arrays."""
+        self._animation: Animation | None = None
         self._defaults = dict.fromkeys(_DEFAULTS, True)
+        self._read_rendering_settings()
+
+    # -- what the parts do -------------------------------------------------------------------------------------------
+
+    @property
+    def physics(self) -> MujocoEngine | None:
+        """The physics engine; None while stopped or when nothing is dynamic."""
+        return self._world.physics
+
+    @property
+    def built(self) -> bool:
+        """Whether there is a world: from play, or `initialize_physics`, to stop."""
+        return self._world.built
+
+    @property
+    def steps_per_second(self) -> Fraction:
+        """The rate of the next step [Hz]."""
+        return self.clock.rate
+
+    @property
+    def carry(self) -> Fraction:
+        """Time waiting for its physics step [s]."""
+        return self.steps.carry
+
+    @property
+    def time(self) -> Fraction:
+        """The exact simulation time [s]: steps since play / steps per second."""
+        return self.clock.time
+
+    @property
+    def monotonic_time(self) -> Fraction:
+        """The exact time stepped since the App was made [s]; survives stop and changes of rate."""
+        return self.clock.monotonic
+
+    @property
+    def system_time(self) -> float:
+        """Wall-clock time [UNIX s] at the last physics step, before the first one at the App's construction."""
+        return self.times.system_time
+
+    @property
+    def scene_path(self) -> str:
+        """The path of the scene that is simulated, looked up when the world is built."""
+        return self.setup.scene_path
+
+    @property
+    def truncates(self) -> bool:
+        """Whether a dt is kept as a whole number of steps per second, as the profile `isaacsim-6.0.1` does."""
+        return self.setup.truncates
+
+    step = forward("steps", Simulation.step)
+    run_steps = forward("steps", Simulation.run_steps)
+    set_rate = forward("steps", Simulation.set_rate)
+    is_simulating = forward("steps", Simulation.is_simulating)
+    get_num_physics_steps = forward("steps", Simulation.get_num_physics_steps)
+
+    get_simulation_time = forward("times", TimeQueries.get_simulation_time)
+    get_simulation_time_monotonic = forward("times", TimeQueries.get_simulation_time_monotonic)
+    get_system_time = forward("times", TimeQueries.get_system_time)
+    get_current_time = forward("times", TimeQueries.get_current_time)
+    get_simulation_time_at_time = forward("times", TimeQueries.get_simulation_time_at_time)
+    get_simulation_time_monotonic_at_time = forward("times", TimeQueries.get_simulation_time_monotonic_at_time)
+    get_system_time_at_time = forward("times", TimeQueries.get_system_time_at_time)
+    get_all_samples = forward("times", TimeQueries.get_all_samples)
+    get_sample_count = forward("times", TimeQueries.get_sample_count)
+    get_sample_range = forward("times", TimeQueries.get_sample_range)
+    get_buffer_capacity = forward("times", TimeQueries.get_buffer_capacity)
+    log_statistics = forward("times", TimeQueries.log_statistics)
+
+    setup_simulation = forward("setup", SimulationSetup.setup_simulation)
+    set_physics_dt = forward("setup", SimulationSetup.set_physics_dt)
+    get_physics_dt = forward("setup", SimulationSetup.get_physics_dt)
+    get_physics_scenes = forward("setup", SimulationSetup.get_physics_scenes)
+    set_device = forward("setup", SimulationSetup.set_device)
+    get_device = forward("setup", SimulationSetup.get_device)
+    get_default_engine = forward("setup", SimulationSetup.get_default_engine)
+    get_active_physics_engine = forward("setup", SimulationSetup.get_active_physics_engine)
+    get_available_physics_engines = forward("setup", SimulationSetup.get_available_physics_engines)
+    switch_physics_engine = forward("setup", SimulationSetup.switch_physics_engine)
+    enable_fabric = forward("setup", SimulationSetup.enable_fabric)
+    is_fabric_enabled = forward("setup", SimulationSetup.is_fabric_enabled)
+    enable_fabric_usd_notice_handler = forward("setup", SimulationSetup.enable_fabric_usd_notice_handler)
+    is_fabric_usd_notice_handler_enabled = forward("setup", SimulationSetup.is_fabric_usd_notice_handler_enabled)
+    assets_loading = forward("setup", SimulationSetup.assets_loading)
+
+    # -- life --------------------------------------------------------------------------------------------------------
 
     @property
     def warm(self) -> bool:
         """Whether `initialize_physics` has been done since the last stop."""
         return self.events.warm
+
+    def is_paused(self) -> bool:
+        """Whether the timeline is paused."""
+        return self._timeline.is_paused()
+
+    def build(self) -> None:
+        """Builds the world and binds sensors to it; playing does so by itself."""
+        from graph.sim.scene.animation import animate
+
+        self._world.build()
+        self._read_rendering_settings()
+        self._rendering.capture_state = self._world.fabric.capture
+        self._rendering.begin_play()
+        self._animation = animate(self._world, self._timeline, self.steps, self._phases)
+        self.setup.begin()
+
+    def free(self) -> None:
+        """Frees what `build` has built and puts the stage back; stopping does so by itself."""
+        if self._animation is not None:
+            self._animation.close()
+            self._animation = None
+        self._world.release()
+        self.steps.end()
+        if self._defaults["on_stop"]:
+            self.events.warm = False
+        self._rendering.capture_state = None
+        self._rendering.end_play()
+        self._bus.restart()
+        self._world.restore()
+        self.setup.keep_scene_changes()
+
+    def follow(self, change: Change) -> None:
+        """What the timeline's change of state means for the world: builds or frees it, tells whoever subscribed."""
+        if change == "stop":
+            self.free()
+        elif change == "play" and not self.built:
+            self.build()
+        try:
+            self._phases[change]()
+            self._announce(change)
+        except BaseException:
+            if change == "play":
+                self.free()
+            raise
+
+    def restart_time(self) -> None:
+        """Time, count and carry are 0 again, and no samples are left; the monotonic clock goes on."""
+        self.steps.restart_time()
 
     def initialize_physics(self) -> None:
         """Builds the world if it is not there yet, runs the warm-up steps, sends SIMULATION_SETUP; nothing when warm.
@@ -47,35 +215,29 @@ class ManagedSimulation(SimulationSetup):
         if self.events.warm:
             return
         if not self.built:
-            self._app.build_world()
-        self.warm_up()
+            self.build()
+        self.steps.warm_up()
         self.events.warm = True
         self.events.dispatch(SimulationEvent.SIMULATION_SETUP)
 
     def invalidate_physics(self) -> None:
         """Ends being warm: the next play warms up again. Where the timeline stands still the world is freed."""
         self.events.warm = False
-        if self.built and self._app.timeline.is_stopped():
-            self._app.free_world()
+        if self.built and self._timeline.is_stopped():
+            self.free()
 
-    def announce(self, change: Change) -> None:
+    def _announce(self, change: Change) -> None:
         """Tells of a change of the timeline's state; a play also warms up, unless that is switched off."""
-        if self._app.timeline.silent:
+        if self._timeline.silent:
             return
         if change in _CHANGES:
             self.events.dispatch(_CHANGES[change])
-        elif self._defaults["warm_start"] and self._app.settings.get(keys.PLAY_SIMULATIONS):
+        elif self._defaults["warm_start"] and self._settings.get(keys.PLAY_SIMULATIONS):
             if self.events.warm:
                 self.events.dispatch(SimulationEvent.SIMULATION_RESUMED)
             else:
                 self.initialize_physics()
                 self.events.dispatch(SimulationEvent.SIMULATION_STARTED)
-
-    def end(self) -> None:
-        """The world is freed; the simulation is warm no longer, unless the default callback on_stop is off."""
-        super().end()
-        if self._defaults["on_stop"]:
-            self.events.warm = False
 
     def close(self) -> None:
         """The stage closes: callbacks end."""
@@ -101,7 +263,7 @@ class ManagedSimulation(SimulationSetup):
         if "name" in options:
             options.pop("name")
             message = "register_callback takes no name any more; leave it out"
-            self._app.warn("callback-name-ignored", "simulation", message)
+            self._world.warn("callback-name-ignored", "simulation", message)
         if options:
             raise TypeError(f"register_callback takes order=, not {', '.join(f'{name}=' for name in options)}")
         return self.events.register(callback, event, order)
@@ -110,7 +272,7 @@ class ManagedSimulation(SimulationSetup):
         """Ends a callback; False, and a warning, for an id that there is not."""
         found = self.events.remove(uid)
         if not found:
-            self._app.warn("unknown-callback", "simulation", f"there is no callback with id {uid}")
+            self._world.warn("unknown-callback", "simulation", f"there is no callback with id {uid}")
         return found
 
     def deregister_all_callbacks(self) -> None:
@@ -137,7 +299,7 @@ class ManagedSimulation(SimulationSetup):
         self._defaults.update({name: bool(value) for name, value in others.items()})
         if lost:
             message = f"{', '.join(lost)} not named, so off from now on (as in Isaac Sim); name all that shall stay on"
-            self._app.warn("default-callbacks-off", "simulation", message)
+            self._world.warn("default-callbacks-off", "simulation", message)
 
     def enable_all_default_callbacks(self, enable: bool = True) -> None:
         """Switches all of them."""
@@ -154,3 +316,10 @@ class ManagedSimulation(SimulationSetup):
     def enable_usd_notice_handler(self, enable: bool) -> None:
         """Whether deleted prims are noticed (PRIM_DELETED)."""
         self.events.watch_stage(enable)
+
+    def _read_rendering_settings(self) -> None:
+        settings, rendering = self._settings, self._rendering
+        rendering.multi_tick = settings.get(keys.MULTI_TICK)
+        rendering.capture_at_ticks = self._world.fidelity.tlas == "sensor" and settings.get(keys.SENSOR_TICK_TLAS)
+        rendering.autotrigger_idle = settings.get(keys.AUTOTRIGGER_IDLE)
+        rendering.frames_later = frames_come_later(settings)

@@ -5,18 +5,18 @@ from __future__ import annotations
 import logging
 from dataclasses import replace
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from graph.base.errors import RunError
 from graph.sim import settings as keys
 from graph.sim.fidelity import Fidelity
 from graph.sim.scene.scene_attributes import applied_schemas, author
+from graph.sim.settings import Settings
 from graph.sim.simulation import Simulation
+from graph.sim.timing.timeline import Timeline
+from graph.sim.world import World
 
 from .physics_scene import DEFAULT_PATH, PhysicsScene, scene_prims, steps_per_second
-
-if TYPE_CHECKING:
-    from graph.sim.app import App
 
 ENGINE = "mujoco"
 DEFAULT_ENGINE = "/exts/isaacsim.core.simulation_manager/default_engine"
@@ -24,11 +24,11 @@ WRITE_BACK = ("updateToUsd", "updateParticlesToUsd", "updateVelocitiesToUsd", "u
 _log = logging.getLogger("tickgraph.physics")
 
 
-class SimulationSetup(Simulation):
-    """Steps of one App with the choices that Isaac Sim's SimulationManager offers."""
+class SimulationSetup:
+    """The choices that Isaac Sim's SimulationManager offers of how a world is simulated."""
 
-    def __init__(self, app: App, rate: Fraction) -> None:
-        super().__init__(app, rate)
+    def __init__(self, world: World, simulation: Simulation, timeline: Timeline, settings: Settings) -> None:
+        self._world, self._simulation, self._timeline, self._settings = world, simulation, timeline, settings
         self.scene_path = DEFAULT_PATH
         """The path of the scene that is simulated, looked up when the world is built."""
         self._follow_stage = True
@@ -36,12 +36,31 @@ class SimulationSetup(Simulation):
         engine = self.get_default_engine()
         if engine != ENGINE:
             message = f'there is no physics engine "{engine}" here; the physics is that of MuJoCo, "{ENGINE}"'
-            app.warn("physics-engine-unavailable", DEFAULT_ENGINE, message)
+            world.warn("physics-engine-unavailable", DEFAULT_ENGINE, message)
+
+    @property
+    def stage(self) -> Any:
+        """The stage that is simulated."""
+        return self._world.stage
+
+    @property
+    def built(self) -> bool:
+        """Whether the world is built: from play, or `initialize_physics`, to stop."""
+        return self._world.built
+
+    @property
+    def steps_per_second(self) -> Fraction:
+        """The rate of the next step [Hz]."""
+        return self._simulation.steps_per_second
+
+    def warn(self, code: str, where: str, message: str) -> None:
+        """Notes a warning."""
+        self._world.warn(code, where, message)
 
     @property
     def truncates(self) -> bool:
         """Whether a dt is kept as a whole number of steps per second, as the profile `isaacsim-6.0.1` does."""
-        return bool(self._app.settings.get(keys.TRUNCATE_STEPS))
+        return bool(self._settings.get(keys.TRUNCATE_STEPS))
 
     def setup_simulation(self, dt: float | Fraction | None = None, device: str | None = None) -> None:
         """Sets the length of a physics step [s] on every physics scene, also while playing; makes one if there is none.
@@ -56,7 +75,7 @@ class SimulationSetup(Simulation):
             self.set_device(device)
         scenes = self._scenes()
         if rate is not None:
-            self.set_rate(rate)
+            self._simulation.set_rate(rate)
             for scene in scenes:
                 scene.store_rate(rate)
 
@@ -65,7 +84,7 @@ class SimulationSetup(Simulation):
 
         Raises RuntimeError while playing, ValueError unless 0 <= dt <= 1.
         """
-        if self._app.timeline.is_playing():
+        if self._timeline.is_playing():
             raise RuntimeError("the physics dt cannot be set while playing; use setup_simulation(dt=...) or stop first")
         rate = steps_per_second(dt, truncate=self.truncates)
         scenes = self._scenes()
@@ -75,18 +94,18 @@ class SimulationSetup(Simulation):
         if not rate:
             self.refuse_rate_zero(chosen[0].path if chosen else DEFAULT_PATH)
         elif not scenes or chosen[0].path == scenes[0].path:
-            self.set_rate(rate)
+            self._simulation.set_rate(rate)
 
     def get_physics_dt(self, physics_scene: str | None = None) -> float:
         """The dt [s] of a physics scene, of the first for a path that is none; makes one, while stopped, if none is."""
         if self.built and physics_scene in (None, self.scene_path):
-            prim = self._app.stage.GetPrimAtPath(self.scene_path)
-            return PhysicsScene(prim, self._app).get_dt() if prim else float(1 / self.clock.rate)
+            prim = self.stage.GetPrimAtPath(self.scene_path)
+            return PhysicsScene(prim, setup=self).get_dt() if prim else float(1 / self.steps_per_second)
         scenes = self._scenes()
         for scene in scenes:
             if scene.path == physics_scene:
                 return scene.get_dt()
-        return scenes[0].get_dt() if scenes else float(1 / self.clock.rate)
+        return scenes[0].get_dt() if scenes else float(1 / self.steps_per_second)
 
     def get_physics_scenes(self) -> list[PhysicsScene]:
         """The physics scenes of the stage: `NewtonMjcScene` where MjcSceneAPI is applied, else `PhysxScene`."""
@@ -94,45 +113,50 @@ class SimulationSetup(Simulation):
         from .physx_scene import PhysxScene
 
         return [
-            (NewtonMjcScene if "MjcSceneAPI" in applied_schemas(prim) else PhysxScene)(prim, self._app)
-            for prim in scene_prims(self._app.stage)
+            (NewtonMjcScene if "MjcSceneAPI" in applied_schemas(prim) else PhysxScene)(prim, setup=self)
+            for prim in scene_prims(self.stage)
         ]
 
     def refuse_rate_zero(self, path: str | None = None) -> None:
         """Says that 0 steps per second is stored but not run: a world that is not built yet has 1 Hz in the product."""
         if self.truncates and not self.built:
-            self.set_rate(Fraction(1))
-        rate = float(self.clock.rate)
+            self._simulation.set_rate(Fraction(1))
+        rate = float(self.steps_per_second)
         message = f"a dt of 0 is stored, but physics does not run at rate 0; it goes on at {rate:g} Hz"
-        self._app.warn("physics-rate-zero", path or str(next(scene_prims(self._app.stage)).GetPath()), message)
+        self._world.warn("physics-rate-zero", path or str(next(scene_prims(self.stage)).GetPath()), message)
 
     def _scenes(self) -> list[PhysicsScene]:
         """The stage's scenes; one is made where there is none, unless the simulation plays."""
-        scenes = [PhysicsScene(prim, self._app) for prim in scene_prims(self._app.stage)]
+        scenes = [PhysicsScene(prim, setup=self) for prim in scene_prims(self.stage)]
         if not scenes and not self.built:
-            scenes = [PhysicsScene(DEFAULT_PATH, self._app)]
+            scenes = [PhysicsScene(DEFAULT_PATH, setup=self)]
         return scenes
 
-    def begin(self, physics: Any) -> None:
-        """The world is built."""
-        super().begin(physics)
-        self._app.fabric.follow_stage = self._follow_stage
-        first = next(scene_prims(self._app.stage), None)
+    def begin(self) -> None:
+        """The world is built: its first physics scene is the one that is simulated."""
+        self._world.fabric.follow_stage = self._follow_stage
+        first = next(scene_prims(self.stage), None)
         self.scene_path = DEFAULT_PATH if first is None else str(first.GetPath())
+
+    def set_rate(self, steps_per_second: Fraction) -> None:
+        """Takes a new physics rate [Hz] from the next step on."""
+        self._simulation.set_rate(steps_per_second)
 
     def scene_changed(self, scene: PhysicsScene, name: str, kind: str, value: Any) -> None:
         """An attribute of a scene was set while playing: gravity follows at once, the value outlasts the stop."""
         self._set_while_playing[scene.path, name] = kind, value
-        if self.physics is not None and scene.path == self.scene_path and "ravity" in name:
-            meters = self._app.meters_per_unit
+        if self._world.physics is not None and scene.path == self.scene_path and "ravity" in name:
+            meters = self._world.meters_per_unit
             enabled = scene.get_enabled_gravity()
-            self.physics.model.opt.gravity[:] = [each * meters if enabled else 0.0 for each in scene.get_gravity()]
+            self._world.physics.model.opt.gravity[:] = [
+                each * meters if enabled else 0.0 for each in scene.get_gravity()
+            ]
 
     def keep_scene_changes(self) -> None:
         """Authors again, on the stage that stop has put back, what was set on scenes while playing."""
         changes, self._set_while_playing = self._set_while_playing, {}
         for (path, name), (kind, value) in changes.items():
-            prim = self._app.stage.GetPrimAtPath(path)
+            prim = self.stage.GetPrimAtPath(path)
             if prim:
                 author(prim, name, kind, value)
 
@@ -150,7 +174,7 @@ class SimulationSetup(Simulation):
 
     def get_default_engine(self) -> str:
         """The engine that the settings ask for; "mujoco" unless set."""
-        return str(self._app.settings.get(DEFAULT_ENGINE))
+        return str(self._settings.get(DEFAULT_ENGINE))
 
     def get_active_physics_engine(self) -> str:
         """The engine that steps the world: "mujoco"."""
@@ -177,13 +201,13 @@ class SimulationSetup(Simulation):
         if self.built:
             raise RunError("Fabric cannot be switched while the simulation plays; call app.stop() first")
         Fidelity.from_mapping({"fabric": bool(enable)})  # refuses what cannot be run
-        self._app.fidelity = replace(self._app.fidelity, fabric=bool(enable))
+        self._world.fidelity = replace(self._world.fidelity, fabric=bool(enable))
         for name in WRITE_BACK:
-            self._app.settings.set(f"/physics/{name}", not enable)
+            self._settings.set(f"/physics/{name}", not enable)
 
     def is_fabric_enabled(self) -> bool:
         """Whether poses go to Fabric."""
-        return self._app.fidelity.fabric
+        return self._world.fidelity.fabric
 
     def enable_fabric_usd_notice_handler(self, stage_id: Any, enable: bool) -> None:
         """Whether Fabric hears of edits of the stage; switched on again it reads all of it anew.
@@ -191,9 +215,9 @@ class SimulationSetup(Simulation):
         `stage_id` is this App's stage, or its id in `UsdUtils.StageCache`; ValueError for another.
         """
         self._check_stage(stage_id)
-        self._app.fabric.follow_stage = self._follow_stage = bool(enable)
+        self._world.fabric.follow_stage = self._follow_stage = bool(enable)
         if enable:
-            self._app.fabric.forget()
+            self._world.fabric.forget()
 
     def is_fabric_usd_notice_handler_enabled(self, stage_id: Any) -> bool:
         """Whether Fabric hears of edits of the stage. Raises ValueError for another stage than this App's."""
@@ -203,7 +227,7 @@ class SimulationSetup(Simulation):
     def _check_stage(self, stage_id: Any) -> None:
         from graph.sim.usd import UsdUtils
 
-        stage = self._app.stage
+        stage = self.stage
         if isinstance(stage_id, int):
             known = UsdUtils.StageCache.Get().GetId(stage)
             if not known.IsValid() or known.ToLongInt() != stage_id:

@@ -16,7 +16,8 @@ from graph.base.errors import RunError
 from graph.sim.usd import Tf, Usd
 
 if TYPE_CHECKING:
-    from graph.sim.app import App
+    from graph.sim.phases import Phases
+    from graph.sim.scene.playing_world import PlayingWorld
 
     from .scene import MjcfScene
 
@@ -27,19 +28,19 @@ OUTPUTS = ("mjc:force", "mjc:length", "mjc:velocity")
 class Actuation:
     """An attribute of actuators in Fabric (`graph.sim.state.fabric.Live`): `ctrl`, `force`, `length` or `velocity`."""
 
-    def __init__(self, app: App, names: Mapping[str, str], what: str) -> None:
-        self._app, self._names, self._what = app, names, what
+    def __init__(self, world: PlayingWorld, names: Mapping[str, str], what: str) -> None:
+        self._world, self._names, self._what = world, names, what
 
     def read(self, path: str) -> Any:
         """The value of now; None while nothing plays and of what is no actuator."""
-        physics = self._app.physics
+        physics = self._world.physics
         if physics is None or physics.motors is None or path not in self._names:
             return None
         return physics.motors.read(physics.data, self._names[path], self._what)
 
     def write(self, path: str, value: Any) -> None:
         """Take a control. Raises RunError for one that the actuator cannot have; other attributes take nothing."""
-        physics = self._app.physics
+        physics = self._world.physics
         if self._what != "ctrl" or physics is None or physics.motors is None or path not in self._names:
             return
         try:
@@ -51,12 +52,12 @@ class Actuation:
 class Sensing:
     """`mjc:value` of sensors in Fabric: what they measured in the last step, in the units of the model's sensors."""
 
-    def __init__(self, app: App, names: Mapping[str, str]) -> None:
-        self._app, self._names = app, names
+    def __init__(self, world: PlayingWorld, names: Mapping[str, str]) -> None:
+        self._world, self._names = world, names
 
     def read(self, path: str) -> Any:
         """(n,) numbers; None while nothing plays and of what is no sensor."""
-        physics = self._app.physics
+        physics = self._world.physics
         if physics is None or path not in self._names:
             return None
         sensor = physics.model.sensor(self._names[path])
@@ -67,15 +68,15 @@ class Sensing:
         """A sensor takes nothing."""
 
 
-def serve(scene: MjcfScene, app: App) -> None:
-    """Let an App's Fabric and stage be where a scene's actuators and sensors are read and written, until it closes."""
+def serve(scene: MjcfScene, world: PlayingWorld, phases: Phases) -> None:
+    """Let a world's Fabric and stage be where a scene's actuators and sensors are read and written, until it closes."""
     model, paths = scene.model, scene.paths
     actuators = {path: model.actuator(number).name for number, path in enumerate(paths.actuators)}
     sensors = {path: model.sensor(number).name for number, path in enumerate(paths.sensors)}
     if actuators:
-        control = Actuation(app, actuators, "ctrl")
-        app.fabric.live[CONTROL] = control
-        app.fabric.live.update({name: Actuation(app, actuators, name.partition(":")[2]) for name in OUTPUTS})
+        control = Actuation(world, actuators, "ctrl")
+        world.fabric.live[CONTROL] = control
+        world.fabric.live.update({name: Actuation(world, actuators, name.partition(":")[2]) for name in OUTPUTS})
 
         def changed(notice: Any, sender: Any) -> None:
             for path in (*notice.GetChangedInfoOnlyPaths(), *notice.GetResyncedPaths()):
@@ -84,10 +85,10 @@ def serve(scene: MjcfScene, app: App) -> None:
                     try:
                         control.write(prim, sender.GetAttributeAtPath(path).Get())
                     except RunError as error:  # USD swallows what is raised here
-                        app.warn("mjcf-bad-control", prim, str(error))
+                        world.warn("mjcf-bad-control", prim, str(error))
 
-        listener = Tf.Notice.Register(Usd.Notice.ObjectsChanged, changed, app.stage)
+        listener = Tf.Notice.Register(Usd.Notice.ObjectsChanged, changed, world.stage)
         scene.listeners.append(changed)
-        app.on("close", listener.Revoke)
+        phases.on("close", listener.Revoke)
     if sensors:
-        app.fabric.live[VALUE] = Sensing(app, sensors)
+        world.fabric.live[VALUE] = Sensing(world, sensors)

@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from enum import StrEnum
 from fractions import Fraction
 from itertools import count
-from typing import TYPE_CHECKING
+from typing import Any, Protocol
 
 from graph.base import exact
+from graph.base.errors import RunError
 from graph.sim import settings as keys
 from graph.sim.managers.callbacks import CallbackList, Event, Held, Registered, dropped_early
-from graph.sim.timing.clocks import checked_rate
+from graph.sim.managers.loop_runner import LoopRunner
+from graph.sim.settings import Settings
+from graph.sim.timing.clocks import PhysicsClock, checked_rate
+from graph.sim.timing.run_loop import RunLoop
+from graph.sim.timing.timeline import Timeline
 
 from .products import RenderProduct, SensorRuntime
 from .scheduler import SensorScheduler
-
-if TYPE_CHECKING:
-    from graph.sim.app import App
 
 __all__ = ["NEW_FRAME", "FrameEvent", "RenderProduct", "Rendering", "RenderingEvent", "SensorRuntime"]
 
@@ -40,12 +43,33 @@ class FrameEvent(Event):
         return products
 
 
+class Updates(Protocol):
+    """Whoever runs the updates that `render` asks for."""
+
+    def update(self) -> None:
+        """Runs one update."""
+
+    async def next_update_async(self) -> float:
+        """Waits for the next update and makes it run."""
+
+
 class Rendering(SensorScheduler):
     """Render products and their schedule, dt of the run loop, NEW_FRAME callbacks."""
 
-    def __init__(self, app: App) -> None:
-        super().__init__(app.simulation.clock, None, lambda: app.loop_time)
-        self._app = app
+    def __init__(
+        self,
+        clock: PhysicsClock,
+        run_loop: RunLoop,
+        timeline: Timeline,
+        settings: Settings,
+        stage: Any,
+        warn: Callable[[str, str, str], None],
+    ) -> None:
+        super().__init__(clock, None, lambda: run_loop.time)
+        self.updates: Updates | None = None
+        """Runs the updates of `render`; None before there is a driver, and once the App is closed."""
+        self._run_loop, self._timeline, self._settings = run_loop, timeline, settings
+        self._stage, self._warn = stage, warn
         self._callbacks = CallbackList()
         self._ids = count()
 
@@ -58,22 +82,22 @@ class Rendering(SensorScheduler):
         step = exact.duration(dt)
         if step <= 0:
             raise ValueError(f"dt {dt}: give a time step above 0 s (1e-9 s at least)")
-        app, settings = self._app, self._app.settings
+        settings, loop = self._settings, LoopRunner(self._run_loop, self._settings)
         frequency = checked_rate(1 / step, "loop")
-        app.loop.set_manual_step_size(step)
-        app.loop.set_manual_mode(True)
+        loop.set_manual_step_size(step)
+        loop.set_manual_mode(True)
         if settings.get(keys.SET_DT_RATE_LIMIT) or settings.get(keys.RATE_LIMIT_ENABLED):
             settings.set(keys.RATE_LIMIT_FREQUENCY, frequency.numerator if frequency.denominator == 1 else frequency)
-            app.timeline.set_target_framerate(frequency)
-        app.stage.SetTimeCodesPerSecond(float(frequency))
-        app.timeline.set_time_codes_per_second(frequency)
+            self._timeline.set_target_framerate(frequency)
+        self._stage.SetTimeCodesPerSecond(float(frequency))
+        self._timeline.set_time_codes_per_second(frequency)
         period = step.limit_denominator(10**9)
         settings.set("/app/settings/fabricDefaultSimPeriodNumerator", period.numerator)
         settings.set("/app/settings/fabricDefaultSimPeriodDenominator", period.denominator)
 
     def get_dt(self) -> float:
         """The dt of an update [s]: the rate limit's if that is on, else the manual step if manual, else the limit's."""
-        settings, loop = self._app.settings, self._app.run_loop
+        settings, loop = self._settings, self._run_loop
         if loop.manual_mode and not settings.get(keys.RATE_LIMIT_ENABLED):
             return float(loop.manual_step)
         return float(1 / settings.rate(keys.RATE_LIMIT_FREQUENCY))
@@ -83,27 +107,32 @@ class Rendering(SensorScheduler):
 
         `/app/player/playSimulations` is false meanwhile, and what it was afterwards, also where the update raises.
         """
-        settings = self._app.settings
+        settings, updates = self._settings, self._updates()
         if not settings.get(keys.PLAY_SIMULATIONS):
-            self._app.update()
+            updates.update()
             return
         settings.set(keys.PLAY_SIMULATIONS, False)
         try:
-            self._app.update()
+            updates.update()
         finally:
             settings.set(keys.PLAY_SIMULATIONS, True)
 
     async def render_async(self) -> None:
         """As `render`; others waiting for the next update resume too."""
-        settings = self._app.settings
+        settings, updates = self._settings, self._updates()
         if not settings.get(keys.PLAY_SIMULATIONS):
-            await self._app.next_update_async()
+            await updates.next_update_async()
             return
         settings.set(keys.PLAY_SIMULATIONS, False)
         try:
-            await self._app.next_update_async()
+            await updates.next_update_async()
         finally:
             settings.set(keys.PLAY_SIMULATIONS, True)
+
+    def _updates(self) -> Updates:
+        if self.updates is None:
+            raise RunError("the App is closed; make a new one")
+        return self.updates
 
     def register_callback(
         self, event: str, *misplaced: object, callback: Registered | None = None, order: int = 0
@@ -128,7 +157,7 @@ class Rendering(SensorScheduler):
         def died(called: bool) -> None:
             self._callbacks.remove(uid)
             if not called:
-                self._app.warn("callback-dropped", f"rendering callback {uid}", dropped_early(uid))
+                self._warn("callback-dropped", f"rendering callback {uid}", dropped_early(uid))
 
         self._callbacks.add(uid, Held(callback, died), order)
         return uid
@@ -136,7 +165,7 @@ class Rendering(SensorScheduler):
     def deregister_callback(self, uid: int) -> None:
         """Ends a callback; an unknown id is a warning."""
         if not self._callbacks.remove(uid):
-            self._app.warn("unknown-callback", "rendering", f"there is no callback with id {uid}")
+            self._warn("unknown-callback", "rendering", f"there is no callback with id {uid}")
 
     def deregister_all_callbacks(self) -> None:
         """Ends all callbacks."""

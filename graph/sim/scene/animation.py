@@ -7,19 +7,25 @@ it is a frame that moves along with that body.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from graph.sim import settings as keys
 from graph.sim import transforms
 from graph.sim.transforms import Floats
 from graph.sim.usd import EARLIEST, Usd, UsdGeom
 
 from .scan import Scan, scan_stage
+from .stage import Warn
 
 if TYPE_CHECKING:
-    from graph.sim.app import App
+    from graph.sim.phases import Phases
+    from graph.sim.timing.clocks import PhysicsClock
+    from graph.sim.timing.timeline import Timeline
+
+    from .playing_world import PlayingWorld
 
 BEFORE_OTHERS = -100
 """Order among the subscribers of a physics step: what they read is where the prims are then."""
@@ -28,12 +34,26 @@ SPAN = 1e-3
 """Time [s] over which velocities are taken: USD interpolates linearly between samples, which are often float32."""
 
 
-def animate(app: App) -> Animation | None:
+class Stepping(Protocol):
+    """Whoever steps physics."""
+
+    clock: PhysicsClock
+
+    @property
+    def carry(self) -> Fraction:
+        """Time waiting for its physics step [s]."""
+
+    @property
+    def enabled(self) -> bool:
+        """Whether updates step physics."""
+
+
+def animate(world: PlayingWorld, timeline: Timeline, stepping: Stepping, phases: Phases) -> Animation | None:
     """The animation of a world that begins to play; None if nothing in it is animated."""
-    scan = scan_stage(app.stage, app.fabric.promoted)
+    scan = scan_stage(world.stage, world.fabric.promoted)
     paths = [path for path in (*scan.driven, *scan.riders) if path in scan.moving or path in scan.riders]
-    _warn_of_idle_samples(app, scan)
-    return Animation(app, scan, paths) if paths else None
+    _warn_of_idle_samples(world.warn, scan)
+    return Animation(world, timeline, stepping, phases, scan, paths) if paths else None
 
 
 class Animation:
@@ -43,8 +63,17 @@ class Animation:
     steps within an update see them move. Where physics does not step they follow the timeline itself.
     """
 
-    def __init__(self, app: App, scan: Scan, paths: list[str]) -> None:
-        self._app, self._stage = app, scan.stage
+    def __init__(
+        self,
+        world: PlayingWorld,
+        timeline: Timeline,
+        stepping: Stepping,
+        phases: Phases,
+        scan: Scan,
+        paths: list[str],
+    ) -> None:
+        self._world, self._timeline, self._stepping, self._phases = world, timeline, stepping, phases
+        self._stage = scan.stage
         self._unit = scan.meters_per_unit
         self._prims = {path: scan.stage.GetPrimAtPath(path) for path in paths}
         self._bases: dict[str, tuple[str, Any]] = {}
@@ -56,17 +85,17 @@ class Animation:
         self._ahead = 0.0
         self._steps = 0
         self._time: float | None = None
-        self._ends = [
-            app.on("physics", self._before_physics, -1),
-            app.on("physics_post_step", self._after_step, BEFORE_OTHERS),
-            app.on("physics", self._after_physics, 0),
+        self._ends: list[Callable[[], None]] = [
+            phases.on("physics", self._before_physics, -1),
+            phases.on("physics_post_step", self._after_step, BEFORE_OTHERS),
+            phases.on("physics", self._after_physics, 0),
         ]
-        self.set_time(float(app.timeline.current_time))
+        self.set_time(float(timeline.current_time))
 
     def close(self) -> None:
         """Follow the timeline no more."""
-        for end in self._ends:
-            end()
+        while self._ends:
+            self._ends.pop()()
 
     def set_time(self, time: float) -> None:
         """Place everything where it is at a time of the timeline [s]."""
@@ -105,7 +134,7 @@ class Animation:
         for number in broken.tolist():
             path = paths[number]
             text = "its time samples make its transform flat or not finite; it stays where it was."
-            self._app.warn("bad-transform", path, text)
+            self._world.warn("bad-transform", path, text)
             now[number] = self._last.get(path, np.eye(4))
         lost = np.asarray(~np.isfinite(before).all(axis=(1, 2)))
         lost[broken] = True
@@ -118,7 +147,7 @@ class Animation:
         if not riding:
             return
         bodies = [self._bases[paths[number]][0] for number in riding]
-        fabric = self._app.fabric
+        fabric = self._world.fabric
         base, motion = fabric.rigid_matrices(bodies), fabric.velocities(bodies)
         for number, frame, twist in zip(riding, base, motion, strict=True):
             arm = frame[:3, :3] @ poses[number, :3, 3]
@@ -127,11 +156,11 @@ class Animation:
             poses[number] = frame @ poses[number]
 
     def _give(self, paths: list[str], poses: Floats, speeds: Floats) -> None:
-        physics, fabric = self._app.physics, self._app.fabric
-        known = frozenset(physics.body_paths) if physics is not None else frozenset()
+        physics, fabric = self._world.physics, self._world.fabric
+        known = frozenset(physics.body_paths) if physics is not None else frozenset[str]()
         frames, velocities = {}, {}
         for path, pose, speed in zip(paths, poses, speeds, strict=True):
-            if path in known:
+            if physics is not None and path in known:
                 physics.set_pose(path, pose)
             else:
                 frames[path] = pose
@@ -139,17 +168,17 @@ class Animation:
         fabric.set_frames(frames, velocities)
 
     def _before_physics(self) -> None:
-        simulation, timeline = self._app.simulation, self._app.timeline
-        due = simulation.clock.time + simulation.carry + timeline.delta
+        stepping, timeline = self._stepping, self._timeline
+        due = stepping.clock.time + stepping.carry + timeline.delta
         self._ahead = float(timeline.current_time - due)
-        self._steps = simulation.clock.count
+        self._steps = stepping.clock.count
 
     def _after_step(self) -> None:
-        timeline = self._app.timeline
-        if not self._app.updating:  # a step of its own moves physics, not the timeline
+        timeline = self._timeline
+        if not self._phases.running:  # a step of its own moves physics, not the timeline
             self.set_time(float(timeline.current_time))
             return
-        clock = self._app.simulation.clock
+        clock = self._stepping.clock
         time, start = float(clock.time + 1 / clock.rate) + self._ahead, timeline.get_start_time()
         if time < start and timeline.is_looping():
             time += timeline.get_end_time() - start
@@ -157,30 +186,30 @@ class Animation:
 
     def _after_physics(self) -> None:
         """Where no physics step was due but the timeline has been moved, or moves by itself."""
-        if self._app.simulation.clock.count != self._steps:
+        if self._stepping.clock.count != self._steps:
             return
-        timeline = self._app.timeline
+        timeline = self._timeline
         time = float(timeline.current_time)
-        if time != self._time and not (timeline.is_playing() and self._app.settings.get(keys.PLAY_SIMULATIONS)):
+        if time != self._time and not (timeline.is_playing() and self._stepping.enabled):
             self.set_time(time)
 
 
-def _warn_of_idle_samples(app: App, scan: Scan) -> None:
+def _warn_of_idle_samples(warn: Warn, scan: Scan) -> None:
     """Time samples that nothing plays."""
     for path in sorted(scan.animated):
         body = scan.bodies.get(path)
         if body is not None and not body.kinematic:
-            app.warn(
+            warn(
                 "animated-body",
                 path,
                 "its transform has time samples, but forces move it; it starts at the first. Make it kinematic "
                 "(physics:kinematicEnabled) to have it follow them.",
             )
         elif body is not None or path in scan.riders:
-            _warn_of_scale(app, path, (body or scan.riders[path]).prim)
+            _warn_of_scale(warn, path, (body or scan.riders[path]).prim)
 
 
-def _warn_of_scale(app: App, path: str, prim: Any) -> None:
+def _warn_of_scale(warn: Warn, path: str, prim: Any) -> None:
     xform = UsdGeom.Xformable(prim)
     times = xform.GetTimeSamples()
     first = np.array(xform.GetLocalTransformation(EARLIEST))[:3, :3]
@@ -188,5 +217,5 @@ def _warn_of_scale(app: App, path: str, prim: Any) -> None:
         linear = np.array(xform.GetLocalTransformation(code))[:3, :3]
         # Rotation leaves the lengths of, and angles between, the rows as they are.
         if np.abs(linear @ linear.T - first @ first.T).max() > 1e-5 * np.abs(first @ first.T).max():
-            app.warn("animated-scale", path, "its scale has time samples; rays see it in the size of the first.")
+            warn("animated-scale", path, "its scale has time samples; rays see it in the size of the first.")
             return

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, Literal
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 from graph.base.errors import RunError, UserError
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from contextlib import AbstractContextManager
     from types import TracebackType
 
-    from graph.sim.app import App
+    from .live_stage import LiveStage
 
 WhenPlaying = Literal["refuse", "restart", "recompile"]
 CHOICES: tuple[WhenPlaying, ...] = ("refuse", "restart", "recompile")
@@ -25,6 +25,23 @@ def checked_choice(value: str) -> WhenPlaying:
     raise UserError(f"when_playing {value!r} is not one of {', '.join(CHOICES)}")
 
 
+class Editable(Protocol):
+    """A world whose stage can be edited."""
+
+    stage: Any
+
+    @property
+    def live(self) -> LiveStage | None:
+        """What keeps the playing world and its stage together; None while stopped."""
+
+
+class Player(Protocol):
+    """Whoever plays a world."""
+
+    def halt(self) -> Callable[[], None]:
+        """Stops; returns what has the world play again, or pause, as it did."""
+
+
 class EditStage:
     """`with` this the stage can be edited; while stopped it is just that.
 
@@ -34,26 +51,21 @@ class EditStage:
     the edit is gone with the next stop, which restores the stage of play.
     """
 
-    def __init__(self, app: App, when_playing: WhenPlaying) -> None:
-        self._app, self._when_playing = app, when_playing
+    def __init__(self, world: Editable, player: Player, when_playing: WhenPlaying) -> None:
+        self._world, self._player, self._when_playing = world, player, when_playing
         self._inner: AbstractContextManager[Any] | None = None
-        self._resume: Literal["play", "pause", "build"] | None = None
+        self._resume: Callable[[], None] | None = None
 
     def __enter__(self) -> Any:
-        app = self._app
-        if app.live is None:
-            return app.stage
+        live, stage = self._world.live, self._world.stage
+        if live is None:
+            return stage
         if self._when_playing == "recompile":
-            self._inner = app.live.edit()
+            self._inner = live.edit()
             return self._inner.__enter__()
         if self._when_playing == "restart":
-            if app.timeline.is_stopped():  # the world was built by hand
-                self._resume = "build"
-                app.simulation.invalidate_physics()
-            else:
-                self._resume = "play" if app.timeline.is_playing() else "pause"
-                app.stop()
-            return app.stage
+            self._resume = self._player.halt()
+            return stage
         raise RunError(
             'the world cannot be edited while it plays; stop first, or say app.edit(when_playing="restart") to begin '
             'anew or app.edit(when_playing="recompile") to have it compiled in place'
@@ -64,12 +76,8 @@ class EditStage:
     ) -> bool | None:
         if self._inner is not None:
             return self._inner.__exit__(kind, error, traceback)
-        if self._resume == "build" and error is None:
-            self._app.simulation.initialize_physics()
-        elif self._resume is not None and error is None:
-            self._app.play()
-            if self._resume == "pause":
-                self._app.pause()
+        if self._resume is not None and error is None:
+            self._resume()
         return None
 
 

@@ -12,48 +12,49 @@ from graph.sim.transforms import Floats
 from graph.sim.usd import EARLIEST, UsdGeom, UsdPhysics
 
 if TYPE_CHECKING:
-    from graph.sim.app import App
+    from graph.sim.state.tensors import Tensors
+
+    from .playing_world import PlayingWorld
 
 _TARGETS = {"physics:targetPosition": "positions", "physics:targetVelocity": "velocities"}
 _VELOCITIES = ("physics:velocity", "physics:angularVelocity")
 
 
-def apply_live(app: App, path: str, name: str) -> bool:
+def apply_live(world: PlayingWorld, tensors: Tensors, path: str, name: str) -> bool:
     """Take a new value of an attribute of a prim into the running physics; False where it cannot be taken."""
     try:
         if name in _VELOCITIES:
-            return _velocity(app, path)
+            return _velocity(world, path)
         if name.startswith("drive:"):
             _, axis, attribute = name.split(":", 2)
-            return attribute in _TARGETS and _target(app, path, axis, _TARGETS[attribute], name)
+            return attribute in _TARGETS and _target(world, tensors, path, axis, _TARGETS[attribute], name)
     except RunError:  # no such joint, or a body that something holds
         return False
     return False
 
 
-def _target(app: App, path: str, axis: str, what: str, name: str) -> bool:
+def _target(world: PlayingWorld, tensors: Tensors, path: str, axis: str, what: str, name: str) -> bool:
     """Angular drives are written in degrees, linear ones in stage units."""
-    tensors = app.simulation.tensors
     joint = path if path in tensors.joint_paths else f"{path}:{axis}"
-    value = float(app.stage.GetPrimAtPath(path).GetAttribute(name).Get(EARLIEST))
-    unit = np.pi / 180 if axis == "angular" or axis.startswith("rot") else app.meters_per_unit
+    value = float(world.stage.GetPrimAtPath(path).GetAttribute(name).Get(EARLIEST))
+    unit = np.pi / 180 if axis == "angular" or axis.startswith("rot") else world.meters_per_unit
     tensors.set_joint_targets(**{what: [value * unit]}, joints=[joint])
     return True
 
 
-def _velocity(app: App, path: str) -> bool:
+def _velocity(world: PlayingWorld, path: str) -> bool:
     """Both velocities, of the centre of mass, as the prim has them: in its parent's space."""
-    physics = app.physics
+    physics = world.physics
     if physics is None or path not in physics.body_paths:
         return False
-    prim = app.stage.GetPrimAtPath(path)
+    prim = world.stage.GetPrimAtPath(path)
     body = UsdPhysics.RigidBodyAPI(prim)
     turn = _parent_rotation(prim)
-    linear = turn @ _vector(body.GetVelocityAttr()) * app.meters_per_unit
+    linear = turn @ _vector(body.GetVelocityAttr()) * world.meters_per_unit
     angular = turn @ np.radians(_vector(body.GetAngularVelocityAttr()))
     arm = physics.center_of_mass(path) - physics.positions[physics.body_paths.index(path)]
     physics.set_velocity(path, np.concatenate([linear - np.cross(angular, arm), angular]))
-    app.fabric.touched()
+    world.fabric.touched()
     return True
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from graph.base.errors import RunError
 from graph.sim import transforms
+from graph.sim.state.tensors import Tensors
 from graph.sim.transforms import Floats
 from graph.sim.usd import EARLIEST, Usd, UsdGeom
 
@@ -19,7 +20,7 @@ from .scan import scan_stage
 from .stage_watch import PROTOTYPE, StageWatch, describe
 
 if TYPE_CHECKING:
-    from graph.sim.app import App
+    from .playing_world import PlayingWorld
 
 ADVICE = (
     'Undo it, or stop; to change the world while it plays, edit inside `with app.edit(when_playing="recompile"):` (or '
@@ -37,19 +38,20 @@ class LiveStage:
     from the next update on; other attributes of physics from the next play on, with the warning `edit-not-live`.
     """
 
-    def __init__(self, app: App) -> None:
-        self._app = app
-        self._fabric = app.fabric
-        self.roles = StageRoles(app.stage)
+    def __init__(self, world: PlayingWorld) -> None:
+        self._world = world
+        self._fabric = world.fabric
+        self._tensors = Tensors(world)
+        self.roles = StageRoles(world.stage)
         self._known = self.roles.paths
         self._staged: dict[str, Floats] = {}
         self.origin = self._poses()
         """Rigid pose [m] that each body had at play, or when it came."""
-        self.watch = StageWatch(app.stage, app.fabric, self.roles, self._transformed)
+        self.watch = StageWatch(world.stage, world.fabric, self.roles, self._transformed)
         self._fabric.promote = self._promote_placed
         if not self._fabric.enabled:
             self._fabric.carried = self._carry
-            app.geometry()  # its surfaces are taken from where the bodies start, to the last bit
+            world.geometry()  # its surfaces are taken from where the bodies start, to the last bit
 
     def close(self) -> None:
         """Stop looking at the stage."""
@@ -62,10 +64,10 @@ class LiveStage:
 
     def check(self) -> None:
         """Deals with the edits since the last update. Raises RunError, every time anew, for those that are refused."""
-        watch, app = self.watch, self._app
+        watch, world = self.watch, self._world
         if watch.looks:
             watch.looks = False
-            app.forget_geometry()
+            world.forget_geometry()
         if not watch.pending:
             return
         failure = self.take_failure()
@@ -75,7 +77,7 @@ class LiveStage:
         words, paths = self._changes()
         if not words:
             return
-        if app.when_playing == "recompile":
+        if world.when_playing == "recompile":
             self.recompile(paths)
             return
         raise RunError(
@@ -89,7 +91,7 @@ class LiveStage:
 
     def _changes(self) -> tuple[list[str], set[str]]:
         watch = self.watch
-        words, paths = describe(self._app.stage, self.roles, list(watch.structure))
+        words, paths = describe(self._world.stage, self.roles, list(watch.structure))
         if not words:
             watch.structure.clear()
         for path in list(watch.shapes):
@@ -98,7 +100,7 @@ class LiveStage:
                 del watch.shapes[path]
             elif name != RESCALED and not self._collides(prim):
                 del watch.shapes[path]
-                self._app.forget_geometry()
+                self._world.forget_geometry()
             elif prim not in paths:
                 words.append(f"{self._shown(prim)} got another {name}")
                 paths.add(prim)
@@ -109,24 +111,24 @@ class LiveStage:
         if not prim.startswith(PROTOTYPE):
             return prim
         root, _, rest = prim[1:].partition("/")
-        instances = self._app.stage.GetPrimAtPath(f"/{root}").GetInstances()
+        instances = self._world.stage.GetPrimAtPath(f"/{root}").GetInstances()
         return f"{instances[0].GetPath()}/{rest}" if instances else prim
 
     def _collides(self, prim: str) -> bool:
         """Whether physics has read the shape of a prim, or of one below a part that instances share."""
-        if self._app.simulation.physics is None:
+        if self._world.physics is None:
             return False
         if not prim.startswith(PROTOTYPE):
             return "PhysicsCollisionAPI" in self.roles.roles.get(prim, "")
-        shared = self._app.stage.GetPrimAtPath(prim)
+        shared = self._world.stage.GetPrimAtPath(prim)
         return any("PhysicsCollisionAPI" in role_of(each) for each in Usd.PrimRange(shared))
 
     def _say_what_waits(self) -> None:
         for path in self.watch.physics:
             prim, _, name = path.rpartition(".")
-            if apply_live(self._app, prim, name):
+            if apply_live(self._world, self._tensors, prim, name):
                 continue
-            self._app.warn(
+            self._world.warn(
                 "edit-not-live",
                 prim,
                 f"{name} was written while playing and counts from the next play on; to have it now, write it inside "
@@ -145,7 +147,7 @@ class LiveStage:
         watch = self.watch
         watch.collecting = True
         try:
-            yield self._app.stage
+            yield self._world.stage
         except BaseException:
             watch.collecting = False
             for path, surely in list(watch.transforms.items()):
@@ -172,16 +174,16 @@ class LiveStage:
         from graph.sim.physics import build_physics
         from graph.sim.physics.rebuild import rebuild
 
-        app, fabric, paths = self._app, self._fabric, tuple(touched)
-        physics = app.simulation.physics
+        world, fabric, paths = self._world, self._fabric, tuple(touched)
+        physics = world.physics
         gone: Any = None
         if physics is None:
-            scan = scan_stage(app.stage, fabric.promoted)
-            dt = 1 / app.simulation.steps_per_second
-            physics = build_physics(app.stage, dt, app.fidelity, warn=app.warn, scan=scan, mjcf=app.mjcf)
-        elif not rebuild(physics, app.stage, paths, app.warn, fabric.promoted):
+            scan = scan_stage(world.stage, fabric.promoted)
+            dt = 1 / world.steps_per_second
+            physics = build_physics(world.stage, dt, world.fidelity, warn=world.warn, scan=scan, mjcf=world.mjcf)
+        elif not rebuild(physics, world.stage, paths, world.warn, fabric.promoted):
             physics, gone = None, physics
-        app.simulation.physics = physics
+        world.physics = physics
         fabric.rebind(physics, paths)
         if gone is not None:
             gone.close()
@@ -193,14 +195,14 @@ class LiveStage:
         or with the velocity that the stage gives it. Drives aim at what the stage says, grippers are open."""
         from graph.sim.physics.rebuild import restart
 
-        app, fabric = self._app, self._fabric
-        if app.simulation.physics is not None:
-            restart(app.simulation.physics, app.stage, self.origin, app.warn, fabric.promoted)
+        world, fabric = self._world, self._fabric
+        if world.physics is not None:
+            restart(world.physics, world.stage, self.origin, world.warn, fabric.promoted)
         fabric.restore(self.origin)
 
     def remove_spawned(self) -> list[str]:
         """Removes the prims with a role that came after play, and what is below them; returns their topmost paths."""
-        new = sorted(path for path in StageRoles(self._app.stage).roles if path not in self._known)
+        new = sorted(path for path in StageRoles(self._world.stage).roles if path not in self._known)
         topmost: list[str] = []
         for path in new:
             root = path
@@ -210,7 +212,7 @@ class LiveStage:
                 topmost.append(root)
         if not topmost:
             return []
-        stage = self._app.stage
+        stage = self._world.stage
         with self.edit():
             for path in topmost:
                 for layer in stage.GetLayerStack():
@@ -221,15 +223,15 @@ class LiveStage:
         return topmost
 
     def _renew(self) -> None:
-        self._app.forget_geometry()
+        self._world.forget_geometry()
         # what physics writes to the stage itself is not watched
-        known = self.roles.renew(self.watch.touched) if self._fabric.enabled else StageRoles(self._app.stage)
+        known = self.roles.renew(self.watch.touched) if self._fabric.enabled else StageRoles(self._world.stage)
         self.roles = self.watch.roles = known
         poses = self._poses()
         self.origin = {path: self.origin.get(path, pose) for path, pose in poses.items()}
 
     def _poses(self) -> dict[str, Floats]:
-        physics = self._app.simulation.physics
+        physics = self._world.physics
         paths = (*(physics.body_paths if physics is not None else ()), *self._fabric.promoted)
         found = dict(zip(paths, self._fabric.rigid_matrices(paths).copy(), strict=True)) if paths else {}
         if physics is not None and physics.world is not None:
@@ -261,29 +263,28 @@ class LiveStage:
     def _stage_pose(self, path: str) -> Floats:
         """The rigid pose [m] that the stage last gave a prim."""
         staged = self._staged.get(path)
-        return self.roles.pose(path, self._app.meters_per_unit) if staged is None else staged
+        return self.roles.pose(path, self._world.meters_per_unit) if staged is None else staged
 
     def _moved_on_stage(self, path: str) -> bool:
         """Whether the stage has another pose for a prim than it last had."""
         pose = transforms.rigid_part(self._on_stage(path))
-        pose[:3, 3] *= self._app.meters_per_unit
+        pose[:3, 3] *= self._world.meters_per_unit
         before, self._staged[path] = self._stage_pose(path), pose
         return bool(np.abs(pose - before).max() > 1e-12)
 
     def _carry(self, path: str) -> None:
         """Takes along the bodies below a prim that the stage has moved: all, or with Fabric on those users move."""
-        fabric, physics = self._fabric, self._app.simulation.physics
+        fabric, physics = self._fabric, self._world.physics
         left = []
         for body in fabric.bodies_below(path):
-            forced = physics is not None and body in physics.body_paths and body not in physics.kinematic
-            if not forced:
+            if physics is None or body not in physics.body_paths or body in physics.kinematic:
                 fabric.take_from_stage(body, self._on_stage(body))
             elif fabric.enabled:
                 left.append(body)
             elif physics.can_place(body):
                 fabric.take_from_stage(body, self._on_stage(body))
         if left:
-            self._app.warn(
+            self._world.warn(
                 "fabric-parent-moved",
                 path,
                 f"it was moved on the stage; {_listed(left)} below it stays where physics has it. Move the body "
@@ -295,8 +296,8 @@ class LiveStage:
         if any("PhysicsCollisionAPI" in self.roles.roles[each] for each in self.roles.under(path)):
             self.recompile((path,))
         else:
-            self._app.forget_geometry()
-            self.roles = self.watch.roles = StageRoles(self._app.stage)
+            self._world.forget_geometry()
+            self.roles = self.watch.roles = StageRoles(self._world.stage)
 
     def _promote_placed(self, path: str) -> bool:
         """Whether a still prim to be placed, in Fabric (alone) or on the stage (with all below), is a body now."""
@@ -308,21 +309,19 @@ class LiveStage:
 
     def _promote(self, path: str, carries: bool) -> None:
         """From now on a still prim is a body that users move, and so are its colliders in physics."""
-        app, fabric = self._app, self._fabric
+        world, fabric = self._world, self._fabric
         fabric.promoted[path] = carries
-        self.origin.setdefault(path, self.roles.pose(path, app.meters_per_unit))
+        self.origin.setdefault(path, self.roles.pose(path, world.meters_per_unit))
         roles = self.roles.roles
         prims = self.roles.under(path) if carries else [path]
-        if app.simulation.physics is not None and any(
-            "PhysicsCollisionAPI" in roles[each] for each in prims if each in roles
-        ):
+        if world.physics is not None and any("PhysicsCollisionAPI" in roles[each] for each in prims if each in roles):
             self.recompile((path,))
         else:
             fabric.add_frame(path)
-            app.forget_geometry()
+            world.forget_geometry()
 
     def _on_stage(self, path: str) -> Floats:
-        prim = self._app.stage.GetPrimAtPath(path)
+        prim = self._world.stage.GetPrimAtPath(path)
         return transforms.from_usd(UsdGeom.XformCache(EARLIEST).GetLocalToWorldTransform(prim))
 
 

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 from enum import Flag, auto
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from graph.base.errors import RunError, UserError
-from graph.sim.scene.editing import EditStage
-
-if TYPE_CHECKING:
-    from graph.sim.app import App
+from graph.sim.scene.editing import Editable, EditStage, Player
 
 
 class Reset(Flag):
@@ -50,26 +47,30 @@ def scopes_of(scope: str | Reset) -> Reset:
     return out
 
 
-def reset(app: App, scope: str | Reset) -> None:
+class Clocks(Player, Protocol):
+    """Whoever plays a world and owns its clocks."""
+
+    @property
+    def updating(self) -> bool:
+        """Whether an update runs."""
+
+    def restart_time(self) -> None:
+        """Sets every clock to where it was right after play."""
+
+
+def reset(world: Editable, clocks: Clocks, scope: str | Reset) -> None:
     """See `Reset`. While stopped there is nothing to reset. Raises RunError from inside an update."""
     scopes = scopes_of(scope)
-    if app.live is None:
+    if world.live is None:
         return
-    if app.updating:
+    if clocks.updating:
         raise RunError("reset() was called from inside an update; call it between updates")
     if scopes == Reset.ALL:
-        with EditStage(app, "restart"):
+        with EditStage(world, clocks, "restart"):
             return
     if Reset.SPAWNED in scopes:
-        app.live.remove_spawned()
+        world.live.remove_spawned()
     if Reset.STATE in scopes:
-        app.live.restore()
+        world.live.restore()
     if Reset.TIME in scopes:
-        _reset_time(app)
-
-
-def _reset_time(app: App) -> None:
-    app.timeline.set_current_time(app.timeline.get_start_time())
-    app.simulation.restart_time()
-    app.rendering.restart()
-    app.bus.restart()
+        clocks.restart_time()

@@ -14,9 +14,9 @@ from graph.sim import transforms
 from graph.sim.transforms import Floats
 
 if TYPE_CHECKING:
-    from graph.sim.app import App
     from graph.sim.physics.articulation import Articulation
     from graph.sim.physics.mujoco.engine import MujocoEngine
+    from graph.sim.scene.playing_world import PlayingWorld
 
 Which = Sequence[str] | str | None
 """Some bodies or joints: paths or a pattern such as `/World/Box_*`; None: all of them."""
@@ -47,8 +47,8 @@ class Tensors:
     degree of freedom, the whole world's) in that of `joint_paths`; both change only when the world is compiled anew.
     """
 
-    def __init__(self, app: App) -> None:
-        self._app = app
+    def __init__(self, world: PlayingWorld) -> None:
+        self._world = world
         self._joints: Articulation | None = None
 
     # -- bodies ------------------------------------------------------------------------------------------------------
@@ -96,9 +96,9 @@ class Tensors:
         if (lengths < 1e-9).any():
             raise ValueError("orientations hold a quaternion of length 0")
         matrices = transforms.pose_matrices(places, turns / lengths)
-        matrices[:, :3, 3] /= self._app.meters_per_unit
+        matrices[:, :3, 3] /= self._world.meters_per_unit
         for row, matrix in zip(rows, matrices, strict=True):
-            self._app.fabric.place_body(physics.body_paths[row], matrix)
+            self._world.fabric.place_body(physics.body_paths[row], matrix)
 
     def set_velocities(self, linear: Any = None, angular: Any = None, bodies: Which = None) -> None:
         """Give bodies velocities at once, of their origins: (n, 3) [m/s] and (n, 3) [rad/s], world axes; None keeps.
@@ -115,7 +115,7 @@ class Tensors:
             physics.set_velocity(path, motion[0])  # says why not
         for row, one in zip(rows, motion, strict=True):
             physics.set_velocity(physics.body_paths[row], one)
-        self._app.fabric.touched()
+        self._world.fabric.touched()
 
     # -- joints ------------------------------------------------------------------------------------------------------
 
@@ -147,13 +147,13 @@ class Tensors:
         """Put joints somewhere at once [rad or m]; NaN leaves one alone."""
         found, rows = self._chosen_joints(joints)
         found.set_positions(positions, rows)
-        self._app.fabric.touched()
+        self._world.fabric.touched()
 
     def set_joint_velocities(self, velocities: Any, joints: Which = None) -> None:
         """Give joints velocities at once [rad/s or m/s]; NaN leaves one alone."""
         found, rows = self._chosen_joints(joints)
         found.set_velocities(velocities, rows)
-        self._app.fabric.touched()
+        self._world.fabric.touched()
 
     def set_joint_targets(
         self, positions: Any = None, velocities: Any = None, efforts: Any = None, joints: Which = None
@@ -177,11 +177,9 @@ class Tensors:
     # -- inside ------------------------------------------------------------------------------------------------------
 
     def _physics(self) -> MujocoEngine | None:
-        simulation = self._app.simulation
-        if not simulation.built:
+        if not self._world.built:
             raise RunError("there is no physics state while the simulation is stopped; call app.play() first")
-        physics: MujocoEngine | None = simulation.physics
-        return physics
+        return self._world.physics
 
     def _motion(self) -> Floats:
         physics = self._physics()

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from fractions import Fraction
-from typing import TYPE_CHECKING
 
 from graph.sim import settings as keys
-from graph.sim.phases import Unsubscribe
+from graph.sim.phases import Phases, Unsubscribe
+from graph.sim.settings import Settings
 
-if TYPE_CHECKING:
-    from graph.sim.app import App
+from .clocks import PhysicsClock
+from .run_loop import RunLoop
 
 FIRST = -1000
 """Order among the subscribers of an event: ahead of all others."""
@@ -41,21 +41,20 @@ class Speed:
         return (simulated - start) / passed if passed > 0 else None
 
 
-def follow_timeline(app: App, speed: Speed) -> None:
-    """Measures while the timeline plays; the experience `full` takes manual steps then, and measured ones otherwise."""
-    settings, loop = app.settings, app.run_loop
-    switches = app.experience == "full" and not settings.is_authored(keys.MANUAL_MODE)
-
+def follow_timeline(
+    speed: Speed, clock: PhysicsClock, loop: RunLoop, settings: Settings, phases: Phases, *, switches_mode: bool
+) -> None:
+    """Measures while the timeline plays. `switches_mode`: the loop takes manual steps then, measured ones otherwise."""
     ends: list[Unsubscribe] = []
 
     def start() -> None:
         while ends:
             ends.pop()()
-        speed.begin(app.simulation.monotonic_time)
+        speed.begin(clock.monotonic)
 
     def begin() -> None:
-        ends.append(app.on("timeline", start, FIRST))  # warm-up steps and the building of the world are not measured
-        if switches:
+        ends.append(phases.on("timeline", start, FIRST))  # warm-up steps and the building of the world are not measured
+        if switches_mode:
             loop.manual_mode = True
             settings.set_default(keys.MANUAL_MODE, True)
 
@@ -63,10 +62,10 @@ def follow_timeline(app: App, speed: Speed) -> None:
         if ends:
             ends.pop()()
         else:
-            speed.hold(app.simulation.monotonic_time)
-        if switches:
+            speed.hold(clock.monotonic)
+        if switches_mode:
             loop.manual_mode = False
             settings.set_default(keys.MANUAL_MODE, False)
 
     for event, callback in (("play", begin), ("resume", begin), ("pause", hold), ("stop", hold)):
-        app.on(event, callback, FIRST)
+        phases.on(event, callback, FIRST)

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Callable
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from graph.sim import settings as keys
+from graph.sim.settings import Settings
 
 from .clocks import PhysicsClock
 from .samples import CAPACITY, Sample, TimeSamples, Which
-
-if TYPE_CHECKING:
-    from graph.sim.app import App
 
 _log = logging.getLogger("tickgraph.clocks")
 
@@ -20,15 +19,37 @@ ReferenceTime = Fraction | tuple[int, int]
 """A time [s] as a fraction, or as (numerator, denominator); denominator 0 means now."""
 
 
-class TimeQueries:
-    """Simulation, monotonic and system time of an App; the ground that `Simulation` stands on."""
+class ExternalClock(Protocol):
+    """The renderer's clock, by whose time samples are looked up."""
 
-    def __init__(self, app: App, clock: PhysicsClock) -> None:
+    multi_tick: bool
+
+    @property
+    def time(self) -> Fraction:
+        """The external time [s]."""
+
+    @property
+    def sample_key(self) -> Fraction | None:
+        """The key of a time sample taken now; None stands for the physics clock's own time."""
+
+
+class TimeQueries:
+    """Simulation, monotonic and system time, and their samples."""
+
+    def __init__(
+        self,
+        clock: PhysicsClock,
+        external: ExternalClock,
+        settings: Settings,
+        now: Callable[[], Fraction],
+        warn: Callable[[str, str, str], None],
+    ) -> None:
+        """now: the wall clock's time [s]."""
         self.clock = clock
-        self.samples = TimeSamples(per_substep=app.settings.get(keys.SAMPLE_SUBSTEPS))
-        self._app = app
-        app.settings.subscribe(keys.SAMPLE_SUBSTEPS, self._sample_substeps)
-        self._system_time = app.wall_clock.now()
+        self.samples = TimeSamples(per_substep=settings.get(keys.SAMPLE_SUBSTEPS))
+        self._external, self._now, self._warn = external, now, warn
+        settings.subscribe(keys.SAMPLE_SUBSTEPS, self._sample_substeps)
+        self._system_time = now()
 
     @property
     def time(self) -> Fraction:
@@ -59,14 +80,14 @@ class TimeQueries:
 
     def get_current_time(self) -> Fraction:
         """The exact external time [s], the key of time samples."""
-        return self._app.external_time
+        return self._external.time
 
     def get_simulation_time_at_time(self, time: ReferenceTime) -> float:
         """Simulation time [s] at reference time `time`; now where no sample answers.
 
         With a sample for each substep (as the product does, which then reads no store) it is `time` itself.
         """
-        if self.samples.per_substep and len(self.samples) and self._app.rendering.multi_tick:
+        if self.samples.per_substep and len(self.samples) and self._external.multi_tick:
             moment = _moment(time)
             return float(self.clock.time if moment is None else moment)
         return self._at(time, "simulation", self.clock.time)
@@ -102,9 +123,16 @@ class TimeQueries:
         covered = f", from {float(span[0]):g} s to {float(span[1]):g} s" if span else ""
         _log.info("%d of %d time samples%s", len(self.samples), CAPACITY, covered)
 
-    def resample(self) -> None:
-        """Writes the present times as a sample: anew where the newest has their key (resume)."""
-        self.samples.record(self.clock, self._system_time, self._app.rendering.sample_key)
+    def stepped(self) -> None:
+        """Physics has stepped: system time is now."""
+        self._system_time = self._now()
+
+    def sample(self, steps: int = 1) -> None:
+        """Writes the present times as a sample, and those after each of the `steps` - 1 steps before.
+
+        A newest sample with the same key is replaced.
+        """
+        self.samples.record(self.clock, self._system_time, self._external.sample_key, steps)
 
     def _sample_substeps(self, value: bool) -> None:
         self.samples.per_substep = value
@@ -116,7 +144,7 @@ class TimeQueries:
             return float(now)
         if found is None and len(self.samples):
             message = "no time sample answers a reference time (31 are kept); the present time stood in for it"
-            self._app.warn("time-sample-missing", f"simulation.{which}", message)
+            self._warn("time-sample-missing", f"simulation.{which}", message)
         return float(now if found is None else found)
 
 

@@ -28,7 +28,7 @@ DEFAULT_END_TIME_CODE = 1_000_000
 
 
 class Timeline(Playhead):
-    """Timeline of one App. `on_change` is told of each state change at the moment it takes effect."""
+    """Timeline of one App. `on_change` is called with each state change at the moment it takes effect."""
 
     def __init__(self, settings: Settings, on_change: Callable[[Change], None] = lambda change: None) -> None:
         self.delta = Fraction(0)
@@ -38,7 +38,7 @@ class Timeline(Playhead):
         self.silent = False
         """Whether the change that takes effect right now does so without events (`commit_silently`)."""
         self._settings = settings
-        self._on_change = on_change
+        self.on_change = on_change
         self._state: State = "stopped"
         self._pending: list[State] = []
         self._rate = settings.rate(keys.TIME_CODES_PER_SECOND)
@@ -212,7 +212,7 @@ class Timeline(Playhead):
             self._clock.set(self._start)
             self.delta = _ZERO
         try:
-            self._on_change(_CHANGES.get((before, state), _CHANGES[None, state]))
+            self.on_change(_CHANGES.get((before, state), _CHANGES[None, state]))
         except BaseException:
             if before == "stopped":  # a world that cannot be built does not play
                 self._state = before

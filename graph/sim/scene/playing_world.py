@@ -1,0 +1,35 @@
+"""What edits of a playing stage need of the world that they change."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any, Protocol
+
+if TYPE_CHECKING:
+    from graph.sim.fidelity import Fidelity
+    from graph.sim.geometry.surfaces import Mesh, Plane
+    from graph.sim.physics.mujoco.engine import MujocoEngine
+    from graph.sim.scene.stage import Warn
+
+    from .editing import WhenPlaying
+
+
+class PlayingWorld(Protocol):
+    """A stage with the physics and the Fabric that were built from it (`graph.sim.world.World`)."""
+
+    stage: Any
+    mjcf: Any
+    fabric: Any
+    fidelity: Fidelity
+    warn: Warn
+    when_playing: WhenPlaying
+    physics: MujocoEngine | None
+    built: bool
+    meters_per_unit: float
+    steps_per_second: Fraction
+
+    def geometry(self) -> tuple[Mesh | Plane, ...]:
+        """What rays can hit."""
+
+    def forget_geometry(self) -> None:
+        """Has what rays can hit collected again."""

@@ -1,0 +1,152 @@
+"""App updates: each moves the clocks through the phases, in their order."""
+
+from __future__ import annotations
+
+from time import perf_counter
+from typing import TYPE_CHECKING
+
+from graph.base import exact
+from graph.base.errors import RunError
+
+from .messages.bus import MessageBus
+from .phases import Phases
+from .timing.run_loop import RunLoop
+from .timing.timeline import Timeline
+from .world import World
+
+if TYPE_CHECKING:
+    from .renderer.rendering import Rendering
+    from .simulation import Simulation
+
+
+class UpdateLoop:
+    """Runs the updates of one App. Subscribers of a phase must not drive it."""
+
+    def __init__(
+        self,
+        world: World,
+        simulation: Simulation,
+        rendering: Rendering,
+        timeline: Timeline,
+        run_loop: RunLoop,
+        bus: MessageBus,
+        phases: Phases,
+    ) -> None:
+        self.run_loop, self.phases = run_loop, phases
+        self.update_index = 0
+        """Index of the running update, else the number of updates done."""
+        self.exit_requested = False
+        """Whether something (a node ExitApplication) asked the run to end; nothing is updated after that update."""
+        self.closed = False
+        """Whether the App is closed; nothing is updated then."""
+        self._world, self._simulation, self._rendering = world, simulation, rendering
+        self._timeline, self._bus = timeline, bus
+        self._timeline_state, self._timeline_phase = phases["timeline_state"], phases["timeline"]
+        self._physics_phase, self._graphs_phase = phases["physics"], phases["simulation_graphs"]
+        self._render_phase, self._frames_phase = phases["render"], phases["post_render_graphs"]
+        self._end_phase = phases["end"]
+        self._physics_s = self._render_s = self._graph_s = 0.0
+
+    @property
+    def timing(self) -> dict[str, float]:
+        """Real time spent so far [s] in physics, render, graph and io."""
+        return {
+            "physics": self._physics_s,
+            "render": self._render_s,
+            "graph": self._graph_s,
+            "io": self._bus.io_seconds,
+        }
+
+    def check_drivable(self) -> None:
+        """Raises RunError where no update can run: inside one, or after `close`."""
+        if self.phases.running:
+            raise RunError("update() was called from inside an update; a subscriber must not drive the App")
+        if self.closed:
+            raise RunError("the App is closed; make a new one")
+
+    def update(self, steps: int = 1) -> None:
+        """Runs `steps` app updates, each through all phases; fewer once the run is asked to end."""
+        steps = exact.count(steps, "steps")
+        self.check_drivable()
+        self.phases.running = True
+        try:
+            for _ in range(steps):
+                self._update()
+                self._rendering.end_update()
+                self.update_index += 1
+                if self.exit_requested:
+                    break
+        finally:
+            self._rendering.end_update()
+            self.phases.running = False
+
+    def _update(self) -> None:
+        rendering, bus, timeline = self._rendering, self._bus, self._timeline
+        bus.begin_update()
+        dt = self.run_loop.begin()
+        if rendering.frames_later:
+            rendering.deliver_pending()
+            self._hand_over()
+
+        for callback in self._timeline_state.before:
+            callback()
+        timeline.commit()
+        for callback in self._timeline_state.after:
+            callback()
+        rendering.begin_update(dt)
+        if self._world.live is not None:
+            self._world.live.check()
+
+        for callback in self._timeline_phase.before:
+            callback()
+        elapsed = timeline.advance(dt)
+        for callback in self._timeline_phase.after:
+            callback()
+
+        started = perf_counter()
+        for callback in self._physics_phase.before:
+            callback()
+        try:
+            self._simulation.run_update(elapsed)
+        finally:
+            done = perf_counter()
+            self._physics_s += done - started
+        for callback in self._physics_phase.after:
+            callback()
+
+        io = bus.io_seconds
+        self._graphs_phase()
+        started = perf_counter()
+        self._graph_s += started - done - (bus.io_seconds - io)
+
+        for callback in self._render_phase.before:
+            callback()
+        rendering.render_due(playing=timeline.is_playing())
+        for callback in self._render_phase.after:
+            callback()
+        done = perf_counter()
+        self._render_s += done - started
+
+        if rendering.new_frames and not rendering.frames_later:
+            self._hand_over()
+
+        self._end_phase()
+        self.run_loop.end()
+
+    def deliver_frames(self) -> None:
+        """Delivers now what was rendered and would only arrive with the next update (profile `isaacsim-6.0.1`)."""
+        if self._rendering.pending_frames:
+            self._rendering.deliver_pending()
+            self._hand_over()
+
+    def _hand_over(self) -> None:
+        rendering, bus = self._rendering, self._bus
+        if not rendering.new_frames:
+            return
+        began, io = perf_counter(), bus.io_seconds
+        for callback in self._frames_phase.before:
+            callback()
+        rendering.hand_over()
+        for callback in self._frames_phase.after:
+            callback()
+        self._graph_s += perf_counter() - began - (bus.io_seconds - io)
