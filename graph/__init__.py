@@ -8,11 +8,13 @@ Names are imported when first used, so that `import graph` costs next to nothing
 from __future__ import annotations
 
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
 
 from .moved import install as _install_old_paths
 
+TYPE_CHECKING = False  # importing typing would take longer than all the rest
 if TYPE_CHECKING:
+    from typing import Any
+
     from .base.errors import Mark, Problem, RunError, UserError
     from .controller import Controller, OmniGraphError, OmniGraphValueError
     from .evaluate import ComputeError, Graph, Node

@@ -1,5 +1,5 @@
 """`python -m graph` is the command `graph`."""
 
-from graph.cli.main import main
+from graph.cli import command
 
-raise SystemExit(main())
+raise SystemExit(command())

@@ -12,8 +12,8 @@ import pytest
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
+from graph.cli.interrupts import between_updates
 from graph.cli.main import main
-from graph.cli.run import _interrupt_between_updates
 from tests.support.programs import started
 
 TYPES = get_typestore(Stores.ROS2_HUMBLE)
@@ -287,7 +287,7 @@ def test_a_terminal_that_closes_twice_over_lets_the_update_in_progress_finish():
     """The system and the shell may both say so; then nothing is left that could end the process before its report."""
     before = signal.signal(signal.SIGHUP, signal.SIG_DFL)
     try:
-        with _interrupt_between_updates() as received:
+        with between_updates() as received:
             signal.raise_signal(signal.SIGHUP)
             signal.raise_signal(signal.SIGHUP)
         assert received == [signal.SIGHUP] * 2
@@ -299,7 +299,7 @@ def test_a_terminal_that_closes_twice_over_lets_the_update_in_progress_finish():
 def test_a_run_under_nohup_goes_on_when_the_terminal_closes():
     before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
     try:
-        with _interrupt_between_updates() as received:
+        with between_updates() as received:
             signal.raise_signal(signal.SIGHUP)
         assert received == []
     finally:

@@ -60,6 +60,7 @@ COMMANDS = {
     "convert": Command("write a graph file in another format: yaml, json, usda", "convert"),
     "show": Command("draw the graphs of a file", "show"),
     "inspect": Command("show one frame of a sensor: header, channels, what was hit", "inspect", settings=True),
+    "recover": Command("rebuild the index of a recording that was not finished", "recover"),
     "explain": Command("tell what ticks when, who consumes what, and where traps lie", "explain", settings=True),
     "schema": Command("print the JSON Schema of graph files", "schema"),
     "doctor": Command("is this machine ready, and what to install if not", "doctor"),
@@ -90,6 +91,7 @@ class _Parser(argparse.ArgumentParser):
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs the command line `argv` (default: this process's) and returns its exit code."""
     arguments = list(sys.argv[1:] if argv is None else argv)
+    open_closed_streams()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):  # a terminal that cannot show a character gets its escape, no traceback
             stream.reconfigure(errors="backslashreplace")
@@ -139,6 +141,18 @@ def main(argv: Sequence[str] | None = None) -> int:
         advice = "" if debug else "; run it again with --debug for the traceback, and report it"
         _complain([f"graph: internal error: {type(error).__name__}: {error}{advice}"])
         return FAILED
+
+
+def open_closed_streams() -> None:
+    """Opens what the shell closed (`2>&-`) as nothing: else the first file opened gets its number, and its output."""
+    for number, name in enumerate(("stdin", "stdout", "stderr")):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # gets the lowest free number, which is this one
+        if getattr(sys, name) is None:
+            # Not closed before the process ends.
+            setattr(sys, name, open(os.devnull, "w" if number else "r", encoding="utf-8"))  # noqa: SIM115
 
 
 def _drop_output() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -50,15 +51,17 @@ def build_report(app: App, runner: GraphRunner, published: CountingSink, wall_ti
     }
 
 
-def write_report(report: Report, out: Path) -> None:
-    """Writes `report.json` into the folder `out`. Raises RunError where that fails."""
+def write_report(report: Mapping[str, Any], out: Path) -> None:
+    """Writes `report.json` into the folder `out`. Raises RunError where that fails; no part of it is left then."""
     try:
         (out / REPORT).write_text(to_json(report) + "\n", encoding="utf-8", errors="backslashreplace")
     except OSError as error:
+        with suppress(OSError):
+            (out / REPORT).unlink()
         raise RunError(f"{out / REPORT} cannot be written: {error.strerror}") from error
 
 
-def to_json(report: Report) -> str:
+def to_json(report: Mapping[str, Any]) -> str:
     """The report as indented JSON."""
     return json.dumps(report, indent=2, ensure_ascii=False)
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import argparse
+import hashlib
+import json
 import logging
 import math
-import signal
 import sys
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from fractions import Fraction
 from pathlib import Path
@@ -18,12 +19,16 @@ from graph.base.errors import RunError, UserError
 from graph.base.exact import duration as exact_duration
 
 from .arguments import add_allow
+from .interrupts import between_updates
 from .playing import add_play_argument, open_sources, play_into, warn_unheard
-from .printing import SafeFormatter, say_json, tell
+from .printing import SafeFormatter, say, say_json, tell
 
 if TYPE_CHECKING:
     from graph.session.open import Session
     from graph.sim import App
+
+    from .output_folder import Output
+    from .report import Report
 
 HELP = "run a graph file"
 DEFAULT_DURATION_S = 5
@@ -68,7 +73,7 @@ def run(args: argparse.Namespace) -> int:
     from graph.sim.messages.bus import CountingSink
 
     from .frames import FrameSink
-    from .report import build_report, print_table, warning_lines, write_report
+    from .report import build_report
     from .silence import warn_of_blind_sensors
 
     show_log()
@@ -88,38 +93,71 @@ def run(args: argparse.Namespace) -> int:
     app = session.app
     updates = _number_of_updates(args, session)
     counter, frames = CountingSink(), FrameSink()
-    with ExitStack() as cleanup:
-        cleanup.enter_context(app)
-        tracing = cleanup.enter_context(ExitStack())
-        app.bus.subscribe(counter)
-        app.bus.subscribe(frames)
-        player = play_into(app, sources) if sources else None
-        started = time.perf_counter()
-        # Physics is built here: a scene that has none that can be built is refused before anything is written.
-        app.play()
-        if args.out:
-            app.output_folder = args.out
-            _record(session, args.out, (args.file, *args.play), cleanup)
-        if args.trace:
-            _trace(session, args.trace, tracing)
-        failure: BaseException | None = None
+    output: Output | None = None
+    report: Report | None = None
+    failures: list[BaseException] = []
+    with ExitStack() as held:
         try:
-            _advance(app, updates, show_progress=not args.json and sys.stderr.isatty())
-        except (RunError, KeyboardInterrupt) as error:
-            failure = error
-        try:
-            app.tell_closing()
-        except RunError as error:
-            failure = failure or error
-        tracing.close()
-        if player is not None:
-            warn_unheard(app, player)
-        warn_of_blind_sensors(app)
-        for warning in frames.warnings(app.bus):
-            app.warn(*warning)
-        report = build_report(app, session.runner, counter, time.perf_counter() - started)
-    if args.out:
-        write_report(report, args.out)
+            with ExitStack() as cleanup:
+                cleanup.enter_context(app)
+                tracing = cleanup.enter_context(ExitStack())
+                app.bus.subscribe(counter)
+                app.bus.subscribe(frames)
+                player = play_into(app, sources) if sources else None
+                started = time.perf_counter()
+                # Physics is built here: a scene that has none that can be built is refused before anything is written.
+                app.play()
+                if args.out:
+                    app.output_folder = args.out
+                    output = _output(args, session, held)
+                    cleanup.callback(output.sink.close)
+                    app.bus.subscribe(output.sink)
+                if args.trace:
+                    _trace(session, args.trace, tracing)
+                try:
+                    _advance(app, updates, show_progress=not args.json and sys.stderr.isatty())
+                except (RunError, KeyboardInterrupt) as error:
+                    failures.append(error)
+                try:
+                    app.tell_closing()
+                except RunError as error:
+                    failures.append(error)
+                tracing.close()
+                if player is not None:
+                    warn_unheard(app, player)
+                warn_of_blind_sensors(app)
+                for warning in frames.warnings(app.bus):
+                    app.warn(*warning)
+                report = build_report(app, session.runner, counter, time.perf_counter() - started)
+        except RunError as error:  # as the recording was finished
+            if report is None:
+                raise
+            failures.append(error)
+        lines: list[str] = []
+        if output is not None:
+            try:
+                lines = output.finish(report, well=not failures)
+            except RunError as error:
+                failures.append(error)
+    _print(args, report, lines)
+    for failure in failures[1:]:
+        if str(failure) != str(failures[0]):
+            tell(f"graph: {failure}")
+    if failures and isinstance(failures[0], KeyboardInterrupt):
+        tell(f"interrupted after {report['updates']} of {updates} updates")
+        return EXIT_INTERRUPTED
+    if failures:
+        raise failures[0]
+    if args.strict:
+        for line in report["silent"]:
+            tell(f"strict: {line}")
+    return 1 if args.strict and report["silent"] else 0
+
+
+def _print(args: argparse.Namespace, report: Report, lines: list[str]) -> None:
+    """What the run did, what it wrote (`lines`), its warnings."""
+    from .report import print_table, warning_lines
+
     if args.json:
         say_json(report)
     else:
@@ -127,17 +165,22 @@ def run(args: argparse.Namespace) -> int:
 
         # A file or a pipe has no width of its own.
         print_table(report, Console(width=None if sys.stdout.isatty() else 120))
+    for line in lines:
+        (tell if args.json else say)(line)
     for line in warning_lines(report):
         tell(line)
-    if isinstance(failure, KeyboardInterrupt):
-        tell(f"interrupted after {report['updates']} of {updates} updates")
-        return EXIT_INTERRUPTED
-    if failure is not None:
-        raise failure
-    if args.strict:
-        for line in report["silent"]:
-            tell(f"strict: {line}")
-    return 1 if args.strict and report["silent"] else 0
+
+
+def _output(args: argparse.Namespace, session: Session, held: ExitStack) -> Output:
+    """The files to write, in their folder, which is this run's alone until it ends."""
+    from .output_folder import Output, locked
+
+    try:
+        args.out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise UserError(f"--out {args.out}: {error.strerror}; name a folder that can be written") from None
+    held.enter_context(locked(args.out, "name another folder, or let that run end"))
+    return Output(args.out, session.spec.record_mcap, (args.file, *args.play), _provenance(args))
 
 
 def show_log() -> None:
@@ -181,28 +224,21 @@ def pairs(options: list[str], flag: str) -> dict[str, str]:
     return pairs
 
 
-def _record(session: Session, out: Path, read: Iterable[Path], cleanup: ExitStack) -> None:
-    """Begins the recording; what an earlier run left under the names of this one's files goes, unless it is `read`."""
-    from graph.sim.messages.recording import McapSink
+def _provenance(args: argparse.Namespace) -> dict[str, str]:
+    """What the recording says about where it comes from: nothing that differs between two equal runs.
 
-    from .report import REPORT
+    Settings are left out: some, such as the number of threads, change no byte.
+    """
+    from .main import version
 
-    recording = out / session.spec.record_mcap
-    for file in (recording, out / REPORT):
-        if file.is_dir():
-            raise UserError(f"--out {out}: {file} is a folder; move it or name another folder")
-        if file.exists() and any(file.samefile(one) for one in read):
-            raise UserError(f"--out {out}: this run reads {file} and would write over it; name another folder")
-    try:
-        recording.parent.mkdir(parents=True, exist_ok=True)
-        for file in (recording, out / REPORT):
-            if file.is_file():  # not a device; of a link, what it leads to
-                file.resolve().unlink()
-    except OSError as error:
-        raise UserError(f"--out {out}: {error.strerror}; name a folder that can be written") from None
-    sink = McapSink(recording)
-    cleanup.callback(sink.close)
-    session.app.bus.subscribe(sink)
+    options = {"fidelity": args.fidelity, "set": args.set}
+    said = {
+        "file": args.file.name,
+        "sha256": hashlib.sha256(args.file.read_bytes()).hexdigest(),
+        "seed": str(args.seed),
+        "version": version(),
+    }
+    return said | {name: json.dumps(given) for name, given in options.items() if given}
 
 
 def _trace(session: Session, path: Path, cleanup: ExitStack) -> None:
@@ -217,7 +253,7 @@ def _trace(session: Session, path: Path, cleanup: ExitStack) -> None:
 
 
 def _advance(app: App, updates: int, *, show_progress: bool) -> None:
-    with _interrupt_between_updates() as interrupted, _progress(updates, show_progress) as advance:
+    with between_updates() as interrupted, _progress(updates, show_progress) as advance:
         for _ in range(updates):
             app.update()
             advance()
@@ -225,33 +261,6 @@ def _advance(app: App, updates: int, *, show_progress: bool) -> None:
                 raise KeyboardInterrupt
             if app.exit_requested:
                 break
-
-
-@contextmanager
-def _interrupt_between_updates() -> Iterator[list[int]]:
-    """Ctrl-C, SIGTERM or a terminal that closes let the update in progress finish; a second Ctrl-C stops at once."""
-    received: list[int] = []
-
-    def note(signum: int, frame: Any) -> None:
-        if received and signum != signal.SIGHUP:  # a closing terminal may say so twice
-            raise KeyboardInterrupt
-        received.append(signum)
-
-    numbers = [signal.SIGINT, signal.SIGTERM]
-    if signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:  # as nohup asks for
-        numbers.append(signal.SIGHUP)
-    previous = {number: signal.signal(number, note) for number in numbers}
-    try:
-        yield received
-    except OSError as error:  # of a progress bar whose terminal has gone
-        if signal.SIGHUP in received:
-            raise KeyboardInterrupt from error
-        raise
-    finally:
-        if signal.SIGHUP in received:
-            previous[signal.SIGHUP] = signal.SIG_IGN  # what is left to do is to write the report
-        for number, handler in previous.items():
-            signal.signal(number, handler)
 
 
 @contextmanager

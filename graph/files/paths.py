@@ -14,6 +14,7 @@ REPORT = "report.json"
 """What `graph run --out` writes besides the recording."""
 
 _LONGEST_NAME = 255
+_LONGEST_PATH = 1000
 _URL = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+:")
 
 
@@ -44,7 +45,9 @@ def output_name(text: str) -> str:
         raise ValueError(f"{quoted(text)} is no file name.")
     if any(len(part.encode(errors="replace")) > _LONGEST_NAME for part in path.parts):
         raise ValueError(f"{quoted(text)} is longer than {_LONGEST_NAME} bytes.")
-    if text == REPORT:
+    if len(text) > _LONGEST_PATH:
+        raise ValueError(f"{quoted(text)} is longer than {_LONGEST_PATH} characters.")
+    if path.as_posix() in (REPORT, "report.previous.json"):
         raise ValueError(f"{quoted(text)} is where the report goes; give another name such as run.mcap.")
     if path.is_absolute() or ".." in path.parts or "\\" in text or _URL.match(text):
         raise ValueError(f"{quoted(text)} could leave the output folder; give a plain name such as run.mcap.")

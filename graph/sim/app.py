@@ -103,7 +103,7 @@ class App:
         self.timeline = Timeline(self.settings)
         if played := time_range(self.stage, self.warn):
             self.timeline.set_range(*played)
-        clock = PhysicsClock(physics_rate)
+        clock = self.bus.clock = PhysicsClock(physics_rate)
         self.rendering = Rendering(clock, self.run_loop, self.timeline, self.settings, self.stage, self.warn)
         self.simulation = ManagedSimulation(
             self.world,

@@ -13,6 +13,7 @@ from .laser_scans import LASER_SCAN, scan_style
 from .lidar_frames import SCAN_CHANNELS, cloud_channels, frame_cloud, frame_scan
 from .lidar_writers import STRING, FrameWriter, class_labels, object_id_map, stamps
 from .point_clouds import CLOUD_FIELDS, POINT_CLOUD
+from .profiles import offered_quality
 from .publishing import publisher_inputs, topic_name
 
 _MESSAGES = {"laser_scan": LASER_SCAN, "point_cloud": POINT_CLOUD}
@@ -128,7 +129,7 @@ def _attach(db: Database, path: str) -> bool:
     memory.product, memory.writers = product, _writers(db, product, kind, metadata)
     memory.demand, memory.demanding = _needs(db, kind, metadata), False
     for writer in memory.writers:
-        app.bus.advertise(writer.topic, writer.type_name, db.path)
+        app.bus.advertise(writer.topic, writer.type_name, db.path, offered_quality(db))
         product.writers.append(writer)
     memory.view = _debug_view(db, product)
     return True

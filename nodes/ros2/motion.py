@@ -114,7 +114,7 @@ def publish_raw_transform_tree(db: Database) -> bool:
     """Publish `tf2_msgs/TFMessage` with the one transform that the inputs give."""
     inputs, memory = db.inputs, db.memory
     static = inputs.staticPublisher
-    topic = subscribed_topic(db, "tf_static" if static and inputs.topicName == "tf" else None)
+    topic = subscribed_topic(db, "tf_static" if static and inputs.topicName == "tf" else None, latched=static)
     if topic is None:
         return False
     x, y, z = inputs.translation.tolist()

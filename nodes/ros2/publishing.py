@@ -8,6 +8,8 @@ from typing import Any
 
 from graph.node import Attribute, Database
 
+from .profiles import offered_quality
+
 NAMESPACE_ATTRIBUTE = "isaac:namespace"
 
 
@@ -24,10 +26,10 @@ def publisher_inputs(topic: str, *, frame_id: str | None = None) -> dict[str, At
         **frame,
         "topicName": Attribute("string", "topic; one that begins with / ignores the namespace", default=topic),
         "qosProfile": Attribute(
-            "string", "quality of service, for live transports; recordings keep everything", default=""
+            "string", "quality of service that recordings note beside the topic; they keep everything", default=""
         ),
         "queueSize": Attribute(
-            "uint64", "queue length, for live transports; recordings keep everything", default=10, unit="messages"
+            "uint64", "queue length that recordings note; they keep everything", default=10, unit="messages"
         ),
     }
 
@@ -43,16 +45,16 @@ class Publisher:
     topic: str = ""
 
 
-def subscribed_topic(db: Database, name: str | None = None) -> str | None:
+def subscribed_topic(db: Database, name: str | None = None, *, latched: bool = False) -> str | None:
     """The node's absolute topic if somebody listens to it, else None; announces the topic at the first compute.
 
-    name: what to publish on instead of the input topicName.
+    name: what to publish on instead of the input topicName. latched: late subscribers get the last message.
     """
     memory = db.memory
     bus = db.app.bus
     if not memory.topic:
         memory.topic = topic_name(db, db.path, name)
-        bus.advertise(memory.topic, memory.type_name, db.path)
+        bus.advertise(memory.topic, memory.type_name, db.path, offered_quality(db, latched=latched))
     topic: str = memory.topic
     return topic if bus.has_subscribers(topic) else None
 

@@ -12,8 +12,8 @@ from typing import Any
 
 from graph.node import Attribute, Database
 
+from .profiles import queue_depth
 from .publishing import topic_name
-from .quality import queue_depth
 
 EXEC_IN = Attribute("execution", "takes the next message, if one has come")
 EXEC_OUT = Attribute("execution", "a message was taken")

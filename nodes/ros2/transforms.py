@@ -49,7 +49,7 @@ def publish_transform_tree(db: Database) -> bool:
     """
     inputs = db.inputs
     static = inputs.staticPublisher
-    topic = subscribed_topic(db, "tf_static" if static and inputs.topicName == "tf" else None)
+    topic = subscribed_topic(db, "tf_static" if static and inputs.topicName == "tf" else None, latched=static)
     if topic is None:
         return False
     poses = _given(db) if len(inputs.childFrames) else _of_prims(db)

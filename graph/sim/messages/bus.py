@@ -5,17 +5,28 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
+from fractions import Fraction
 from typing import Any, Protocol
 
 from graph.base.errors import RunError
+from graph.base.exact import nanoseconds
 
 from .message import Message
+from .quality import DEFAULT, Quality
 from .services import Services
 from .subscriptions import Subscription
 
 
+class Clock(Protocol):
+    """What tells the simulation time."""
+
+    @property
+    def time(self) -> Fraction:
+        """Seconds."""
+
+
 class Sink(Protocol):
-    """Receives what is published."""
+    """Receives what is published; one that also has `reached(now_ns)` learns the time at which each update begins."""
 
     def advertise(self, topic: str, type_name: str) -> None:
         """A publisher of `topic` exists."""
@@ -29,10 +40,11 @@ class Sink(Protocol):
 
 @dataclass(slots=True)
 class Topic:
-    """A topic: its type, who publishes, how many messages so far, the sequence number of the last one."""
+    """A topic: its type, who publishes, how many messages so far, the sequence number of the last one, its quality."""
 
     name: str
     type_name: str
+    quality: Quality = DEFAULT
     owners: list[str] = field(default_factory=list)
     messages: int = 0
     sequence: int = 0
@@ -43,26 +55,33 @@ class MessageBus:
 
     Sinks are called in the order in which they subscribed. A subscription made during an update also gets what came
     on its topic earlier in that update, so the order in which nodes compute loses no message.
+
+    clock: the simulation time, when messages are sent; without one a message is sent at its own stamp.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, clock: Clock | None = None) -> None:
+        self.clock = clock
         self.topics: dict[str, Topic] = {}
         self.io_seconds = 0.0
         """Real time spent in sinks [s]."""
         self.services = Services()
         self._sinks: list[Sink] = []
+        self._timed: dict[Sink, Callable[[int], None]] = {}
         self._subscriptions: dict[str, list[Subscription]] = {}
         self._recent: list[Message] = []
         self._unheard: list[tuple[str, str, int, Callable[[], Any]]] = []
 
-    def advertise(self, topic: str, type_name: str, owner: str = "") -> Topic:
-        """Declares that `owner` publishes `type_name` on `topic`. Raises RunError if the topic has another type."""
+    def advertise(self, topic: str, type_name: str, owner: str = "", quality: Quality = DEFAULT) -> Topic:
+        """Declares that `owner` publishes `type_name` on `topic`. Raises RunError if the topic has another type.
+
+        Of several publishers the first one's quality counts.
+        """
         name = topic_name(topic)
         known = self.topics.get(name)
         if known is None:
             for subscription in self._subscriptions.get(name, ()):
                 _same_type(name, type_name, owner, subscription.type_name, subscription.owner, "expects")
-            known = self.topics[name] = Topic(name, type_name)
+            known = self.topics[name] = Topic(name, type_name, quality)
             for sink in self._sinks:
                 sink.advertise(name, type_name)
         else:
@@ -79,14 +98,16 @@ class MessageBus:
         """Whether a subscription takes this topic (sinks do not count)."""
         return topic_name(topic) in self._subscriptions
 
-    def publish(self, topic: str, type_name: str, message: Any, stamp_ns: int) -> None:
-        """Hands `message` to every sink, stamped with simulation time [ns]."""
+    def publish(self, topic: str, type_name: str, message: Any, stamp_ns: int, *, sent_ns: int | None = None) -> None:
+        """Hands `message` to every sink, stamped with simulation time [ns]; `sent_ns` beats the clock's time."""
         known = self.topics.get(topic)
         if known is None or known.type_name != type_name:
             known = self.advertise(topic, type_name)
         known.messages += 1
         known.sequence += 1
-        record = Message(known.name, type_name, message, stamp_ns, known.sequence)
+        if sent_ns is None:
+            sent_ns = stamp_ns if self.clock is None else nanoseconds(self.clock.time)
+        record = Message(known.name, type_name, message, stamp_ns, known.sequence, sent_ns, known.quality)
         self._recent.append(record)
         for subscription in self._subscriptions.get(known.name, ()):
             subscription.put(record)
@@ -100,7 +121,7 @@ class MessageBus:
         """Publishes `load()` if a subscription takes the topic, now or by the end of this update; else drops it."""
         name = topic_name(topic)
         if name in self._subscriptions:
-            self.publish(name, type_name, load(), stamp_ns)
+            self.publish(name, type_name, load(), stamp_ns, sent_ns=stamp_ns)
         else:
             self._unheard.append((name, type_name, stamp_ns, load))
 
@@ -137,6 +158,10 @@ class MessageBus:
         """A new update: what came in the one before is no longer for new subscriptions."""
         self._recent.clear()
         self._unheard.clear()
+        if self._timed and self.clock is not None:
+            now = nanoseconds(self.clock.time)
+            for reached in self._timed.values():
+                reached(now)
 
     def restart(self) -> None:
         """Sequence numbers begin at 1 again (stop), so that every play publishes the same messages."""
@@ -147,6 +172,8 @@ class MessageBus:
     def subscribe(self, sink: Sink) -> None:
         """Adds a sink; it learns of the topics advertised so far."""
         self._sinks.append(sink)
+        if reached := getattr(sink, "reached", None):
+            self._timed[sink] = reached
         for topic in self.topics.values():
             sink.advertise(topic.name, topic.type_name)
 
@@ -154,11 +181,13 @@ class MessageBus:
         """Takes a sink off the bus without closing it."""
         if sink in self._sinks:
             self._sinks.remove(sink)
+            self._timed.pop(sink, None)
 
     def close(self) -> None:
         """Closes every sink, also when one of them fails (the first failure is raised afterwards)."""
         failure: BaseException | None = None
         started = time.perf_counter()
+        self._timed.clear()
         while self._sinks:
             try:
                 self._sinks.pop(0).close()

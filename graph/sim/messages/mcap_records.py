@@ -138,13 +138,13 @@ def _chunk(within: _Within) -> Chunk:
 
 def _messages_of(record: Any) -> Iterator[Message]:
     if isinstance(record, Chunk):
-        plain = replace(record, compression="", data=_unpacked(record))
+        plain = replace(record, compression="", data=unpacked(record))
         yield from (one for one in breakup_chunk(plain) if isinstance(one, Message))
     elif isinstance(record, Message):
         yield record
 
 
-def _unpacked(chunk: Chunk) -> bytes:
+def unpacked(chunk: Chunk) -> bytes:
     """The bytes of a chunk, never more than the limit, whatever it says of itself."""
     limit = most("recording.record")
     if not chunk.compression:

@@ -13,6 +13,8 @@ from .bus import topic_name
 from .ros_types import deserialize, known, least_part, register
 from .sources import Entry
 
+MAGIC = b"\x89MCAP0\r\n"
+NOT_FINISHED = "the recording was not finished, so it has no index; rebuild it: graph recover FILE"
 ENCODING = "cdr"
 SCHEMAS = "ros2msg"
 
@@ -42,8 +44,7 @@ class McapSource:
         except UserError:
             raise
         except Exception as error:  # whatever a damaged file makes of the reader
-            reason = " ".join(str(error).split())[:120] or type(error).__name__
-            raise UserError(f"{path}: not a whole MCAP recording ({reason})") from None
+            raise UserError(f"{path}: {_why_unreadable(Path(path), error)}") from None
 
     def topics(self) -> Mapping[str, str]:
         """The topics that can be read and their types."""
@@ -84,7 +85,7 @@ class McapSource:
 
         summary = read_summary(file)
         if summary is None:
-            raise UserError(f"{self.name}: the recording has no summary: it was not finished; repair it: mcap recover")
+            raise UserError(f"{self.name}: {NOT_FINISHED}")
         self._summary, self._start_ns = summary, summary.start_ns
         for channel in summary.channels.values():
             schema = summary.schemas.get(channel.schema_id)
@@ -110,6 +111,18 @@ class McapSource:
         except ValueError as error:
             return str(error)
         return ""
+
+
+def _why_unreadable(path: Path, error: Exception) -> str:
+    """Whether a file begins as a recording and has no end, or is something else."""
+    with path.open("rb") as file:
+        start, size = file.read(len(MAGIC)), path.stat().st_size
+        file.seek(max(size - len(MAGIC), 0))
+        end = file.read()
+    if start == MAGIC and end != MAGIC:
+        return NOT_FINISHED
+    reason = " ".join(str(error).split())[:120] or type(error).__name__
+    return f"not a whole MCAP recording ({reason})"
 
 
 def _decoding(data: bytes, type_name: str, name: str) -> Callable[[], Any]:

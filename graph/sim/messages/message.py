@@ -5,13 +5,21 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from .quality import DEFAULT, Quality
+
 
 @dataclass(frozen=True, slots=True)
 class Message:
-    """One published message; `stamp_ns` is simulation time, `sequence` counts from 1 on its topic since play."""
+    """One published message.
+
+    stamp_ns: the simulation time that it is about, as in its header. sequence: counts from 1 on its topic since play.
+    sent_ns: the simulation time at which it was published. quality: what its publisher offers.
+    """
 
     topic: str
     type_name: str
     message: Any
     stamp_ns: int
     sequence: int
+    sent_ns: int
+    quality: Quality = DEFAULT

@@ -1,13 +1,16 @@
 """Recording to MCAP: ROS 2 CDR messages in chunks that are readable as soon as they are written.
 
-The bytes depend on the messages alone: log time = publish time = simulation time, no wall clock, no host, no version.
+A message's log time is the simulation time at which it was published, its publish time the stamp of its header; the
+file is in log order. The bytes depend on the messages alone: no wall clock, no host.
 """
 
 from __future__ import annotations
 
+import os
+import shutil
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import FrameType
@@ -21,6 +24,10 @@ from .message import Message
 from .ros_types import definition, serialize
 
 CHUNK_BYTES = 1_000_000
+CHUNK_NS = 500_000_000
+"""Simulation time after which a chunk is written though it is not full, so that a kill costs less than a second."""
+PROVENANCE = "tickgraph"
+"""Name of the MCAP metadata that says what made the recording."""
 _ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 _RECORD_OVERHEAD = 31  # opcode, length and the fixed fields of an MCAP Message record
 
@@ -28,20 +35,26 @@ _RECORD_OVERHEAD = 31  # opcode, length and the fixed fields of an MCAP Message 
 class McapSink:
     """Writes every message it receives to the MCAP file `path`, which it opens at the first one.
 
-    Chunks hold at most 1 MB before compression (a larger message gets a chunk of its own) and reach the file as they
-    fill; `close` finishes the file. A signal never splits a chunk: it is honoured once the chunk is written. A file
-    that takes no more, as on a full disk, is cut back to its whole chunks and finished; every later `write` raises.
+    Chunks hold at most 1 MB before compression (a larger message gets a chunk of its own) and half a second of
+    simulation, and reach the file as they fill; `close` finishes the file. A signal never splits a chunk: it waits
+    until the chunk is written. A file that takes no more, as on a full disk, is cut back to its whole chunks and
+    finished; every later `write` raises. `provenance` becomes metadata of the file; `messages` counts what it holds;
+    `notes` says, once it is closed, what a user would not expect of it.
     """
 
-    def __init__(self, path: str | Path) -> None:
+    def __init__(self, path: str | Path, provenance: Mapping[str, str] | None = None) -> None:
         self.path = Path(path)
+        self.messages = 0
+        self.notes: list[str] = []
+        self._provenance = dict(provenance or {})
         self._file: BinaryIO | None = None
         self._writer: Writer | None = None
         self._channels: dict[str, int] = {}
         self._schemas: dict[str, int] = {}
-        self._pending: list[tuple[Message, bytes]] = []
+        self._pending: list[tuple[Message, int, bytes]] = []
         self._pending_bytes = 0
-        self._whole_bytes = 0
+        self._log_ns = 0
+        self._shift_ns = 0
         self._closed = False
         self._failure = ""
 
@@ -58,9 +71,15 @@ class McapSink:
         size = len(data) + _RECORD_OVERHEAD + self._declaration_bytes(message)
         if self._pending and self._pending_bytes + size > CHUNK_BYTES:
             self.flush()
-        self._pending.append((message, data))
+        self._pending.append((message, self._log_time(message.sent_ns), data))
         self._pending_bytes += size
+        self.messages += 1
         if self._pending_bytes >= CHUNK_BYTES:
+            self.flush()
+
+    def reached(self, now_ns: int) -> None:
+        """Writes what waits if its first message is half a second old, or from before a restart of time."""
+        if self._pending and not 0 <= now_ns - self._pending[0][0].sent_ns < CHUNK_NS:
             self.flush()
 
     def flush(self) -> None:
@@ -70,12 +89,10 @@ class McapSink:
         with _uninterrupted(), self._file_errors():
             writer = self._open()
             pending, self._pending, self._pending_bytes = self._pending, [], 0
-            for message, data in pending:
-                stamp = message.stamp_ns
-                writer.add_message(self._channel(writer, message), stamp, data, stamp, message.sequence & 0xFFFFFFFF)
+            for message, log_ns, data in pending:
+                channel = self._channel(writer, message)
+                writer.add_message(channel, log_ns, data, message.stamp_ns, message.sequence & 0xFFFFFFFF)
             writer.flush()  # type: ignore[no-untyped-call]
-            assert self._file is not None
-            self._whole_bytes = self._file.tell()
 
     def close(self) -> None:
         """Finishes the file: index and summary. Calling it twice is harmless."""
@@ -87,9 +104,24 @@ class McapSink:
                 self.flush()
                 if self._writer is not None:
                     self._writer.finish()  # type: ignore[no-untyped-call]
+                self._restore_deleted()
             finally:
                 if self._file is not None:
                     self._file.close()
+
+    def give_up_chunk(self) -> bool:
+        """Makes room on a full disk: takes the last chunk out of the closed file; False for the only one."""
+        from .recovery import finish
+
+        if not self._closed or not self.path.is_file():
+            return False
+        with suppress(OSError, UserError), _uninterrupted():
+            left = finish(self.path, drop=1)
+            if left.dropped:
+                lost, self.messages = self.messages - left.messages, left.messages
+                self.notes.append(f"{self.path}: its last {lost} messages made room for the report on a full disk")
+                return True
+        return False
 
     def __enter__(self) -> McapSink:
         return self
@@ -97,17 +129,24 @@ class McapSink:
     def __exit__(self, *error: object) -> None:
         self.close()
 
+    def _log_time(self, sent_ns: int) -> int:
+        """The time to log: it goes on where it was when simulation time begins again, as after stop and play."""
+        self._shift_ns = max(self._shift_ns, self._log_ns - sent_ns)
+        self._log_ns = sent_ns + self._shift_ns
+        return self._log_ns
+
     def _open(self) -> Writer:
         if self._writer is None:
             try:
-                self._file = self.path.open("wb")
+                self._file = self.path.open("w+b")
             except OSError as error:
                 raise UserError(f"{self.path}: {error.strerror}; name a file that can be written") from None
             # The sink cuts the chunks itself, before they grow past the limit: the writer's own limit is out of reach.
             self._writer = Writer(self._file, chunk_size=2**62, compression=CompressionType.LZ4)
             self._writer.start(profile="ros2", library="tickgraph")
+            if self._provenance:
+                self._writer.add_metadata(PROVENANCE, self._provenance)
             self._file.flush()
-            self._whole_bytes = self._file.tell()
         return self._writer
 
     def _channel(self, writer: Writer, message: Message) -> int:
@@ -118,7 +157,8 @@ class McapSink:
         if schema is None:
             text = definition(message.type_name).encode()
             schema = self._schemas[message.type_name] = writer.register_schema(message.type_name, "ros2msg", text)
-        channel = self._channels[message.topic] = writer.register_channel(message.topic, "cdr", schema, {})
+        quality = {"offered_qos_profiles": message.quality.as_yaml()}
+        channel = self._channels[message.topic] = writer.register_channel(message.topic, "cdr", schema, quality)
         return channel
 
     def _declaration_bytes(self, message: Message) -> int:
@@ -126,7 +166,20 @@ class McapSink:
         if message.topic in self._channels:
             return 0
         schema = 0 if message.type_name in self._schemas else 64 + len(definition(message.type_name))
-        return 64 + len(message.topic) + len(message.type_name) + schema
+        return 512 + len(message.topic) + len(message.type_name) + schema
+
+    def _restore_deleted(self) -> None:
+        """Writes the file once more where somebody deleted it while it was recorded."""
+        if self._file is None:
+            return
+        self._file.flush()
+        if os.fstat(self._file.fileno()).st_nlink:
+            return
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        self._file.seek(0)
+        with self.path.open("xb") as again:
+            shutil.copyfileobj(self._file, again, CHUNK_BYTES)
+        self.notes.append(f"{self.path}: it was deleted while it was recorded; it is written again, whole")
 
     @contextmanager
     def _file_errors(self) -> Iterator[None]:
@@ -134,21 +187,28 @@ class McapSink:
             yield
         except OSError as error:
             self._closed = True
-            self._failure = f"{self.path}: {error.strerror or error}; what was written before is kept"
-            self._finish_short()
+            kept = self._finish_short()
+            self._failure = f"{self.path}: {error.strerror or error}; {kept}"
             raise RunError(self._failure) from error
 
-    def _finish_short(self) -> None:
-        from .torn_recording import finish
+    def _finish_short(self) -> str:
+        """Finishes what is whole of the file; returns what is left of it, in words."""
+        from .recovery import finish
 
         self._pending.clear()
         # Closing may once more fail to write what is buffered; a device such as /dev/full cannot be cut.
         with suppress(OSError):
             if self._file is not None:
                 self._file.close()
-        with suppress(OSError):
-            if self._whole_bytes:
-                finish(self.path, self._whole_bytes)
+        try:
+            left = finish(self.path)
+        except UserError:
+            taken, self.messages = self.messages, 0
+            return f"nothing of its {taken} messages is kept"
+        except OSError:
+            return f"it has no index, for which there is no room; make room, then: graph recover {self.path}"
+        lost, self.messages = self.messages - left.messages, left.messages
+        return f"its first {left.messages} messages are kept, {lost} later ones lost"
 
 
 @contextmanager

@@ -18,7 +18,9 @@ from graph.base.errors import RunError, UserError
 from graph.base.exact import nanoseconds
 from graph.sim import App
 from graph.sim.messages.bus import MessageBus
-from graph.sim.messages.recording import CHUNK_BYTES, McapSink
+from graph.sim.messages.quality import Quality
+from graph.sim.messages.recording import CHUNK_BYTES, CHUNK_NS, PROVENANCE, McapSink
+from graph.sim.messages.recovery import finish
 from graph.sim.messages.ros_types import definition, deserialize, serialize
 from tests.support.programs import started
 from tests.support.ros_messages import CLOCK, CLOUD, clock, cloud
@@ -190,7 +192,7 @@ def test_a_file_that_takes_no_more_is_finished_after_its_last_whole_chunk(tmp_pa
     with no_file_above(2_400_000):  # clouds of 160 kB: two chunks of six fit, the third tears at 0.47 MB
         for n in range(1, 19):
             bus.publish("/points", CLOUD, noise(n, 10_000), n)
-        with pytest.raises(RunError, match="File too large; what was written before is kept"):
+        with pytest.raises(RunError, match="File too large; its first 12 messages are kept, 6 later ones lost"):
             bus.publish("/points", CLOUD, noise(19, 10_000), 19)
         with pytest.raises(RunError, match="File too large"):
             bus.publish("/clock", CLOCK, clock(1), 1)
@@ -242,14 +244,45 @@ def test_where_not_even_the_summary_fits_the_whole_chunks_are_left(tmp_path):
     for n in range(1, 8):
         bus.publish("/points", CLOUD, noise(n, 10_000), n)
     size = path.stat().st_size
-    with no_file_above(size + 100), pytest.raises(RunError):
+    with no_file_above(size + 100), pytest.raises(RunError, match="no room; make room, then: graph recover"):
         sink.close()
-    assert path.stat().st_size == size
     read = []
     with pytest.raises(EndOfFile), path.open("rb") as file:  # noqa: PT012
         for _, _, message in NonSeekingReader(file).iter_messages(log_time_order=False):
             read.append(message.sequence)
     assert read == list(range(1, 7))
+    finish(path)
+    with path.open("rb") as file:
+        assert [message.sequence for _, _, message in make_reader(file).iter_messages()] == list(range(1, 7))
+
+
+def test_the_last_chunk_makes_room_for_the_summary(tmp_path):
+    path = tmp_path / "run.mcap"
+    sink, bus = McapSink(path), MessageBus()
+    bus.subscribe(sink)
+    for n in range(1, 14):
+        bus.publish("/points", CLOUD, noise(n, 10_000), n)  # two chunks of six are in the file
+    with no_file_above(path.stat().st_size + 100), pytest.raises(RunError, match="first 6 messages are kept, 7 later"):
+        sink.close()
+    with path.open("rb") as file:
+        reader = make_reader(file, validate_crcs=True)
+        assert [message.sequence for _, _, message in reader.iter_messages()] == list(range(1, 7))
+    assert sink.messages == 6
+
+
+def test_a_closed_recording_gives_up_its_last_chunk_but_not_its_only_one(tmp_path):
+    path = tmp_path / "run.mcap"
+    sink, bus = McapSink(path), MessageBus()
+    bus.subscribe(sink)
+    for n in range(1, 14):
+        bus.publish("/points", CLOUD, noise(n, 10_000), n)
+    assert not sink.give_up_chunk()  # still open
+    sink.close()
+    assert sink.give_up_chunk()  # 1 message
+    assert sink.give_up_chunk()  # 6
+    assert not sink.give_up_chunk()
+    with path.open("rb") as file:
+        assert [message.sequence for _, _, message in make_reader(file).iter_messages()] == list(range(1, 7))
 
 
 def test_an_interrupt_between_or_inside_writes_leaves_a_finished_file(tmp_path):
@@ -370,3 +403,107 @@ def test_an_interrupted_app_closes_its_recording(tmp_path):
         stamps = [message.log_time for _, _, message in make_reader(file).iter_messages()]
     assert len(stamps) >= 10
     assert stamps == [round(n * 1e9 / 60) for n in range(1, len(stamps) + 1)]
+
+
+def test_the_log_time_is_when_a_message_was_sent_the_publish_time_its_stamp(tmp_path):
+    """60 updates a second: a scan of the turn that began at 0.1 s is sent in the update that ends at 0.2 s."""
+    path = tmp_path / "run.mcap"
+    with App() as app:
+        app.bus.subscribe(McapSink(path))
+
+        def publish():
+            if app.update_index == 11:
+                app.bus.publish("/points", CLOUD, cloud(10**8, 10), 10**8)
+            app.bus.publish("/clock", CLOCK, clock(nanoseconds(app.simulation.time)), nanoseconds(app.simulation.time))
+
+        app.on("simulation_graphs", publish)
+        app.play()
+        app.update(20)
+    with path.open("rb") as file:
+        found = [(c.topic, m.log_time, m.publish_time) for _, c, m in make_reader(file).iter_messages()]
+    assert ("/points", 2 * 10**8, 10**8) in found
+    assert [log for _, log, _ in found] == sorted(log for _, log, _ in found)
+    assert all(log == published for topic, log, published in found if topic == "/clock")
+
+
+def test_the_log_goes_on_when_time_begins_again(tmp_path):
+    """Three updates of 1/60 s, stop, three more: the second play's messages follow the first one's."""
+    path = tmp_path / "run.mcap"
+    with App() as app:
+        app.bus.subscribe(McapSink(path))
+        app.on("simulation_graphs", lambda: app.bus.publish("/clock", CLOCK, clock(1), 1))
+        for _ in range(2):
+            app.play()
+            app.update(3)
+            app.stop()
+    with path.open("rb") as file:
+        found = [round(message.log_time * 60 / 1e9, 6) for _, _, message in make_reader(file).iter_messages()]
+    assert found[:3] == [1, 2, 3]
+    assert found[3:] == [3, 4, 5]
+
+
+def test_a_chunk_is_written_after_half_a_second_of_simulation_however_little_comes(tmp_path):
+    """One message at update 1 (1/60 s); after update 31 half a second has passed, which update 32 notices."""
+    path = tmp_path / "run.mcap"
+    with App() as app:
+        app.bus.subscribe(McapSink(path))
+        app.play()
+        app.update()
+        app.bus.publish("/clock", CLOCK, clock(1), 1)
+        app.update(30)
+        assert not path.exists()
+        app.update()
+        kept = path.read_bytes()
+        assert CHUNK_NS == 10**9 // 2
+    with pytest.raises(EndOfFile):
+        list(NonSeekingReader(BytesIO(kept)).iter_messages(log_time_order=False))
+    assert kept == path.read_bytes()[: len(kept)]
+
+
+def test_channels_say_the_quality_of_service_that_rosbags_reads(tmp_path):
+    from rosbags.highlevel import AnyReader
+    from rosbags.interfaces import QosDurability, QosHistory, QosReliability
+
+    path = tmp_path / "run.mcap"
+    bus = MessageBus()
+    bus.subscribe(McapSink(path))
+    bus.advertise("/tf_static", CLOCK, "/G/tf", Quality(depth=1, durability="transientLocal"))
+    bus.publish("/tf_static", CLOCK, clock(1), 1)
+    bus.publish("/clock", CLOCK, clock(1), 1)
+    bus.close()
+    with AnyReader([path]) as reader:
+        found = {one.topic: one.ext.offered_qos_profiles[0] for one in reader.connections}
+    latched, usual = found["/tf_static"], found["/clock"]
+    assert (latched.durability, latched.depth) == (QosDurability.TRANSIENT_LOCAL, 1)
+    assert (usual.durability, usual.history, usual.depth) == (QosDurability.VOLATILE, QosHistory.KEEP_LAST, 10)
+    assert usual.reliability == QosReliability.RELIABLE
+
+
+def test_provenance_is_metadata_of_the_file_also_of_a_recovered_one(tmp_path):
+    path, said = tmp_path / "run.mcap", {"file": "a.yaml", "seed": "3"}
+    bus = MessageBus()
+    bus.subscribe(McapSink(path, said))
+    ten_clocks_and_clouds(bus)
+    bus.close()
+    torn = tmp_path / "torn.mcap"
+    torn.write_bytes(path.read_bytes()[:-20])
+    finish(torn)
+    for file in (path, torn):
+        with file.open("rb") as stream:
+            assert [(one.name, one.metadata) for one in make_reader(stream).iter_metadata()] == [(PROVENANCE, said)]
+
+
+def test_a_recording_deleted_while_it_grows_is_written_again(tmp_path):
+    path = tmp_path / "out" / "run.mcap"
+    path.parent.mkdir()
+    sink, bus = McapSink(path), MessageBus()
+    bus.subscribe(sink)
+    bus.publish("/clock", CLOCK, clock(1), 1)
+    sink.flush()
+    path.unlink()
+    path.parent.rmdir()
+    bus.publish("/clock", CLOCK, clock(2), 2)
+    sink.close()
+    with path.open("rb") as file:
+        assert [message.log_time for _, _, message in make_reader(file).iter_messages()] == [1, 2]
+    assert sink.notes == [f"{path}: it was deleted while it was recorded; it is written again, whole"]

@@ -1,0 +1,118 @@
+"""What a run writes: the recording and `report.json`, in a folder that it holds alone.
+
+An earlier run's files under these names step aside (`run.previous.mcap`) until this run has ended well.
+"""
+
+from __future__ import annotations
+
+import errno
+import fcntl
+import os
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+from graph.base.errors import RunError, UserError
+from graph.sim.messages.recording import McapSink
+
+from .report import REPORT, write_report
+
+
+@contextmanager
+def locked(folder: Path, advice: str) -> Iterator[None]:
+    """Holds a folder for this process, without a file in it. Raises UserError, with `advice`, if a run holds it.
+
+    Where the file system has no such locks, nothing is held.
+    """
+    try:
+        handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    except OSError as error:
+        raise UserError(f"{folder}: {error.strerror}; name a folder that can be read") from None
+    try:
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise UserError(f"{folder}: another run is recording into this folder; {advice}") from None
+        except OSError:  # a network file system without locks
+            pass
+        yield
+    finally:
+        os.close(handle)
+
+
+class Output:
+    """The files of one run in `folder`; `sink` records."""
+
+    def __init__(
+        self, folder: Path, recording: str, read: Iterable[Path], provenance: Mapping[str, str] | None = None
+    ) -> None:
+        """Moves an earlier run's files aside. Raises UserError where this run could not write, or reads one of them."""
+        self.folder = folder
+        files = (folder / recording, folder / REPORT)
+        self.sink = McapSink(files[0], provenance)
+        self._earlier: dict[Path, Path] = {}
+        try:
+            for file in files:
+                if file.is_dir():
+                    raise UserError(f"--out {folder}: {file} is a folder; move it or name another folder")
+                if file.exists() and any(file.samefile(one) for one in read):
+                    raise UserError(
+                        f"--out {folder}: this run reads {file} and would write over it; name another folder"
+                    )
+            files[0].parent.mkdir(parents=True, exist_ok=True)
+            for file in files:
+                if file.is_file():  # not a device; of a link, what it leads to
+                    self._move_aside(file.resolve())
+        except OSError as error:
+            raise UserError(f"--out {folder}: {error.strerror}; name a folder that can be written") from None
+
+    def finish(self, report: Mapping[str, Any], *, well: bool) -> list[str]:
+        """Writes the report, once the sink is closed; returns lines for the user.
+
+        well: whether the run ended as it should; else an earlier run's files stay, and come back in their places if
+        this run failed before it recorded anything or ended an update. Raises RunError where the report finds no room.
+        """
+        if self._earlier and not well and not self.sink.messages and not report["updates"]:
+            self._bring_back()
+            return [*self.sink.notes, f"this run recorded nothing; {self.folder} is as the earlier run left it"]
+        self._write(report)
+        lines = [*self.sink.notes, self._wrote()]
+        if well:
+            self._drop_earlier()
+        elif self._earlier:
+            lines.append(f"the earlier run's files are kept: {', '.join(map(str, self._earlier.values()))}")
+        return lines
+
+    def _move_aside(self, file: Path) -> None:
+        aside = file.with_name(f"{file.stem}.previous{file.suffix}")
+        os.replace(file, aside)
+        self._earlier[file] = aside
+
+    def _bring_back(self) -> None:
+        for file, aside in self._earlier.items():
+            with suppress(OSError):
+                os.replace(aside, file)
+
+    def _drop_earlier(self) -> None:
+        for aside in self._earlier.values():
+            with suppress(OSError):
+                aside.unlink()
+
+    def _write(self, report: Mapping[str, Any]) -> None:
+        """Writes the report; on a full disk the recording gives up its last chunks for it."""
+        self.folder.mkdir(parents=True, exist_ok=True)
+        while True:
+            try:
+                return write_report(report, self.folder)
+            except RunError as error:
+                full = isinstance(error.__cause__, OSError) and error.__cause__.errno in (errno.ENOSPC, errno.EDQUOT)
+                if not full or not self.sink.give_up_chunk():
+                    raise
+
+    def _wrote(self) -> str:
+        report = self.folder / REPORT
+        if not self.sink.messages:
+            return f"wrote {report}; no message was published, so there is no recording"
+        size = self.sink.path.stat().st_size if self.sink.path.exists() else 0
+        return f"wrote {self.sink.path} ({self.sink.messages:,} messages, {size / 1e6:,.1f} MB) and {report}"

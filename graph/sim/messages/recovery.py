@@ -1,0 +1,278 @@
+"""Finishing an MCAP file that was not finished: after a kill, on a full disk.
+
+What is whole are its chunks. The file is cut after the last one that fits beside the summary, and that chunk's message
+indexes and the summary are written behind it, byte for byte as the writer would have.
+"""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from io import BytesIO
+from pathlib import Path
+from typing import Any, BinaryIO
+
+from mcap.data_stream import ReadDataStream, RecordBuilder  # noqa: TID253
+from mcap.opcode import Opcode  # noqa: TID253
+from mcap.records import (  # noqa: TID253
+    Channel,
+    Chunk,
+    ChunkIndex,
+    DataEnd,
+    Footer,
+    Message,
+    MessageIndex,
+    Metadata,
+    MetadataIndex,
+    Schema,
+    Statistics,
+)
+from mcap.stream_reader import breakup_chunk, get_chunk_data_stream  # noqa: TID253
+
+from graph.base.errors import UserError
+from graph.base.limits import check
+
+from .mcap_records import unpacked
+
+MAGIC = b"\x89MCAP0\r\n"
+_PREFIX = struct.Struct("<BQ")
+_OUTSIDE = (Opcode.MESSAGE, Opcode.ATTACHMENT)
+
+
+@dataclass(frozen=True, slots=True)
+class Finished:
+    """What a file was left with.
+
+    whole: it was finished before, nothing was done. dropped: chunks given up for room. cut: bytes of a torn record that
+    were cut off. damaged: chunks that cannot be read; they stay in the file, outside the index. end_ns: the log time of
+    the last message.
+    """
+
+    messages: int
+    chunks: int
+    end_ns: int
+    whole: bool = False
+    dropped: int = 0
+    cut: int = 0
+    damaged: int = 0
+
+
+@dataclass(slots=True)
+class _Chunk:
+    """A whole chunk: its entry in the index, where it ends, what it declares, its messages by channel."""
+
+    index: ChunkIndex
+    end: int
+    declared: list[Schema | Channel]
+    counts: Counter[int] = field(default_factory=Counter)
+
+
+@dataclass(slots=True)
+class _Content:
+    """What is whole in a file. start: where its first chunk may lie; cut: bytes of a torn record at the end."""
+
+    start: int = len(MAGIC)
+    cut: int = 0
+    declared: list[Schema | Channel] = field(default_factory=list)
+    """Outside chunks."""
+    chunks: list[_Chunk] = field(default_factory=list)
+    metadata: list[MetadataIndex] = field(default_factory=list)
+    damaged: int = 0
+    whole: bool = False
+
+    def result(self, **more: Any) -> Finished:
+        count = sum(chunk.counts.total() for chunk in self.chunks)
+        last = max((chunk.index.message_end_time for chunk in self.chunks), default=0)
+        return Finished(count, len(self.chunks), last, damaged=self.damaged, **more)
+
+
+def finish(path: Path, *, drop: int = 0) -> Finished:
+    """Ends the MCAP file at `path` with index and summary, in place; a finished one stays as it is.
+
+    drop: how many of its last chunks to give up; where the summary finds no room, more are given up, but never the only
+    one. Raises UserError for a file that is no MCAP recording or has messages outside chunks, OSError where the file
+    cannot be written: then its whole chunks are left.
+    """
+    with path.open("r+b", buffering=0) as file:
+        content = _read(file, path)
+        if content.whole and not drop:
+            return content.result(whole=True)
+        dropped = 0
+        for _ in range(min(drop, len(content.chunks) - 1)):
+            content.chunks.pop()
+            dropped += 1
+        while True:
+            end = content.chunks[-1].end if content.chunks else content.start
+            ending = _ending(file, content, end)
+            file.truncate(end)
+            file.seek(end)
+            try:
+                if file.write(ending) != len(ending):
+                    raise OSError("no room for the summary")
+            except OSError:
+                file.truncate(end)
+                if len(content.chunks) < 2:
+                    raise
+                content.chunks.pop()
+                dropped += 1
+                continue
+            return content.result(dropped=dropped, cut=content.cut)
+
+
+def _read(file: BinaryIO, path: Path) -> _Content:
+    size = path.stat().st_size
+    if file.read(len(MAGIC)) != MAGIC:
+        raise UserError(f"{path}: not an MCAP recording, or nothing of it is left; there is nothing to recover")
+    content = _Content(cut=size - len(MAGIC))
+    for opcode, begin, end in _records(file, size):
+        if opcode == Opcode.DATA_END:
+            content.whole, content.cut = _is_finished(file, size), 0
+            break
+        content.cut = size - end
+        if opcode in _OUTSIDE:
+            raise UserError(f"{path}: it has messages outside chunks; use the tool `mcap recover` for this file")
+        if opcode == Opcode.CHUNK:
+            chunk = _chunk(file, begin, end)
+            if chunk is None:
+                content.damaged += 1
+            else:
+                content.chunks.append(chunk)
+        elif opcode == Opcode.MESSAGE_INDEX and content.chunks:
+            _note_index(file, content.chunks[-1].index, begin, end)
+        elif opcode == Opcode.METADATA:
+            found = Metadata.read(_body(file, begin, end))
+            content.metadata.append(MetadataIndex(offset=begin, length=end - begin, name=found.name))
+        elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
+            kind = Schema if opcode == Opcode.SCHEMA else Channel
+            content.declared.append(kind.read(_body(file, begin, end)))
+        if not content.chunks:
+            content.start = end
+    return content
+
+
+def _records(file: BinaryIO, size: int) -> Iterator[tuple[int, int, int]]:
+    """(opcode, begin, end) of each record that lies whole within the first `size` bytes."""
+    begin = len(MAGIC)
+    while begin + _PREFIX.size <= size:
+        file.seek(begin)
+        opcode, length = _PREFIX.unpack(file.read(_PREFIX.size))
+        end = begin + _PREFIX.size + length
+        if opcode == 0 or end > size:  # zeros are what a file system leaves where a write did not arrive
+            return
+        yield opcode, begin, end
+        begin = end
+
+
+def _is_finished(file: BinaryIO, size: int) -> bool:
+    """Whether the file ends as a finished one does."""
+    file.seek(max(size - len(MAGIC), len(MAGIC)))
+    return file.read() == MAGIC
+
+
+def _body(file: BinaryIO, begin: int, end: int) -> ReadDataStream:
+    file.seek(begin + _PREFIX.size)
+    data = bytearray()
+    while missing := end - begin - _PREFIX.size - len(data):
+        part = file.read(missing)
+        if not part:
+            raise EOFError("the file became shorter while it was read")
+        data += part
+    return ReadDataStream(BytesIO(data))
+
+
+def _chunk(file: BinaryIO, begin: int, end: int) -> _Chunk | None:
+    """The chunk there; None if it cannot be read."""
+    try:
+        chunk, plain = _loaded(file, begin, end)
+        records = breakup_chunk(plain, validate_crc=True)
+    except Exception:  # whatever damaged content makes of the reader
+        return None
+    index = ChunkIndex(
+        chunk_length=end - begin,
+        chunk_start_offset=begin,
+        compression=chunk.compression,
+        compressed_size=len(chunk.data),
+        message_end_time=chunk.message_end_time,
+        message_index_length=0,
+        message_index_offsets={},
+        message_start_time=chunk.message_start_time,
+        uncompressed_size=chunk.uncompressed_size,
+    )
+    counts = Counter(record.channel_id for record in records if isinstance(record, Message))
+    return _Chunk(index, end, [one for one in records if isinstance(one, Schema | Channel)], counts)
+
+
+def _loaded(file: BinaryIO, begin: int, end: int) -> tuple[Chunk, Chunk]:
+    """The chunk there as it is and unpacked. Raises ValueError for one above `recording.record`."""
+    check("recording.record", end - begin, f"a chunk of it has {end - begin:,} bytes")
+    chunk: Chunk = Chunk.read(_body(file, begin, end))
+    return chunk, replace(chunk, compression="", data=unpacked(chunk))
+
+
+def _note_index(file: BinaryIO, index: ChunkIndex, begin: int, end: int) -> None:
+    file.seek(begin + _PREFIX.size)
+    (channel,) = struct.unpack("<H", file.read(2))
+    index.message_index_offsets[channel] = begin
+    index.message_index_length += end - begin
+
+
+def _message_indexes(file: BinaryIO, index: ChunkIndex) -> list[MessageIndex]:
+    """Where the messages of a chunk lie in it, by channel, in the order in which the channels first appear."""
+    begin = index.chunk_start_offset
+    stream, size = get_chunk_data_stream(_loaded(file, begin, begin + index.chunk_length)[1])
+    found: dict[int, MessageIndex] = {}
+    while (offset := stream.count) < size:
+        opcode, length = stream.read1(), stream.read8()
+        if opcode == Opcode.MESSAGE:
+            message = Message.read(stream, length)
+            one = found.setdefault(message.channel_id, MessageIndex(channel_id=message.channel_id, records=[]))
+            one.records.append((message.log_time, offset))
+        else:
+            stream.read(length)
+    return list(found.values())
+
+
+def _ending(file: BinaryIO, content: _Content, end: int) -> bytes:
+    """Everything behind the last chunk, which ends at `end`: its message indexes, the summary, the footer."""
+    parts = RecordBuilder()
+    if content.chunks:
+        index = content.chunks[-1].index
+        index.message_index_offsets = {}
+        for one in _message_indexes(file, index):
+            index.message_index_offsets[one.channel_id] = end + parts.count
+            one.write(parts)
+        index.message_index_length = parts.count
+    DataEnd(0).write(parts)
+    start = end + parts.count
+    summary = _summary(content)
+    # The checksum covers the summary and the footer up to itself.
+    checksum = zlib.crc32(struct.pack("<BQQQ", Opcode.FOOTER, 20, start, 0), zlib.crc32(summary))
+    parts.write(summary)
+    Footer(summary_start=start, summary_offset_start=0, summary_crc=checksum).write(parts)
+    return bytes(parts.end()) + MAGIC  # type: ignore[no-untyped-call]
+
+
+def _summary(content: _Content) -> bytes:
+    declared = [*content.declared, *(one for chunk in content.chunks for one in chunk.declared)]
+    schemas = {one.id: one for one in declared if isinstance(one, Schema)}
+    channels = {one.id: one for one in declared if isinstance(one, Channel)}
+    chunks = [chunk.index for chunk in content.chunks]
+    counts: Counter[int] = sum((chunk.counts for chunk in content.chunks), Counter())
+    statistics = Statistics(
+        attachment_count=0,
+        channel_count=len(channels),
+        channel_message_counts=dict(counts),
+        chunk_count=len(chunks),
+        message_count=counts.total(),
+        message_end_time=max((chunk.message_end_time for chunk in chunks), default=0),
+        message_start_time=min((chunk.message_start_time for chunk in chunks), default=0),
+        metadata_count=len(content.metadata),
+        schema_count=len(schemas),
+    )
+    summary = RecordBuilder()
+    for record in (*schemas.values(), *channels.values(), statistics, *chunks, *content.metadata):
+        record.write(summary)
+    return bytes(summary.end())  # type: ignore[no-untyped-call]
