@@ -21,6 +21,7 @@ from .managers.simulation_manager import ManagedSimulation
 from .messages.bus import MessageBus
 from .options import clock_rates, experience_settings, refuse_unavailable
 from .phases import Callback, Phases, Unsubscribe
+from .physics import MUJOCO
 from .renderer.rendering import Rendering
 from .scene.editing import WhenPlaying, checked_choice
 from .settings import Settings, suggestion
@@ -37,7 +38,7 @@ if TYPE_CHECKING:
     from types import TracebackType
 
     from .geometry.surfaces import Mesh, Plane
-    from .physics.mujoco.engine import MujocoEngine
+    from .physics.protocol import EngineFactory, PhysicsEngine
     from .scene.live_stage import LiveStage
 
 
@@ -46,7 +47,8 @@ class App:
 
     `stage` is a path, a `Usd.Stage` or None for an empty stage; `mjcf`, instead of it, an MJCF file or a loaded
     `MjcfScene`. `physics_hz` beats the stage's physics scene or the MJCF time step, which beat 60; `loop_hz` defaults
-    to 60. `fidelity` maps knobs (`lidar.motion`) to values. Raises UserError for options that cannot be run.
+    to 60. `fidelity` maps knobs (`lidar.motion`) to values. `physics` makes the physics engine, MuJoCo unless given
+    (see `graph.sim.physics.protocol.EngineFactory`). Raises UserError for options that cannot be run.
 
     An App holds its parts and passes calls on to them: `world` (stage, Fabric, physics, edits), `simulation` (builds,
     steps and frees the world), `rendering` (sensors), `timeline`, `driver` (states and updates), `phases` (whoever is
@@ -69,6 +71,7 @@ class App:
         seed: int = 0,
         wall_clock: WallClock | None = None,
         when_playing: str | None = None,
+        physics: EngineFactory = MUJOCO,
     ) -> None:
         from .scene.stage import time_range
 
@@ -83,7 +86,7 @@ class App:
         for path in self.settings.misspelt():
             self.warn("setting-unknown", path, f'no part of this run reads it; did you mean "{suggestion(path)}"?')
         choice = checked_choice(when_playing or str(self.settings.get(keys.WHEN_PLAYING)))
-        self.world = open_world(stage, mjcf, fidelity=knobs, when_playing=choice, warn=self.warn)
+        self.world = open_world(stage, mjcf, engine=physics, fidelity=knobs, when_playing=choice, warn=self.warn)
         authored = self.world.authored_rate
         physics_rate, loop_rate = clock_rates(
             physics_hz,
@@ -189,7 +192,7 @@ class App:
         return self.world.fidelity
 
     @property
-    def physics(self) -> MujocoEngine | None:
+    def physics(self) -> PhysicsEngine | None:
         """The physics engine; None while stopped or when nothing is dynamic."""
         return self.world.physics
 

@@ -17,7 +17,7 @@ from .timing.time_queries import TimeQueries
 from .world import EXTERNAL_TIME, World
 
 if TYPE_CHECKING:
-    from .physics.mujoco.engine import MujocoEngine
+    from .physics.protocol import PhysicsEngine
 
 
 class StateCaptures(Protocol):
@@ -138,7 +138,7 @@ class Simulation:
                 each = not observed if times.samples.per_substep else not renders_next
                 times.sample(done if each else 1)
 
-    def _run_unobserved(self, physics: MujocoEngine, target: int) -> None:
+    def _run_unobserved(self, physics: PhysicsEngine, target: int) -> None:
         """Steps to count `target`, all at once but for where poses are captured."""
         fabric, clock, captures = self._world.fabric, self.clock, self._captures
         while clock.count < target:

@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING, Any
 from graph.base.errors import UserError
 
 from .fidelity import Fidelity
+from .physics import MUJOCO
 from .scene.editing import EditStage, Player, WhenPlaying, checked_choice, remove_prims
 
 if TYPE_CHECKING:
     from contextlib import AbstractContextManager
 
     from .geometry.surfaces import Mesh, Plane
-    from .physics.mujoco.engine import MujocoEngine
+    from .physics.protocol import EngineFactory, PhysicsEngine
     from .scene.live_stage import LiveStage
     from .scene.stage import StageState, Warn
 
@@ -27,23 +28,31 @@ EXTERNAL_TIME = ("/ExternalSimulationTime", "omni:time")
 class World:
     """Stage, Fabric and physics of one App. It knows no clock and no sensor: whoever plays it builds and frees it.
 
-    `mjcf` is the MJCF model that the stage mirrors, if it does.
+    `mjcf` is the MJCF model that the stage mirrors, if it does; `engine` makes the physics engine of each play.
     """
 
     def __init__(
-        self, stage: Any, *, mjcf: Any = None, fidelity: Fidelity, when_playing: WhenPlaying, warn: Warn
+        self,
+        stage: Any,
+        *,
+        mjcf: Any = None,
+        engine: EngineFactory,
+        fidelity: Fidelity,
+        when_playing: WhenPlaying,
+        warn: Warn,
     ) -> None:
         from .scene.stage import meters_per_unit
 
         self.stage = stage
         self.mjcf = mjcf
+        self.engine = engine
         self.fidelity = fidelity
         self.when_playing: WhenPlaying = when_playing
         self.warn = warn
         self.meters_per_unit: float = meters_per_unit(stage)
         self.steps_per_second = Fraction(60)
         """The rate that physics is built with [Hz]; see `set_rate`."""
-        self.physics: MujocoEngine | None = None
+        self.physics: PhysicsEngine | None = None
         """The physics engine; None while stopped or when nothing is dynamic."""
         self.built = False
         """Whether there is a physical world: from play, or `initialize_physics`, to stop."""
@@ -122,7 +131,7 @@ class World:
         physics = None
         try:
             dt = 1 / self.steps_per_second
-            physics = build_physics(self.stage, dt, self.fidelity, warn=self.warn, mjcf=self.mjcf)
+            physics = build_physics(self.stage, dt, self.fidelity, engine=self.engine, warn=self.warn, mjcf=self.mjcf)
             self.fabric.bind(physics)
         except BaseException:
             if physics is not None:
@@ -161,13 +170,17 @@ class World:
         return (Fabric if self.fidelity.fabric else StageTransforms)(self.stage, self.warn)
 
 
-def open_world(stage: Any, mjcf: Any, *, fidelity: Fidelity, when_playing: WhenPlaying, warn: Warn) -> World:
+def open_world(
+    stage: Any, mjcf: Any, *, engine: EngineFactory, fidelity: Fidelity, when_playing: WhenPlaying, warn: Warn
+) -> World:
     """The world of a stage (the path of a USD file, a `Usd.Stage`, None: an empty one) or of an MJCF file or model.
 
-    Raises UserError for anything else, and where both are given.
+    Raises UserError for anything else, where both are given, and for an MJCF model that `engine` does not simulate.
     """
     from .scene.stage import open_stage, register_schemas
 
+    if mjcf is not None and engine is not MUJOCO:
+        raise UserError(f"App: {engine.name} does not simulate MJCF models; leave out physics=")
     if isinstance(mjcf, (str, Path)):
         if stage is not None:
             raise UserError("App: give a stage or an MJCF file, not both")
@@ -182,4 +195,4 @@ def open_world(stage: Any, mjcf: Any, *, fidelity: Fidelity, when_playing: WhenP
         register_schemas()
         if not hasattr(stage, "GetRootLayer"):
             raise UserError(f"stage {stage!r}: give the path of a USD file, a Usd.Stage, or None for an empty one")
-    return World(stage, mjcf=mjcf, fidelity=fidelity, when_playing=when_playing, warn=warn)
+    return World(stage, mjcf=mjcf, engine=engine, fidelity=fidelity, when_playing=when_playing, warn=warn)

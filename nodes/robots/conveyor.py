@@ -72,7 +72,7 @@ def _set(db: Database, path: str, motion: tuple[float, ...], curved: bool) -> No
     still, vector = np.zeros(3), np.array(motion)
     velocity, turn = (still, np.radians(vector)) if curved else (vector * app.meters_per_unit, still)
     try:
-        changed = app.physics.surfaces.set_motion(path, app.fabric.rigid_matrices((path,))[0], velocity, turn)
+        changed = app.physics.set_surface_velocity(path, app.fabric.rigid_matrices((path,))[0], velocity, turn)
     except ValueError as error:
         db.fail(f"{error}; give the belt a collider")
     if changed:

@@ -37,7 +37,7 @@ def read_contact_sensor(db: Database) -> None:
     count where they are authored: less than the least is no contact, more than the most reads as the most.
     """
     from graph.sim.physics.inertial import attribute_of, body_of
-    from graph.sim.physics.mujoco.forces import contact_force
+    from graph.sim.physics.protocol import contact_force
 
     outputs, app = db.outputs, db.app
     prim = sensor_prim(db, db.inputs.csPrim, "csPrim")

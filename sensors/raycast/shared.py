@@ -27,7 +27,7 @@ def cast_world(app: App) -> CastWorld:
     """The cast world of an App's geometry; a new one after the geometry was collected anew (at play)."""
     geometry = app.geometry()
     known = _worlds.get(app)
-    soft = frozenset(app.physics.deformables.paths if app.physics is not None else ())
+    soft = frozenset(app.physics.deformable_paths if app.physics is not None else ())
     if known is not None and known[0] is geometry and known[1].soft == soft:
         return known[1]
     world: CastWorld
@@ -44,7 +44,7 @@ def cast_world(app: App) -> CastWorld:
         if now is None or app.physics is None:
             return mesh.vertices
         if mesh.path not in followers:
-            followers[mesh.path] = Following(mesh.vertices, app.physics.deformables.start_points(mesh.source))
+            followers[mesh.path] = Following(mesh.vertices, app.physics.deformable_start(mesh.source))
         return followers[mesh.path].vertices(now)
 
     world = CastWorld(geometry, poses, lambda: int(_alive(weak).settings.get(RAY_THREADS)), soft, points)

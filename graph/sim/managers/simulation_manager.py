@@ -24,7 +24,7 @@ from .simulation_events import SimulationEvent, SimulationEvents
 from .simulation_setup import SimulationSetup
 
 if TYPE_CHECKING:
-    from graph.sim.physics.mujoco.engine import MujocoEngine
+    from graph.sim.physics.protocol import PhysicsEngine
     from graph.sim.renderer.rendering import Rendering
     from graph.sim.scene.animation import Animation
 
@@ -73,7 +73,7 @@ class ManagedSimulation:
     # -- what the parts do -------------------------------------------------------------------------------------------
 
     @property
-    def physics(self) -> MujocoEngine | None:
+    def physics(self) -> PhysicsEngine | None:
         """The physics engine; None while stopped or when nothing is dynamic."""
         return self._world.physics
 

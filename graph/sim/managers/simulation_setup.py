@@ -10,6 +10,7 @@ from typing import Any
 from graph.base.errors import RunError
 from graph.sim import settings as keys
 from graph.sim.fidelity import Fidelity
+from graph.sim.physics import MUJOCO
 from graph.sim.scene.scene_attributes import applied_schemas, author
 from graph.sim.settings import Settings
 from graph.sim.simulation import Simulation
@@ -18,7 +19,6 @@ from graph.sim.world import World
 
 from .physics_scene import DEFAULT_PATH, PhysicsScene, scene_prims, steps_per_second
 
-ENGINE = "mujoco"
 DEFAULT_ENGINE = "/exts/isaacsim.core.simulation_manager/default_engine"
 WRITE_BACK = ("updateToUsd", "updateParticlesToUsd", "updateVelocitiesToUsd", "updateForceSensorsToUsd")
 _log = logging.getLogger("tickgraph.physics")
@@ -34,8 +34,9 @@ class SimulationSetup:
         self._follow_stage = True
         self._set_while_playing: dict[tuple[str, str], tuple[str, Any]] = {}
         engine = self.get_default_engine()
-        if engine != ENGINE:
-            message = f'there is no physics engine "{engine}" here; the physics is that of MuJoCo, "{ENGINE}"'
+        active = world.engine.name
+        if engine not in (MUJOCO.name, active):
+            message = f'there is no physics engine "{engine}"; the active engine is "{active}"'
             world.warn("physics-engine-unavailable", DEFAULT_ENGINE, message)
 
     @property
@@ -148,9 +149,8 @@ class SimulationSetup:
         if self._world.physics is not None and scene.path == self.scene_path and "ravity" in name:
             meters = self._world.meters_per_unit
             enabled = scene.get_enabled_gravity()
-            self._world.physics.model.opt.gravity[:] = [
-                each * meters if enabled else 0.0 for each in scene.get_gravity()
-            ]
+            gravity = scene.get_gravity() if enabled else (0.0, 0.0, 0.0)
+            self._world.physics.set_gravity([each * meters for each in gravity])
 
     def keep_scene_changes(self) -> None:
         """Authors again, on the stage that stop has put back, what was set on scenes while playing."""
@@ -177,23 +177,24 @@ class SimulationSetup:
         return str(self._settings.get(DEFAULT_ENGINE))
 
     def get_active_physics_engine(self) -> str:
-        """The engine that steps the world: "mujoco"."""
-        return ENGINE
+        """The engine that steps the world: "mujoco", unless the App was given another."""
+        return self._world.engine.name
 
     def get_available_physics_engines(self, verbose: bool = False) -> list[tuple[str, bool]]:
         """(name, whether it is the active one) of each engine there is; `verbose` logs them too."""
-        engines = [(ENGINE, True)]
+        engines = [(self.get_active_physics_engine(), True)]
         if verbose:
             _log.info("physics engines: %s", ", ".join(f"{name} (active)" if on else name for name, on in engines))
         return engines
 
     def switch_physics_engine(self, engine: str, verbose: bool = False) -> bool:
         """Makes an engine the active one, upper or lower case; False, and an error in the log, where there is none."""
-        if engine.lower() != ENGINE:
-            _log.error('physics engine "%s" is not available; there is "%s"', engine, ENGINE)
+        active = self.get_active_physics_engine()
+        if engine.lower() != active.lower():
+            _log.error('physics engine "%s" is not available; there is "%s"', engine, active)
             return False
         if verbose:
-            _log.info("physics engine: %s", ENGINE)
+            _log.info("physics engine: %s", active)
         return True
 
     def enable_fabric(self, enable: bool) -> None:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from graph.base.errors import RunError
+from graph.sim.physics.mujoco.engine import MujocoEngine
 from graph.sim.usd import Tf, Usd
 
 if TYPE_CHECKING:
@@ -25,6 +26,13 @@ CONTROL, VALUE = "mjc:ctrl", "mjc:value"
 OUTPUTS = ("mjc:force", "mjc:length", "mjc:velocity")
 
 
+def _engine(world: PlayingWorld) -> MujocoEngine | None:
+    """The engine that plays the model."""
+    engine = world.physics
+    assert engine is None or isinstance(engine, MujocoEngine)
+    return engine
+
+
 class Actuation:
     """An attribute of actuators in Fabric (`graph.sim.state.fabric.Live`): `ctrl`, `force`, `length` or `velocity`."""
 
@@ -33,18 +41,18 @@ class Actuation:
 
     def read(self, path: str) -> Any:
         """The value of now; None while nothing plays and of what is no actuator."""
-        physics = self._world.physics
-        if physics is None or physics.motors is None or path not in self._names:
+        engine = _engine(self._world)
+        if engine is None or engine.motors is None or path not in self._names:
             return None
-        return physics.motors.read(physics.data, self._names[path], self._what)
+        return engine.motors.read(engine.data, self._names[path], self._what)
 
     def write(self, path: str, value: Any) -> None:
         """Take a control. Raises RunError for one that the actuator cannot have; other attributes take nothing."""
-        physics = self._world.physics
-        if self._what != "ctrl" or physics is None or physics.motors is None or path not in self._names:
+        engine = _engine(self._world)
+        if self._what != "ctrl" or engine is None or engine.motors is None or path not in self._names:
             return
         try:
-            physics.motors.write(physics.data, self._names[path], value)
+            engine.motors.write(engine.data, self._names[path], value)
         except (ValueError, TypeError) as error:
             raise RunError(f"{path}.{CONTROL}: {error}") from None
 
@@ -57,12 +65,12 @@ class Sensing:
 
     def read(self, path: str) -> Any:
         """(n,) numbers; None while nothing plays and of what is no sensor."""
-        physics = self._world.physics
-        if physics is None or path not in self._names:
+        engine = _engine(self._world)
+        if engine is None or path not in self._names:
             return None
-        sensor = physics.model.sensor(self._names[path])
+        sensor = engine.model.sensor(self._names[path])
         first = int(sensor.adr[0])
-        return np.array(physics.data.sensordata[first : first + int(sensor.dim[0])])
+        return np.array(engine.data.sensordata[first : first + int(sensor.dim[0])])
 
     def write(self, path: str, value: Any) -> None:
         """A sensor takes nothing."""

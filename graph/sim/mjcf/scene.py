@@ -68,6 +68,11 @@ class MjcfScene:
         """Steps per second that the model's time step stands for [Hz], exact."""
         return 1 / exact.duration(float(self.model.opt.timestep))
 
+    @property
+    def moves(self) -> bool:
+        """Whether anything in the model can move."""
+        return bool(self.model.nv)
+
     def start(self, model: Any, data: Any) -> None:
         """Put data of this model, or of one that has grown from it, into the state that the scene starts in.
 

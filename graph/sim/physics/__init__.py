@@ -1,4 +1,8 @@
-"""Rigid-body physics of a stage, built when the simulation plays and freed when it stops."""
+"""Rigid-body physics of a stage, built when the simulation plays and freed when it stops.
+
+`protocol` says what an engine gives; `read_world` reads the stage into plain data (`model`) for any engine; `mujoco` is
+the default engine. Nothing outside `mujoco` and `graph.sim.mjcf` knows MuJoCo's models and data.
+"""
 
 from __future__ import annotations
 
@@ -12,10 +16,38 @@ if TYPE_CHECKING:
     from graph.sim.mjcf.scene import MjcfScene
     from graph.sim.scene.scan import Scan
 
-    from .model import Volume, World
-    from .mujoco.compile import Compiled
-    from .mujoco.engine import MujocoEngine as MujocoEngine
-    from .mujoco.geoms import Shape
+    from .model import World
+    from .protocol import EngineFactory, PhysicsEngine
+
+
+class Mujoco:
+    """The factory of the default engine (`EngineFactory`); MuJoCo is imported with the first world that needs it."""
+
+    name = "mujoco"
+
+    def __call__(
+        self,
+        world: World,
+        dt: Fraction,
+        *,
+        meters_per_unit: float,
+        fidelity: Fidelity | None,
+        warn: Warn,
+        mjcf: MjcfScene | None,
+    ) -> PhysicsEngine:
+        """The MuJoCo engine of a world.
+
+        fidelity: its knobs `physics.*` choose how it solves (see `solver`); they beat the scene's own attributes. Where
+        neither says it, the integrator is `discrete` with driven joints (it alone keeps stiff drives and contacts
+        stable together) or deformables, and the cheaper `implicitfast` without.
+        """
+        from .mujoco.compile import compiler_of
+        from .mujoco.engine import MujocoEngine
+
+        return MujocoEngine(world, dt, meters_per_unit, compiler_of(fidelity, mjcf), warn)
+
+
+MUJOCO = Mujoco()
 
 
 def build_physics(
@@ -23,17 +55,15 @@ def build_physics(
     dt: Fraction,
     fidelity: Fidelity | None = None,
     *,
+    engine: EngineFactory = MUJOCO,
     warn: Warn = ignore_warning,
     scan: Scan | None = None,
     mjcf: MjcfScene | None = None,
-) -> MujocoEngine | None:
-    """The stage's dynamics with time step `dt` [s], at the state the stage describes; None if nothing can move.
+) -> PhysicsEngine | None:
+    """An engine with the stage's dynamics and steps of `dt` [s], in the state of the stage; None if nothing can move.
 
     mjcf: the model that the stage mirrors; it is simulated as it is, and the stage's other bodies and colliders in it.
-    fidelity: its knobs `physics.*` choose how the engine solves (see `solver`); they beat the scene's own attributes.
-    Where neither says it, the integrator is `discrete` with driven joints (it alone keeps stiff drives and contacts
-    stable together) or deformables, and the cheaper `implicitfast` without. Raises UserError if the
-    engine refuses the scene.
+    Raises UserError if the engine refuses the scene.
     """
     from graph.sim.scene.scan import scan_stage
 
@@ -43,34 +73,12 @@ def build_physics(
     if mjcf is not None:
         mjcf.settle(warn)
     scan = scan or scan_stage(stage)
-    if not scan.dynamic and not scan.soft and not (mjcf and mjcf.model.nv):
+    moves = scan.dynamic or (mjcf is not None and mjcf.moves)
+    if not moves and not scan.soft:
         return None
-    from .mujoco.compile import compile_world
-    from .mujoco.engine import MujocoEngine
     from .read_world import read_world
-    from .solver import chosen
-
-    volumes: dict[Shape, Volume] = {}
-
-    def compiled(world: World, dt: Fraction, warn: Warn) -> Compiled:
-        options = chosen(fidelity).over(world.options)
-        if mjcf is None:
-            return compile_world(world, dt, options, warn, volumes=volumes)
-        from graph.sim.mjcf.playing import compile_scene
-
-        return compile_scene(mjcf, world, dt, options, warn, volumes)
 
     world = read_world(scan, warn)
-    if not scan.dynamic and not world.softs and not (mjcf and mjcf.model.nv):
+    if not moves and not world.softs:
         return None
-    physics = MujocoEngine(compiled(world, dt, warn), dt, scan.meters_per_unit)
-    physics.world, physics.compile = world, compiled
-    return physics
-
-
-def __getattr__(name: str) -> Any:
-    if name == "MujocoEngine":
-        from .mujoco.engine import MujocoEngine
-
-        return MujocoEngine
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return engine(world, dt, meters_per_unit=scan.meters_per_unit, fidelity=fidelity, warn=warn, mjcf=mjcf)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,156 +11,160 @@ from numpy.typing import NDArray
 from graph.sim.transforms import Floats
 
 if TYPE_CHECKING:
-    from graph.sim.physics.model import Joint
-    from graph.sim.physics.mujoco.engine import MujocoEngine
+    from .model import Joint
+    from .protocol import PhysicsEngine, Rows
+
+Values = Sequence[float] | Floats
+
+
+class _Found(NamedTuple):
+    """The joints of a mechanism: their numbers among the engine's, and what never changes of them."""
+
+    rows: Rows
+    paths: tuple[str, ...]
+    names: tuple[str, ...]
+    model_names: dict[str, int]
+    scale: Floats
+    limits: Floats
+    linear: NDArray[np.bool_]
 
 
 class Articulation:
     """The joints with one degree of freedom of the mechanism at a path, in stage order.
 
-    Positions and velocities are radians and stage units, efforts N m and N: what the node library uses.
+    Positions and velocities are radians and stage units, efforts N m and N: what the node library uses. It finds its
+    joints again after the engine has adopted another world.
     """
 
-    def __init__(self, physics: MujocoEngine, root: str, meters_per_unit: float) -> None:
+    def __init__(self, engine: PhysicsEngine, root: str, meters_per_unit: float) -> None:
         self.path = root
-        self._physics = physics
+        self.engine = engine
         self._meters_per_unit = meters_per_unit
-        self.bind()
+        self._known = engine.joints
+        self._joints = self._find()
 
-    def bind(self) -> None:
-        """Find the joints in the engine's model, anew after it was compiled anew."""
-        physics, root, meters_per_unit = self._physics, self.path, self._meters_per_unit
-        joints = [joint for joint in _connected(physics.joints, root) if joint.kind in ("revolute", "prismatic")]
-        self.joint_paths = tuple(joint.path for joint in joints)
-        self.joint_names = tuple(path.rpartition("/")[2] for path in self.joint_paths)
-        self.model_names = {joint.name: number for number, joint in enumerate(joints) if joint.name}
+    @property
+    def _now(self) -> _Found:
+        if self._known is not self.engine.joints:
+            self._known, self._joints = self.engine.joints, self._find()
+        return self._joints
+
+    def _find(self) -> _Found:
+        known = self.engine.joints
+        rows = [row for row in _connected(known, self.path) if known[row].kind in ("revolute", "prismatic")]
+        joints = [known[row] for row in rows]
+        linear = np.array([joint.kind == "prismatic" for joint in joints], dtype=np.bool_)
+        scale = np.where(linear, 1 / self._meters_per_unit, 1.0)
+        ends = np.array([(joint.lower, joint.upper) for joint in joints]).reshape(-1, 2)
+        return _Found(
+            np.array(rows, dtype=np.intp),
+            tuple(joint.path for joint in joints),
+            tuple(joint.path.rpartition("/")[2] for joint in joints),
+            {joint.name: number for number, joint in enumerate(joints) if joint.name},
+            scale,
+            ends * scale[:, None],
+            linear,
+        )
+
+    @property
+    def joint_paths(self) -> tuple[str, ...]:
+        """Paths of the joints' prims; of one axis of a joint with several, with `:` and the axis."""
+        return self._now.paths
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """The last parts of the paths."""
+        return self._now.names
+
+    @property
+    def model_names(self) -> dict[str, int]:
         """Numbers of joints by what the model that they come from calls them."""
-        self._joints = joints
-        self._scale = np.array([1.0 if joint.kind == "revolute" else 1 / meters_per_unit for joint in joints])
-        self._position = np.array([physics.qpos_address(joint) for joint in joints], dtype=np.intp)
-        self._velocity = np.array([physics.dof(joint) for joint in joints], dtype=np.intp)
-        actuators = [physics.actuator(joint) for joint in joints]
-        self._actuator = np.array([-1 if number is None else number for number in actuators], dtype=np.intp)
-
-    def belongs_to(self, physics: MujocoEngine) -> bool:
-        """Whether these are joints of that physics."""
-        return self._physics is physics
+        return self._now.model_names
 
     @property
     def driven(self) -> NDArray[np.bool_]:
         """(J,) which joints have a drive; position and velocity targets of the others have no effect."""
-        driven = self._actuator >= 0
-        motors = self._physics.motors
-        return driven if motors is None else driven | motors.driven(self._joints)
+        return self.engine.driven(self._now.rows)
 
     @property
     def positions(self) -> Floats:
         """(J,) joint positions [rad or stage units]."""
-        out: Floats = self._physics.data.qpos[self._position] * self._scale
+        now = self._now
+        out: Floats = self.engine.joint_positions(now.rows) * now.scale
         return out
 
     @property
     def velocities(self) -> Floats:
         """(J,) joint velocities [rad/s or stage units/s]."""
-        out: Floats = self._physics.data.qvel[self._velocity] * self._scale
+        now = self._now
+        out: Floats = self.engine.joint_velocities(now.rows) * now.scale
         return out
 
     @property
     def efforts(self) -> Floats:
         """(J,) efforts along the joints [N m or N] in the last physics step: drives, applied efforts and limits."""
-        from graph.sim.physics.mujoco.forces import joint_efforts
-
-        out: Floats = joint_efforts(self._physics)[self._velocity]
-        return out
+        return self.engine.joint_efforts(self._now.rows)
 
     @property
     def reactions(self) -> Floats:
         """(J, 6) force [N] and torque [N m] that joints pass on to their second bodies, in the joint's frame there."""
-        from graph.sim.physics.mujoco.forces import joint_reactions
-
-        return joint_reactions(self._physics, self._joints)
+        return self.engine.joint_reactions(self._now.rows)
 
     @property
     def limits(self) -> Floats:
         """(J, 2) lowest and highest positions [rad or stage units]; infinite where there is no limit."""
-        ends = np.array([(joint.lower, joint.upper) for joint in self._joints]).reshape(-1, 2)
-        out: Floats = ends * self._scale[:, None]
-        return out
+        return self._now.limits.copy()
 
     @property
     def linear(self) -> NDArray[np.bool_]:
         """(J,) which joints slide; the others turn."""
-        return np.array([joint.kind == "prismatic" for joint in self._joints], dtype=np.bool_)
+        return self._now.linear.copy()
 
     def set_targets(
         self,
-        positions: Sequence[float] | Floats | None = None,
-        velocities: Sequence[float] | Floats | None = None,
-        efforts: Sequence[float] | Floats | None = None,
+        positions: Values | None = None,
+        velocities: Values | None = None,
+        efforts: Values | None = None,
         joints: Sequence[int] | None = None,
     ) -> None:
-        """Set what the drives aim at, and efforts that act besides them until set anew.
+        """Set what the drives aim at, and efforts that act besides them until set again.
 
         Each array has one number per joint (or per entry of `joints`, joint numbers); NaN leaves that joint alone, an
         empty array or None all of them. Raises ValueError, having changed nothing, if an array has another length.
         """
-        chosen = np.arange(len(self.joint_paths)) if joints is None else np.asarray(joints, dtype=np.intp)
-        commands = [
-            self._command(name, values, len(chosen))
-            for name, values in (("positions", positions), ("velocities", velocities), ("efforts", efforts))
+        rows, chosen = self._now.rows, self._chosen(joints)
+        aims = [
+            self._command("positions", positions, len(chosen)),
+            self._command("velocities", velocities, len(chosen)),
         ]
-        for column, values in enumerate(commands[:2]):
-            if values is not None:
-                wanted = ~np.isnan(values) & (self._actuator[chosen] >= 0)
-                rows = chosen[wanted]
-                self._physics.drives.targets[self._actuator[rows], column] = values[wanted] / self._scale[rows]
-        if self._physics.motors is not None:
-            commands[2] = self._command_motors(chosen, commands)
-        if commands[2] is not None:
-            wanted = ~np.isnan(commands[2])
-            self._physics.data.qfrc_applied[self._velocity[chosen[wanted]]] = commands[2][wanted]
-        self._physics.drives.apply(self._physics.data)
+        forces = self._command("efforts", efforts, len(chosen))
+        scale = self._now.scale[chosen]
+        position, velocity = (None if values is None else values / scale for values in aims)
+        self.engine.set_joint_targets(rows[chosen], position, velocity, forces)
 
-    def _command_motors(self, chosen: NDArray[np.intp], commands: Sequence[Floats | None]) -> Floats | None:
-        """Hand commands to the actuators that a model brings; returns the efforts that none of them gives."""
-        motors, data = self._physics.motors, self._physics.data
-        assert motors is not None
-        nothing = np.full(len(chosen), np.nan)
-        scale = self._scale[chosen]
-        positions, velocities = (nothing if values is None else values / scale for values in (commands[0], commands[1]))
-        left = None if commands[2] is None else commands[2].copy()
-        for place, number in enumerate(chosen):
-            path = self.joint_paths[number]
-            if not (np.isnan(positions[place]) and np.isnan(velocities[place])):
-                motors.command(data, path, float(positions[place]), float(velocities[place]))
-            if left is not None and not np.isnan(left[place]) and motors.push(data, path, float(left[place])):
-                left[place] = np.nan
-        return left
-
-    def set_positions(self, positions: Sequence[float] | Floats, joints: Sequence[int] | None = None) -> None:
+    def set_positions(self, positions: Values, joints: Sequence[int] | None = None) -> None:
         """Put joints at positions [rad or stage units] at once; NaN leaves one alone. What aims at them stays."""
-        self._put(self._physics.data.qpos, self._position, "positions", positions, joints)
-        self._physics.moved()
+        rows, values = self._wanted("positions", positions, joints)
+        self.engine.set_joint_positions(rows, values)
 
-    def set_velocities(self, velocities: Sequence[float] | Floats, joints: Sequence[int] | None = None) -> None:
+    def set_velocities(self, velocities: Values, joints: Sequence[int] | None = None) -> None:
         """Give joints velocities [rad/s or stage units/s] at once; NaN leaves one alone."""
-        self._put(self._physics.data.qvel, self._velocity, "velocities", velocities, joints)
+        rows, values = self._wanted("velocities", velocities, joints)
+        self.engine.set_joint_velocities(rows, values)
 
-    def _put(
-        self,
-        into: Floats,
-        addresses: NDArray[np.intp],
-        name: str,
-        given: Sequence[float] | Floats,
-        joints: Sequence[int] | None,
-    ) -> None:
-        chosen = np.arange(len(self.joint_paths)) if joints is None else np.asarray(joints, dtype=np.intp)
+    def _chosen(self, joints: Sequence[int] | None) -> Rows:
+        return np.arange(len(self._now.rows)) if joints is None else np.asarray(joints, dtype=np.intp)
+
+    def _wanted(self, name: str, given: Values, joints: Sequence[int] | None) -> tuple[Rows, Floats]:
+        """The engine's rows of the joints that get a value, and the values in SI units."""
+        now, chosen = self._now, self._chosen(joints)
         values = self._command(name, given, len(chosen))
-        if values is not None:
-            rows = chosen[~np.isnan(values)]
-            into[addresses[rows]] = values[~np.isnan(values)] / self._scale[rows]
+        if values is None:
+            return now.rows[:0], np.zeros(0)
+        some = ~np.isnan(values)
+        return now.rows[chosen[some]], values[some] / now.scale[chosen[some]]
 
-    def _command(self, name: str, values: Sequence[float] | Floats | None, width: int) -> Floats | None:
+    def _command(self, name: str, values: Values | None, width: int) -> Floats | None:
         if values is None or not len(values):
             return None
         out = np.asarray(values, dtype=np.float64)
@@ -171,8 +175,8 @@ class Articulation:
         return out
 
 
-def _connected(joints: Sequence[Joint], root: str) -> list[Joint]:
-    """The joints at, below or on bodies below a path, and all that bodies connect with them."""
+def _connected(joints: Sequence[Joint], root: str) -> list[int]:
+    """Numbers of the joints at, below or on bodies below a path, and of all that bodies connect with them."""
 
     def inside(path: str | None) -> bool:
         if path is None:
@@ -186,6 +190,6 @@ def _connected(joints: Sequence[Joint], root: str) -> list[Joint]:
     while True:
         more = {joint.path for joint in joints if not bodies.isdisjoint(joint.bodies)} - found
         if not more:
-            return [joint for joint in joints if joint.path in found]
+            return [number for number, joint in enumerate(joints) if joint.path in found]
         found |= more
         bodies |= {body for joint in joints if joint.path in more for body in joint.bodies if body}

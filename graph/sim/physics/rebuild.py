@@ -1,4 +1,4 @@
-"""A changed stage in a running physics: compiled anew in place, what did not change goes on as it was."""
+"""Changes of the stage in a running engine: it adopts the changed world, and what did not change keeps its state."""
 
 from __future__ import annotations
 
@@ -13,21 +13,19 @@ from graph.sim.transforms import Floats
 
 from .authored_settings import check_settings
 from .model import Collider, World
-from .mujoco.engine import MujocoEngine
+from .protocol import PhysicsEngine
 from .read_world import Known, read_world
 
 
 def rebuild(
-    physics: MujocoEngine, stage: Any, touched: Iterable[str], warn: Warn, promoted: Mapping[str, bool] | None = None
+    physics: PhysicsEngine, stage: Any, touched: Iterable[str], warn: Warn, promoted: Mapping[str, bool] | None = None
 ) -> bool:
-    """Compile the stage's dynamics anew and go on from the state of now; False if nothing could move any more.
+    """Have the engine adopt the stage as it is now, in the state of now; False if nothing can move any more.
 
     touched: paths of prims that were edited. Mechanisms (bodies that joints connect) with nothing edited at, above or
     below their prims keep their rest poses and all that is derived from them; the others rest where they are now.
-    promoted: see `Scan`. Raises UserError, the physics unchanged, where the engine refuses the scene.
+    promoted: see `Scan`. Raises UserError, the engine unchanged, where it refuses the scene.
     """
-    assert physics.world is not None
-    assert physics.compile is not None
     check_settings(stage, warn, mirrors=bool(physics.world.given))
     scan = scan_stage(stage, promoted)
     if not scan.dynamic:
@@ -42,31 +40,27 @@ def rebuild(
     }
     world = read_world(scan, warn, _parts(old, same))
     compiled_from_elsewhere = frozenset(physics.body_paths).difference(rest)
-    physics.adopt(physics.compile(world, physics.dt, warn), same | compiled_from_elsewhere)
-    physics.world = world
+    physics.adopt(world, same | compiled_from_elsewhere, warn)
     return True
 
 
 def restart(
-    physics: MujocoEngine,
+    physics: PhysicsEngine,
     stage: Any,
     poses: Mapping[str, Floats],
     warn: Warn,
     promoted: Mapping[str, bool] | None = None,
 ) -> None:
-    """Start anew with the bodies at `poses` (rigid, metres), velocities, drives and grippers as the stage has them."""
-    assert physics.world is not None
-    assert physics.compile is not None
+    """Start again with the bodies at `poses` (rigid, metres), velocities, drives and grippers as the stage has them."""
     world = physics.world
     if any(not np.array_equal(body.pose, poses.get(body.path, body.pose)) for body in world.bodies):
         scan = scan_stage(stage, promoted)
         scan.placed = {path: pose for path, pose in poses.items() if path in scan.bodies}
         world = read_world(scan, warn)
-    physics.adopt(physics.compile(world, physics.dt, warn), None)
-    physics.world = world
+    physics.adopt(world, None, warn)
 
 
-def _pose(physics: MujocoEngine, number: int) -> Floats:
+def _pose(physics: PhysicsEngine, number: int) -> Floats:
     out = np.eye(4)
     out[:3, :3], out[:3, 3] = physics.rotations[number], physics.positions[number]
     return out

@@ -158,14 +158,11 @@ class Animation:
     def _give(self, paths: list[str], poses: Floats, speeds: Floats) -> None:
         physics, fabric = self._world.physics, self._world.fabric
         known = frozenset(physics.body_paths) if physics is not None else frozenset[str]()
-        frames, velocities = {}, {}
-        for path, pose, speed in zip(paths, poses, speeds, strict=True):
-            if physics is not None and path in known:
-                physics.set_pose(path, pose)
-            else:
-                frames[path] = pose
-            velocities[path] = speed
-        fabric.set_frames(frames, velocities)
+        if physics is not None:
+            inside = [number for number, path in enumerate(paths) if path in known]
+            physics.set_poses([paths[number] for number in inside], poses[inside])
+        frames = {path: pose for path, pose in zip(paths, poses, strict=True) if path not in known}
+        fabric.set_frames(frames, dict(zip(paths, speeds, strict=True)))
 
     def _before_physics(self) -> None:
         stepping, timeline = self._stepping, self._timeline

@@ -52,8 +52,9 @@ def _velocity(world: PlayingWorld, path: str) -> bool:
     turn = _parent_rotation(prim)
     linear = turn @ _vector(body.GetVelocityAttr()) * world.meters_per_unit
     angular = turn @ np.radians(_vector(body.GetAngularVelocityAttr()))
-    arm = physics.center_of_mass(path) - physics.positions[physics.body_paths.index(path)]
-    physics.set_velocity(path, np.concatenate([linear - np.cross(angular, arm), angular]))
+    row = physics.body_paths.index(path)
+    arm = physics.centers_of_mass[row] - physics.positions[row]
+    physics.set_velocities((path,), np.concatenate([linear - np.cross(angular, arm), angular])[None])
     world.fabric.touched()
     return True
 

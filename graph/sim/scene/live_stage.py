@@ -180,7 +180,9 @@ class LiveStage:
         if physics is None:
             scan = scan_stage(world.stage, fabric.promoted)
             dt = 1 / world.steps_per_second
-            physics = build_physics(world.stage, dt, world.fidelity, warn=world.warn, scan=scan, mjcf=world.mjcf)
+            physics = build_physics(
+                world.stage, dt, world.fidelity, engine=world.engine, warn=world.warn, scan=scan, mjcf=world.mjcf
+            )
         elif not rebuild(physics, world.stage, paths, world.warn, fabric.promoted):
             physics, gone = None, physics
         world.physics = physics
@@ -234,7 +236,7 @@ class LiveStage:
         physics = self._world.physics
         paths = (*(physics.body_paths if physics is not None else ()), *self._fabric.promoted)
         found = dict(zip(paths, self._fabric.rigid_matrices(paths).copy(), strict=True)) if paths else {}
-        if physics is not None and physics.world is not None:
+        if physics is not None:
             found.update({body.path: body.pose for body in physics.world.bodies})
         return found
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 if TYPE_CHECKING:
     from graph.sim.fidelity import Fidelity
     from graph.sim.geometry.surfaces import Mesh, Plane
-    from graph.sim.physics.mujoco.engine import MujocoEngine
+    from graph.sim.physics.protocol import EngineFactory, PhysicsEngine
     from graph.sim.scene.stage import Warn
 
     from .editing import WhenPlaying
@@ -20,10 +20,11 @@ class PlayingWorld(Protocol):
     stage: Any
     mjcf: Any
     fabric: Any
+    engine: EngineFactory
     fidelity: Fidelity
     warn: Warn
     when_playing: WhenPlaying
-    physics: MujocoEngine | None
+    physics: PhysicsEngine | None
     built: bool
     meters_per_unit: float
     steps_per_second: Fraction

@@ -93,7 +93,7 @@ class Fabric(FabricPoses):
         if path in self._frames:
             self._frames[path] = pose
         elif self._physics is not None:
-            self._physics.set_pose(path, pose)
+            self._physics.set_poses((path,), pose[None])
         self._latest = None
         self.stamp += 1
 

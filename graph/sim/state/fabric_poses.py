@@ -19,7 +19,7 @@ from .fabric_values import FabricValues
 from .poses import Poses
 
 if TYPE_CHECKING:
-    from graph.sim.physics.mujoco.engine import MujocoEngine
+    from graph.sim.physics.protocol import PhysicsEngine
 
 NOTHING: Mapping[str, Floats] = MappingProxyType({})
 
@@ -47,7 +47,7 @@ class FabricPoses(FabricValues):
         """Still prims that users have moved while playing, bodies since; whether what is below each goes with it."""
         self.promote: Callable[[str], bool] | None = None
         """Asked before a still prim is placed: makes it one if physics or rays look at it; set while playing."""
-        self._physics: MujocoEngine | None = None
+        self._physics: PhysicsEngine | None = None
         self._layout: dict[str, int] = {}
         self._frames: dict[str, Floats] = {}
         self._speeds: dict[str, Floats] = {}
@@ -60,7 +60,7 @@ class FabricPoses(FabricValues):
 
     # -- life --------------------------------------------------------------------------------------------------------
 
-    def bind(self, physics: MujocoEngine | None) -> None:
+    def bind(self, physics: PhysicsEngine | None) -> None:
         """Follow the bodies of a world that starts to play, or is another from now on (None: nothing moves)."""
         self._physics = physics
         bodies = physics.body_paths if physics else ()
@@ -68,7 +68,7 @@ class FabricPoses(FabricValues):
         self._residuals = {path: self._residual(path) for path in (*bodies, *self._frames)}
         self._number_rows()
 
-    def rebind(self, physics: MujocoEngine | None, touched: Sequence[str]) -> None:
+    def rebind(self, physics: PhysicsEngine | None, touched: Sequence[str]) -> None:
         """Follow the bodies of a world that was compiled anew; what is at and below `touched` may have another size."""
         prefixes = tuple(f"{path.rstrip('/')}/" for path in touched)
         self._residuals = {

@@ -11,7 +11,7 @@ import numpy as np
 from graph.sim.transforms import Floats
 
 if TYPE_CHECKING:
-    from graph.sim.physics.mujoco.engine import MujocoEngine
+    from graph.sim.physics.protocol import PhysicsEngine, Snapshot
 
 
 class Poses:
@@ -25,7 +25,7 @@ class Poses:
     def __init__(
         self,
         stamp: int,
-        physics: MujocoEngine | None,
+        physics: PhysicsEngine | None,
         layout: Mapping[str, int],
         written: Mapping[str, Floats],
         frames: Floats | None = None,
@@ -36,11 +36,10 @@ class Poses:
         self.layout = layout
         if physics is None:
             self.positions, self._rotations = np.zeros((0, 3)), np.zeros((0, 3, 3))
-            self._motion_of, self._state, self._deformables = None, None, None
+            self._snapshot: Snapshot | None = None
         else:
             self.positions, self._rotations = physics.positions.copy(), physics.rotations.copy()
-            self._motion_of, self._state = physics.motion, physics.state()
-            self._deformables = physics.deformables
+            self._snapshot = physics.snapshot()
         self.bodies = len(self.positions)
         """How many rows are bodies of physics."""
         if frames is not None:
@@ -62,9 +61,7 @@ class Poses:
 
     def points(self, path: str) -> Floats | None:
         """(p, 3) the points of a prim that physics deforms, in the world [m]; None of one that it does not."""
-        if self._deformables is None or self._state is None or path not in self._deformables.paths:
-            return None
-        return self._deformables.points(path, self._state[0])
+        return None if self._snapshot is None else self._snapshot.points(path)
 
     def velocities(self, bodies: Iterable[str]) -> Floats:
         """(n, 6) of the origins of bodies: linear [m/s], angular [rad/s], world axes; 0 if it does not move."""
@@ -75,8 +72,8 @@ class Poses:
     def _motion(self) -> Floats:
         """(B + F + 1, 6) of all bodies; the last row does not move, nor do bodies once physics is freed."""
         out = np.zeros((len(self.positions) + 1, 6))
-        if self._motion_of is not None and self._state is not None and not self._motion_of.closed:
-            out[: self.bodies] = self._motion_of.velocities(self._state)
+        if self._snapshot is not None:
+            out[: self.bodies] = self._snapshot.velocities()
         for path, speed in self._speeds.items():
             if path in self.layout:
                 out[self.layout[path]] = speed

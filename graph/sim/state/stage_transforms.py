@@ -18,7 +18,7 @@ from .fabric import Fabric
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from graph.sim.physics.mujoco.engine import MujocoEngine
+    from graph.sim.physics.protocol import PhysicsEngine
 
 
 class StageTransforms(Fabric):
@@ -37,7 +37,7 @@ class StageTransforms(Fabric):
         self.carried: Callable[[str], None] | None = None
         """Told of each body that is placed, to take along the bodies below it (set while playing)."""
 
-    def bind(self, physics: MujocoEngine | None) -> None:
+    def bind(self, physics: PhysicsEngine | None) -> None:
         """Follow the bodies of a world, and write them from now on. Raises UserError for one that cannot be written."""
         super().bind(physics)
         self._attach()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import fnmatch
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,28 +14,11 @@ from graph.sim.transforms import Floats
 
 if TYPE_CHECKING:
     from graph.sim.physics.articulation import Articulation
-    from graph.sim.physics.mujoco.engine import MujocoEngine
+    from graph.sim.physics.protocol import Contacts, PhysicsEngine, Snapshot
     from graph.sim.scene.playing_world import PlayingWorld
 
 Which = Sequence[str] | str | None
 """Some bodies or joints: paths or a pattern such as `/World/Box_*`; None: all of them."""
-
-
-@dataclass(frozen=True)
-class Contacts:
-    """The contacts of the last physics step, n of them.
-
-    pairs: paths of the two colliders; bodies: of the bodies they belong to, empty for what does not move. positions
-    (n, 3) [m], normals (n, 3) from the first to the second, distances (n,) [m], below 0 where they overlap. impulses
-    (n, 3): what the first gives to the second in the step [N s]. World axes.
-    """
-
-    pairs: tuple[tuple[str, str], ...]
-    bodies: tuple[tuple[str, str], ...]
-    positions: Floats
-    normals: Floats
-    distances: Floats
-    impulses: Floats
 
 
 class Tensors:
@@ -106,16 +88,62 @@ class Tensors:
         Raises RunError, nothing changed, for a body that is not free, ValueError for wrong shapes.
         """
         physics, rows = self._chosen(bodies)
-        fixed = [physics.body_paths[row] for row in rows if not physics.is_free(row + 1)]
+        paths = [physics.body_paths[row] for row in rows]
         now = physics.velocities()[rows]
         motion = np.concatenate(
             [_rows("linear", linear, now[:, :3], 3), _rows("angular", angular, now[:, 3:], 3)], axis=1
         )
-        for path in fixed[:1]:
-            physics.set_velocity(path, motion[0])  # says why not
-        for row, one in zip(rows, motion, strict=True):
-            physics.set_velocity(physics.body_paths[row], one)
+        held = [path for path in paths if not physics.is_free(path)]
+        if held:
+            physics.set_velocities(held[:1], motion[:1])  # says why not
+        physics.set_velocities(paths, motion)
         self._world.fabric.touched()
+
+    @property
+    def masses(self) -> Floats:
+        """(B,) [kg]."""
+        physics = self._physics()
+        return np.zeros(0) if physics is None else physics.masses
+
+    @property
+    def inertias(self) -> Floats:
+        """(B, 3, 3) about the bodies' centres of mass, along the bodies' axes [kg m2]."""
+        physics = self._physics()
+        return np.zeros((0, 3, 3)) if physics is None else physics.inertias
+
+    @property
+    def centers_of_mass(self) -> Floats:
+        """(B, 3) in the world [m]."""
+        physics = self._physics()
+        return np.zeros((0, 3)) if physics is None else physics.centers_of_mass
+
+    def set_forces(self, forces: Any = None, torques: Any = None, bodies: Which = None) -> None:
+        """Have forces at the centres of mass and torques act on bodies in every step until they are set again.
+
+        (n, 3) [N] and (n, 3) [N m], or one for all, world axes; None is zero. Kinematic bodies do not feel them. Raises
+        ValueError for wrong shapes.
+        """
+        physics, rows = self._chosen(bodies)
+        none = np.zeros((len(rows), 3))
+        wrenches = np.concatenate([_rows("forces", forces, none, 3), _rows("torques", torques, none, 3)], axis=1)
+        physics.set_forces([physics.body_paths[row] for row in rows], wrenches)
+
+    # -- state -------------------------------------------------------------------------------------------------------
+
+    def snapshot(self) -> Snapshot | None:
+        """Positions and velocities of all bodies and joints, for `restore`; None where nothing can move."""
+        physics = self._physics()
+        return None if physics is None else physics.snapshot()
+
+    def restore(self, snapshot: Snapshot | None) -> None:
+        """Go back to a snapshot of this play; clocks, targets and forces stay as they are.
+
+        Raises RunError for a snapshot from before the last play or recompilation.
+        """
+        physics = self._physics()
+        if physics is not None and snapshot is not None:
+            physics.restore(snapshot)
+            self._world.fabric.touched()
 
     # -- joints ------------------------------------------------------------------------------------------------------
 
@@ -167,27 +195,23 @@ class Tensors:
     @property
     def contacts(self) -> Contacts:
         """What touched what in the last physics step, and how hard."""
-        physics = self._physics()
-        if physics is None:
-            return Contacts((), (), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros((0, 3)))
-        from graph.sim.physics.mujoco.forces import contact_arrays
+        from graph.sim.physics.protocol import Contacts
 
-        return Contacts(*contact_arrays(physics))
+        physics = self._physics()
+        return Contacts() if physics is None else physics.contacts()
 
     # -- inside ------------------------------------------------------------------------------------------------------
 
-    def _physics(self) -> MujocoEngine | None:
+    def _physics(self) -> PhysicsEngine | None:
         if not self._world.built:
             raise RunError("there is no physics state while the simulation is stopped; call app.play() first")
         return self._world.physics
 
     def _motion(self) -> Floats:
         physics = self._physics()
-        if physics is None:
-            return np.zeros((0, 6))
-        return physics.motion.velocities(physics.state())
+        return np.zeros((0, 6)) if physics is None else physics.velocities()
 
-    def _chosen(self, which: Which) -> tuple[MujocoEngine, list[int]]:
+    def _chosen(self, which: Which) -> tuple[PhysicsEngine, list[int]]:
         physics = self._physics()
         paths = physics.body_paths if physics is not None else ()
         rows = _select(which, paths, "body that can move")
@@ -201,9 +225,8 @@ class Tensors:
         physics = self._physics()
         if physics is None:
             return None
-        if self._joints is None or not self._joints.belongs_to(physics):
+        if self._joints is None or self._joints.engine is not physics:
             self._joints = Articulation(physics, "/", 1.0)
-            physics.keep(self._joints)
         return self._joints
 
     def _chosen_joints(self, which: Which) -> tuple[Articulation, list[int]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from graph.sim.physics.mass_properties import Inertia, body_inertia
 from graph.sim.physics.materials import Touch
 from graph.sim.physics.model import Body, Collider, Gripper, Joint, Volume, World
 from graph.sim.physics.soft import Soft
-from graph.sim.physics.solver import CHOICES, SWITCHES, SolverOptions
+from graph.sim.physics.solver import CHOICES, SWITCHES, SolverOptions, chosen
 from graph.sim.scene.stage import Warn
 from graph.sim.transforms import Floats
 
@@ -27,6 +27,10 @@ from .deformables import add_soft
 from .geoms import Grip, Meshes, Shape, add_geom, compiled, measured, new_spec, still
 from .library import mujoco
 from .restitution import NO_RESTITUTION, Restitution
+
+if TYPE_CHECKING:
+    from graph.sim.fidelity import Fidelity
+    from graph.sim.mjcf.scene import MjcfScene
 
 Start = Callable[[Any, Any], None]
 """Puts a model's data into the state that its scene starts in."""
@@ -63,6 +67,21 @@ class Base:
     bodies: tuple[Body, ...]
     joints: tuple[Joint, ...]
     start: Start | None = None
+
+
+def compiler_of(fidelity: Fidelity | None, mjcf: MjcfScene | None) -> Callable[[World, Fraction, Warn], Compiled]:
+    """What makes the model of a world, and of its later versions; shapes are measured once for all of them."""
+    volumes: dict[Shape, Volume] = {}
+
+    def compiled_world(world: World, dt: Fraction, warn: Warn) -> Compiled:
+        options = chosen(fidelity).over(world.options)
+        if mjcf is None:
+            return compile_world(world, dt, options, warn, volumes=volumes)
+        from graph.sim.mjcf.playing import compile_scene
+
+        return compile_scene(mjcf, world, dt, options, warn, volumes)
+
+    return compiled_world
 
 
 def compile_world(

@@ -1,17 +1,19 @@
-"""MuJoCo as the engine of a world: steps, poses, velocities, drives."""
+"""MuJoCo as the engine of a world: steps, poses, velocities, joints, contacts."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from graph.base.errors import RunError
 from graph.sim import transforms
-from graph.sim.physics.articulation import Articulation
-from graph.sim.physics.model import Joint, World
+from graph.sim.physics import protocol
+from graph.sim.physics.model import World
+from graph.sim.physics.protocol import PhysicsEngine, Rows, Snapshot
 from graph.sim.scene.stage import Warn
 from graph.sim.transforms import Floats
 
@@ -19,15 +21,21 @@ from .compile import Compiled
 from .contacts import Contacts
 from .deformables import Deformables
 from .drives import Drives
-from .grippers import SurfaceGripper
+from .forces import colliders_of, contacts_of
+from .grippers import WeldGripper
+from .initial_state import set_initial_state
+from .joints import Joints
 from .library import mujoco
 from .motors import Motors
 from .restitution import Bounces
-from .snapshot import Motion, State, body_velocities
+from .snapshot import Motion, MujocoSnapshot
 from .surfaces import Surfaces
 
 if TYPE_CHECKING:
     from graph.sim.mjcf.flexes import Flexes
+
+Compile = Callable[[World, Fraction, Warn], Compiled]
+"""Makes the model of a world with steps of so many seconds."""
 
 _BAD = tuple(
     int(kind)
@@ -35,20 +43,20 @@ _BAD = tuple(
 )
 
 
-class MujocoEngine:
-    """The bodies of a playing world, metres and seconds. `body_paths` orders every array over bodies."""
+class MujocoEngine(PhysicsEngine):
+    """The bodies of a playing world. `model` and `data` are MuJoCo's own; only this package and `graph.sim.mjcf` read
+    them. Bodies are numbered from 1 in the model, in the order of `body_paths`."""
 
-    def __init__(self, compiled: Compiled, dt: Fraction, meters_per_unit: float = 1.0) -> None:
+    name = "mujoco"
+
+    def __init__(self, world: World, dt: Fraction, meters_per_unit: float, compiler: Compile, warn: Warn) -> None:
         self.meters_per_unit = meters_per_unit
         self.closed = False
         self.dt = dt
-        self._articulations: dict[str, Articulation] = {}
-        self._kept: list[Articulation] = []
-        self.world: World | None = None
-        """What the model was compiled from, and by what (`compile`); for compiling it anew (see `rebuild`)."""
-        self.compile: Callable[[World, Fraction, Warn], Compiled] | None = None
-        self._load(compiled)
-        self._start(compiled)
+        self._compile = compiler
+        self.world = world
+        self._load(compiler(world, dt, warn))
+        set_initial_state(self)
 
     def _load(self, compiled: Compiled) -> None:
         self.compiled = compiled
@@ -63,15 +71,15 @@ class MujocoEngine:
         self._positions: Floats = self.data.xpos[bodies]
         self._quaternions: Floats = self.data.xquat[bodies]
         self._rotations: Floats = self.data.xmat[bodies].reshape(-1, 3, 3)
-        self.motion = Motion(self.model, len(self.body_paths))
+        self._motion = Motion(self.model, len(self.body_paths))
         self._surfaces: Surfaces | None = None
+        self._joints: Joints | None = None
+        self._colliders: list[tuple[str, str]] | None = None
         self._stale = False
         self.taken = 0
-        """How many steps the last call of `step` has done."""
         self.drives = Drives(self.model, self.joints)
-        self._grippers = {spec.path: SurfaceGripper(self, spec) for spec in compiled.grippers}
-        self._actuators = {joint.path: number for number, joint in enumerate(self.drives.joints)}
-        self.contacts = Contacts(self.model, compiled.touches)
+        self._grippers = {spec.path: WeldGripper(self, spec) for spec in compiled.grippers}
+        self.friction = Contacts(self.model, compiled.touches)
         self._bounces = Bounces(self.model, compiled.restitution) if compiled.restitution else None
         self.deformables: Deformables | Flexes = Deformables(self.model, compiled.softs)
         if compiled.flexes:
@@ -82,22 +90,20 @@ class MujocoEngine:
         self.motors = Motors(self) if self.model.nactuator > len(self.drives.joints) else None
         self.set_dt(self.dt)
 
-    def adopt(self, compiled: Compiled, kept: frozenset[str] | None) -> None:
-        """Go on with another model of the world: all that both have keeps its state, what is new starts as compiled.
-
-        kept: bodies whose rest poses the new model did not change; None: nothing keeps its state. Articulations at hand
-        stay valid.
-        """
+    def adopt(self, world: World, kept: frozenset[str] | None, warn: Warn) -> None:
+        """Go on with another world, see `PhysicsEngine`."""
         from .state_transfer import Leaving
 
+        compiled = self._compile(world, self.dt, warn)
         leaving = Leaving(self) if kept is not None else None
         self._counters.release()
+        self.world = world
         self._load(compiled)
-        self._start(compiled)
+        set_initial_state(self)
         if leaving is not None and kept is not None:
             leaving.arrive(self, kept)
-        for articulation in (*self._articulations.values(), *self._kept):
-            articulation.bind()
+
+    # -- stepping ----------------------------------------------------------------------------------------------------
 
     def step(self, count: int = 1) -> None:
         """Advance by `count` times dt; `taken` says by how many afterwards.
@@ -126,17 +132,28 @@ class MujocoEngine:
         """What has to look at the world after each step."""
         if self._bounces is not None:
             yield self._bounces.step
-        if self.contacts.switching:
-            yield self.contacts.step
+        if self.friction.switching:
+            yield self.friction.step
         for gripper in self._grippers.values():
             yield gripper.step
 
+    def set_dt(self, dt: Fraction) -> None:
+        """Change the time step [s]; the drives keep their meaning."""
+        self.dt = dt
+        self.model.opt.timestep = float(dt)
+        self.drives.set_dt(float(dt))
+        self.friction.set_dt(float(dt))
+
     @property
-    def surfaces(self) -> Surfaces:
-        """Surfaces that move by themselves, such as belts."""
-        if self._surfaces is None:
-            self._surfaces = Surfaces(self)
-        return self._surfaces
+    def gravity(self) -> Floats:
+        """(3,) [m/s2]."""
+        return np.array(self.model.opt.gravity)
+
+    def set_gravity(self, gravity: Sequence[float] | Floats) -> None:
+        """Change gravity [m/s2]."""
+        self.model.opt.gravity[:] = gravity
+
+    # -- bodies ------------------------------------------------------------------------------------------------------
 
     @property
     def positions(self) -> Floats:
@@ -159,160 +176,181 @@ class MujocoEngine:
             self._refresh()
         return self._rotations
 
-    def velocities(self) -> Floats:
-        """(B, 6) of each body's origin, now: linear [m/s], then angular [rad/s], both along world axes."""
-        return body_velocities(self.model, self.data, len(self.body_paths))
-
-    def state(self) -> State:
-        """A copy of what the poses and velocities of all bodies follow from."""
-        data = self.data
-        return data.qpos.copy(), data.qvel.copy(), data.mocap_pos.copy(), data.mocap_quat.copy()
-
-    def set_dt(self, dt: Fraction) -> None:
-        """Change the time step [s]; the drives keep their meaning."""
-        self.dt = dt
-        self.model.opt.timestep = float(dt)
-        self.drives.set_dt(float(dt))
-        self.contacts.set_dt(float(dt))
-
-    def can_place(self, path: str) -> bool:
-        """Whether a body can be put somewhere: it is free or kinematic."""
-        body = self._index[path] + 1
-        return bool(self.model.body_mocapid[body] >= 0 or self.is_free(body))
-
-    def set_pose(self, path: str, pose: Floats) -> None:
-        """Put a free or kinematic body at a rigid (4, 4) world pose [m]. Raises RunError for one held by a joint."""
-        body = self._index[path] + 1
-        quaternion = transforms.quaternion(pose[:3, :3])
-        mocap = self.model.body_mocapid[body]
-        if mocap >= 0:
-            self.data.mocap_pos[mocap], self.data.mocap_quat[mocap] = pose[:3, 3], quaternion
-        elif self.is_free(body):
-            address = self.model.jnt_qposadr[self.model.body_jntadr[body]]
-            self.data.qpos[address : address + 7] = [*pose[:3, 3], *quaternion]
-        else:
-            raise RunError(f"{path}: a joint holds this body; set the joint's position instead of its pose.")
-        self._stale = True
-
-    def center_of_mass(self, path: str) -> Floats:
-        """(3,) where a body's centre of mass is in the world [m]."""
-        body = self._index[path]
-        out: Floats = self.positions[body] + self.rotations[body] @ self.model.body_ipos[body + 1]
-        return out
-
-    def set_velocity(self, path: str, velocity: Floats) -> None:
-        """Set the velocity of a free body's origin: (6,) [m/s], [rad/s], world axes. Raises RunError for another."""
-        body = self._index[path] + 1
-        if not self.is_free(body):
-            held = "it is kinematic" if path in self.kinematic else "a joint holds it; set the joint's velocity instead"
-            raise RunError(f"{path}: its velocity cannot be set: {held}.")
-        address = self.model.jnt_dofadr[self.model.body_jntadr[body]]
-        turn = self.rotations[body - 1]
-        self.data.qvel[address : address + 3] = velocity[:3]
-        self.data.qvel[address + 3 : address + 6] = turn.T @ velocity[3:]
-
-    def keep(self, articulation: Articulation) -> None:
-        """Have an articulation of somebody's own find its joints anew when the model is compiled anew."""
-        self._kept.append(articulation)
-
-    def moved(self) -> None:
-        """Coordinates were written: where the bodies are follows from them anew."""
-        self._stale = True
-
-    def articulation(self, root: str) -> Articulation:
-        """The mechanism at a path: a robot's root prim, or any body or joint of it. RunError if there is none."""
-        if root not in self._articulations:
-            found = Articulation(self, root, self.meters_per_unit)
-            if not found.joint_paths:
-                raise RunError(f"{root}: no revolute or prismatic joint is there.")
-            self._articulations[root] = found
-        return self._articulations[root]
-
-    def gripper(self, path: str) -> SurfaceGripper:
-        """The surface gripper at a path. RunError if there is none."""
-        if path not in self._grippers:
-            raise RunError(f"{path}: no surface gripper is there; it is a prim of type IsaacSurfaceGripper.")
-        return self._grippers[path]
-
-    def close(self) -> None:
-        """Free the engine's memory; nothing may be asked of it afterwards."""
-        self._positions, self._quaternions = self._positions.copy(), self._quaternions.copy()
-        self._rotations, self._surfaces = self._rotations.copy(), None
-        self.motion.close()
-        self._counters.release()
-        self.closed = True
-        del self.data, self.model
-
     def _refresh(self) -> None:
         # mj_step leaves the poses of the state it started from; those of the new state are the kinematics of qpos.
         mujoco.mj_kinematics(self.model, self.data)
         self._stale = False
 
-    def is_free(self, body: int) -> bool:
-        """Whether nothing holds the model's body of that number."""
-        joint = self.model.body_jntadr[body]
+    @property
+    def masses(self) -> Floats:
+        """(B,) [kg]."""
+        return np.array(self.model.body_mass[1 : 1 + len(self.body_paths)])
+
+    @property
+    def inertias(self) -> Floats:
+        """(B, 3, 3) about the centres of mass, along the bodies' axes [kg m2]."""
+        bodies = slice(1, 1 + len(self.body_paths))
+        axes = transforms.rotation_matrices(self.model.body_iquat[bodies])
+        out: Floats = np.einsum("bij,bj,bkj->bik", axes, self.model.body_inertia[bodies], axes)
+        return out
+
+    @property
+    def centers_of_mass(self) -> Floats:
+        """(B, 3) in the world [m]."""
+        local = self.model.body_ipos[1 : 1 + len(self.body_paths)]
+        out: Floats = self.positions + np.einsum("bij,bj->bi", self.rotations, local)
+        return out
+
+    def number(self, path: str) -> int:
+        """The model's number of a body."""
+        return self._index[path] + 1
+
+    def is_free(self, path: str) -> bool:
+        """Whether neither a joint nor the user holds a body."""
+        joint = self.model.body_jntadr[self.number(path)]
         return bool(joint >= 0 and self.model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE)
 
-    def _start(self, compiled: Compiled) -> None:
-        """Initial velocities and drive targets, and everything that follows from them."""
-        if compiled.start is not None:
-            compiled.start(self.model, self.data)
-        mujoco.mj_kinematics(self.model, self.data)
-        velocities: dict[str, tuple[Floats, Floats]] = {}
-        for number, body in enumerate(compiled.bodies, start=1):
-            if not (body.velocity.any() or body.angular_velocity.any()) or body.kinematic:
-                continue
-            velocities[body.path] = body.velocity, body.angular_velocity
-            if self.is_free(number):
-                turn = self.data.xmat[number].reshape(3, 3)
-                arm = self.data.xipos[number] - self.data.xpos[number]
-                address = self.model.jnt_dofadr[self.model.body_jntadr[number]]
-                self.data.qvel[address : address + 3] = body.velocity - np.cross(body.angular_velocity, arm)
-                self.data.qvel[address + 3 : address + 6] = turn.T @ body.angular_velocity
-        for joint in self.joints:
-            self._start_joint(joint, velocities)
-        self.deformables.start(self.data)
-        self.drives.apply(self.data)
-        mujoco.mj_forward(self.model, self.data)
+    def can_place(self, path: str) -> bool:
+        """Whether a body is free, or one that only users move."""
+        return bool(self.model.body_mocapid[self.number(path)] >= 0) or self.is_free(path)
 
-    def _start_joint(self, joint: Joint, velocities: dict[str, tuple[Floats, Floats]]) -> None:
-        """As the bodies move relative to each other; a centre of mass that moves otherwise turns them besides."""
-        first, second = joint.bodies
-        if joint.kind == "fixed" or second not in velocities:
-            return
-        rest = np.zeros(3), np.zeros(3)
-        v1, w1 = velocities[second]
-        v0, w0 = velocities.get(first or "", rest)
-        joint_number, body = self.model.joint(joint.model_name).id, self._index[second] + 1
-        address = self.model.jnt_dofadr[joint_number]
-        turn = self.data.xmat[body].reshape(3, 3)
-        axis = turn @ joint.frames[1][:3, joint.axis]
-        if joint.kind == "prismatic":
-            self.data.qvel[address] = axis @ (v1 - v0)
-            return
-        arm = self.data.xipos[body] - self.data.xanchor[joint_number]
-        spin = w1 - w0
-        if first not in velocities and v1.any():  # of a pair that flies, the common motion is not the joint's
-            missing = v1 - np.cross(w1, arm)
-            across = arm if joint.kind == "spherical" else arm - axis * (axis @ arm)
-            if across @ across > 1e-12:
-                spin = spin + np.cross(across, missing) / (across @ across)
-        if joint.kind == "spherical":
-            self.data.qvel[address : address + 3] = turn.T @ spin
-        else:
-            self.data.qvel[address] = axis @ spin
+    def set_poses(self, paths: Sequence[str], poses: Floats) -> None:
+        """Put free or kinematic bodies at rigid poses (n, 4, 4) [m]."""
+        model, data = self.model, self.data
+        for path, pose in zip(paths, poses, strict=True):
+            body = self.number(path)
+            quaternion = transforms.quaternion(pose[:3, :3])
+            mocap = model.body_mocapid[body]
+            if mocap >= 0:
+                data.mocap_pos[mocap], data.mocap_quat[mocap] = pose[:3, 3], quaternion
+            elif self.is_free(path):
+                address = model.jnt_qposadr[model.body_jntadr[body]]
+                data.qpos[address : address + 7] = [*pose[:3, 3], *quaternion]
+            else:
+                raise RunError(f"{path}: a joint holds this body; set the joint's position instead of its pose.")
+            self._stale = True
 
-    def dof(self, joint: Joint) -> int:
-        """Which coordinate of velocity a joint has."""
-        return int(self.model.joint(joint.model_name).dofadr[0])
+    def set_velocities(self, paths: Sequence[str], velocities: Floats) -> None:
+        """Set (n, 6) of free bodies' origins [m/s], [rad/s]."""
+        for path, velocity in zip(paths, velocities, strict=True):
+            if not self.is_free(path):
+                held = "a joint holds it; set the joint's velocity instead"
+                why = "it is kinematic" if path in self.kinematic else held
+                raise RunError(f"{path}: its velocity cannot be set: {why}.")
+            body = self.number(path)
+            address = self.model.jnt_dofadr[self.model.body_jntadr[body]]
+            turn = self.rotations[body - 1]
+            self.data.qvel[address : address + 3] = velocity[:3]
+            self.data.qvel[address + 3 : address + 6] = turn.T @ velocity[3:]
 
-    def qpos_address(self, joint: Joint) -> int:
-        """Which coordinate of position a joint has."""
-        return int(self.model.joint(joint.model_name).qposadr[0])
+    def set_forces(self, paths: Sequence[str], forces: Floats) -> None:
+        """Have (n, 6) force at the centre of mass [N] and torque [N m] act on bodies."""
+        self.data.xfrc_applied[[self.number(path) for path in paths]] = forces
 
-    def actuator(self, joint: Joint) -> int | None:
-        """Which actuator drives a joint, if one does."""
-        return self._actuators.get(joint.path)
+    # -- joints ------------------------------------------------------------------------------------------------------
+
+    @property
+    def _rows(self) -> Joints:
+        if self._joints is None:
+            self._joints = Joints(self)
+        return self._joints
+
+    def joint_positions(self, rows: Rows) -> Floats:
+        """(n,) [rad or m]."""
+        return self._rows.positions(rows)
+
+    def joint_velocities(self, rows: Rows) -> Floats:
+        """(n,) [rad/s or m/s]."""
+        return self._rows.velocities(rows)
+
+    def joint_efforts(self, rows: Rows) -> Floats:
+        """(n,) in the last step [N m or N]."""
+        return self._rows.efforts(rows)
+
+    def joint_reactions(self, rows: Rows) -> Floats:
+        """(n, 6) in the last step [N], [N m]."""
+        return self._rows.reactions(rows)
+
+    def driven(self, rows: Rows) -> NDArray[np.bool_]:
+        """(n,) which joints follow targets."""
+        return self._rows.driven(rows)
+
+    def set_joint_positions(self, rows: Rows, positions: Floats) -> None:
+        """Put joints at positions [rad or m]."""
+        self._rows.set_positions(rows, positions)
+        self._stale = True
+
+    def set_joint_velocities(self, rows: Rows, velocities: Floats) -> None:
+        """Give joints velocities [rad/s or m/s]."""
+        self._rows.set_velocities(rows, velocities)
+
+    def set_joint_targets(
+        self, rows: Rows, positions: Floats | None, velocities: Floats | None, efforts: Floats | None
+    ) -> None:
+        """Set what drives and the model's own actuators aim at, and efforts."""
+        self._rows.set_targets(rows, positions, velocities, efforts)
+
+    # -- contacts, grippers, belts, deformables ----------------------------------------------------------------------
+
+    @property
+    def colliders(self) -> list[tuple[str, str]]:
+        """By geom its collider's path, and its body's (empty: it does not move)."""
+        if self._colliders is None:
+            self._colliders = colliders_of(self.model, self.body_paths)
+        return self._colliders
+
+    def contacts(self) -> protocol.Contacts:
+        """The contacts that carried load in the last step."""
+        return contacts_of(self)
+
+    def gripper(self, path: str) -> WeldGripper:
+        """The surface gripper at a path. Raises RunError where there is none."""
+        if path not in self._grippers:
+            raise RunError(f"{path}: no surface gripper is there; it is a prim of type IsaacSurfaceGripper.")
+        return self._grippers[path]
+
+    @property
+    def surfaces(self) -> Surfaces:
+        """Surfaces that move by themselves, such as belts."""
+        if self._surfaces is None:
+            self._surfaces = Surfaces(self)
+        return self._surfaces
+
+    def set_surface_velocity(self, path: str, pose: Floats, velocity: Floats, turn: Floats) -> bool:
+        """Let surfaces move while their body stays, see `PhysicsEngine`."""
+        return self.surfaces.set_motion(path, pose, velocity, turn)
+
+    @property
+    def deformable_paths(self) -> tuple[str, ...]:
+        """The prims that deform."""
+        return self.deformables.paths
+
+    def deformable_start(self, path: str) -> Floats:
+        """(p, 3) where the points of a deformable prim began [m]."""
+        return self.deformables.start_points(path)
+
+    # -- state -------------------------------------------------------------------------------------------------------
+
+    def snapshot(self) -> MujocoSnapshot:
+        """Positions and velocities of now."""
+        return MujocoSnapshot(self.data, self._motion, self.deformables)
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Go back to the positions and velocities of a snapshot."""
+        if not isinstance(snapshot, MujocoSnapshot) or snapshot.motion is not self._motion:
+            raise RunError("this snapshot is of another world; take one after the last play or recompilation")
+        data = self.data
+        data.qpos[:], data.qvel[:], data.mocap_pos[:], data.mocap_quat[:] = snapshot.state
+        self._stale = True
+
+    def close(self) -> None:
+        """Free the engine's memory."""
+        self._positions, self._quaternions = self._positions.copy(), self._quaternions.copy()
+        self._rotations, self._surfaces = self._rotations.copy(), None
+        self._motion.close()
+        self._counters.release()
+        self.closed = True
+        del self.data, self.model
 
     def _divergence(self) -> str:
         kind = next(kind for kind in _BAD if self._counters[kind])

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from graph.sim.physics.protocol import Contacts
 from graph.sim.transforms import Floats
 
 from .library import mujoco
@@ -62,33 +63,8 @@ def joint_reactions(physics: MujocoEngine, joints: Sequence[Joint]) -> Floats:
     return out
 
 
-def contact_force(physics: MujocoEngine, body: str, near: Floats | None = None, radius: float = 0.0) -> Floats:
-    """(3,) total force of contacts on a body [N], world axes; with a radius [m] only of those closer than it to `near`.
-
-    Contacts between geometry of the same body do not count.
-    """
-    model, data = physics.model, physics.data
-    number = physics.body_paths.index(body) + 1
-    total, wrench = np.zeros(3), np.zeros(6)
-    for index, contact in enumerate(data.contact[: data.ncon]):
-        first, second = (int(model.geom_bodyid[geom]) if geom >= 0 else -1 for geom in contact.geom)
-        if contact.efc_address < 0 or first == second or number not in (first, second):
-            continue
-        if near is not None and radius > 0 and np.linalg.norm(contact.pos - near) >= radius:
-            continue
-        mujoco.mj_contactForce(model, data, index, wrench)
-        force = wrench[:3] @ contact.frame.reshape(3, 3)
-        total += force if second == number else -force
-    return total
-
-
-def contact_arrays(
-    physics: MujocoEngine,
-) -> tuple[tuple[tuple[str, str], ...], tuple[tuple[str, str], ...], Floats, Floats, Floats, Floats]:
-    """Of the contacts that carried load in the last step: colliders, bodies, places, normals, distances, impulses.
-
-    See `graph.sim.state.tensors.Contacts`.
-    """
+def contacts_of(physics: MujocoEngine) -> Contacts:
+    """The contacts that carried load in the last step."""
     model, data = physics.model, physics.data
     contacts = data.contact
     active = np.flatnonzero(np.asarray(contacts.efc_address)[: data.ncon] >= 0)
@@ -96,26 +72,27 @@ def contact_arrays(
     for row, index in enumerate(active.tolist()):
         mujoco.mj_contactForce(model, data, index, wrenches[row])
     frames = np.asarray(contacts.frame)[active].reshape(-1, 3, 3)
-    impulses = np.einsum("ni,nij->nj", wrenches[:, :3], frames) * model.opt.timestep
     geoms, flexes = np.asarray(contacts.geom)[active].tolist(), np.asarray(contacts.flex)[active].tolist()
+    known = physics.colliders
     sides = [
-        [_collider(physics, *side) for side in zip(geom, flex, strict=True)]
+        [known[one] if one >= 0 else (model.flex(soft).name, "") for one, soft in zip(geom, flex, strict=True)]
         for geom, flex in zip(geoms, flexes, strict=True)
     ]
-    return (
+    return Contacts(
         tuple((first[0], second[0]) for first, second in sides),
         tuple((first[1], second[1]) for first, second in sides),
         np.asarray(contacts.pos)[active].copy(),
         frames[:, 0].copy(),
         np.asarray(contacts.dist)[active].copy(),
-        impulses,
+        np.einsum("ni,nij->nj", wrenches[:, :3], frames),
+        float(model.opt.timestep),
     )
 
 
-def _collider(physics: MujocoEngine, geom: int, flex: int) -> tuple[str, str]:
-    """The path of a side of a contact, and of its body (empty: it does not move, or is soft)."""
-    if geom < 0:
-        return physics.model.flex(flex).name, ""
-    body = int(physics.model.geom_bodyid[geom])
-    path = physics.model.geom(geom).name.rpartition("#")[0]
-    return path, physics.body_paths[body - 1] if 0 < body <= len(physics.body_paths) else ""
+def colliders_of(model: Any, body_paths: Sequence[str]) -> list[tuple[str, str]]:
+    """By geom its collider's path, and its body's (empty: it does not move)."""
+    out = []
+    for geom, body in enumerate(model.geom_bodyid.tolist()):
+        path = model.geom(geom).name.rpartition("#")[0]
+        out.append((path, body_paths[body - 1] if 0 < body <= len(body_paths) else ""))
+    return out

@@ -23,7 +23,7 @@ def weld_name(point: Suction) -> str:
     return f"{point.path}#grip"
 
 
-class SurfaceGripper:
+class WeldGripper:
     """Holds bodies by welds that are switched on where a ray from a point of attachment meets one.
 
     Closing, it tries in every step until something is held or its patience is over; then it is open again. A point lets
@@ -56,7 +56,7 @@ class SurfaceGripper:
             self._release(number)
         self.status = "Open"
 
-    def take_over(self, old: SurfaceGripper, weld_data: Floats) -> None:
+    def take_over(self, old: WeldGripper, weld_data: Floats) -> None:
         """Go on where the gripper of another model was; weld_data: (P, 11) of its points' welds there."""
         physics = self._physics
         self.status, self._until = old.status, old._until

@@ -1,4 +1,4 @@
-"""Velocities of bodies, now or in a copied state of a model."""
+"""Positions and velocities of a model at one moment, and the velocities of its bodies then."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from graph.sim.physics.protocol import Snapshot
 from graph.sim.transforms import Floats
 
 from .library import mujoco
@@ -26,23 +27,17 @@ def body_velocities(model: Any, data: Any, count: int) -> Floats:
 
 
 class Motion:
-    """Velocities in copied states: a second set of the engine's data does the work, which the motion never sees.
-
-    It belongs to one model, and outlives the physics' change to another.
-    """
+    """Velocities in copied states of one model: a second set of the engine's data does the work."""
 
     def __init__(self, model: Any, count: int) -> None:
         self._model: Any = model
         self._count = count
         self._data: Any = None
 
-    @property
-    def closed(self) -> bool:
-        """Whether the model has been freed."""
-        return self._model is None
-
     def velocities(self, state: State) -> Floats:
-        """(B, 6) in a copied state; see `body_velocities`."""
+        """(B, 6) in a copied state (see `body_velocities`); zeros once the model is freed."""
+        if self._model is None:
+            return np.zeros((self._count, 6))
         if self._data is None:
             self._data = mujoco.MjData(self._model)
         data = self._data
@@ -52,3 +47,25 @@ class Motion:
     def close(self) -> None:
         """Free the model."""
         self._model = self._data = None
+
+
+class MujocoSnapshot(Snapshot):
+    """A copied state, with what its velocities and points follow from."""
+
+    __slots__ = ("_deformables", "motion", "state")
+
+    def __init__(self, data: Any, motion: Motion, deformables: Any) -> None:
+        self.state: State = data.qpos.copy(), data.qvel.copy(), data.mocap_pos.copy(), data.mocap_quat.copy()
+        self.motion = motion
+        self._deformables = deformables
+
+    def velocities(self) -> Floats:
+        """(B, 6) of the bodies' origins, see `Snapshot`."""
+        return self.motion.velocities(self.state)
+
+    def points(self, path: str) -> Floats | None:
+        """(p, 3) of a deformable prim, see `Snapshot`."""
+        if path not in self._deformables.paths:
+            return None
+        out: Floats = self._deformables.points(path, self.state[0])
+        return out

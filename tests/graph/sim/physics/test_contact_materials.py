@@ -224,7 +224,7 @@ def test_a_scene_of_one_material_needs_no_pairs(world):
     prims = {f"/B{i}": {**BLOCK, "translate": [i, 0, 0.025], "rigid_body": True} for i in range(3)}
     physics, _, _ = world({"/Ground": {"type": "Plane"}, **prims})
     assert physics.model.npair == 0
-    assert not physics.contacts.switching
+    assert not physics.friction.switching
 
 
 def test_a_mad_material_is_said(world):

@@ -73,7 +73,7 @@ def OmniPhysicsVtxXformAttachment "Hold"
 
 
 def points(physics, path):
-    return physics.deformables.points(path, physics.data.qpos)
+    return physics.snapshot().points(path)
 
 
 def test_cloth_falls_as_anything_does(usda):
@@ -127,7 +127,7 @@ def test_cloth_hangs_on_a_body_that_moves(usda):
     physics, _ = usda(cart + sheet(3, 3, 0.1, (0, 0, 2)) + hold([0], "/Cart"))
     pose = np.eye(4)
     pose[:3, 3] = [0.2, 0, 2.1]
-    physics.set_pose("/Cart", pose)
+    physics.set_poses(["/Cart"], pose[None])
     steps(physics, 480)
     corner = points(physics, "/Cloth")[0]
     assert corner == pytest.approx([0.2, 0, 2.1], abs=1e-3)

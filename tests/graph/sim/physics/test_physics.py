@@ -242,7 +242,7 @@ def test_a_kinematic_body_carries_others_and_stays(world):
     assert physics.positions[:, 2] == pytest.approx([2, 2.7], abs=2e-3)
     pose = np.eye(4)
     pose[:3, 3] = [0, 0, 2.1]
-    physics.set_pose("/Lift", pose)
+    physics.set_poses(["/Lift"], pose[None])
     steps(physics, 240)
     assert physics.positions[:, 2] == pytest.approx([2.1, 2.8], abs=5e-3)
 

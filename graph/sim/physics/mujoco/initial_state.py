@@ -1,0 +1,71 @@
+"""The state that a model starts in: velocities of bodies and joints, deformables, targets of drives."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from graph.sim.physics.model import Joint
+from graph.sim.transforms import Floats
+
+from .library import mujoco
+
+if TYPE_CHECKING:
+    from .engine import MujocoEngine
+
+Velocities = dict[str, tuple[Floats, Floats]]
+"""By body: of its centre of mass [m/s], and its turn rate [rad/s]; world axes."""
+
+
+def set_initial_state(engine: MujocoEngine) -> None:
+    """Give the engine's data the velocities and targets that its world describes, and all that follows from them."""
+    model, data, compiled = engine.model, engine.data, engine.compiled
+    if compiled.start is not None:
+        compiled.start(model, data)
+    mujoco.mj_kinematics(model, data)
+    velocities: Velocities = {}
+    for number, body in enumerate(compiled.bodies, start=1):
+        if not (body.velocity.any() or body.angular_velocity.any()) or body.kinematic:
+            continue
+        velocities[body.path] = body.velocity, body.angular_velocity
+        if engine.is_free(body.path):
+            turn = data.xmat[number].reshape(3, 3)
+            arm = data.xipos[number] - data.xpos[number]
+            address = model.jnt_dofadr[model.body_jntadr[number]]
+            data.qvel[address : address + 3] = body.velocity - np.cross(body.angular_velocity, arm)
+            data.qvel[address + 3 : address + 6] = turn.T @ body.angular_velocity
+    for joint in engine.joints:
+        _start_joint(engine, joint, velocities)
+    engine.deformables.start(data)
+    engine.drives.apply(data)
+    mujoco.mj_forward(model, data)
+
+
+def _start_joint(engine: MujocoEngine, joint: Joint, velocities: Velocities) -> None:
+    """As the bodies move relative to each other; a centre of mass that moves otherwise turns them besides."""
+    model, data = engine.model, engine.data
+    first, second = joint.bodies
+    if joint.kind == "fixed" or second not in velocities:
+        return
+    rest = np.zeros(3), np.zeros(3)
+    v1, w1 = velocities[second]
+    v0, w0 = velocities.get(first or "", rest)
+    joint_number, body = model.joint(joint.model_name).id, engine.number(second)
+    address = model.jnt_dofadr[joint_number]
+    turn = data.xmat[body].reshape(3, 3)
+    axis = turn @ joint.frames[1][:3, joint.axis]
+    if joint.kind == "prismatic":
+        data.qvel[address] = axis @ (v1 - v0)
+        return
+    arm = data.xipos[body] - data.xanchor[joint_number]
+    spin = w1 - w0
+    if first not in velocities and v1.any():  # of a pair that flies, the common motion is not the joint's
+        missing = v1 - np.cross(w1, arm)
+        across = arm if joint.kind == "spherical" else arm - axis * (axis @ arm)
+        if across @ across > 1e-12:
+            spin = spin + np.cross(across, missing) / (across @ across)
+    if joint.kind == "spherical":
+        data.qvel[address : address + 3] = turn.T @ spin
+    else:
+        data.qvel[address] = axis @ spin
