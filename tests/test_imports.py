@@ -2,6 +2,7 @@
 
 import ast
 import itertools
+import re
 import subprocess
 import sys
 
@@ -238,6 +239,44 @@ def test_each_heavy_library_is_imported_by_one_file_alone(library):
         if any(target.partition(".")[0] == library for target, _ in (*imports_of(name, path), *named_imports(path)))
     ]
     assert importers == ([OWNERS[library]] if library in OWNERS else [])
+
+
+KNOW_MUJOCO = ("graph.sim.physics.mujoco", "graph.sim.mjcf")
+"""The packages that own MuJoCo's models and data: the engine, and its file format."""
+
+
+def knows_mujoco(name):
+    return any(name == owner or name.startswith(f"{owner}.") for owner in KNOW_MUJOCO)
+
+
+def test_only_the_default_factory_imports_the_mujoco_engine():
+    """The world and what runs over it speak to `graph.sim.physics.protocol`."""
+    importers = {
+        (name, target)
+        for name, path in MODULES.items()
+        for target, _ in imports_of(name, path)
+        if target.startswith(KNOW_MUJOCO[0]) and not knows_mujoco(name)
+    }
+    engine = {"graph.sim.physics.mujoco.compile", "graph.sim.physics.mujoco.engine"}
+    assert importers == {("graph.sim.physics", target) for target in engine}
+
+
+def test_nothing_else_reads_mujocos_model_or_data():
+    """`x.physics.model`, `physics.data`, `mj_step`, `mjtJoint`, `qpos` and the like."""
+    own = re.compile(r"mjt?_?[A-Z]\w+|mj_\w+|qpos|qvel|qfrc_\w+|xfrc_\w+|efc_\w+|mocap_\w+")
+
+    def reads_mujoco(node):
+        owner = getattr(node.value, "attr", getattr(node.value, "id", ""))
+        return own.fullmatch(node.attr) or (owner == "physics" and node.attr in ("model", "data"))
+
+    wrong = [
+        f"{path.relative_to(ROOT)}:{node.lineno}: .{node.attr}"
+        for name, path in MODULES.items()
+        if not knows_mujoco(name)
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf8")))
+        if isinstance(node, ast.Attribute) and reads_mujoco(node)
+    ]
+    assert wrong == []
 
 
 def named_imports(path):
