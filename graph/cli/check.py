@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from graph.base.errors import Mark, Problem, UserError
 
 from .arguments import add_allow
-from .printing import note_line, problem_line, say, say_json, tell
+from .printing import counted, note_line, problem_line, say, say_json, tell
 
 if TYPE_CHECKING:
     from graph.spec.file_spec import FileSpec, Note
@@ -80,7 +80,7 @@ def run(args: argparse.Namespace) -> int:
         for problem in one.problems:
             tell(problem_line(problem))
         if not args.json and not one.problems:
-            counts = ", ".join(_counted(number, word) for word, number in one.counts().items())
+            counts = ", ".join(counted(number, word) for word, number in one.counts().items())
             say(f"{one.file}: ok, {counts}")
     return 2 if any(one.problems for one in checked) else 0
 
@@ -116,7 +116,3 @@ def _check_tests(file: str, allow: Sequence[Path]) -> Checked:
     return Checked(
         file, None, tuple(sorted(problems, key=lambda one: one.mark or Mark("", 0, 0))), (), len(tests.cases)
     )
-
-
-def _counted(number: int, plural: str) -> str:
-    return f"{number:,} {plural if number != 1 else plural[:-1]}"

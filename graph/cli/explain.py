@@ -11,7 +11,12 @@ from pathlib import Path
 from typing import Any
 
 from .arguments import add_allow
-from .printing import say, say_json
+from .printing import counted, say, say_json
+
+MOST_CYCLES = 5
+"""Cycles of one graph that are shown."""
+MOST_NAMES = 12
+"""Nodes of one chain that are shown."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -65,6 +70,9 @@ def as_text(told: Mapping[str, Any]) -> Iterator[str]:
     span = f"{number(told['duration_s'])} s" if counted == told["updates"] else f"the first {counted:,} updates"
     yield ""
     yield from _clocks(told["clocks"])
+    if told["graphs"]:
+        yield ""
+        yield from _graphs(told["graphs"])
     for sensor in told["sensors"]:
         yield ""
         yield from _sensor(sensor, span)
@@ -102,6 +110,24 @@ def _clocks(clocks: Mapping[str, Any]) -> Iterator[str]:
     if clocks["frames_later"]:
         rows.append(("frames", "are delivered in the update after the one that renders them"))
     yield from _aligned(rows)
+
+
+def _graphs(graphs: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+    yield "graphs"
+    for graph in graphs:
+        size = ", ".join(counted(graph[what], what) for what in ("nodes", "connections"))
+        yield f"  {graph['path']}  {graph['evaluator']}, {graph['stage']}: {size}"
+        chain = graph["longest_chain"]
+        rows = [("chain", f"longest, {len(chain):,} nodes: {_shown(chain)}")] if len(chain) > 1 else []
+        rows += [("cycle", _shown(cycle)) for cycle in graph["cycles"][:MOST_CYCLES]]
+        for line in _aligned(rows):
+            yield f"  {line}"
+
+
+def _shown(names: Sequence[str]) -> str:
+    """Names with arrows, the middle of a long row left out."""
+    half = MOST_NAMES // 2
+    return " -> ".join(names if len(names) <= MOST_NAMES else (*names[:half], "...", *names[-half:]))
 
 
 def _sensor(sensor: Mapping[str, Any], span: str) -> Iterator[str]:

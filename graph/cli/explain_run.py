@@ -20,8 +20,6 @@ SHOWN_UPDATES = 12
 MOST_UPDATES = 120
 """How long is waited for the render products that a graph makes late."""
 
-PRODUCT_NODE = "IsaacCreateRenderProduct"
-
 
 class Blindfold:
     """Stands before a sensor: notes the ticks it is asked to render, and sees nothing. All else is the sensor's."""
@@ -76,7 +74,7 @@ def observe(session: Session, links: Links) -> Observed:
 
     app, seen = session.app, Observed()
     nodes = [node for graph in session.runner.graphs.values() for node in graph.nodes.values()]
-    makers = [node for node in nodes if node.type.short_name == PRODUCT_NODE and node.get("enabled")]
+    makers = [node for node in nodes if node.type.outputs_as("product") and _is_enabled(node)]
     app.on("render", lambda: _blindfold(app, seen), order=-1)
     heard = CountingSink()  # as in `graph run`, which records every topic
     app.bus.subscribe(heard)
@@ -90,7 +88,7 @@ def observe(session: Session, links: Links) -> Observed:
         if _is_unmade(node):
             seen.unmade.append(node)
         else:
-            seen.makers.setdefault(node.get("renderProductPath"), []).append(node.path)
+            seen.makers.setdefault(_product_of(node), []).append(node.path)
     for path, product in seen.products.items():
         seen.demand[path] = demand_of(product)
         sensor: Any = product.sensor
@@ -121,8 +119,17 @@ def demand_of(product: RenderProduct) -> dict[str, list[str]]:
     return asked
 
 
+def _is_enabled(node: Node) -> bool:
+    return "enabled" not in node.type.inputs or bool(node.get("enabled"))
+
+
+def _product_of(node: Node) -> str:
+    """The path of the render product that a node gives; "" while it has given none."""
+    return str(node.get(f"outputs:{node.type.outputs_as('product')[0]}") or "")
+
+
 def _is_unmade(node: Node) -> bool:
-    return not node.get("renderProductPath")
+    return not _product_of(node)
 
 
 def _blindfold(app: App, seen: Observed) -> None:

@@ -7,10 +7,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
-from .explain_links import Link, Links
+from graph.evaluate.links import Link
+
+from .explain_links import Links
 
 if TYPE_CHECKING:
     from graph.evaluate import Node
+    from graph.node.declaration import Role
     from graph.sim import App
 
     from .explain_clocks import Step
@@ -19,12 +22,11 @@ if TYPE_CHECKING:
 Trap = tuple[str, str, str]
 """Code, where, message."""
 
-TIMES = {
-    "time": "timeline time, which loops and runs ahead of the physics clock",
-    "timeSinceStart": "the run loop's time, which no stop resets",
-    "absoluteSimTime": "the run loop's time, which no stop resets",
+TIMES: Mapping[Role, str] = {
+    "timeline time": "timeline time, which loops and runs ahead of the physics clock",
+    "loop time": "the run loop's time, which no stop resets",
 }
-CLOCK_NODES = ("OnPlaybackTick", "OnTick", "ReadTime")
+"""What an output of this role is, instead of the time that sensors are stamped with."""
 
 
 def find_traps(
@@ -159,24 +161,27 @@ def _sensor_traps(sensors: Sequence[Mapping[str, Any]], seen: Observed) -> Itera
 
 def _stamp_traps(links: Links) -> Iterator[Trap]:
     for link in links.all:
-        if not link.input.lower().endswith("timestamp"):
+        if link.input not in link.target.type.inputs_as("stamp"):
             continue
         for source in links.data_sources(link):
-            if source.source.type.short_name in CLOCK_NODES and source.output in TIMES:
+            clock = source.source.type.find("outputs", source.output)
+            if clock is not None and clock.role in TIMES:
                 yield (
                     "timeline-stamp",
                     f"{link.target.path}.inputs:{link.input}",
-                    f"gets {source.source.name}.{source.output}: {TIMES[source.output]}; sensors are stamped with "
+                    f"gets {source.source.name}.{source.output}: {TIMES[clock.role]}; sensors are stamped with "
                     "IsaacReadSimulationTime.simulationTime",
                 )
 
     for node, incoming in links.into.items():
         names = {link.input for link in incoming}
-        publishes = {"topicName", "timeStamp"} <= node.type.inputs.keys() and any(link.execution for link in incoming)
-        if publishes and "timeStamp" not in names and not node.get("timeStamp"):
+        publishes = node.type.inputs_as("topic") and any(link.execution for link in incoming)
+        for stamp in node.type.inputs_as("stamp") if publishes else ():
+            if stamp in names or node.get(stamp):
+                continue
             yield (
                 "timestamp-unconnected",
-                f"{node.path}.inputs:timeStamp",
+                f"{node.path}.inputs:{stamp}",
                 "nothing gives it a time, so all its messages are stamped 0; connect "
                 "IsaacReadSimulationTime.simulationTime",
             )

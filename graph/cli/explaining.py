@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .explain_clocks import clock_facts, plan_updates
+from .explain_graphs import graph_facts
 from .explain_links import Links
 from .explain_run import observe
 from .explain_sensors import sensors_of
@@ -30,7 +31,7 @@ def explain(session: Session, file: str | Path) -> dict[str, Any]:
     app, spec = session.app, session.spec
     duration = spec.duration if spec.duration is not None else Fraction(DEFAULT_DURATION_S)
     updates = math.ceil(duration * app.loop_rate)
-    links = Links(spec.graphs, session.runner.graphs)
+    links = Links(session.runner.graphs.values())
     seen = observe(session, links)
     planned = max(min(updates, MOST_PLANNED_UPDATES), len(seen.substeps))
     steps = list(islice(plan_updates(app), planned))
@@ -41,6 +42,7 @@ def explain(session: Session, file: str | Path) -> dict[str, Any]:
         "updates": updates,
         "counted_updates": min(updates, MOST_PLANNED_UPDATES),
         "clocks": clock_facts(app, steps) | {"substeps": seen.substeps},
+        "graphs": graph_facts(session.runner.graphs.values()),
         "sensors": sensors,
         "topics": _topics(session),
         "traps": [
@@ -60,9 +62,11 @@ def _topics(session: Session) -> list[dict[str, Any]]:
     }
     known = {owner for _, owners in found.values() for owner in owners}
     for node in (node for graph in session.runner.graphs.values() for node in graph.nodes.values()):
-        if node.path not in known and "Publish" in node.type.short_name and "topicName" in node.type.inputs:
+        for name in node.type.inputs_as("topic") if node.path not in known else ():
             type_name = getattr(node.db.memory, "type_name", "") or None
-            if topic := planned_topic(node.db, node.path):  # else the run tells what is wrong with it
+            if topic := planned_topic(
+                node.db, node.path, str(node.get(name))
+            ):  # else the run tells what is wrong with it
                 found.setdefault(topic, (type_name, []))[1].append(node.path)
     return [
         {"topic": name, "type": type_name, "publishers": owners, "heard_in_file": bus.is_listened_to(name)}

@@ -96,3 +96,8 @@ def print_table(rows: Iterable[Sequence[str]], headings: Sequence[str]) -> None:
     for row in rows:
         table.add_row(*(Text(safe_line(cell)) for cell in row))
     Console().print(table)
+
+
+def counted(number: int, plural: str) -> str:
+    """A number of things: `2 nodes`, `1 node`."""
+    return f"{number:,} {plural if number != 1 else plural[:-1]}"

@@ -8,18 +8,15 @@ from typing import TYPE_CHECKING, Any
 from graph.sim.scene.prim_paths import prim_at
 
 if TYPE_CHECKING:
-    from graph.node.declaration import NodeType
     from graph.session.runner import GraphRunner
     from graph.sim import App
-
-SENSOR_INPUT = "cameraPrim"
 
 
 def wired_sensors(app: App, runner: GraphRunner) -> Iterator[str]:
     """Paths of the sensor prims that nodes name, in file order, whether or not they were ever rendered."""
     for node in _nodes(runner):
-        if SENSOR_INPUT in node.type.inputs:
-            for path in node.get(SENSOR_INPUT) or ():
+        for name in node.type.inputs_as("sensor"):
+            for path in node.get(name) or ():
                 prim = prim_at(app.stage, path)
                 if prim and prim.HasAttribute("omni:sensor:tickRate"):
                     yield str(path)
@@ -43,7 +40,7 @@ def silent_parts(app: App, runner: GraphRunner) -> list[str]:
     lines += [
         f"publisher {node.path} sent no message" + ("" if node.computes else "; it never computed")
         for node in _nodes(runner)
-        if is_publisher(node.type) and not heard.get(node.path)
+        if node.type.inputs_as("topic") and not heard.get(node.path)
     ]
     return lines
 
@@ -68,17 +65,6 @@ def warn_of_blind_sensors(app: App) -> None:
             path,
             f"no return in any of its {count} frames; is something within its range, in its view and not excluded?",
         )
-
-
-def is_publisher(node_type: NodeType) -> bool:
-    """Whether nodes of this type send messages: they have a topic and an execution input, and give out no data."""
-    inputs, outputs = node_type.inputs.values(), node_type.outputs.values()
-    return (
-        "topicName" in node_type.inputs
-        and any(one.type == "execution" for one in inputs)
-        and all(one.type == "execution" for one in outputs)
-        and "Subscri" not in node_type.short_name  # some have no data outputs of their own
-    )
 
 
 def _nodes(runner: GraphRunner) -> Iterator[Any]:

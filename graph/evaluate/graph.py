@@ -102,6 +102,12 @@ class Graph(FamiliarGraph):
         except KeyError:
             raise KeyError(f'graph {self.path} has no node "{name}"{did_you_mean(name, self.nodes)}') from None
 
+    def to_networkx(self) -> Any:
+        """This graph as a `networkx.MultiDiGraph`, for analyses of your own; see `graph.evaluate.links.to_networkx`."""
+        from .links import to_networkx
+
+        return to_networkx([self])
+
     def evaluate(self, context: Context, activations: Sequence[tuple[Node | str, str]] = ()) -> None:
         """Evaluates once. Execution graphs: sleeping nodes, then events, then `activations` in the given order.
 

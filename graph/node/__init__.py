@@ -11,6 +11,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from .at_load import NodeAtLoad
     from .context import Context
     from .database import Database, LackError, NodeError
     from .declaration import UNSET, Attribute, NodeType, declare, node_type
@@ -23,6 +24,7 @@ _HOMES = {
     "Database": "database",
     "KnownTypes": "known_types",
     "LackError": "database",
+    "NodeAtLoad": "at_load",
     "NodeError": "database",
     "NodeType": "declaration",
     "declare": "declaration",
@@ -36,6 +38,7 @@ __all__ = [
     "Database",
     "KnownTypes",
     "LackError",
+    "NodeAtLoad",
     "NodeError",
     "NodeType",
     "declare",

@@ -20,15 +20,16 @@ from __future__ import annotations
 import inspect
 import re
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, TypeVar, get_args
 
 from graph.values.coercion import coerce, shown, zero
 from graph.values.types import AnyType, Extended, parse_type
 
 if TYPE_CHECKING:
+    from .at_load import NodeAtLoad
     from .database import Database
     from .known_types import KnownTypes
     from .registry import Registry
@@ -42,6 +43,15 @@ class _Unset:
 UNSET: Any = _Unset()
 """No default was declared: the type's zero is used, and an open type must be connected or given a value."""
 
+Role = Literal["", "topic", "stamp", "sensor", "product", "timeline time", "loop time"]
+"""What an attribute is to the scheduler, the checks and the reports, which know no node type by name.
+
+Inputs: "topic", the topic that the node publishes on; "stamp", the time [s] in its messages' headers; "sensor", the
+prims that it has rendered; "product", the path of a render product: in a post-render graph each new frame of it
+triggers the node's first execution input that nothing is connected to. Outputs: "product", the path of the render
+product that the node gives; "timeline time", "loop time": a clock that is not the one that sensors are stamped with.
+"""
+
 CLOSING = "closing"
 """The phase of events that come once, when the App is about to close."""
 
@@ -49,6 +59,7 @@ Compute = Callable[["Database"], "bool | None"]
 Resolve = Callable[["KnownTypes"], Mapping[str, Any]]
 Specialize = Callable[["Database"], "Compute | None"]
 Hook = Callable[["Database"], None]
+Check = Callable[["NodeAtLoad"], Iterable[tuple[str, str]]]
 ComputeFunction = TypeVar("ComputeFunction", bound=Compute)
 
 
@@ -59,7 +70,8 @@ class Attribute:
     type: an OGN type name, or a tuple of names and groups (a union); unit: shown to people, never used to compute;
     optional: an open type may stay unset; literal_only: cannot be connected; output_only: an input that is only a
     source (constants); allowed_tokens: the choices a file may write; minimum, maximum: bounds of what a file may
-    write; deprecated: what to use instead, "" if it is not; warns_itself: of its deprecation, the node does.
+    write; deprecated: what to use instead, "" if it is not; warns_itself: of its deprecation, the node does; role: what
+    it is to the scheduler and the reports (see `Role`).
     """
 
     type: str | tuple[str, ...]
@@ -74,6 +86,7 @@ class Attribute:
     maximum: float | None = field(default=None, kw_only=True)
     deprecated: str = field(default="", kw_only=True)
     warns_itself: bool = field(default=False, kw_only=True)
+    role: Role = field(default="", kw_only=True)
 
     @cached_property
     def parsed(self) -> AnyType:
@@ -122,6 +135,8 @@ class NodeType:
     specialize: called with db once, when the graph is compiled: this node's own compute, made for its settled types, or
     None for the common one; it may keep db.inputs and db.outputs, which last as long as the node.
     runs_code: its work is code that the graph file brings, which needs the user's leave (`Context.scripts`).
+    check: called with `NodeAtLoad` when a graph file is opened; gives (input name or "", message) for each thing that
+    is wrong with the node's values and wiring. latent: it may sleep, and ignores triggers meanwhile.
     volatile: reads more than its inputs (time, the world, variables), so a dirty_push graph always computes it.
     phase: an event that comes with a phase of the App: on-demand graphs that hold it are evaluated in that phase; an
     event of the phase `CLOSING` computes then only, in graphs of every stage.
@@ -149,10 +164,15 @@ class NodeType:
     specialize: Specialize | None = None
     phase: str = ""
     runs_code: bool = False
+    check: Check | None = None
+    latent: bool = False
 
     def __post_init__(self) -> None:
         for kind in ("inputs", "outputs", "state", "dynamic_inputs", "dynamic_outputs"):
             for name, attribute in getattr(self, kind).items():
+                if attribute.role not in get_args(Role):
+                    roles = ", ".join(filter(None, get_args(Role)))
+                    raise ValueError(f"{self.id}: {kind} {name}: role {attribute.role!r} is not one of {roles}")
                 try:
                     _ = attribute.parsed, attribute.default is UNSET or attribute.initial
                 except ValueError as error:
@@ -191,6 +211,22 @@ class NodeType:
             if pattern.fullmatch(name):
                 return attribute
         return None
+
+    @cached_property
+    def _roles(self) -> Mapping[tuple[str, str], tuple[str, ...]]:
+        found: dict[tuple[str, str], tuple[str, ...]] = {}
+        for side, group in (("inputs", self.inputs), ("outputs", self.outputs)):
+            for name, attribute in group.items():
+                found[side, attribute.role] = (*found.get((side, attribute.role), ()), name)
+        return found
+
+    def inputs_as(self, role: Role) -> tuple[str, ...]:
+        """The names of the inputs that have this role, in the order of the declaration."""
+        return self._roles.get(("inputs", role), ())
+
+    def outputs_as(self, role: Role) -> tuple[str, ...]:
+        """The names of the outputs that have this role, in the order of the declaration."""
+        return self._roles.get(("outputs", role), ())
 
     @cached_property
     def names(self) -> frozenset[str]:
@@ -233,6 +269,8 @@ def node_type(
     specialize: Specialize | None = None,
     phase: str = "",
     runs_code: bool = False,
+    check: Check | None = None,
+    latent: bool = False,
     volatile: bool = False,
     dynamic_inputs: Mapping[str, Attribute] | None = None,
     dynamic_outputs: Mapping[str, Attribute] | None = None,
@@ -267,6 +305,8 @@ def node_type(
                 specialize,
                 phase,
                 runs_code,
+                check,
+                latent,
             )
         )
         return compute

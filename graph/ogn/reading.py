@@ -11,7 +11,7 @@ from graph.files.json_text import parse
 from graph.files.source import Source
 from graph.files.text import described, suggestion
 from graph.files.tree import Map
-from graph.node.declaration import UNSET, Attribute
+from graph.node.declaration import UNSET, Attribute, Role
 from graph.values.coercion import coerce
 from graph.values.types import Extended
 
@@ -25,6 +25,13 @@ ATTRIBUTE_KEYS = (
     *("unvalidated", "deprecated", "allowedTokens"),
 )
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(:[A-Za-z0-9_]+)*")
+ROLES: dict[str, Role] = {
+    "inputs.cameraPrim": "sensor",
+    "inputs.renderProductPath": "product",
+    "inputs.timeStamp": "stamp",
+    "outputs.renderProductPath": "product",
+}
+"""What attributes of these names are in OmniGraph's own nodes; a declaration has no words for it."""
 _USD_TUPLE = re.compile(r"^(double|float|half|int)([234])(?=(?:\[\])?$)")
 """The names that USD has for plain tuples; declarations have them for `float[3]` and its like."""
 
@@ -136,6 +143,7 @@ class _Reader:
             minimum=self._bound(one, "minimum"),
             maximum=self._bound(one, "maximum"),
             deprecated="\n".join(self._texts(one, "deprecated")),
+            role=ROLES.get(where, ""),
         )
         try:
             parsed = attribute.parsed

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from graph.base.errors import Problem, UserError
 from graph.base.gc_pause import collector_paused
@@ -27,6 +28,12 @@ class LoadedFile:
             if graph.path == path:
                 return graph
         raise KeyError(f'no graph "{path}"{did_you_mean(path, (graph.path for graph in self.graphs))}')
+
+    def to_networkx(self) -> Any:
+        """All graphs as one `networkx.MultiDiGraph`, for analyses; see `graph.evaluate.links.to_networkx`."""
+        from graph.evaluate.links import to_networkx
+
+        return to_networkx(self.graphs)
 
 
 @collector_paused()

@@ -12,14 +12,14 @@ from graph.base.errors import Mark, Problem, UserError
 from graph.base.gc_pause import collector_paused
 from graph.spec.file_spec import FileSpec
 
+from .graph_checks import graph_notes
 from .overrides import override_inputs
 from .staging import (
-    bad_topics,
     build_stage,
-    flat_scans_of_3d,
     missing_targets,
     prims_for_products,
     stage_problems,
+    type_problems,
     unrenderable_cameras,
 )
 
@@ -112,9 +112,11 @@ def build_parts(
         if spec.lenient:
             warnings += [("prim-missing", str(one.mark), one.message) for one in missing]
         else:
-            problems += [*missing, *unrenderable_cameras(stage, spec, graphs), *bad_topics(spec, graphs)]
-            problems += [*prims_for_products(stage, spec, graphs), *flat_scans_of_3d(stage, spec, graphs)]
+            problems += [*missing, *unrenderable_cameras(stage, spec, graphs)]
+            problems += [*prims_for_products(stage, spec, graphs), *type_problems(stage, spec, graphs)]
     warnings[:0] = spec.notes if spec else ()
+    if not problems:
+        warnings += graph_notes(graphs)
     return Parts(spec, graphs, stage, sorted(dict.fromkeys(problems), key=_place), [*dict.fromkeys(warnings)], mjcf)
 
 

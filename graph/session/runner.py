@@ -18,12 +18,13 @@ if TYPE_CHECKING:
 
 OnError = Literal["stop", "continue"]
 
-# A node of a post-render graph is started by a new frame of the product that its `renderProductPath` names.
-PRODUCT_INPUT = "renderProductPath"
 INTERRUPTS_OFF = "/ext/omni.graph.action/disableInterrupts"
 """Setting: whether a trigger that reaches a sleeping node is ignored."""
 ERRORS_STOP = "/tickgraph/nodeErrorsStop"
 """Setting: whether a node that raises ends the run; else it is warned of and the run goes on."""
+
+Entry = tuple["Node", str, str]
+"""A node that new frames start: the execution input that they trigger, the input that names the render product."""
 
 STARTS = ("OmniGraph Start Play", "Simulation Start Play", "Animation Start Play")
 STOPS = ("OmniGraph Stop Play", "Simulation Stop Play", "Animation Stop Play")
@@ -34,7 +35,7 @@ class _Stages:
     """Which graphs are evaluated when, in their order."""
 
     every_update: tuple[Graph, ...]
-    after_frames: tuple[tuple[Graph, tuple[tuple[Node, str], ...]], ...]
+    after_frames: tuple[tuple[Graph, tuple[Entry, ...]], ...]
     demanded: dict[str, list[Graph]]
     """On-demand graphs by the phase that their events name."""
 
@@ -52,7 +53,7 @@ class _Stages:
         demanded.pop(CLOSING, None)
         return cls(
             (*of_stage.get("simulation", ()), *of_stage.get("pre_render", ())),
-            tuple((graph, tuple(_frame_entries(graph))) for graph in of_stage.get("post_render", ())),
+            tuple((graph, tuple(frame_entries(graph))) for graph in of_stage.get("post_render", ())),
             demanded,
         )
 
@@ -134,7 +135,7 @@ class GraphRunner:
         for graph in self._stages.every_update:
             graph.evaluate(self._context)
         for _, entries in self._stages.after_frames:
-            for node, _ in entries:
+            for node, *_ in entries:
                 node.prepare()
 
     def _run_on_demand(self, graphs: Iterable[Graph]) -> None:
@@ -143,11 +144,16 @@ class GraphRunner:
             graph.evaluate(self._context)
 
     def _run_frames(self) -> None:
-        for product in self._app.rendering.new_frames:
+        """Post-render graphs: once for each frame that starts nodes of it; one without such nodes, for any frame."""
+        new = self._app.rendering.new_frames
+        for product in new:
             for graph, entries in self._stages.after_frames:
-                activations = [(node, port) for node, port in entries if node.get(PRODUCT_INPUT) == product.path]
+                activations = [(node, port) for node, port, name in entries if node.get(name) == product.path]
                 if activations:
                     graph.evaluate(self._context, activations)
+        for graph, entries in self._stages.after_frames if new else ():
+            if not entries and runs_by_itself(graph):
+                graph.evaluate(self._context)
 
     def _played(self) -> None:
         self._instance_prims()
@@ -196,12 +202,20 @@ def _on_error(app: App) -> OnError:
     return "stop" if app.settings.get(ERRORS_STOP, True) else "continue"
 
 
-def _frame_entries(graph: Graph) -> Iterable[tuple[Node, str]]:
-    """The nodes that a new frame starts: they name a product and their execution input is not wired."""
+def frame_entries(graph: Graph) -> Iterable[Entry]:
+    """The nodes that a new frame of their render product starts: their first execution input is not connected."""
     for node in graph.nodes.values():
-        if PRODUCT_INPUT not in node.type.inputs:
+        products = node.type.inputs_as("product")
+        if not products:
             continue
         for name, attribute in node.type.inputs.items():
-            if attribute.type == "execution" and not node.connected(name):
-                yield node, name
+            if attribute.is_execution and not node.connected(name):
+                yield node, name, products[0]
                 break
+
+
+def runs_by_itself(graph: Graph) -> bool:
+    """Whether an evaluation that nothing starts computes anything: events in an execution graph, any node in others."""
+    return graph.evaluator != "execution" or any(
+        node.type.event is not None and node.type.phase != CLOSING for node in graph.nodes.values()
+    )

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from graph.base.errors import Mark, Problem, UserError
+from graph.node.at_load import NodeAtLoad
 from graph.node.context import Warn
 from graph.spec.file_spec import FileSpec, NodeSpec
 
@@ -105,26 +106,26 @@ def missing_targets(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Graph]) -
 
 
 def unrenderable_cameras(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Graph]) -> list[Problem]:
-    """A line for each cameraPrim that the file gives whose prim is there and is no sensor that can be rendered."""
+    """A line for each sensor input that the file gives whose prim is there and is no sensor that can be rendered."""
     from graph.sim.scene.prim_paths import prim_at
     from sensors.products import sensor_problem
 
     return [
         Problem(f"{node.path}.inputs:{name}: {problem}", mark)
         for node, name, mark in _given_inputs(spec, graphs)
-        if name == "cameraPrim"
+        if name in node.type.inputs_as("sensor")
         for target in node.get(name) or ()
         if prim_at(stage, target) and (problem := sensor_problem(stage, target))
     ]
 
 
 def prims_for_products(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Graph]) -> list[Problem]:
-    """A line for each renderProductPath that the file gives and that names a prim of the scene: no frame would come."""
+    """A line for each render product path that the file gives and that is a prim of the scene: no frame would come."""
     from graph.sim.scene.prim_paths import prim_at
 
     problems = []
     for node, name, mark in _given_inputs(spec, graphs):
-        path = str(node.get(name) or "") if name == "renderProductPath" else ""
+        path = str(node.get(name) or "") if name in node.type.inputs_as("product") else ""
         prim = prim_at(stage, path)
         if prim and prim.GetTypeName() != "RenderProduct":
             message = f"{node.path}.inputs:{name}: {path} is a prim, not a render product; connect it to"
@@ -132,60 +133,36 @@ def prims_for_products(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Graph]
     return problems
 
 
-def flat_scans_of_3d(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Graph]) -> list[Problem]:
-    """A line for each flat scan whose lidar has an emitter out of the plane, as far as the file says which lidar it is:
-    the cameraPrim of the one node that makes its render product. None where such errors are logged only.
-    """
-    from graph.sim.scene.prim_paths import prim_at
-    from sensors.annotators import require_2d
-    from sensors.lidar.prim import read_config
-
-    problems: list[Problem] = []
-    flat = [
-        (node, author)
-        for node, author in _written_nodes(spec, graphs)
-        if node.type.id.endswith(".IsaacComputeRTXLidarFlatScan") and node.connected("renderProductPath")
-    ]
-    if not flat or spec.clock.parity != "documented":
-        return problems
-    cameras = {node: node.get(name) or () for node, name, _ in _given_inputs(spec, graphs) if name == "cameraPrim"}
-    for node, author in flat:
-        makers = [source for source in node.sources if "cameraPrim" in source.names["inputs"]]
-        for path in cameras.get(makers[0], ()) if len(makers) == 1 else ():
-            prim = prim_at(stage, path)
-            if not prim or prim.GetTypeName() != "OmniLidar":
-                continue
-            try:
-                config = read_config(prim)
-            except UserError:  # told at the prim
-                continue
-            try:
-                require_2d(path, config)
-            except UserError as error:
-                problems.append(Problem(f"{node.path}: {error}", author.mark))
+def type_problems(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Graph]) -> list[Problem]:
+    """A line for each thing that the nodes' own types find wrong with their values and wiring (`NodeType.check`)."""
+    written = [(node, author) for node, author in _written_nodes(spec, graphs) if node.type.check is not None]
+    if not written:
+        return []
+    given: dict[Node, dict[str, Mark | None]] = {}
+    for node, name, mark in _given_inputs(spec, graphs):
+        given.setdefault(node, {})[name] = mark
+    problems = []
+    for node, author in written:
+        marks = given.get(node, {})
+        sensors = _sensors_behind(node, given)
+        check = node.type.check
+        assert check is not None
+        for name, wrong in check(NodeAtLoad(node.db, stage, tuple(marks), sensors, spec.clock.parity)):
+            end = f"{node.path}.inputs:{name}" if name else node.path
+            problems.append(Problem(f"{end}: {wrong}", marks.get(name, author.mark)))
     return problems
 
 
-def bad_topics(spec: FileSpec, graphs: Sequence[Graph]) -> list[Problem]:
-    """A line for each topic and namespace that the file gives and ROS 2 does not allow."""
-    from nodes.ros2.publishing import namespace_problem, topic_problem
-
-    def problem(node: Node, name: str) -> str | None:
-        if name.lower().endswith("topicname"):
-            return topic_problem(str(node.get(name)))
-        return namespace_problem(str(node.get(name))) if name == "nodeNamespace" and _in_namespace(node) else None
-
-    return [
-        Problem(f"{node.path}.inputs:{name}: {wrong}", mark)
-        for node, name, mark in _given_inputs(spec, graphs)
-        if node.type.id.startswith("isaacsim.ros2.") and (wrong := problem(node, name))
-    ]
-
-
-def _in_namespace(node: Node) -> bool:
-    """Whether a node's namespace is used: for any topic or service whose name does not begin with /."""
-    names = [name for name in node.names["inputs"] if name.lower().endswith(("topicname", "servicename"))]
-    return any(node.connected(name) or not str(node.get(name)).startswith("/") for name in names)
+def _sensors_behind(node: Node, given: Mapping[Node, Mapping[str, Mark | None]]) -> tuple[str, ...]:
+    """The sensor prims whose render product is connected to a node, as far as the file says: those of its one maker."""
+    if not any(node.connected(name) for name in node.type.inputs_as("product")):
+        return ()
+    makers = [source for source in node.sources if source.type.inputs_as("sensor")]
+    if len(makers) != 1:
+        return ()
+    maker = makers[0]
+    named = [name for name in maker.type.inputs_as("sensor") if name in given.get(maker, {})]
+    return tuple(str(path) for name in named for path in maker.get(name) or ())
 
 
 def _given_inputs(spec: FileSpec, graphs: Sequence[Graph]) -> Iterator[tuple[Node, str, Mark | None]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from graph.node import Attribute, Database, node_type
 
-TIME = Attribute("double", "timeline time", unit="s")
+TIME = Attribute("double", "timeline time", unit="s", role="timeline time")
 FRAME = Attribute("double", "timeline time as a frame number", unit="frames")
 ONLY_PLAYBACK = Attribute("bool", "ignore events while the timeline does not play", default=True, literal_only=True)
 
@@ -48,8 +48,12 @@ def on_playback_tick(db: Database) -> bool:
         "deltaSeconds": Attribute("double", "update time since the previous firing, playing or not", unit="s"),
         "time": TIME,
         "frame": FRAME,
-        "timeSinceStart": Attribute("double", "time since the App was made, playing or not", unit="s"),
-        "absoluteSimTime": Attribute("double", "time of all updates so far; a stop does not reset it", unit="s"),
+        "timeSinceStart": Attribute(
+            "double", "time since the App was made, playing or not", unit="s", role="loop time"
+        ),
+        "absoluteSimTime": Attribute(
+            "double", "time of all updates so far; a stop does not reset it", unit="s", role="loop time"
+        ),
         "isPlaying": Attribute("bool", "whether the timeline plays"),
     },
     state={

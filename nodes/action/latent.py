@@ -14,6 +14,7 @@ EXEC_IN = Attribute("execution", "starts the wait")
 @node_type(
     "omni.graph.action.Countdown",
     version=2,
+    latent=True,
     inputs={
         "execIn": EXEC_IN,
         "duration": Attribute("int", "updates until `finished`", default=5, unit="updates"),
@@ -61,6 +62,7 @@ class _Waiting:
 @node_type(
     "omni.graph.action.Delay",
     version=2,
+    latent=True,
     inputs={
         "execIn": EXEC_IN,
         "duration": Attribute("double", "shortest time to wait", default=0.0, unit="s"),

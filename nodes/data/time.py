@@ -14,12 +14,16 @@ from nodes.durations import finite_duration
     version=1,
     volatile=True,
     outputs={
-        "absoluteSimTime": Attribute("double", "time of all updates so far; a stop does not reset it", unit="s"),
+        "absoluteSimTime": Attribute(
+            "double", "time of all updates so far; a stop does not reset it", unit="s", role="loop time"
+        ),
         "deltaSeconds": Attribute("double", "length of this update", unit="s"),
         "frame": Attribute("double", "timeline time as a frame number", unit="frames"),
         "isPlaying": Attribute("bool", "whether the timeline plays"),
-        "time": Attribute("double", "timeline time", unit="s"),
-        "timeSinceStart": Attribute("double", "time since the App was made, playing or not", unit="s"),
+        "time": Attribute("double", "timeline time", unit="s", role="timeline time"),
+        "timeSinceStart": Attribute(
+            "double", "time since the App was made, playing or not", unit="s", role="loop time"
+        ),
     },
 )
 def read_time(db: Database) -> None:
@@ -41,6 +45,7 @@ class _Running:
 @node_type(
     "omni.graph.nodes.Timer",
     version=2,
+    latent=True,
     inputs={
         "duration": Attribute("double", "how long the value runs", default=1.0, unit="s"),
         "endValue": Attribute("double", "value at the end", default=1.0),

@@ -22,7 +22,7 @@ FILM = "tenths of a stage unit"
     "isaacsim.core.nodes.IsaacReadCameraInfo",
     version=2,
     volatile=True,
-    inputs={"renderProductPath": Attribute("token", "path of the render product whose camera is read")},
+    inputs={"renderProductPath": Attribute("token", "path of the render product whose camera is read", role="product")},
     outputs={
         "width": Attribute("uint", "width of the product", unit="px"),
         "height": Attribute("uint", "height of the product", unit="px"),

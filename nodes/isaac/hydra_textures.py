@@ -23,7 +23,7 @@ VARS = "/Render/Vars"
         "enabled": Attribute("bool", "if not, the product renders nothing", default=True),
     },
     outputs={
-        "renderProductPath": Attribute("token", "path of the product"),
+        "renderProductPath": Attribute("token", "path of the product", role="product"),
         "execOut": Attribute("execution", "follows every compute of an enabled node"),
     },
 )

@@ -21,12 +21,14 @@ class _Made:
         "execIn": Attribute("execution", "makes the product, or finds the one there is"),
         "width": Attribute("uint", "image width; a lidar does not use it", default=1280, unit="px"),
         "height": Attribute("uint", "image height; a lidar does not use it", default=720, unit="px"),
-        "cameraPrim": Attribute("target", "the sensor prim that the product renders: OmniLidar, OmniRadar or Camera"),
+        "cameraPrim": Attribute(
+            "target", "the sensor prim that the product renders: OmniLidar, OmniRadar or Camera", role="sensor"
+        ),
         "enabled": Attribute("bool", "if not, the node does nothing", default=True),
         "renderProductPrim": Attribute("target", "an existing product to use instead of a new one"),
     },
     outputs={
-        "renderProductPath": Attribute("token", "path of the product"),
+        "renderProductPath": Attribute("token", "path of the product", role="product"),
         "execOut": Attribute("execution", "follows every compute of an enabled node"),
     },
     memory=_Made,

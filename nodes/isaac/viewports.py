@@ -108,7 +108,7 @@ def create_viewport(db: Database) -> None:
         "viewport": Attribute("token", "name of the viewport; empty is the default one"),
     },
     outputs={
-        "renderProductPath": Attribute("token", "path of its render product"),
+        "renderProductPath": Attribute("token", "path of its render product", role="product"),
         "execOut": Attribute("execution", "follows when there is such a viewport"),
     },
 )
@@ -155,8 +155,8 @@ def set_viewport_resolution(db: Database) -> bool:
     version=1,
     inputs={
         "execIn": Attribute("execution", "sets the camera"),
-        "renderProductPath": Attribute("token", "path of the render product"),
-        "cameraPrim": Attribute("target", "the sensor prim that it renders from now on"),
+        "renderProductPath": Attribute("token", "path of the render product", role="product"),
+        "cameraPrim": Attribute("target", "the sensor prim that it renders from now on", role="sensor"),
     },
     outputs={"execOut": Attribute("execution", "follows every compute")},
 )

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
-from graph.node import Attribute, Database, node_type
+from graph.node import Attribute, Database, NodeAtLoad, node_type
 
 from .frames import (
     CUDA_DEVICE,
@@ -25,6 +26,27 @@ def _wanted(db: Database) -> frozenset[str]:
     from sensors.annotators import FLAT_SCAN_CHANNELS
 
     return FLAT_SCAN_CHANNELS
+
+
+def _check(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
+    """A lidar with a beam off the plane, where a run would stop for it (the other profile logs it)."""
+    from graph.base.errors import UserError
+    from graph.sim.scene.prim_paths import prim_at
+    from sensors.annotators import require_2d
+    from sensors.lidar.prim import read_config
+
+    for path in node.sensors if node.parity == "documented" else ():
+        prim = prim_at(node.stage, path)
+        if not prim or prim.GetTypeName() != "OmniLidar":
+            continue
+        try:
+            config = read_config(prim)
+        except UserError:  # reported at the prim
+            continue
+        try:
+            require_2d(path, config)
+        except UserError as error:
+            yield "", str(error)
 
 
 def _prepare(db: Database) -> None:
@@ -69,6 +91,7 @@ def _older(name: str, data_type_default: float, **defaults: Any) -> dict[str, At
     memory=Reader,
     release=release,
     prepare=_prepare,
+    check=_check,
 )
 def compute_flat_scan(db: Database) -> bool:
     """Bin a frame by azimuth; the last element in a beam wins. A lidar with a beam off the horizontal plane fails."""

@@ -12,7 +12,7 @@ from .buffers import drop_handles
 
 EXEC = Attribute("execution", "computes; in a post_render graph every new frame of the product fires it")
 DATA_PTR = "handle of a frame; unset or 0 means the newest frame of renderProductPath"
-RENDER_PRODUCT = Attribute("token", "path of the render product whose frames are read")
+RENDER_PRODUCT = Attribute("token", "path of the render product whose frames are read", role="product")
 CUDA_DEVICE = Attribute("int", "must stay -1: frames are in host memory", default=-1)
 
 

@@ -14,7 +14,7 @@ from typing import Any
 from graph.node import Attribute, Database, KnownTypes, node_type
 
 from .any_fields import FIELD, Fields, field_types, required_type, type_inputs, type_name
-from .publishing import Publisher, publisher_inputs, subscribed_topic
+from .publishing import Publisher, check_names, publisher_inputs, subscribed_topic
 from .subscribing import EXEC_OUT, Subscriber, next_message, subscriber_inputs, unsubscribe
 
 
@@ -33,6 +33,7 @@ def _input_types(known: KnownTypes) -> Mapping[str, str]:
 @node_type(
     "isaacsim.ros2.bridge.ROS2Publisher",
     version=1,
+    check=check_names,
     inputs={
         "execIn": Attribute("execution", "publishes"),
         **publisher_inputs("topic"),
@@ -80,6 +81,7 @@ def _output_types(known: KnownTypes) -> Mapping[str, str]:
 @node_type(
     "isaacsim.ros2.bridge.ROS2Subscriber",
     version=1,
+    check=check_names,
     inputs={**subscriber_inputs("topic"), **type_inputs("msg")},
     outputs={"execOut": EXEC_OUT},
     dynamic_outputs={"{field}": FIELD},

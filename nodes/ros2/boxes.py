@@ -10,7 +10,7 @@ from nodes.isaac.clocks import stamp_ns
 from nodes.isaac.poses import quaternions_xyzw, rotations_and_scales
 
 from .messages import header
-from .publishing import TIME_STAMP, Publisher, publisher_inputs, subscribed_topic
+from .publishing import TIME_STAMP, Publisher, check_names, publisher_inputs, subscribed_topic
 from .robot_messages import point, quaternion, vector
 
 DETECTIONS_2D = "vision_msgs/msg/Detection2DArray"
@@ -35,6 +35,7 @@ def _inputs(topic: str) -> dict[str, Attribute]:
 @node_type(
     "isaacsim.ros2.bridge.ROS2PublishBbox2D",
     version=1,
+    check=check_names,
     inputs=_inputs("bbox2d"),
     memory=partial(Publisher, DETECTIONS_2D),
 )
@@ -58,6 +59,7 @@ def publish_boxes_2d(db: Database) -> bool:
 @node_type(
     "isaacsim.ros2.bridge.ROS2PublishBbox3D",
     version=1,
+    check=check_names,
     inputs=_inputs("bbox3d"),
     memory=partial(Publisher, DETECTIONS_3D),
 )

@@ -8,16 +8,17 @@ from graph.node import Attribute, Database, node_type
 from nodes.isaac.clocks import stamp_ns
 
 from .messages import CLOCK, clock
-from .publishing import Publisher, publisher_inputs, subscribed_topic
+from .publishing import Publisher, check_names, publisher_inputs, subscribed_topic
 
 
 @node_type(
     "isaacsim.ros2.bridge.ROS2PublishClock",
     version=1,
+    check=check_names,
     inputs={
         "execIn": Attribute("execution", "publishes the time"),
         **publisher_inputs("clock"),
-        "timeStamp": Attribute("double", "the time to publish", default=0.0, unit="s"),
+        "timeStamp": Attribute("double", "the time to publish", default=0.0, unit="s", role="stamp"),
     },
     memory=partial(Publisher, CLOCK),
 )

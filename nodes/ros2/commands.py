@@ -5,6 +5,7 @@ from __future__ import annotations
 from graph.node import Attribute, Database, node_type
 
 from .messages import CLOCK
+from .publishing import check_names
 from .robot_messages import ACKERMANN, JOINT_STATE, TWIST
 from .subscribing import EXEC_OUT, Subscriber, next_message, seconds, subscriber_inputs, unsubscribe
 
@@ -12,6 +13,7 @@ from .subscribing import EXEC_OUT, Subscriber, next_message, seconds, subscriber
 @node_type(
     "isaacsim.ros2.bridge.ROS2SubscribeTwist",
     version=1,
+    check=check_names,
     inputs=subscriber_inputs("cmd_vel"),
     outputs={
         "execOut": EXEC_OUT,
@@ -36,6 +38,7 @@ def subscribe_twist(db: Database) -> bool:
 @node_type(
     "isaacsim.ros2.bridge.ROS2SubscribeJointState",
     version=2,
+    check=check_names,
     inputs=subscriber_inputs("joint_command"),
     outputs={
         "execOut": EXEC_OUT,
@@ -69,6 +72,7 @@ def subscribe_joint_state(db: Database) -> bool:
 @node_type(
     "isaacsim.ros2.bridge.ROS2SubscribeClock",
     version=1,
+    check=check_names,
     inputs=subscriber_inputs("clock"),
     outputs={"execOut": EXEC_OUT, "timeStamp": Attribute("double", "the time received", unit="s")},
     memory=Subscriber,
@@ -87,6 +91,7 @@ def subscribe_clock(db: Database) -> bool:
 @node_type(
     "isaacsim.ros2.bridge.ROS2SubscribeAckermannDrive",
     version=1,
+    check=check_names,
     inputs=subscriber_inputs("ackermann_cmd"),
     outputs={
         "execOut": EXEC_OUT,

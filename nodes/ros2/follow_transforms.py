@@ -11,6 +11,7 @@ from graph.node import Attribute, Database, node_type
 from graph.sim.scene.prim_paths import prim_at
 
 from .messages import TRANSFORMS
+from .publishing import check_names
 from .subscribing import EXEC_OUT, Subscriber, next_message, subscriber_inputs, unsubscribe
 
 
@@ -31,6 +32,7 @@ def _release(db: Database) -> None:
 @node_type(
     "isaacsim.ros2.bridge.ROS2SubscribeTransformTree",
     version=1,
+    check=check_names,
     inputs={
         **subscriber_inputs("tf"),
         "frameNamesMap": Attribute("token[]", "prim path, frame name, prim path, frame name, ...", default=[]),

@@ -10,7 +10,7 @@ from nodes.isaac.clocks import stamp_ns
 from sensors import handles
 
 from .image_messages import CAMERA_INFO, COMPRESSED, IMAGE, PIXEL_BYTES, as_bytes, camera_info, compressed_image, image
-from .publishing import TIME_STAMP, Publisher, publisher_inputs, subscribed_topic
+from .publishing import TIME_STAMP, Publisher, check_names, publisher_inputs, subscribed_topic
 
 EXEC_IN = Attribute("execution", "publishes")
 DATA_PTR = Attribute("uint64", "handle of the pixels; 0 takes data", default=0)
@@ -21,6 +21,7 @@ PLUMB_BOB = "plumb_bob"
 @node_type(
     "isaacsim.ros2.bridge.ROS2PublishImage",
     version=1,
+    check=check_names,
     inputs={
         "execIn": EXEC_IN,
         **publisher_inputs("rgb", frame_id="sim_camera"),
@@ -88,6 +89,7 @@ def pixels(db: Database) -> Any:
 @node_type(
     "isaacsim.ros2.bridge.ROS2PublishCompressedImage",
     version=1,
+    check=check_names,
     inputs={
         "execIn": EXEC_IN,
         **publisher_inputs("image_raw/compressed", frame_id="sim_camera"),
@@ -116,6 +118,7 @@ def publish_compressed_image(db: Database) -> bool:
 @node_type(
     "isaacsim.ros2.bridge.ROS2PublishCameraInfo",
     version=2,
+    check=check_names,
     inputs={
         "execIn": EXEC_IN,
         **publisher_inputs("camera_info", frame_id="sim_camera"),

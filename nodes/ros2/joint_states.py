@@ -10,7 +10,7 @@ from graph.node import Attribute, Database, node_type
 from nodes.isaac.articulation import robot_at
 from nodes.isaac.clocks import stamp_ns
 
-from .publishing import TIME_STAMP, Publisher, publisher_inputs, subscribed_topic
+from .publishing import TIME_STAMP, Publisher, check_names, publisher_inputs, subscribed_topic
 from .robot_messages import JOINT_STATE, joint_state
 
 if TYPE_CHECKING:
@@ -30,6 +30,7 @@ class _Joints(Publisher):
 @node_type(
     "isaacsim.ros2.bridge.ROS2PublishJointState",
     version=1,
+    check=check_names,
     inputs={
         "execIn": Attribute("execution", "publishes the joints"),
         "targetPrim": Attribute("target", "the robot's root prim; read where jointNames is empty"),

@@ -12,7 +12,7 @@ from sensors import handles
 
 from .lidar_writers import STRING, object_id_map
 from .messages import stamp
-from .publishing import TIME_STAMP, Publisher, publisher_inputs, subscribed_topic
+from .publishing import TIME_STAMP, Publisher, check_names, publisher_inputs, subscribed_topic
 
 EXEC_IN = Attribute("execution", "publishes")
 CLASS = "class:"
@@ -21,6 +21,7 @@ CLASS = "class:"
 @node_type(
     "isaacsim.ros2.bridge.ROS2PublishSemanticLabels",
     version=1,
+    check=check_names,
     inputs={
         "execIn": EXEC_IN,
         **publisher_inputs("labels"),
@@ -67,6 +68,7 @@ def _content(db: Database) -> dict[str, Any]:
 @node_type(
     "isaacsim.ros2.bridge.ROS2PublishObjectIdMap",
     version=1,
+    check=check_names,
     inputs={
         "execIn": EXEC_IN,
         **publisher_inputs("labels"),

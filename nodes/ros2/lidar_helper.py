@@ -14,7 +14,7 @@ from .lidar_frames import SCAN_CHANNELS, cloud_channels, frame_cloud, frame_scan
 from .lidar_writers import STRING, FrameWriter, class_labels, object_id_map, stamps
 from .point_clouds import CLOUD_FIELDS, POINT_CLOUD
 from .profiles import offered_quality
-from .publishing import publisher_inputs, topic_name
+from .publishing import check_names, publisher_inputs, topic_name
 
 _MESSAGES = {"laser_scan": LASER_SCAN, "point_cloud": POINT_CLOUD}
 STABLE_IDS = "/rtx-transient/stableIds/enabled"
@@ -46,11 +46,12 @@ def _detach(db: Database) -> None:
 @node_type(
     "isaacsim.ros2.bridge.ROS2RtxLidarHelper",
     version=3,
+    check=check_names,
     inputs={
         "execIn": Attribute("execution", "attaches the publisher to the product; later activations find it attached"),
         "enabled": Attribute("bool", "if not, nothing is published and what was attached is taken off", default=True),
         **publisher_inputs("scan", frame_id="sim_lidar"),
-        "renderProductPath": Attribute("token", "path of the lidar's render product"),
+        "renderProductPath": Attribute("token", "path of the lidar's render product", role="product"),
         "type": Attribute(
             "token", "what to publish", default="laser_scan", allowed_tokens=("laser_scan", "point_cloud")
         ),

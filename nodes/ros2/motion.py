@@ -10,7 +10,7 @@ from graph.node import Attribute, Database, node_type
 from nodes.isaac.clocks import stamp_ns
 
 from .messages import TRANSFORMS, FrameTransform, transforms
-from .publishing import TIME_STAMP, Publisher, publisher_inputs, subscribed_topic
+from .publishing import TIME_STAMP, Publisher, check_names, publisher_inputs, subscribed_topic
 from .robot_messages import ACKERMANN, IMU, ODOMETRY, ackermann, imu, odometry
 
 EXEC_IN = Attribute("execution", "publishes")
@@ -41,6 +41,7 @@ INERTIAL = {
 @node_type(
     "isaacsim.ros2.bridge.ROS2PublishOdometry",
     version=1,
+    check=check_names,
     inputs={
         "execIn": EXEC_IN,
         **publisher_inputs("odom"),
@@ -96,6 +97,7 @@ class _Static(Publisher):
 @node_type(
     "isaacsim.ros2.bridge.ROS2PublishRawTransformTree",
     version=1,
+    check=check_names,
     inputs={
         "execIn": EXEC_IN,
         **publisher_inputs("tf"),
@@ -132,6 +134,7 @@ def publish_raw_transform_tree(db: Database) -> bool:
 @node_type(
     "isaacsim.ros2.bridge.ROS2PublishImu",
     version=1,
+    check=check_names,
     inputs={
         "execIn": EXEC_IN,
         **publisher_inputs("imu", frame_id="sim_imu"),
@@ -165,10 +168,11 @@ def imu_of(db: Database, nanoseconds: int) -> Any:
 @node_type(
     "isaacsim.ros2.bridge.ROS2PublishAckermannDrive",
     version=1,
+    check=check_names,
     inputs={
         "execIn": EXEC_IN,
         **publisher_inputs("ackermann_cmd", frame_id=""),
-        "timeStamp": Attribute("double", "stamp of the message", default=0, unit="s"),
+        "timeStamp": Attribute("double", "stamp of the message", default=0, unit="s", role="stamp"),
         "steeringAngle": Attribute("double", "angle of the virtual middle wheel", default=0.0, unit="rad"),
         "steeringAngleVelocity": Attribute("double", "rate of that angle; 0 is at once", default=0.0, unit="rad/s"),
         "speed": Attribute("double", "forward speed", default=0.0, unit="m/s"),

@@ -10,7 +10,7 @@ from typing import Any
 from graph.node import Attribute, Database, node_type
 from graph.sim.scene.prim_paths import prim_at
 
-from .publishing import topic_name
+from .publishing import check_names, topic_name
 
 PACKAGE = "isaac_ros2_messages/srv"
 Answer = Mapping[str, Any]
@@ -33,6 +33,7 @@ def _service(default: str, what: str) -> Attribute:
 @node_type(
     "isaacsim.ros2.bridge.ROS2ServicePrim",
     version=1,
+    check=check_names,
     inputs={
         "execIn": Attribute("execution", "answers one waiting request of each service"),
         "context": Attribute("uint64", "a ROS2Context; 0 is the default context", default=0),

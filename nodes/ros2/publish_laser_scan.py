@@ -9,7 +9,7 @@ from graph.node import Attribute, Database, node_type
 from nodes.isaac.clocks import stamp_ns
 
 from .laser_scans import LASER_SCAN, laser_scan, scan_style
-from .publishing import TIME_STAMP, Publisher, publisher_inputs, subscribed_topic
+from .publishing import TIME_STAMP, Publisher, check_names, publisher_inputs, subscribed_topic
 
 if TYPE_CHECKING:
     import numpy as np
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 @node_type(
     "isaacsim.ros2.bridge.ROS2PublishLaserScan",
     version=3,
+    check=check_names,
     inputs={
         "execIn": Attribute("execution", "publishes the scan"),
         **publisher_inputs("scan", frame_id="sim_lidar"),

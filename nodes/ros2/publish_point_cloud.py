@@ -9,7 +9,7 @@ from graph.node import Attribute, Database, node_type
 from nodes.isaac.clocks import stamp_ns
 
 from .point_clouds import POINT_CLOUD, point_cloud
-from .publishing import TIME_STAMP, Publisher, publisher_inputs, subscribed_topic
+from .publishing import TIME_STAMP, Publisher, check_names, publisher_inputs, subscribed_topic
 
 # Quantity -> stem of its inputs, type and default of its DataType input, defaults of its size input.
 _BUFFERS: dict[str, tuple[str, str, Any, dict[str, Any]]] = {
@@ -45,6 +45,7 @@ def _buffer_inputs() -> dict[str, Attribute]:
 @node_type(
     "isaacsim.ros2.bridge.ROS2PublishPointCloud",
     version=3,
+    check=check_names,
     inputs={
         "execIn": Attribute("execution", "publishes the cloud"),
         **publisher_inputs("point_cloud", frame_id="sim_lidar"),

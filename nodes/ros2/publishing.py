@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from graph.node import Attribute, Database
+from graph.node import Attribute, Database, NodeAtLoad
 
 from .profiles import offered_quality
 
@@ -24,7 +25,9 @@ def publisher_inputs(topic: str, *, frame_id: str | None = None) -> dict[str, At
             "string", "put before the topic; empty takes the isaac:namespace of the prims above", default=""
         ),
         **frame,
-        "topicName": Attribute("string", "topic; one that begins with / ignores the namespace", default=topic),
+        "topicName": Attribute(
+            "string", "topic; one that begins with / ignores the namespace", default=topic, role="topic"
+        ),
         "qosProfile": Attribute(
             "string", "quality of service that recordings note beside the topic; they keep everything", default=""
         ),
@@ -34,7 +37,7 @@ def publisher_inputs(topic: str, *, frame_id: str | None = None) -> dict[str, At
     }
 
 
-TIME_STAMP = Attribute("double", "stamp of the message", default=0.0, unit="s")
+TIME_STAMP = Attribute("double", "stamp of the message", default=0.0, unit="s", role="stamp")
 
 
 @dataclass(slots=True)
@@ -74,9 +77,9 @@ def topic_name(db: Database, below: str, name: str | None = None) -> str:
     return absolute_topic(name, namespace)
 
 
-def planned_topic(db: Database, below: str) -> str | None:
+def planned_topic(db: Database, below: str, name: str | None = None) -> str | None:
     """The topic that a node will publish on, as far as its inputs tell now; None where they make no topic."""
-    name, namespace = _name_and_namespace(db, below, None)
+    name, namespace = _name_and_namespace(db, below, name)
     return None if topic_problem(name, namespace) else absolute_topic(name, namespace)
 
 
@@ -84,7 +87,7 @@ def _name_and_namespace(db: Database, below: str, name: str | None) -> tuple[str
     name = (db.inputs.topicName if name is None else name).strip()
     if name.startswith("/"):
         return name, ""
-    return name, db.inputs.nodeNamespace or collect_namespace(db.app.stage, below)
+    return name, getattr(db.inputs, "nodeNamespace", "") or collect_namespace(db.app.stage, below)
 
 
 def absolute_topic(name: str, namespace: str = "") -> str:
@@ -110,6 +113,25 @@ def namespace_problem(namespace: str) -> str | None:
     if _TOPIC.fullmatch(below):
         return None
     return f"{namespace!r} is no ROS 2 namespace; its parts are letters, digits and _, and start with no digit"
+
+
+def check_names(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
+    """The topics and the namespace that a file gives a node and that ROS 2 does not allow: input, what is wrong."""
+    inputs = node.db.inputs
+    for name in node.given:
+        problem = None
+        if name.lower().endswith("topicname"):
+            problem = topic_problem(str(getattr(inputs, name)))
+        elif name == "nodeNamespace" and _uses_namespace(node.db):
+            problem = namespace_problem(str(inputs.nodeNamespace))
+        if problem:
+            yield name, problem
+
+
+def _uses_namespace(db: Database) -> bool:
+    """Whether the name of any topic or service does not begin with /."""
+    names = [name for name in db.node.type.inputs if name.lower().endswith(("topicname", "servicename"))]
+    return any(db.connected(f"inputs:{name}") or not str(getattr(db.inputs, name)).startswith("/") for name in names)
 
 
 def collect_namespace(stage: Any, path: str) -> str:

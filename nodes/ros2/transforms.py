@@ -10,7 +10,7 @@ from graph.sim.scene.prim_paths import prim_at
 from nodes.isaac.clocks import stamp_ns
 
 from .messages import TRANSFORMS, FrameTransform, transforms
-from .publishing import TIME_STAMP, Publisher, publisher_inputs, subscribed_topic
+from .publishing import TIME_STAMP, Publisher, check_names, publisher_inputs, subscribed_topic
 from .transform_trees import TransformTree, edges_of
 
 GIVEN = "one per transform; with childFrames set, the node publishes these instead of prims"
@@ -26,6 +26,7 @@ class _Tree(Publisher):
 @node_type(
     "isaacsim.ros2.bridge.ROS2PublishTransformTree",
     version=1,
+    check=check_names,
     inputs={
         "execIn": Attribute("execution", "publishes the poses"),
         "parentPrim": Attribute("target", "the prim the others are placed in; none means the world", optional=True),

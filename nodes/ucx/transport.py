@@ -22,7 +22,7 @@ def endpoint_inputs(port: int, tag: int, *, wide_port: bool = False, timeout: bo
 
 
 SENT = Attribute("execution", "the message was sent")
-TIME_STAMP = Attribute("double", "stamp of the message", default=0.0, unit="s")
+TIME_STAMP = Attribute("double", "stamp of the message", default=0.0, unit="s", role="stamp")
 
 
 def topic_of(db: Database) -> str:

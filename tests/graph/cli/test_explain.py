@@ -47,6 +47,10 @@ clocks
   physics   240 Hz, 4 steps an update
   substeps  4 4 4 4 4 4 4 4 4 4 4 4  in updates 0 to 11
 
+graphs
+  /World/G  execution, simulation: 3 nodes, 3 connections
+    chain  longest, 3 nodes: tick -> product -> cloud
+
 /World/Lidar (OmniLidar)
   rates     tick 10 Hz, scan 10 Hz
   rays      32,768 a scan, 327,680 a second at its scan rate

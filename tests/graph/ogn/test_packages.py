@@ -282,7 +282,7 @@ def test_each_broken_file_has_a_warning(installed, caplog):
 
 def test_a_graph_runs_beside_a_broken_package_which_is_told_where_a_type_of_a_package_is_asked_for(installed, tmp_path):
     installed({"OgnScale.ogn": "[[[", "OgnPulse.ogn": PULSE, "OgnPulse.py": PULSE_PY})
-    (tmp_path / "g.yaml").write_text("tickgraph: 1\ngraphs: {/G: {nodes: {c: Counter}}}\n")
+    (tmp_path / "g.yaml").write_text("tickgraph: 1\ngraphs: {/G: {nodes: {c: OnTick}}}\n")
     done = command(tmp_path, "check", "g.yaml")
     assert (done.returncode, done.stderr) == (0, "")
     (tmp_path / "g.yaml").write_text("tickgraph: 1\ngraphs: {/G: {nodes: {p: acme.events.Pulse}}}\n")

@@ -6,7 +6,6 @@ from fractions import Fraction
 import pytest
 
 from graph import ComputeError
-from graph.cli.silence import is_publisher
 from graph.node import registry
 from graph.testing import run_node
 
@@ -156,6 +155,6 @@ def test_a_profile_says_its_presets_and_its_own_policies():
 
 
 def test_no_subscriber_counts_as_a_publisher_that_keeps_silent():
-    publishers = {one.short_name for one in registry.all() if is_publisher(one)}
+    publishers = {one.short_name for one in registry.all() if one.inputs_as("topic")}
     assert {"ROS2Publisher", "ROS2PublishClock", "ROS2RtxLidarHelper"} <= publishers
     assert not {one for one in publishers if "Subscri" in one}

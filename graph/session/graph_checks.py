@@ -1,0 +1,68 @@
+"""Graphs that compile and still cannot do what they look like: those that never run, execution that goes round."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import TYPE_CHECKING
+
+from graph.plan.order import cycles
+
+from .runner import frame_entries, runs_by_itself
+
+if TYPE_CHECKING:
+    from graph.evaluate import Graph, Node
+    from graph.spec.file_spec import Note
+
+MOST_CYCLES = 8
+"""Cycles of one graph that are named."""
+SHOWN = 12
+"""Nodes of a cycle that are named."""
+
+
+def graph_notes(graphs: Iterable[Graph]) -> Iterator[Note]:
+    """A warning for each graph that nothing evaluates, and for each cycle of execution wires that nothing decides."""
+    for graph in graphs:
+        if why := _never_runs(graph):
+            yield "graph-never-runs", str(graph.mark or graph.path), f"graph {graph.path} never runs: {why}"
+        if graph.evaluator == "execution":
+            yield from _execution_cycles(graph)
+
+
+def _never_runs(graph: Graph) -> str:
+    """Why nothing starts a graph; "" if something does or if it has nothing to compute."""
+    if not any(node.type.compute is not None for node in graph.nodes.values()):
+        return ""
+    if graph.pipeline_stage == "on_demand":
+        phases = {node.type.phase for node in graph.nodes.values()} - {""}
+        return "" if phases else "on_demand graphs wait for a node such as OnPhysicsStep, or for a script; add one"
+    if runs_by_itself(graph) or any(node.type.phase for node in graph.nodes.values()):
+        return ""
+    if graph.pipeline_stage == "post_render":
+        if any(frame_entries(graph)):
+            return ""
+        return "no node of it is started by a frame; leave the execution input of a node with a render product open"
+    return "it has no event node; add one, such as OnPlaybackTick"
+
+
+def _execution_cycles(graph: Graph) -> Iterator[Note]:
+    """Cycles of nodes that each pass on what they get: no wait, one execution input, one execution output."""
+    passing = [node for node in graph.nodes.values() if _passes_on(node)]
+    number = {node: position for position, node in enumerate(passing)}
+    readers = [
+        [number[step[0]._node] for wire in node.db._wires.values() for step in wire.targets if step[0]._node in number]
+        for node in passing
+    ]
+    for cycle in cycles(len(passing), readers, most=MOST_CYCLES):
+        names = [passing[one].name for one in (*cycle, cycle[0])]
+        shown = names if len(names) <= SHOWN else [*names[: SHOWN // 2], "...", *names[-SHOWN // 2 :]]
+        yield (
+            "execution-cycle",
+            str(passing[cycle[0]].mark or passing[cycle[0]].path),
+            f"graph {graph.path}: execution goes round ({' -> '.join(shown)}) and nothing on the way decides or waits; "
+            "lead it through SendCustomEvent and OnCustomEvent, which go on in the next update, or use ForLoop",
+        )
+
+
+def _passes_on(node: Node) -> bool:
+    inputs = sum(node.attribute(f"inputs:{name}").is_execution for name in node.names["inputs"])
+    return len(node.db._wires) == 1 and inputs == 1 and not node.type.latent
