@@ -1,4 +1,4 @@
-"""What a node is stands in its declaration: node types of somebody else get every treatment that the shipped ones get."""
+"""What a node is stands in its declaration: types of somebody else get every treatment that the shipped ones get."""
 
 import pytest
 
@@ -177,7 +177,7 @@ def test_a_role_that_nobody_knows_is_an_error_of_the_declaration():
         NodeType("acme.X", inputs={"a": Attribute("string", "a", role="tpic")})
 
 
-# -- graphs that never run, execution that goes round --------------------------------------------------------------------
+# -- graphs that never run, execution that goes round
 
 
 def one(nodes, connections=(), stage="simulation"):
