@@ -18,9 +18,7 @@ GROUND = "graph.base"
 """Core modules that know nothing themselves; the world shares them."""
 
 JOINTS = {
-    "graph.session.open",
-    "graph.session.staging",
-    "graph.session.runner",
+    "graph.session",
     "graph.cli",
     "graph.testing",
     "graph.__main__",
