@@ -1,5 +1,5 @@
 # make run    set up what is missing, then run the main example into out/yard
-# make test   set up what is missing, then run every test
+# make test   set up what is missing, then run every test, on all cores
 # make lint   ruff and mypy;  make bench   the measurements;  make clean   forget .venv and out
 
 VENV := .venv
@@ -9,6 +9,8 @@ PIP := $(BIN)/python -m pip --quiet --quiet --disable-pip-version-check
 PINS := .ci/constraints.txt
 # Where PYTHONDONTWRITEBYTECODE is set, every start would compile what it imports.
 COMPILE := $(BIN)/python -m compileall -q graph nodes sensors
+# More options for pytest: make test PYTEST="-k lidar --cov"
+PYTEST :=
 SOURCES := graph nodes sensors tests graphs
 
 .PHONY: run test lint bench clean system-libraries
@@ -18,7 +20,7 @@ run: $(VENV)/run.stamp system-libraries
 	$(BIN)/graph run graphs/yard.yaml --out out/yard
 
 test: $(VENV)/dev.stamp system-libraries
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest --numprocesses auto $(PYTEST)
 
 lint: $(VENV)/dev.stamp
 	$(BIN)/ruff check $(SOURCES)

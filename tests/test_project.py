@@ -115,7 +115,7 @@ def test_make_takes_the_python_it_is_given():
 
 def our_files():
     """Every text file of the project: its own folders, and the files beside pyproject.toml."""
-    folders = [".ci", "graph", "nodes", "sensors", "graphs", "tests"]
+    folders = [".ci", ".github", "graph", "nodes", "sensors", "graphs", "tests"]
     found = [path for folder in folders for path in (ROOT / folder).rglob("*")] + list(ROOT.glob("*"))
     binary = {".usdc", ".pyc", ".mcap", ".gz"}
     return sorted(path for path in found if path.is_file() and path.suffix not in binary and path != Path(__file__))

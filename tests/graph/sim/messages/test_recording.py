@@ -315,6 +315,15 @@ def test_an_interrupt_between_or_inside_writes_leaves_a_finished_file(tmp_path):
     assert sequence
 
 
+@pytest.fixture
+def interruptible():
+    """SIGINT raises KeyboardInterrupt here, also where whoever started the tests ignores it (`nohup`)."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("interruptible")
 def test_an_interrupt_during_a_flush_is_honoured_after_it(tmp_path, monkeypatch):
     sink = McapSink(tmp_path / "run.mcap")
     bus = MessageBus()
