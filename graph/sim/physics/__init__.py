@@ -77,8 +77,11 @@ def build_physics(
     if not moves and not scan.soft:
         return None
     from .read_world import read_world
+    from .start_checks import tell_start
 
     world = read_world(scan, warn)
     if not moves and not world.softs:
         return None
-    return engine(world, dt, meters_per_unit=scan.meters_per_unit, fidelity=fidelity, warn=warn, mjcf=mjcf)
+    physics = engine(world, dt, meters_per_unit=scan.meters_per_unit, fidelity=fidelity, warn=warn, mjcf=mjcf)
+    tell_start(physics, warn)
+    return physics

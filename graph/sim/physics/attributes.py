@@ -35,10 +35,10 @@ def authored(attribute: Any, nothing: float = 0.0) -> float | None:
 
 
 def quaternion_of(value: Any) -> Floats:
-    """A `Gf.Quat*` as unit w, x, y, z."""
+    """A `Gf.Quat*` as unit w, x, y, z; no turn where its length is 0, not numbers where it is not finite."""
     out = np.array([value.GetReal(), *value.GetImaginary()], dtype=np.float64)
     length = float(np.linalg.norm(out))
-    return out / length if length > 0 else np.array([1.0, 0, 0, 0])
+    return out / length if length != 0 else np.array([1.0, 0, 0, 0])
 
 
 def vector(attribute: Any) -> Floats | None:

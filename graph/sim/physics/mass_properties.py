@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,8 +14,12 @@ from graph.sim.transforms import Floats
 
 from .model import DEFAULT_DENSITY, Body, Collider, Volume
 
-LEAST = 1e-15
-"""MuJoCo's least mass [kg] and moment of inertia [kg m2] of what moves."""
+LEAST, MOST = 1e-15, 1e14
+"""MuJoCo's least mass [kg] and moment of inertia [kg m2] of what moves; heavier bodies sink into what they rest on."""
+
+FLAT, TRIMMED = 1e-6, 1e-12
+"""The greatest moment of inertia is at most the sum of the others; float32 misses that of a flat body by less than the
+first share, and it is then set so much below the sum."""
 
 SMALL_SPHERE = 0.1
 """A body without volume has the inertia of a ball of this radius [m] (and 1 kg), as PhysX gives it."""
@@ -41,14 +45,22 @@ def body_inertia(body: Body, parts: Sequence[tuple[Collider, Volume]], warn: War
         inertia = _body_inertia(body, parts, warn)
     if not (np.isfinite(inertia.mass) and np.isfinite(inertia.center).all() and np.isfinite(inertia.tensor).all()):
         raise UserError(f"{body.path}: its size and density give no finite mass and inertia; make it smaller")
-    moments = np.linalg.eigvalsh(inertia.tensor)
-    least = float(moments[0])
-    if moments[2] > (moments[0] + moments[1]) * (1 + 1e-6):
+    moments, axes = np.linalg.eigh(inertia.tensor)
+    least, sum_of_lesser = float(moments[0]), float(moments[0] + moments[1])
+    if moments[2] > sum_of_lesser * (1 + FLAT):
         warn(
             "impossible-inertia",
             body.path,
             f"no body has moments of inertia {', '.join(f'{moment:.6g}' for moment in moments)} kg m2: the greatest is "
             "more than the others together; their mean is taken for all.",
+        )
+    elif moments[2] > sum_of_lesser * (1 - TRIMMED):
+        moments[2] = sum_of_lesser * (1 - TRIMMED)
+        inertia = replace(inertia, tensor=axes @ np.diag(moments) @ axes.T)
+    if inertia.mass > MOST:
+        raise UserError(
+            f"{body.path}: a mass of {inertia.mass:g} kg is too much for the engine (the most is {MOST:g}); check "
+            "physics:mass, physics:density, its size and metersPerUnit"
         )
     if inertia.mass < LEAST or least < LEAST:
         raise UserError(

@@ -19,12 +19,13 @@ from graph.sim.scene.stage import Warn
 from graph.sim.transforms import Floats
 from graph.sim.usd import EARLIEST, UsdGeom, UsdPhysics
 
-from .attributes import authored, kilograms_per_unit, quaternion_of, vector
+from .attributes import authored, kilograms_per_unit
 from .convex_decomposition import MOST_PIECES, enclosed
 from .filters import Filters
 from .hulls import convex_pieces, with_depth
 from .materials import bound_material, read_material
 from .model import Collider, Volume
+from .read_mass import read_mass
 
 HULL_TOLERANCE = 1e-3
 """How far a stretched curved solid's hull may lie inside it, as a fraction of its size."""
@@ -92,21 +93,20 @@ class _Reader:
         """What MassAPI says of a collider that is not the body itself, whose own it is there."""
         if not self.prim.HasAPI(UsdPhysics.MassAPI) or self.prim.HasAPI(UsdPhysics.RigidBodyAPI):
             return {}
-        api = UsdPhysics.MassAPI(self.prim)
+        said = read_mass(self.prim, self.warn)
         unit, mass_unit = scan.meters_per_unit, kilograms_per_unit(scan.stage)
-        mass, density = authored(api.GetMassAttr()), _density(scan, api.GetDensityAttr())
-        center, inertia = vector(api.GetCenterOfMassAttr()), vector(api.GetDiagonalInertiaAttr())
-        out: dict[str, Any] = {"density": density}
-        if mass is not None:
-            out["mass"] = mass * mass_unit
-        if center is not None:
-            out["center"] = transforms.transformed(self.frame, center[None])[0]
-        if inertia is not None and (inertia > 0).all():
-            axes = api.GetPrincipalAxesAttr().Get(EARLIEST)
+        out: dict[str, Any] = {}
+        if said.density is not None:
+            out["density"] = said.density * mass_unit / unit**3
+        if said.mass is not None:
+            out["mass"] = said.mass * mass_unit
+        if said.center is not None:
+            out["center"] = transforms.transformed(self.frame, said.center[None])[0]
+        if said.inertia is not None:
             turn = self.pose[:3, :3]
-            if axes is not None and axes.GetLength() > 0:
-                turn = turn @ transforms.rotation_matrices(quaternion_of(axes))
-            out["tensor"] = turn @ np.diag(inertia * mass_unit * unit**2) @ turn.T
+            if said.axes is not None:
+                turn = turn @ transforms.rotation_matrices(said.axes)
+            out["tensor"] = turn @ np.diag(said.inertia * mass_unit * unit**2) @ turn.T
         return out
 
     def _make(self, kind: Any, pose: Floats, size: tuple[float, ...] = (), **more: Any) -> Collider:

@@ -12,6 +12,9 @@ from graph.sim.usd import EARLIEST, UsdPhysics
 from .attributes import kilograms_per_unit, value_of
 from .model import Drive
 
+STIFFEST = 1e30
+"""Gains and targets above are not numbers that an engine can work with: infinite, or PhysX's word for it, 3.4e38."""
+
 _ARMATURE = ("physxJoint:armature", "newton:armature", "mjc:armature")
 _FRICTION = ("newton:friction", "mjc:frictionloss")
 
@@ -24,11 +27,14 @@ def drive_of(scan: Scan, prim: JointPrim, name: str, warn: Warn) -> Drive | None
     angular = name == "angular" or name.startswith("rot")
     unit = math.pi / 180 if angular else scan.meters_per_unit
 
-    def number(attribute: Any) -> float:
+    def number(attribute: Any, lowest: float = -math.inf, highest: float = STIFFEST) -> float:
         value = attribute.Get(EARLIEST)
-        if value is not None and math.isnan(value):
-            warn("bad-joint", prim.path, f"{attribute.GetName()} is not a number; 0 is taken.")
-        return 0.0 if value is None or math.isnan(value) else float(value)
+        if value is None or (lowest <= value <= highest and abs(value) <= highest):
+            return float(value or 0.0)
+        wanted = f"a number from {lowest:g}" if lowest == 0 else "a finite number"
+        text = f"{attribute.GetName()} is {value:g}, not {wanted}; 0 is taken."
+        warn("bad-joint", f"{prim.path}.{attribute.GetName()}", text)
+        return 0.0
 
     acceleration = drive.GetTypeAttr().Get(EARLIEST) == UsdPhysics.Tokens.acceleration
     # A force is mass * length / s2, a torque mass * length2 / s2, in units of the stage.
@@ -38,11 +44,11 @@ def drive_of(scan: Scan, prim: JointPrim, name: str, warn: Warn) -> Drive | None
         effort_unit = 1.0 if angular else length
     gain_unit = effort_unit / unit
     return Drive(
-        stiffness=number(drive.GetStiffnessAttr()) * gain_unit,
-        damping=number(drive.GetDampingAttr()) * gain_unit,
+        stiffness=number(drive.GetStiffnessAttr(), 0.0) * gain_unit,
+        damping=number(drive.GetDampingAttr(), 0.0) * gain_unit,
         position=number(drive.GetTargetPositionAttr()) * unit,
         velocity=number(drive.GetTargetVelocityAttr()) * unit,
-        max_force=abs(number(drive.GetMaxForceAttr())) * effort_unit,
+        max_force=abs(number(drive.GetMaxForceAttr(), highest=math.inf)) * effort_unit,
         acceleration=acceleration,
     )
 

@@ -32,6 +32,8 @@ def _gripper(scan: Scan, prim: Any, warn: Warn) -> Gripper:
         point = _point(scan, joint) if joint and joint.IsA(UsdPhysics.Joint) else None
         if point is None:
             warn("bad-gripper", path, f"{target} is no joint whose first body can move; it holds nothing.")
+        elif not np.isfinite([*point.place, *point.direction]).all():
+            warn("bad-gripper", path, f"localPos0 or localRot0 of {target} is not finite; it holds nothing.")
         else:
             points.append(point)
     newton = kilograms_per_unit(scan.stage) * scan.meters_per_unit

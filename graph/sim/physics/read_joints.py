@@ -28,6 +28,9 @@ _KINDS: tuple[tuple[Any, JointKind], ...] = (
     (UsdPhysics.DistanceJoint, "distance"),
     (UsdPhysics.Joint, "d6"),
 )
+NEVER_BREAKS = 3e38
+"""A break force from here on is none: where USD has infinity, PhysX writes the greatest float32, 3.4e38."""
+
 _NAMED: tuple[str, ...] = ("PhysicsJoint", "PhysicsFixedJoint", "PhysicsRevoluteJoint", "PhysicsPrismaticJoint")
 _NAMED += ("PhysicsSphericalJoint", "PhysicsDistanceJoint")
 
@@ -58,6 +61,10 @@ def _joint(scan: Scan, prim: JointPrim, warn: Warn) -> Joint | None:
         warn("bad-joint", prim.path, "localPos or localRot is not finite; the joint is left out.")
         return None
     schema = UsdPhysics.Joint(prim.prim)
+    for attribute in (schema.GetLocalRot0Attr(), schema.GetLocalRot1Attr()):
+        if not attribute.Get(EARLIEST).GetLength():
+            name = attribute.GetName()
+            warn("bad-joint", f"{prim.path}.{name}", f"{name} has the length 0; it counts as no turn.")
     _say_unbreakable(schema, prim.path, warn)
     joint = Joint(
         path=prim.path,
@@ -78,16 +85,18 @@ def _joint(scan: Scan, prim: JointPrim, warn: Warn) -> Joint | None:
 
 def _say_unbreakable(schema: Any, path: str, warn: Warn) -> None:
     named = (("breakForce", schema.GetBreakForceAttr()), ("breakTorque", schema.GetBreakTorqueAttr()))
-    finite = [name for name, attribute in named if math.isfinite(attribute.Get(EARLIEST))]
+    finite = [name for name, attribute in named if attribute.Get(EARLIEST) < NEVER_BREAKS]
     if finite:
-        warn("break-force", path, f"{' and '.join(finite)} are not modelled: the joint never breaks.")
+        are = "are" if len(finite) > 1 else "is"
+        warn("break-force", path, f"{' and '.join(finite)} {are} not simulated: the joint never breaks.")
 
 
 def _single(scan: Scan, prim: JointPrim, joint: Joint, warn: Warn) -> Joint:
     angular = joint.kind == "revolute"
     typed = UsdPhysics.RevoluteJoint(prim.prim) if angular else UsdPhysics.PrismaticJoint(prim.prim)
     unit = math.pi / 180 if angular else scan.meters_per_unit
-    lower, upper = (_limit(attribute, unit) for attribute in (typed.GetLowerLimitAttr(), typed.GetUpperLimitAttr()))
+    lower = _limit(typed.GetLowerLimitAttr(), unit, -FREE, prim.path, warn)
+    upper = _limit(typed.GetUpperLimitAttr(), unit, FREE, prim.path, warn)
     if lower > upper:
         warn("bad-joint", prim.path, f"its lower limit is above its upper one ({lower:g} > {upper:g}); it has none.")
         lower, upper = -FREE, FREE
@@ -148,7 +157,8 @@ def _d6(scan: Scan, prim: JointPrim, joint: Joint, warn: Warn) -> Joint:
         lower, upper = -FREE, FREE
         if prim.prim.HasAPI(UsdPhysics.LimitAPI, name):
             limit = UsdPhysics.LimitAPI(prim.prim, name)
-            lower, upper = (_limit(attribute, unit) for attribute in (limit.GetLowAttr(), limit.GetHighAttr()))
+            lower = _limit(limit.GetLowAttr(), unit, -FREE, prim.path, warn)
+            upper = _limit(limit.GetHighAttr(), unit, FREE, prim.path, warn)
             if lower >= upper:
                 continue
         drive = drive_of(scan, prim, name, warn)
@@ -163,9 +173,14 @@ def _d6(scan: Scan, prim: JointPrim, joint: Joint, warn: Warn) -> Joint:
     return replace(joint, dofs=single_joints(scan, joint, axes))
 
 
-def _limit(attribute: Any, unit: float) -> float:
+def _limit(attribute: Any, unit: float, free: float, path: str, warn: Warn) -> float:
+    """A limit [m or rad]; `free` where it is not a number."""
     value = float(attribute.Get(EARLIEST))
-    return value * unit if math.isfinite(value) else (math.copysign(FREE, value) if not math.isnan(value) else 0.0)
+    if math.isnan(value):
+        name = attribute.GetName()
+        warn("bad-joint", f"{path}.{name}", f"{name} is nan, not a number; it counts as no limit.")
+        return free
+    return value * unit if math.isfinite(value) else math.copysign(FREE, value)
 
 
 def _frame(scan: Scan, prim: JointPrim, side: int, body: str | None) -> Floats:

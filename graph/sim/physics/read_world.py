@@ -12,17 +12,18 @@ import numpy as np
 from graph.base.errors import UserError
 from graph.sim import transforms
 from graph.sim.scene.scan import BodyPrim, Scan, scan_stage
-from graph.sim.scene.stage import Warn, up_axis
+from graph.sim.scene.stage import Warn, ignore_warning, up_axis
 from graph.sim.transforms import Floats
 from graph.sim.usd import EARLIEST, UsdGeom, UsdPhysics
 
-from .attributes import authored, kilograms_per_unit, quaternion_of, value_of, vector
+from .attributes import kilograms_per_unit, value_of, vector
 from .authored_settings import check_settings
 from .filters import read_filters
 from .model import Body, Collider, Joint, World
 from .read_colliders import read_colliders
 from .read_grippers import read_grippers
 from .read_joints import read_joints, read_mimics
+from .read_mass import read_mass
 from .read_soft import read_softs
 from .solver import authored_options
 
@@ -50,7 +51,7 @@ def read_world(scan: Scan, warn: Warn, known: Known = NOTHING) -> World:
     filters = read_filters(scan, warn)
     joints = read_joints(scan, warn, known.joints)
     return World(
-        gravity=read_gravity(scan),
+        gravity=read_gravity(scan, warn),
         bodies=tuple(
             known.bodies.get(path) or _body(scan, body, warn)
             for path, body in scan.bodies.items()
@@ -97,8 +98,12 @@ def _say_several_scenes(scan: Scan, warn: Warn) -> None:
         )
 
 
-def read_gravity(scan: Scan) -> Floats:
-    """(3,) m/s2 of the first physics scene; without one, or where it says nothing, 9.81 down the up axis."""
+def read_gravity(scan: Scan, warn: Warn = ignore_warning) -> Floats:
+    """(3,) m/s2 of the first physics scene; without one, or where it says nothing, 9.81 down the up axis.
+
+    A magnitude below 0 and a direction of length 0 are UsdPhysics' ways to say nothing; others that are not finite are
+    warned of (`bad-gravity`).
+    """
     down: Floats = -np.eye(3)["XYZ".index(up_axis(scan.stage))]
     if not scan.scenes:
         return EARTH_GRAVITY * down
@@ -108,7 +113,14 @@ def read_gravity(scan: Scan) -> Floats:
     direction = np.array(scene.GetGravityDirectionAttr().Get(EARLIEST), dtype=np.float64)
     magnitude = float(scene.GetGravityMagnitudeAttr().Get(EARLIEST))
     length = float(np.linalg.norm(direction))
-    if not np.isfinite(length) or length == 0:
+    path = str(scan.scenes[0].GetPath())
+    if not math.isfinite(length):
+        text = f"physics:gravityDirection is not finite; gravity is down the {up_axis(scan.stage)} axis."
+        warn("bad-gravity", f"{path}.physics:gravityDirection", text)
+    if math.isnan(magnitude) or magnitude == math.inf:
+        text = f"physics:gravityMagnitude is {magnitude:g}, not finite; it is {EARTH_GRAVITY} m/s2."
+        warn("bad-gravity", f"{path}.physics:gravityMagnitude", text)
+    if not math.isfinite(length) or length == 0:
         direction, length = down, 1.0
     strength = magnitude * scan.meters_per_unit if 0 <= magnitude < math.inf else EARTH_GRAVITY
     return direction / length * strength
@@ -121,30 +133,20 @@ def _body(scan: Scan, prim: BodyPrim, warn: Warn) -> Body:
         raise UserError(f"{prim.path}: the body's transform is not finite; correct its xformOps.")
     pose = scan.body_pose(prim.path)
     rigid = UsdPhysics.RigidBodyAPI(prim.prim)
-    mass = UsdPhysics.MassAPI(prim.prim)
     if not transforms.usable(world):
         warn("bad-transform", prim.path, "the body's transform is flat; its rotation is not to be trusted.")
     local_scale = (transforms.inverse_rigid(transforms.rigid_part(world)) @ world)[:3, :3]
-    for attribute in (mass.GetMassAttr(), mass.GetDensityAttr()):
-        value = attribute.Get(EARLIEST) if attribute and attribute.HasAuthoredValue() else None
-        if value is not None and not 0 <= value < math.inf:
-            text = f"{attribute.GetName()} is {value:g}, not a number from 0; it counts as not written."
-            warn("bad-mass", prim.path, text)
-    total = authored(mass.GetMassAttr())
-    density = authored(mass.GetDensityAttr())
-    center = vector(mass.GetCenterOfMassAttr())
-    inertia = vector(mass.GetDiagonalInertiaAttr())
-    axes = mass.GetPrincipalAxesAttr().Get(EARLIEST)
+    said = read_mass(prim.prim, warn)
     turned = _parent_rotation(scan, prim.prim)
     return Body(
         path=prim.path,
         pose=pose,
         kinematic=prim.kinematic,
-        mass=None if total is None else total * mass_unit,
-        density=None if density is None else density * mass_unit / unit**3,
-        center_of_mass=None if center is None else local_scale @ center * unit,
-        diagonal_inertia=None if inertia is None or not (inertia > 0).all() else inertia * mass_unit * unit**2,
-        principal_axes=None if axes is None or axes.GetLength() == 0 else quaternion_of(axes),
+        mass=None if said.mass is None else said.mass * mass_unit,
+        density=None if said.density is None else said.density * mass_unit / unit**3,
+        center_of_mass=None if said.center is None else local_scale @ said.center * unit,
+        diagonal_inertia=None if said.inertia is None else said.inertia * mass_unit * unit**2,
+        principal_axes=said.axes,
         velocity=turned @ _speed(rigid.GetVelocityAttr(), prim.path, warn) * unit,
         angular_velocity=turned @ np.radians(_speed(rigid.GetAngularVelocityAttr(), prim.path, warn)),
         weightless=bool(value_of(prim.prim, "physxRigidBody:disableGravity")),

@@ -216,16 +216,16 @@ def _rigid_body(context: PrimContext, prim: Any, keys: Keys, name: str, done: se
     UsdPhysics.RigidBodyAPI.Apply(prim).CreateRigidBodyEnabledAttr(wanted)
 
 
+LIGHTEST, FASTEST = 1e-30, 1e30
+"""USD keeps masses and velocities as float32, which begins near 1.2e-38 and ends near 3.4e38."""
+
+
 def _mass(context: PrimContext, prim: Any, keys: Keys, name: str, done: set[str]) -> None:
     value = number(keys[name])
-    if value <= 0:
-        raise ValueError(f"{value:g} is not above 0")
+    if not LIGHTEST <= value <= FASTEST:
+        raise ValueError(f"{value:g} is not above 0" if value <= 0 else f"{value:g} is not from 1e-30 to 1e30")
     api = UsdPhysics.MassAPI.Apply(prim)
     (api.CreateMassAttr if name == "mass" else api.CreateDensityAttr)(value)
-
-
-FASTEST = 1e30
-"""USD keeps velocities as float32, which ends near 3.4e38."""
 
 
 def _velocity(context: PrimContext, prim: Any, keys: Keys, name: str, done: set[str]) -> None:

@@ -24,6 +24,10 @@ _KINDS = {
 LEVER = 0.1
 """How far from a joint's origin [m] its axis is tied or its swing measured."""
 
+HARDEST, STOP = (1e-9, 1.0), (0.99, 0.999, 0.001, 0.5, 2.0)
+"""How MuJoCo stops what comes to a limit: in the shortest time that it can, two steps (it raises shorter ones to that),
+and with next to no give. What comes at a speed v passes its limit by at most v dt, its way in one step."""
+
 
 def add_joints(handle: Any, branch: Branch, degrees: bool) -> None:
     """The joint that a body hangs by; degrees: whether the spec's angles are."""
@@ -47,6 +51,7 @@ def _add_single(handle: Any, joint: Joint, backwards: bool, degrees: bool) -> No
     made.ref = joint.start * unit
     if joint.limited:
         made.limited = mujoco.mjtLimited.mjLIMITED_TRUE
+        made.solref_limit, made.solimp_limit = HARDEST, STOP
         made.range = np.clip([joint.lower, max(joint.upper, joint.lower + 1e-9)], -1e9, 1e9) * unit
 
 
@@ -146,6 +151,7 @@ def _add_distance(
         name = f"{joint.path}#{side}"
         holder.add_site(name=name, pos=frame[:3, 3] + shift * frame[:3, joint.axis])
         tendon.wrap_site(name)
+    tendon.solref_limit, tendon.solimp_limit = HARDEST, STOP
     tendon.limited = mujoco.mjtLimited.mjLIMITED_TRUE
     low, high = limits
     tendon.range = [low, min(max(high, low + 1e-6), 1e9)]

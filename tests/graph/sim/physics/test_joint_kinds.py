@@ -369,7 +369,7 @@ def test_armature_slows_what_a_torque_turns(usda):
 @pytest.mark.parametrize("mass", ["-1", "nan", "inf"])
 def test_a_mass_that_is_none_is_said_and_counts_as_not_written(usda, mass):
     physics, warnings = usda(body("A", mass=mass, inertia=(0, 0, 0)))
-    assert [(code, where) for code, where, _ in warnings if code == "bad-mass"] == [("bad-mass", "/A")]
+    assert [(code, where) for code, where, _ in warnings if code == "bad-mass"] == [("bad-mass", "/A.physics:mass")]
     assert physics.model.body_mass[1] == 1.0  # nothing else gives it one
 
 
