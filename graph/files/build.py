@@ -131,6 +131,8 @@ class Builder:
                 for name, variable in graph.variables.items()
             },
             mark=self._key_mark("graphs", path),
+            unfinished=graph.lenient,
+            saved=graph.lenient,
             evaluation_mode=graph.evaluation_mode,
             instances=graph.instances,
         )

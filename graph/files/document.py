@@ -39,6 +39,8 @@ def graph_document(graph: GraphSpec) -> dict[str, Any]:
         document["pipeline_stage"] = graph.pipeline_stage
     if graph.evaluation_mode != "automatic":
         document["evaluation_mode"] = graph.evaluation_mode
+    if graph.saved:
+        document["lenient"] = True
     if graph.instances:
         document["instances"] = {prim: dict(values) for prim, values in graph.instances.items()}
     if graph.variables:

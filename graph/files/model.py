@@ -240,6 +240,11 @@ class Graph(_Part):
         description="standalone: the graph runs once. instanced: once for each prim of instances. automatic: for each "
         "prim if there are any, else once.",
     )
+    lenient: bool = Field(
+        default=False,
+        description="For a graph from a scene that somebody saved; `graph convert` writes it. What of it cannot be "
+        "compiled is left out with a warning, a node that lacks something warns and does nothing, the rest runs.",
+    )
     instances: dict[PrimPath, InstanceEntry] = Field(
         default_factory=dict,
         description="Prims that have this graph, each with the values of variables that are its own.",

@@ -61,8 +61,9 @@ class GraphSpec:
 
     compounds: by the name of each compound, its ports (`inputs:x`, `outputs:y`) and the ends inside that each stands
     for (`compound/Subgraph/add.inputs:a`); the nodes inside are among `nodes`. unfinished: open inputs may be unset as
-    long as nothing computes their node. saved: it comes from a saved scene, where what a node lacks is a warning, its
-    work is left out and the run goes on. instances: prims that have the graph, each with the variable values it gives.
+    long as nothing computes their node. saved: it comes from a saved scene (`lenient` in a graph file), where what a
+    node lacks is a warning, its work is left out and the run goes on. instances: prims that have the graph, each with
+    the variable values it gives.
     """
 
     path: str
@@ -123,5 +124,8 @@ class FileSpec:
     """Marks by key path, e.g. ("settings", "/a/b") or ("fidelity", "lidar.motion")."""
     notes: tuple[Note, ...] = ()
     """What loading found odd but no hindrance."""
-    lenient: bool = False
-    """Whether what cannot be compiled is left out with a note, as it is of scenes that people saved."""
+
+    @property
+    def lenient(self) -> bool:
+        """Whether what cannot be compiled is left out with a note, as it is of scenes that people saved."""
+        return any(graph.saved for graph in self.graphs)

@@ -54,8 +54,7 @@ def examine(path: Path, name: str, allow: Sequence[Path] = ()) -> Examined:
     ours = {graph.path for graph in raw if graph.custom} | {
         node.path for graph in raw for node in graph.nodes if node.custom
     }
-    lenient = any(path not in ours for path in _parts(spec))
-    return Examined(replace(tidied(migrate(spec), ours), lenient=lenient), problems, stage.GetUsedLayers())
+    return Examined(tidied(migrate(spec), ours), problems, stage.GetUsedLayers())
 
 
 def _in_file_order(graphs: tuple[GraphSpec, ...], path: Path) -> tuple[GraphSpec, ...]:

@@ -90,6 +90,8 @@ def _graph(
     nodes = in_noted_order(graph.nodes, attrgetter("name"), graph.custom, "nodes")
     listed = graph.custom.get("removedVariables")
     removed = set(listed) if isinstance(listed, list) else set()
+    # Our own writer notes everything of a graph; what somebody saved, or added since, does not.
+    saved = not (graph.custom and all(node.custom for node in graph.nodes)) or graph.custom.get("lenient") is True
     return GraphSpec(
         graph.path,
         tuple(_node(node, ports, {} if node.custom else settled[node.type], animated, mark_of) for node in nodes),
@@ -105,8 +107,8 @@ def _graph(
         },
         mark_of(graph.path),
         compounds={compound.name: _ports(graph, compound, ports) for compound in graph.compounds},
-        unfinished=not graph.custom,
-        saved=not graph.custom,
+        unfinished=saved,
+        saved=saved,
         evaluation_mode=graph.evaluation_mode,
         instances=graph.instances,
     )

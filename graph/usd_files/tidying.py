@@ -5,6 +5,8 @@ The original drops such things when it loads a file, with an entry in its log; s
 
 from __future__ import annotations
 
+import ast
+import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
@@ -15,6 +17,7 @@ from graph.spec.file_spec import ConnectionSpec, FileSpec, GraphSpec, NodeSpec
 from graph.spec.migration import Notes
 from graph.values.types import Extended, parse_type
 
+_VECTOR = re.compile(r"\s*\([-+0-9eE.,() ]{1,1000}\)\s*")
 _REPLICATOR = ("omni.replicator.", "omni.syntheticdata.", "omni.syntheticdata.Sd")
 
 
@@ -90,10 +93,27 @@ def _with(node: NodeSpec, inputs: Mapping[str, Any], attributes: Mapping[str, st
 
 
 def _typed(value: Any, declared: Attribute, written: str | None) -> Any:
-    """The value; with the type that the file gives it where the node type leaves it open."""
+    """The value; with the type that the file gives it where the node type leaves it open.
+
+    A file that has no type for it either keeps a vector as a text: `(90, 0, 0)`.
+    """
+    if isinstance(declared.parsed, Extended) and isinstance(value, str):
+        return _vector(value)
     if not isinstance(declared.parsed, Extended) or isinstance(value, dict) or written in (None, "token", "target"):
         return value
     return {"type": written, "value": value}
+
+
+def _vector(text: str) -> Any:
+    """The numbers of a vector or matrix written as USD writes it; any other text as it is."""
+    if not _VECTOR.fullmatch(text):
+        return text
+    try:
+        value = ast.literal_eval(text)
+    except (ValueError, SyntaxError, RecursionError, MemoryError):
+        return text
+    rows = value if isinstance(value, tuple) else ()
+    return [list(row) if isinstance(row, tuple) else row for row in rows] or text
 
 
 def _added(node: NodeSpec, known: NodeType) -> Iterator[tuple[str, str]]:
@@ -116,7 +136,11 @@ def _connections(
     types: Mapping[str, NodeType],
     notes: Notes,
 ) -> Iterator[ConnectionSpec]:
-    first: dict[tuple[str, str], str] = {}
+    counts: dict[tuple[str, str], str] = {}
+    """By node and input, the source that counts: the first that can run, as one of an unknown type is left out."""
+    for connection in sorted(graph.connections, key=lambda one: not _may_run(one, nodes, types)):
+        name, _, attribute = connection.target.rpartition(".")
+        counts.setdefault((name, ":".join(split(attribute))), connection.source)
     declared_as: dict[tuple[str, str], tuple[str, Attribute | None]] = {}
     for connection in graph.connections:
         name, _, attribute = connection.target.rpartition(".")
@@ -141,12 +165,18 @@ def _connections(
         written = node.attributes.get(full)
         execution = declared.is_execution if declared else written == "execution"
         execution = execution or written == "execution"
-        other = first.setdefault((name, full), connection.source)
+        other = counts[name, full]
         if other != connection.source and not execution and known:
             message = f"{graph.path}/{connection.target} has two sources; {other} counts, {connection.source} does not"
             notes.add("two-sources", message, *at)
             continue
         yield connection
+
+
+def _may_run(connection: ConnectionSpec, nodes: Mapping[str, NodeSpec], types: Mapping[str, NodeType]) -> bool:
+    """Whether the source of a connection is not a node of the graph whose type is unknown, and has the attribute."""
+    node = nodes.get(connection.source.rpartition(".")[0])
+    return node is None or (node.type in types and _source_exists(connection, nodes, types))
 
 
 def _source_exists(connection: ConnectionSpec, nodes: Mapping[str, NodeSpec], types: Mapping[str, NodeType]) -> bool:

@@ -132,6 +132,8 @@ def _graph(layer: Any, graph: GraphSpec, links: Links, documentation: Mapping[st
         NodeWriter(node_prim, node, registry).write()
     notes = links.write(layer, graph)
     ours: dict[str, Any] = {"connections": custom_data.texts(notes)}
+    if graph.saved:
+        ours["lenient"] = True
     if len(graph.variables) > 1:
         ours["variables"] = noted(graph.variables)
     if any("/" in node.name for node in graph.nodes):  # prims lie in their parents, whatever came between

@@ -202,7 +202,7 @@ def test_a_saved_scene_becomes_a_graph_file_over_that_scene(source, graph):
     )
     assert graph("convert", "saved.usda", "out.yaml").code == 0
     assert (source / "out.yaml").read_text() == (
-        "tickgraph: 1\nscene:\n  usd: saved.usda\ngraphs:\n  /G:\n    nodes:\n"
+        "tickgraph: 1\nscene:\n  usd: saved.usda\ngraphs:\n  /G:\n    lenient: true\n    nodes:\n"
         "      t: {type: omni.graph.action.OnTick, inputs: {framePeriod: 2}}\n"
     )
 

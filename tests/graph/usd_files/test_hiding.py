@@ -122,7 +122,7 @@ def test_a_scene_comes_back_as_it_is(files):
         [(", value: 1.5", "")],
         [(" {Turn: 7.0}", " {}")],
         [("    instances: {/World/Box: {Turn: 7.0}}\n", "")],
-        [("  /Other:\n    nodes:\n      tick: omni.graph.action.OnPlaybackTick\n", "")],
+        [("  /Other:\n    lenient: true\n    nodes:\n      tick: omni.graph.action.OnPlaybackTick\n", "")],
         [("  # an old comment\n", "")],
         [("      c: omni", "      new: omni.graph.action.Counter\n      c: omni")],
     ],
@@ -156,7 +156,7 @@ def test_a_node_without_a_type_is_left_out_with_a_line(tmp_path):
     assert [(code, message) for code, _, message in notes if code == "usd-no-type"] == [
         ("usd-no-type", "/G/n has no node type; it is left out, with its connections")
     ]
-    assert said(tmp_path / "a.yaml") == {"/G": {"nodes": {"c": "omni.graph.action.Counter"}}}
+    assert said(tmp_path / "a.yaml") == {"/G": {"lenient": True, "nodes": {"c": "omni.graph.action.Counter"}}}
 
 
 def test_a_compound_without_its_nodes_is_gone(tmp_path):
