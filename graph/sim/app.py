@@ -124,7 +124,7 @@ class App:
             from .mjcf.controls import serve
 
             serve(self.mjcf, self.world, self.phases)
-        self.on("resume", self.simulation.times.sample, -1)
+        self.on("resume", self.simulation.times.resample, -1)
         self.driver = Driver(
             self.world,
             self.simulation,

@@ -134,9 +134,9 @@ class Simulation:
         finally:
             done = clock.count - before
             if self._session == session and done:
-                self._publish_time()
                 each = not observed if times.samples.per_substep else not renders_next
-                times.sample(done if each else 1)
+                self._world.fabric.set(*EXTERNAL_TIME, clock.seconds)
+                times.stepped(done if each else 1)
 
     def _run_unobserved(self, physics: PhysicsEngine, target: int) -> None:
         """Steps to count `target`, all at once but for where poses are captured."""
@@ -154,22 +154,22 @@ class Simulation:
                 captures.capture()
 
     def _run_observed(self, steps: int) -> None:
-        clock, world, captures, times, session = self.clock, self._world, self._captures, self._times, self._session
+        clock, world, captures, session = self.clock, self._world, self._captures, self._session
+        fabric, stepped, samples = world.fabric, self._times.stepped, int(self._times.samples.per_substep)
         for _ in range(steps):
             self.pre_step()
             if self._session != session:  # a subscriber stopped the simulation
                 return
             if world.physics is not None:
                 world.physics.step()
-                world.fabric.stepped()
+                fabric.stepped()
             for callback in self.post_step.before:
                 callback()
             if self._session != session:
                 return
             clock.advance()
-            self._publish_time()
-            if times.samples.per_substep:
-                times.sample()
+            fabric.set(*EXTERNAL_TIME, clock.seconds)
+            stepped(samples)
             if clock.count == captures.next_capture:
                 captures.capture()
             for callback in self.post_step.after:
@@ -195,10 +195,6 @@ class Simulation:
         self._accumulator.clear()
         self._times.samples.clear()
         self._world.fabric.set(*EXTERNAL_TIME, 0.0)
-
-    def _publish_time(self) -> None:
-        self._world.fabric.set(*EXTERNAL_TIME, self.clock.seconds)
-        self._times.stepped()
 
     def _set_enabled(self, value: bool) -> None:
         self.enabled = value

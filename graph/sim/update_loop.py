@@ -94,12 +94,13 @@ class UpdateLoop:
         for callback in self._timeline_state.after:
             callback()
         rendering.begin_update(dt)
-        if self._world.live is not None:
-            self._world.live.check()
+        live = self._world.live
+        if live is not None:
+            live.check()
 
         for callback in self._timeline_phase.before:
             callback()
-        elapsed = timeline.advance(dt)
+        timeline.advance(dt)
         for callback in self._timeline_phase.after:
             callback()
 
@@ -107,7 +108,7 @@ class UpdateLoop:
         for callback in self._physics_phase.before:
             callback()
         try:
-            self._simulation.run_update(elapsed)
+            self._simulation.run_update(timeline.delta)  # 0 where a subscriber has stopped the timeline meanwhile
         finally:
             done = perf_counter()
             self._physics_s += done - started

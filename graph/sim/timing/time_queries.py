@@ -123,16 +123,16 @@ class TimeQueries:
         covered = f", from {float(span[0]):g} s to {float(span[1]):g} s" if span else ""
         _log.info("%d of %d time samples%s", len(self.samples), CAPACITY, covered)
 
-    def stepped(self) -> None:
-        """Physics has stepped: system time is now."""
-        self._system_time = self._now()
+    def stepped(self, samples: int = 0) -> None:
+        """Physics has stepped: system time is now. The present times become a sample, and those after each of the
+        `samples` - 1 steps before."""
+        self._system_time = system = self._now()
+        if samples:
+            self.samples.record(self.clock, system, self._external.sample_key, samples)
 
-    def sample(self, steps: int = 1) -> None:
-        """Writes the present times as a sample, and those after each of the `steps` - 1 steps before.
-
-        A newest sample with the same key is replaced.
-        """
-        self.samples.record(self.clock, self._system_time, self._external.sample_key, steps)
+    def resample(self) -> None:
+        """Writes the present times as a sample, in place of the newest one where that has the same key (resume)."""
+        self.samples.record(self.clock, self._system_time, self._external.sample_key)
 
     def _sample_substeps(self, value: bool) -> None:
         self.samples.per_substep = value
