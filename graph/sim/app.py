@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from .geometry.surfaces import Mesh, Plane
     from .physics.protocol import EngineFactory, PhysicsEngine
     from .scene.live_stage import LiveStage
+    from .state.prim_poses import PrimPoses
 
 
 class App:
@@ -182,7 +183,7 @@ class App:
         return self.world.meters_per_unit
 
     @property
-    def fabric(self) -> Any:
+    def fabric(self) -> PrimPoses:
         """Where every prim is now, and attributes beside the stage."""
         return self.world.fabric
 

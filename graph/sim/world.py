@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from .physics.protocol import EngineFactory, PhysicsEngine
     from .scene.live_stage import LiveStage
     from .scene.stage import StageState, Warn
+    from .state.prim_poses import PrimPoses
 
 EXTERNAL_TIME = ("/ExternalSimulationTime", "omni:time")
 """Where in Fabric the renderer's clock stands: prim and attribute."""
@@ -58,7 +59,7 @@ class World:
         """Whether there is a physical world: from play, or `initialize_physics`, to stop."""
         self.live: LiveStage | None = None
         """Keeps the playing world and its stage together; None while stopped."""
-        self.fabric: Any = self._new_fabric()
+        self.fabric: PrimPoses = self._new_fabric()
         self._stage_state: StageState | None = None
         self._geometry: tuple[Mesh | Plane, ...] | None = None
         self.fabric.set(*EXTERNAL_TIME, 0.0)
@@ -163,7 +164,7 @@ class World:
         """Stops listening to the stage."""
         self.fabric.close()
 
-    def _new_fabric(self) -> Any:
+    def _new_fabric(self) -> PrimPoses:
         from .state.fabric import Fabric
         from .state.stage_transforms import StageTransforms
 

@@ -34,7 +34,7 @@ def _engine(world: PlayingWorld) -> MujocoEngine | None:
 
 
 class Actuation:
-    """An attribute of actuators in Fabric (`graph.sim.state.fabric.Live`): `ctrl`, `force`, `length` or `velocity`."""
+    """An attribute of actuators, `ctrl`, `force`, `length` or `velocity`: a `state.attribute_values.Live`."""
 
     def __init__(self, world: PlayingWorld, names: Mapping[str, str], what: str) -> None:
         self._world, self._names, self._what = world, names, what

@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from graph.sim.geometry.surfaces import Mesh, Plane
     from graph.sim.physics.protocol import EngineFactory, PhysicsEngine
     from graph.sim.scene.stage import Warn
+    from graph.sim.state.prim_poses import PrimPoses
 
     from .editing import WhenPlaying
 
@@ -19,7 +20,7 @@ class PlayingWorld(Protocol):
 
     stage: Any
     mjcf: Any
-    fabric: Any
+    fabric: PrimPoses
     engine: EngineFactory
     fidelity: Fidelity
     warn: Warn

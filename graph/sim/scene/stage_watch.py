@@ -6,7 +6,7 @@ import weakref
 from collections.abc import Callable
 from typing import Any
 
-from graph.sim.state.fabric import Fabric
+from graph.sim.state.prim_poses import PrimPoses
 from graph.sim.usd import Sdf, Tf, Usd, UsdShade
 
 from .roles import StageRoles, role_of
@@ -64,7 +64,7 @@ class StageWatch:
     told.
     """
 
-    def __init__(self, stage: Any, fabric: Fabric, roles: StageRoles, placed: Callable[[str, bool], None]) -> None:
+    def __init__(self, stage: Any, fabric: PrimPoses, roles: StageRoles, placed: Callable[[str, bool], None]) -> None:
         self.stage, self.fabric, self.roles, self._placed = stage, fabric, roles, placed
         self.structure: dict[str, None] = {}
         self.shapes: dict[str, None] = {}

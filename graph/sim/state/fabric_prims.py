@@ -13,7 +13,7 @@ import numpy as np
 from graph.base.errors import RunError
 
 if TYPE_CHECKING:
-    from .fabric import Fabric
+    from .prim_poses import PrimPoses
 
 WORLD, LOCAL = "omni:fabric:worldMatrix", "omni:fabric:localMatrix"
 
@@ -25,7 +25,7 @@ class StaleReadError(RunError):
 class FabricAttribute:
     """One attribute of a prim in Fabric. False where there is no such attribute."""
 
-    def __init__(self, fabric: Fabric, path: str, name: str) -> None:
+    def __init__(self, fabric: PrimPoses, path: str, name: str) -> None:
         self._fabric, self._path, self._name = fabric, path, name
 
     def __bool__(self) -> bool:
@@ -93,8 +93,6 @@ class FabricAttribute:
         return Gf.Matrix4d(*world.T.ravel().tolist())
 
     def _world(self, path: str) -> Any:
-        from .fabric import stale_message
-
         if not self._fabric.has_place(path):
             raise RunError(f"{path}: it has no transform; there is no such prim on the stage, or it has no place.")
         cause = self._fabric.stale_because_of(path)
@@ -114,7 +112,7 @@ class FabricAttribute:
 class FabricPrim:
     """One prim in Fabric. False where neither the stage nor Fabric has it."""
 
-    def __init__(self, fabric: Fabric, path: str) -> None:
+    def __init__(self, fabric: PrimPoses, path: str) -> None:
         self._fabric, self._path = fabric, path
 
     def __bool__(self) -> bool:
@@ -146,4 +144,12 @@ class FabricPrim:
         has_attribute,
         get_attribute,
         create_attribute,
+    )
+
+
+def stale_message(cause: str) -> str:
+    """What is wrong with the matrix of a prim below `cause`, and what to do."""
+    return (
+        f"{cause}, above it, was placed in Fabric after it, which moves that prim alone; this one keeps its old place. "
+        "Place it too, or call app.fabric.update_world_xforms()."
     )

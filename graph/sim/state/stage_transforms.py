@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +13,7 @@ from graph.sim import transforms
 from graph.sim.scene.stage import Warn, ignore_warning
 from graph.sim.transforms import Floats
 
-from .fabric import Fabric
+from .prim_poses import PrimPoses
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from graph.sim.physics.protocol import PhysicsEngine
 
 
-class StageTransforms(Fabric):
-    """As `Fabric`, with the stage's own rules: what is placed is written to the stage, and what is below goes along.
+class StageTransforms(PrimPoses):
+    """Poses by the stage's own rules: what is placed is written to the stage, and what is below goes along.
 
     Every physics step writes the local transforms of the bodies that moved. Their poses are kept beside the stage in
     the precision of physics until somebody else writes to them, so that sensors see to the last bit what they see with
@@ -30,12 +30,11 @@ class StageTransforms(Fabric):
     """
 
     enabled = False
+    every_step = True
 
     def __init__(self, stage: Any, warn: Warn = ignore_warning) -> None:
         super().__init__(stage, warn)
         self._writer: Any = None
-        self.carried: Callable[[str], None] | None = None
-        """Told of each body that is placed, to take along the bodies below it (set while playing)."""
 
     def bind(self, physics: PhysicsEngine | None) -> None:
         """Follow the bodies of a world, and write them from now on. Raises UserError for one that cannot be written."""
@@ -46,8 +45,6 @@ class StageTransforms(Fabric):
         """Return to the stage."""
         self._writer = None
         super().unbind()
-
-    every_step = True
 
     def stepped(self, count: int = 1) -> None:
         """Physics has stepped: write what it moved."""
@@ -61,7 +58,6 @@ class StageTransforms(Fabric):
 
     def stage_moved(self, path: str) -> None:
         """The stage has a new transform for a prim; while playing, `settle` follows."""
-        super().stage_moved(path)
         if self._writer is not None and self.promote is None:
             self._attach()
 
@@ -109,14 +105,6 @@ class StageTransforms(Fabric):
         self._bindings.clear()
         if self.carried is not None:
             self.carried(path)
-
-    def stale_because_of(self, path: str) -> str | None:
-        """None: the stage takes along what is below."""
-        return None
-
-    def outdated_on_stage(self, path: str) -> str | None:
-        """None: the stage is the world."""
-        return None
 
     def update_world_xforms(self) -> None:
         """Nothing: the stage takes along what is below."""
