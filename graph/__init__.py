@@ -9,7 +9,8 @@ from __future__ import annotations
 
 from importlib import import_module
 
-from .moved import install as _install_old_paths
+from .base.forwarding import forward as _forward
+from .moved import MOVED as _MOVED
 
 TYPE_CHECKING = False  # importing typing would take longer than all the rest
 if TYPE_CHECKING:
@@ -73,7 +74,7 @@ __all__ = [
 ]
 
 
-_install_old_paths()
+_forward(_MOVED)
 
 
 def __getattr__(name: str) -> Any:

@@ -1,15 +1,9 @@
-"""Old module paths of this package, importable for one more release with a DeprecationWarning.
+"""Old module paths of this package (see `graph.base.forwarding`).
 
 Only modules of the former flat layout are here; what the README names has not moved.
 """
 
 from __future__ import annotations
-
-import sys
-import warnings
-from importlib import import_module
-from importlib.machinery import ModuleSpec
-from types import ModuleType
 
 MOVED = {
     "graph.assembly": "graph.session.open",
@@ -36,27 +30,3 @@ MOVED = {
     "graph.variables": "graph.node.variables",
 }
 """Old dotted path to the present one."""
-
-
-class _Forwarding:
-    """Gives the present module under its old name."""
-
-    def find_spec(self, name: str, path: object = None, target: object = None) -> ModuleSpec | None:
-        return ModuleSpec(name, self) if name in MOVED else None  # type: ignore[arg-type]  # an ABC would cost its import
-
-    def create_module(self, spec: ModuleSpec) -> ModuleType:
-        present = import_module(MOVED[spec.name])
-        warnings.warn(f"{spec.name} is now {MOVED[spec.name]}; import that", DeprecationWarning, stacklevel=2)
-        spec.loader_state = present.__spec__
-        return present
-
-    def exec_module(self, module: ModuleType) -> None:
-        """Leaves the module, which was executed under its present name, the spec of that name."""
-        if module.__spec__ is not None:
-            module.__spec__ = module.__spec__.loader_state
-
-
-def install() -> None:
-    """Makes the old paths importable."""
-    if not any(isinstance(finder, _Forwarding) for finder in sys.meta_path):
-        sys.meta_path.append(_Forwarding())

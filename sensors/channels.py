@@ -1,4 +1,7 @@
-"""Every per-element channel a sensor can compute: its dtype, width, unit, and the auxiliary level that carries it."""
+"""Every per-element channel a sensor can compute: its dtype, width, unit, and the auxiliary level that carries it.
+
+`CHANNELS` holds the channels of point sensors; a sensor type brings its own (`sensors.sensor_types`).
+"""
 
 from __future__ import annotations
 
@@ -18,24 +21,35 @@ class AuxLevel(enum.IntEnum):
     FULL = 3
 
 
+PUBLISH_NORMALS = "/app/sensors/nv/lidar/publishNormals"
+STABLE_IDS = "/rtx-transient/stableIds/enabled"
+
+
 @dataclass(frozen=True, slots=True)
 class Channel:
-    """One array of a frame: `width` values of `dtype` per element, available from aux level `level` on."""
+    """One array of a frame: `width` values of `dtype` per element, available from aux level `level` on.
+
+    setting: one that must be true, or the channel stays empty, with the warning `setting_code`.
+    """
 
     name: str
     dtype: np.dtype[np.generic]
-    width: int
-    level: AuxLevel
-    unit: str
-    doc: str
+    width: int = 1
+    level: AuxLevel = AuxLevel.NONE
+    unit: str = ""
+    doc: str = ""
+    setting: str = ""
+    setting_code: str = ""
 
     def empty(self) -> np.ndarray:
         """An array of no elements, with the channel's dtype and shape."""
         return np.empty((0, self.width) if self.width > 1 else 0, self.dtype)
 
 
-def _channel(name: str, dtype: str, level: AuxLevel, unit: str, doc: str, width: int = 1) -> tuple[str, Channel]:
-    return name, Channel(name, np.dtype(dtype), width, level, unit, doc)
+def _channel(
+    name: str, dtype: str, level: AuxLevel, unit: str, doc: str, width: int = 1, *setting: str
+) -> tuple[str, Channel]:
+    return name, Channel(name, np.dtype(dtype), width, level, unit, doc, *setting)
 
 
 CHANNELS: dict[str, Channel] = dict(
@@ -53,15 +67,23 @@ CHANNELS: dict[str, Channel] = dict(
         _channel("echoId", "u1", AuxLevel.BASIC, "", "0 for the first return of a ray, 1 for the second"),
         _channel("tickStates", "u1", AuxLevel.BASIC, "", "index of the emitter state fired on the tick"),
         _channel("matId", "<u4", AuxLevel.EXTRA, "", "encoded non-visual material"),
-        _channel("objId", "u1", AuxLevel.EXTRA, "", "128-bit stable id, little-endian", 16),
-        _channel("hitNormals", "<f4", AuxLevel.FULL, "", "unit surface normal, facing the sensor", 3),
+        _channel(
+            "objId", "u1", AuxLevel.EXTRA, "", "128-bit stable id, little-endian", 16, STABLE_IDS, "stable-ids-off"
+        ),
+        _channel(
+            *("hitNormals", "<f4", AuxLevel.FULL, "", "unit surface normal, facing the sensor", 3),
+            *(PUBLISH_NORMALS, "normals-off"),
+        ),
         _channel("velocities", "<f4", AuxLevel.FULL, "m/s", "velocity of the hit point", 3),
         _channel("classId", "<u4", AuxLevel.NONE, "", "semantic class of what was hit: 0 nothing, 1 no label; ours"),
     )
 )
 
+POINT_CHANNELS = tuple(CHANNELS.values())
+"""The channels of point sensors."""
+
 AUXILIARY = frozenset(name for name, channel in CHANNELS.items() if channel.level > AuxLevel.NONE)
-"""The channels that need an auxiliary level."""
+"""Those of them that need an auxiliary level."""
 
 
 def check_channels(names: Iterable[str]) -> frozenset[str]:

@@ -1,26 +1,25 @@
-"""Render products: what gives a sensor prim its runtime, its schedule and its place in the App."""
+"""Render products: what gives a sensor prim its sensor, its schedule and its place in the App."""
 
 from __future__ import annotations
 
 import hashlib
 import re
-from fractions import Fraction
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING
 
 from graph.sim.scene.prim_paths import prim_at
 
 from .errors import SensorValueError
+from .sensor_types import NOT_YET, sensor_types
 
 if TYPE_CHECKING:
     from pxr import Usd
 
     from graph.sim import App
-    from graph.sim.renderer.rendering import RenderProduct
+    from graph.sim.renderer.products import RenderProduct
+    from graph.sim.renderer.sensor import Sensor
 
 ROOT = "/Render/OmniverseKit/HydraTextures"
 """Where products live, in the stage's session layer."""
-
-_NOT_YET = {"Camera": "cameras", "OmniRadar": "radars", "OmniAcoustic": "acoustic sensors"}
 
 
 def render_product(
@@ -46,9 +45,9 @@ def place_product(app: App, path: str, prim_path: str, resolution: tuple[int, in
 
     Raises SensorValueError as `render_product` does; then nothing has changed.
     """
-    from graph.sim.renderer.rendering import RenderProduct
+    from graph.sim.renderer.products import RenderProduct
 
-    product = RenderProduct(path, prim_path, resolution, _runtime(app, prim_path))
+    product = RenderProduct(path, prim_path, resolution, _sensor(app, prim_path))
     if path in app.rendering.products:
         app.rendering.remove(path)
     _author(app, path, prim_path, resolution)
@@ -58,35 +57,13 @@ def place_product(app: App, path: str, prim_path: str, resolution: tuple[int, in
     return product
 
 
-class Blank:
-    """Stands for the sensor of a render product that has none yet."""
-
-    wants_updates = False
-
-    def __init__(self) -> None:
-        from graph.sim.renderer.schedule import EveryUpdate
-
-        self.schedule = EveryUpdate()
-
-    @property
-    def rate(self) -> Fraction:
-        """It has no rate [Hz]."""
-        return self.schedule.rate
-
-    def render(self, tick: object) -> None:
-        """There is nothing to see."""
-
-    def reset(self) -> None:
-        """There is nothing to forget."""
-
-
 def _follow_prim(app: App, product: RenderProduct) -> None:
     """At each play the sensor takes over what was authored on its prim since."""
 
     def refresh() -> None:
         if app.rendering.products.get(product.path) is not product:
             unsubscribe()
-        elif cast("Any", product.sensor).refresh() and product.enabled:
+        elif product.sensor.refresh() and product.enabled:
             product.enabled = False  # off and on: the scheduler takes up the new schedule
             product.enabled = True
 
@@ -113,22 +90,22 @@ def sensor_problem(stage: Usd.Stage, prim_path: str) -> str | None:
     prim = prim_at(stage, prim_path)
     if not prim:
         return f"there is no prim {prim_path} to render; give the path of a sensor"
-    kind = str(prim.GetTypeName())
-    if kind == "OmniLidar":
+    name, known = str(prim.GetTypeName()), sensor_types()
+    if name in known:
         return None
-    if kind in _NOT_YET:
-        return f"{prim_path}: {_NOT_YET[kind]} are not available yet; OmniLidar prims are"
-    return f"{prim_path}: a {kind or 'typeless prim'} is no sensor; give the path of an OmniLidar"
+    if name in NOT_YET:
+        return f"{prim_path}: {NOT_YET[name]} are not available yet; {' and '.join(known)} prims are"
+    return f"{prim_path}: a {name or 'typeless prim'} is no sensor; give the path of an {' or '.join(known)}"
 
 
-def _runtime(app: App, prim_path: str) -> Any:
+def _sensor(app: App, prim_path: str) -> Sensor:
     if not prim_path:
-        return Blank()
+        from .blank import Blank
+
+        return Blank(app)
     if problem := sensor_problem(app.stage, prim_path):
         raise SensorValueError(problem)
-    from .lidar.runtime import LidarRuntime
-
-    return LidarRuntime(app, prim_path)
+    return sensor_types()[str(app.stage.GetPrimAtPath(prim_path).GetTypeName())].runtime(app, prim_path)
 
 
 def _free_name(app: App, wanted: str) -> str:

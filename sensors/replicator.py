@@ -11,7 +11,7 @@
     app.update(steps=12)  # or rep.orchestrator.step(), one update that pauses afterwards
     points = buffer.get_data()["data"]
 
-Every function takes `app`; None is the App entered last. `sensors.annotator_types` has the annotators, what each reads
+Every function takes `app`; None is the App entered last. `sensors.annotators.types` has the annotators, what each reads
 and its options; `sensors.writers` the writers.
 """
 
@@ -22,17 +22,17 @@ from typing import TYPE_CHECKING, Any
 
 from graph.sim.managers.current import orchestrator
 
-from .annotated_writer import AnnotatedWriter as Writer
-from .annotator import Annotator
-from .annotator_types import TYPES, AnnotatorType, find_annotator, register_annotator
+from .annotators.annotator import Annotator
+from .annotators.types import TYPES, AnnotatorType, annotator_types, find_annotator, register_annotator
 from .errors import SensorValueError
 from .products import render_product
-from .writers import REGISTRY, WriterSpec
+from .writers import REGISTRY, WriterSpec, writer_specs
+from .writers import AnnotatedWriter as Writer
 from .writers import get as get_writer
 
 if TYPE_CHECKING:
     from graph.sim import App
-    from graph.sim.renderer.rendering import RenderProduct
+    from graph.sim.renderer.products import RenderProduct
 
 HOST = (None, "cpu", "cpu:0")
 
@@ -78,7 +78,7 @@ class AnnotatorRegistry:
     @staticmethod
     def get_registered_annotators() -> list[str]:
         """Their names, sorted."""
-        return sorted(TYPES)
+        return sorted(annotator_types())
 
     @staticmethod
     def register(kind: AnnotatorType) -> None:
@@ -99,7 +99,7 @@ class WriterRegistry:
     @staticmethod
     def get_writers() -> list[str]:
         """Their names, sorted."""
-        return sorted(REGISTRY)
+        return sorted(writer_specs())
 
     @staticmethod
     def register(writer: str | type[Writer], spec: WriterSpec | None = None) -> None:
@@ -112,7 +112,7 @@ class WriterRegistry:
             if isinstance(writer, str) or not issubclass(writer, Writer):
                 raise SensorValueError(f"writer {name!r}: give a subclass of Writer, or a name and a WriterSpec")
             spec = WriterSpec(writer, channels=frozenset())
-        if name in REGISTRY:
+        if name in writer_specs():
             raise SensorValueError(f"there is a writer {name!r} already; give yours another name")
         REGISTRY[name] = spec
 

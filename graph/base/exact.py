@@ -46,6 +46,15 @@ def nanoseconds(seconds: Fraction) -> int:
     return round(seconds * NANOSECONDS)
 
 
+def shortest(value: Fraction | int) -> str:
+    """An exact number as text: as a short decimal where that is exact, else as a fraction."""
+    exact = Fraction(value)
+    if exact.denominator == 1:
+        return str(exact.numerator)
+    decimal = f"{float(exact):g}"
+    return decimal if Fraction(decimal) == exact else str(exact)
+
+
 def count(value: int, what: str) -> int:
     """A number of things: `value` as a whole number. Raises TypeError unless it is one."""
     try:

@@ -10,6 +10,8 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
+from graph.base.exact import shortest
+
 from .arguments import add_allow
 from .printing import counted, say, say_json
 
@@ -65,9 +67,9 @@ def exact(number: Fraction) -> int | str:
 
 def as_text(told: Mapping[str, Any]) -> Iterator[str]:
     """The lines that a person reads."""
-    yield f"{told['file']}: {number(told['duration_s'])} s, {told['updates']:,} updates"
+    yield f"{told['file']}: {shortest(told['duration_s'])} s, {told['updates']:,} updates"
     counted = told["counted_updates"]
-    span = f"{number(told['duration_s'])} s" if counted == told["updates"] else f"the first {counted:,} updates"
+    span = f"{shortest(told['duration_s'])} s" if counted == told["updates"] else f"the first {counted:,} updates"
     yield ""
     yield from _clocks(told["clocks"])
     if told["graphs"]:
@@ -89,21 +91,21 @@ def _clocks(clocks: Mapping[str, Any]) -> Iterator[str]:
     step, every = clocks["timeline_step_s"], clocks["timeline_every_updates"]
     moves = "each update" if every == 1 else f"every {every} updates"
     per_loop = clocks["timeline_per_loop"]
-    ratio = "" if per_loop == 1 else f", {number(per_loop)} x loop time"
+    ratio = "" if per_loop == 1 else f", {shortest(per_loop)} x loop time"
     yield "clocks"
     rows = [
-        ("loop", f"{number(clocks['loop_hz'])} Hz"),
-        ("timeline", f"moves {number(step)} s {moves}{ratio}"),
-        ("physics", f"{number(clocks['physics_hz'])} Hz, {_steps(clocks['substeps_per_update'])} an update"),
+        ("loop", f"{shortest(clocks['loop_hz'])} Hz"),
+        ("timeline", f"moves {shortest(step)} s {moves}{ratio}"),
+        ("physics", f"{shortest(clocks['physics_hz'])} Hz, {_steps(clocks['substeps_per_update'])} an update"),
         ("substeps", f"{' '.join(map(str, clocks['substeps']))}  in updates 0 to {len(clocks['substeps']) - 1}"),
     ]
     if clocks["most_substeps"] is not None:
         rows.append(("cap", f"at most {_steps(Fraction(clocks['most_substeps']))} an update (minFrameRate)"))
     if steps := clocks["warm_up_steps"]:
-        ahead = number(steps / clocks["physics_hz"])
+        ahead = shortest(steps / clocks["physics_hz"])
         rows.append(("warm-up", f"{_steps(Fraction(steps))} at play: physics stays {ahead} s ahead of the timeline"))
     if clocks["sim_per_wall"] != 1:
-        lasts, speed = number(clocks["update_lasts_s"]), number(clocks["sim_per_wall"])
+        lasts, speed = shortest(clocks["update_lasts_s"]), shortest(clocks["sim_per_wall"])
         rows.append(("wall", f"an update lasts {lasts} s: physics runs at {speed} x wall time"))
     if not clocks["multi_tick"]:
         rows.append(("sensors", "follow the loop's time since the App was made: multi-tick rendering is off"))
@@ -131,28 +133,21 @@ def _shown(names: Sequence[str]) -> str:
 
 
 def _sensor(sensor: Mapping[str, Any], span: str) -> Iterator[str]:
+    from sensors.sensor_types import sensor_type
+
     from .explain_sensors import RULES
 
     yield f"{sensor['path']} ({sensor['type']})"
-    rows = []
-    if "tick_rate_hz" in sensor:
-        accumulates = "" if sensor["accumulates"] else ", accumulateOutputs off"
-        rows.append(
-            (
-                "rates",
-                f"tick {number(sensor['tick_rate_hz'])} Hz, scan {number(sensor['scan_rate_hz'])} Hz{accumulates}",
-            )
-        )
-        rays = f"{sensor['rays_per_scan']:,} a scan, {float(sensor['rays_per_second']):,.0f} a second at its scan rate"
-        rows.append(("rays", rays))
+    kind = sensor_type(sensor["type"])
+    rows = list(kind.rows(sensor)) if kind else []
     if not sensor["product"]:
         makers = ", ".join(sensor["made_by"])
         rows.append(("product", f"none so far: {makers} made none" if makers else "none: nobody renders it"))
         yield from _aligned(rows)
         return
-    made = f"since {number(sensor['exists_from_s'])} s, made in update {sensor['made_in_update']}"
+    made = f"since {shortest(sensor['exists_from_s'])} s, made in update {sensor['made_in_update']}"
     rows.append(("product", f"{made} by {', '.join(sensor['made_by']) or sensor['product']}"))
-    rows.append(("rule", RULES[sensor["rule"]]))
+    rows.append(("rule", {**RULES, **(kind.rules if kind else {})}[sensor["rule"]]))
     ticks = [f"{_seconds(tick['stamp_ns'])} (update {tick['update']})" for tick in sensor["first_ticks"]]
     more = ", ..." if sensor["frames"] > len(ticks) else ""
     rows.append(("stamps", ", ".join(ticks) + more if ticks else "none in this time"))
@@ -185,17 +180,8 @@ def _aligned(rows: Any) -> Iterator[str]:
         yield "  " + "  ".join(cells).rstrip()
 
 
-def number(value: Fraction | int) -> str:
-    """An exact number: as a short decimal where that is exact, else as a fraction."""
-    exact_value = Fraction(value)
-    if exact_value.denominator == 1:
-        return str(exact_value.numerator)
-    decimal = f"{float(exact_value):g}"
-    return decimal if Fraction(decimal) == exact_value else str(exact_value)
-
-
 def _steps(count: Fraction) -> str:
-    return "1 step" if count == 1 else f"{number(count)} steps"
+    return "1 step" if count == 1 else f"{shortest(count)} steps"
 
 
 def _seconds(stamp_ns: int) -> str:

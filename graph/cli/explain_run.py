@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass, field
+from fractions import Fraction
 from typing import TYPE_CHECKING, Any
+
+from graph.sim.renderer.wrapper import SensorWrapper
 
 from .explain_links import Links
 from .frames import FrameSink
@@ -13,32 +16,29 @@ if TYPE_CHECKING:
     from graph.evaluate import Node
     from graph.session.open import Session
     from graph.sim import App
-    from graph.sim.renderer.rendering import RenderProduct
+    from graph.sim.renderer.products import RenderProduct
     from graph.sim.renderer.schedule import Tick
+    from graph.sim.renderer.sensor import Sensor
 
 SHOWN_UPDATES = 12
 MOST_UPDATES = 120
 """How long is waited for the render products that a graph makes late."""
 
 
-class Blindfold:
-    """Stands before a sensor: notes the ticks it is asked to render, and sees nothing. All else is the sensor's."""
+class Blindfold(SensorWrapper):
+    """Stands before a sensor: notes the ticks it is asked to render with their updates, and sees nothing."""
 
-    def __init__(self, app: App, sensor: Any) -> None:
-        self.sensor = sensor
-        self.ticks: list[tuple[int, Tick]] = []
-        """The update that renders, and the tick."""
+    def __init__(self, app: App, sensor: Sensor, ticks: list[tuple[int, Tick]]) -> None:
+        super().__init__(sensor)
         self._app = app
+        self._ticks = ticks
 
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self.sensor, name)
-
-    def advance(self, *interval: object) -> None:
+    def advance(self, start: Fraction, end: Fraction, poses: Any) -> None:
         """Casts nothing."""
 
     def render(self, tick: Tick) -> None:
         """Notes the tick; there is no frame."""
-        self.ticks.append((self._app.update_index, tick))
+        self._ticks.append((self._app.update_index, tick))
 
 
 @dataclass(slots=True)
@@ -50,6 +50,8 @@ class Observed:
     products: dict[str, RenderProduct] = field(default_factory=dict)
     made_in: dict[str, int] = field(default_factory=dict)
     """The update in which each product came to be."""
+    ticks: dict[str, list[tuple[int, Tick]]] = field(default_factory=dict)
+    """By product: each update that would render it, and the tick."""
     makers: dict[str, list[str]] = field(default_factory=dict)
     """The paths of the nodes that name each product."""
     unmade: list[Node] = field(default_factory=list)
@@ -91,11 +93,8 @@ def observe(session: Session, links: Links) -> Observed:
             seen.makers.setdefault(_product_of(node), []).append(node.path)
     for path, product in seen.products.items():
         seen.demand[path] = demand_of(product)
-        sensor: Any = product.sensor
-        computed = sensor.channels() if seen.demand[path] else ()
-        seen.channels[path] = (
-            [name for name in sensor.demand.consumers(sensor.aux_level) if name in computed] if computed else []
-        )
+        computed = product.sensor.channels()
+        seen.channels[path] = [name for name in product.sensor.consumers() if name in computed]
     app.bus.unsubscribe(heard)
     app.bus.unsubscribe(seen.frames)
     if not app.exit_requested:
@@ -109,13 +108,9 @@ def observe(session: Session, links: Links) -> Observed:
 def demand_of(product: RenderProduct) -> dict[str, list[str]]:
     """Consumer to the channels it asks for; a consumer with several requests is one."""
     asked: dict[str, list[str]] = {}
-    sensor: Any = product.sensor
-    demand = getattr(sensor, "demand", None)
-    for channel, owners in demand.consumers(sensor.aux_level).items() if demand else ():
-        for owner in owners:
-            name = owner[2:].partition("'")[0] if owner.startswith("('") else owner
-            if channel not in asked.setdefault(name, []):
-                asked[name].append(channel)
+    for channel, owners in product.sensor.consumers().items():
+        for owner in dict.fromkeys(owners):
+            asked.setdefault(owner, []).append(channel)
     return asked
 
 
@@ -135,8 +130,8 @@ def _is_unmade(node: Node) -> bool:
 def _blindfold(app: App, seen: Observed) -> None:
     for path, product in app.rendering.products.items():
         if not isinstance(product.sensor, Blindfold):
-            product.sensor = Blindfold(app, product.sensor)
-            seen.products[path] = product
+            seen.products[path], seen.ticks[path] = product, []
+            product.sensor = Blindfold(app, product.sensor, seen.ticks[path])
             seen.made_in[path] = app.update_index
 
 

@@ -10,31 +10,30 @@ if TYPE_CHECKING:
     from pxr import Usd
 
     from graph.sim import App
-    from graph.sim.renderer.rendering import RenderProduct
+    from graph.sim.renderer.products import RenderProduct
     from graph.sim.renderer.schedule import Tick
 
     from .explain_clocks import Step
     from .explain_run import Observed
 
-SENSOR_TYPES = ("OmniLidar", "OmniRadar", "OmniAcoustic", "Camera")
 FIRST_TICKS = 3
 RULES = {
-    "whole": "tick = scan rate: whole scans, one a tick",
-    "partial": "tick is not the scan rate: each update in which physics steps gives the firings since the last",
-    "slices": "accumulateOutputs off: each update in which physics steps gives the firings since the last",
     "every update": "tick rate 0: a frame in each update in which physics steps",
     "tick": "one frame a tick",
     "multi-tick off": "a frame in every update (multi-tick rendering is off)",
 }
+"""When frames come, for every sensor; sensor types bring rules of their own."""
 
 
 def sensors_of(app: App, seen: Observed, steps: Sequence[Step]) -> list[dict[str, Any]]:
     """Every sensor prim of the stage in its order, once for each of its render products; rendered ones first."""
     from graph.sim.usd import Usd
+    from sensors.sensor_types import NOT_YET, sensor_types
 
+    known = {*sensor_types(), *NOT_YET}
     rendered, others = [], []
     for prim in app.stage.Traverse(Usd.TraverseInstanceProxies()):
-        if prim.GetTypeName() not in SENSOR_TYPES:
+        if prim.GetTypeName() not in known:
             continue
         path = str(prim.GetPath())
         products = [product for product in seen.products.values() if product.camera_path == path]
@@ -51,7 +50,7 @@ def planned_ticks(
     """(update, tick) of every frame in these updates, and the grid times passed over, by the scheduler's rules."""
     from graph.sim.renderer.schedule import EveryUpdate, Tick, TickSchedule
 
-    schedule: TickSchedule | EveryUpdate = product.sensor.schedule
+    schedule = product.sensor.schedule
     created = product.created_at or Fraction(0)
     if isinstance(schedule, EveryUpdate):
         copy: TickSchedule | EveryUpdate = EveryUpdate(created, schedule.rate)
@@ -71,31 +70,20 @@ def planned_ticks(
 
 
 def _prim(app: App, prim: Usd.Prim) -> dict[str, Any]:
-    known: dict[str, Any] = {"path": str(prim.GetPath()), "type": str(prim.GetTypeName())}
-    if known["type"] == "OmniLidar":
-        from graph.sim.settings import BARE_LIDAR_TICK_RATE
-        from sensors.lidar.pattern import firing_pattern
-        from sensors.lidar.prim import read_config, read_tick_rate
+    from sensors.sensor_types import sensor_type
 
-        config = read_config(prim)
-        rays, rate = len(firing_pattern(config)), config.scan_rate_base_hz
-        known |= {
-            "tick_rate_hz": read_tick_rate(prim, app.settings.rate(BARE_LIDAR_TICK_RATE)),
-            "scan_rate_hz": rate,
-            "accumulates": config.accumulate_outputs,
-            "rays_per_scan": rays,
-            "rays_per_second": rays * rate,
-        }
-    return known
+    known: dict[str, Any] = {"path": str(prim.GetPath()), "type": str(prim.GetTypeName())}
+    kind = sensor_type(known["type"])
+    return known | dict(kind.facts(app, prim)) if kind else known
 
 
 def _rendered(app: App, product: RenderProduct, seen: Observed, steps: Sequence[Step]) -> dict[str, Any]:
+    from graph.base.exact import nanoseconds
+
     path = product.path
     made_in = seen.made_in[path]
     planned, missed = planned_ticks(app, product, made_in, steps)
-    observed: list[tuple[int, Tick]] = [
-        entry for entry in getattr(product.sensor, "ticks", ()) if entry[0] < min(seen.updates, len(steps))
-    ]
+    observed = [entry for entry in seen.ticks[path] if entry[0] < min(seen.updates, len(steps))]
     ticks = observed + [entry for entry in planned if entry[0] >= seen.updates]
     return {
         "product": path,
@@ -104,7 +92,7 @@ def _rendered(app: App, product: RenderProduct, seen: Observed, steps: Sequence[
         "exists_from_s": product.created_at,
         "rule": _rule(app, product),
         "first_ticks": [
-            {"stamp_ns": _stamp(product, tick), "time_s": tick.time, "update": update}
+            {"stamp_ns": nanoseconds(product.sensor.interval(tick)[0]), "time_s": tick.time, "update": update}
             for update, tick in ticks[:FIRST_TICKS]
         ],
         "frames": len(ticks),
@@ -121,20 +109,6 @@ def _rule(app: App, product: RenderProduct) -> str:
     from graph.sim.renderer.schedule import TickSchedule
 
     schedule = product.sensor.schedule
-    if isinstance(schedule, TickSchedule):
-        if not app.rendering.multi_tick and not schedule.accumulates:
-            return "multi-tick off"
-        return "whole" if schedule.accumulates else "tick"
-    if not schedule.rate:
-        return "every update"
-    config = getattr(product.sensor, "config", None)
-    return "slices" if config and config.scan_rate_base_hz == schedule.rate else "partial"
-
-
-def _stamp(product: RenderProduct, tick: Tick) -> int:
-    from graph.base.exact import nanoseconds
-
-    turns = getattr(product.sensor, "turns", None)  # a lidar's
-    if turns is None:
-        return nanoseconds(tick.time)
-    return nanoseconds(max(tick.start, tick.end - turns.period))
+    if isinstance(schedule, TickSchedule) and not app.rendering.multi_tick and not schedule.accumulates:
+        return "multi-tick off"
+    return product.sensor.rule

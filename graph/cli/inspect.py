@@ -17,7 +17,9 @@ from .printing import aligned, note_line, say, say_json, tell
 if TYPE_CHECKING:
     from graph.session.open import Session
     from graph.sim import App
-    from graph.sim.renderer.rendering import RenderProduct
+    from graph.sim.renderer.products import RenderProduct
+    from sensors.annotators.annotator import Annotator
+    from sensors.frame import Frame
 
 LEVELS = ("NONE", "BASIC", "EXTRA", "FULL")
 DEFAULT_DURATION_S = 5
@@ -41,7 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Runs the command: plays the file until the sensor has a frame. Object ids and normals are switched on for it."""
     from graph.session.open import open_session
-    from sensors.lidar.runtime import PUBLISH_NORMALS, STABLE_IDS
+    from sensors.channels import CHANNELS
 
     from .run import pairs, show_log
 
@@ -51,7 +53,7 @@ def run(args: argparse.Namespace) -> int:
     session = open_session(
         args.file,
         allow=args.allow,
-        settings={STABLE_IDS: True, PUBLISH_NORMALS: True, **args.settings},
+        settings={**{one.setting: True for one in CHANNELS.values() if one.setting}, **args.settings},
         fidelity=pairs(args.fidelity, "--fidelity"),
         skip_unknown=args.skip_unknown,
         on_error="continue",
@@ -99,19 +101,22 @@ def inspect(session: Session, path: str, *, aux: str | None = None, updates: int
 
     aux: auxiliary level to read it with; None takes the prim's. Raises RunError, saying why, where there is no frame.
     """
-    from sensors.annotator import Annotator
-    from sensors.annotator_types import find_annotator
+    from sensors.annotators.annotator import Annotator
+    from sensors.annotators.types import find_annotator
     from sensors.channels import Consumer
-    from sensors.lidar.prim import write_aux_level
+    from sensors.prim import write_aux_level
     from sensors.products import render_product
+    from sensors.sensor_types import sensor_types
 
     app = session.app
     if aux is not None:
         write_aux_level(app.stage.GetPrimAtPath(path), aux)
     product = render_product(app, path)
-    sensor: Any = product.sensor
-    output = Annotator(find_annotator("GenericModelOutput"), app=app).attach(product)
-    sensor.require(Consumer("graph inspect"), {"objId"}, ignore_aux=True)  # what was hit is told at every level
+    kind = sensor_types()[product.sensor.type_name]
+    is_points = "flags" in kind.measures  # then a GenericModelOutput can be made of its elements
+    output = Annotator(find_annotator("GenericModelOutput"), app=app).attach(product) if is_points else None
+    beside = {"objId"} if is_points else kind.measures  # what was hit is shown at every level
+    product.sensor.require(Consumer("graph inspect"), beside, ignore_aux=True)
     duration = session.spec.duration if session.spec.duration is not None else Fraction(DEFAULT_DURATION_S)
     most = updates or max(1, math.ceil(duration * app.loop_rate))
     app.play()
@@ -123,7 +128,7 @@ def inspect(session: Session, path: str, *, aux: str | None = None, updates: int
             seen_in = done - 1
     if product.frame is None:
         raise RunError(f"{path}: no frame in {done:,} updates: {_why_not(app, product, done)}")
-    return {"sensor": path, "update": seen_in, **_described(product, output.get_data(), app)}
+    return {"sensor": path, "update": seen_in, **_described(product, output, app)}
 
 
 def _why_not(app: App, product: RenderProduct, done: int) -> str:
@@ -145,13 +150,32 @@ def _why_not(app: App, product: RenderProduct, done: int) -> str:
     return "no tick fell due; graph explain shows its schedule"
 
 
-def _described(product: RenderProduct, data: Any, app: App) -> dict[str, Any]:
+def _described(product: RenderProduct, output: Annotator | None, app: App) -> dict[str, Any]:
     from sensors import parse_generic_model_output_data
 
-    gmo = parse_generic_model_output_data(data)
-    sensor: Any = product.sensor
-    ids = sensor.object_ids(resolve_all=True)
-    return {"header": _header(gmo), "channels": _channels(gmo, app), "hits": _hits(product.frame, ids)}
+    frame = product.frame
+    if output is None:
+        channels = {
+            name: _array(name, array) | (_values(name, array) if len(array) else {})
+            for name, array in frame.arrays.items()
+        }
+        return {"header": _frame_header(frame), "channels": channels, "hits": {}}
+    gmo = parse_generic_model_output_data(output.get_data())
+    ids = product.sensor.object_ids(resolve_all=True)
+    return {"header": _header(gmo), "channels": _channels(gmo, app), "hits": _hits(frame, ids)}
+
+
+def _frame_header(frame: Frame) -> dict[str, Any]:
+    """The header of a frame that no GenericModelOutput is made of."""
+    found: dict[str, Any] = {"numElements": frame.count, "frameId": frame.frame_id, "timestampNs": frame.timestamp_ns}
+    for name, pose in (("frameStart", frame.start), ("frameEnd", frame.end)):
+        w, x, y, z = pose.orientation.tolist()
+        found[name] = {
+            "timestampNs": pose.timestamp_ns,
+            "orientation_ijkw": [x, y, z, w],
+            "posM": pose.position_m.tolist(),
+        }
+    return found
 
 
 def _header(gmo: Any) -> dict[str, Any]:
@@ -187,7 +211,7 @@ def _channels(gmo: Any, app: App) -> dict[str, Any]:
     found = {}
     for name in (*ELEMENT_ARRAYS, *AUX_ARRAYS):
         array = getattr(gmo, name)
-        told = {"dtype": str(array.dtype), "shape": list(array.shape), "unit": units.get(name) or _unit(name)}
+        told = _array(name, array) | ({"unit": units[name]} if name in units else {})
         if len(array):
             told |= _values(name, array)
         elif gmo.numElements:
@@ -196,10 +220,11 @@ def _channels(gmo: Any, app: App) -> dict[str, Any]:
     return found
 
 
-def _unit(name: str) -> str:
+def _array(name: str, array: Any) -> dict[str, Any]:
     from sensors.channels import CHANNELS
 
-    return CHANNELS[name].unit if name in CHANNELS else ""
+    unit = CHANNELS[name].unit if name in CHANNELS else ""
+    return {"dtype": str(array.dtype), "shape": list(array.shape), "unit": unit}
 
 
 def _values(name: str, array: Any) -> dict[str, Any]:
@@ -222,11 +247,11 @@ def _short(value: Any) -> Any:
 
 
 def _why_empty(name: str, level: Any, gmo: Any, app: App) -> str:
-    from sensors.lidar.runtime import PUBLISH_NORMALS, STABLE_IDS
+    from sensors.channels import CHANNELS
 
     if level > gmo.auxType:
         return f"needs --aux {level.name}"
-    setting = {"hitNormals": PUBLISH_NORMALS, "objId": STABLE_IDS}.get(name)
+    setting = CHANNELS[name].setting
     return f"needs --{setting}=true" if setting and not app.settings.get(setting, False) else "nobody fills it"
 
 
@@ -264,7 +289,8 @@ def as_text(told: Mapping[str, Any]) -> Iterator[str]:
     yield from aligned([("name", "dtype", "shape", "unit", "range", "first"), *rows])
     yield ""
     hits = told["hits"]
-    yield "hits" if hits else "hits: none (object ids are off, or nothing was hit)"
+    if "objId" in told["channels"]:
+        yield "hits" if hits else "hits: none (object ids are off, or nothing was hit)"
     total = sum(hits.values())
     yield from aligned((path, f"{count:,}", f"{100 * count / total:.1f} %") for path, count in hits.items())
 

@@ -174,7 +174,7 @@ def open_session(
         wall_clock=RealClock() if realtime else None,
     )
     if app.fidelity.lidar_motion != "frozen":
-        from sensors.lidar.history import begin_history
+        from sensors.motion.history import begin_history
 
         begin_history(app)
     for warning in parts.warnings:

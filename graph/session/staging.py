@@ -28,6 +28,7 @@ def build_stage(spec: FileSpec, allow: Sequence[Path], warn: Warn) -> tuple[Usd.
     from graph.sim.scene.prims import author_prims
     from graph.sim.scene.stage import add_scene, meters_per_unit, open_stage, up_axis
     from sensors.configs import author_config
+    from sensors.sensor_types import sensor_types
 
     scene = spec.scene
     roots = [root for root in (spec.folder, *allow) if root is not None]
@@ -51,7 +52,14 @@ def build_stage(spec: FileSpec, allow: Sequence[Path], warn: Warn) -> tuple[Usd.
         return scene.prim_marks.get((path, key) if key else (path,)) or scene.prim_marks.get((path,))
 
     author_prims(
-        stage, scene.prims, where, sensor_config=author_config, allow_roots=roots, folder=spec.folder, warn=warn
+        stage,
+        scene.prims,
+        where,
+        sensor_config=author_config,
+        sensor_types=sensor_types(),
+        allow_roots=roots,
+        folder=spec.folder,
+        warn=warn,
     )
     if mjcf is not None:
         mjcf.overridden(scene.prims, warn)
@@ -60,16 +68,16 @@ def build_stage(spec: FileSpec, allow: Sequence[Path], warn: Warn) -> tuple[Usd.
 
 
 def stage_problems(stage: Usd.Stage, spec: FileSpec) -> Iterator[Problem]:
-    """What on the stage cannot be: lidars that are none, graphs where another prim is."""
-    yield from bad_lidars(stage, spec)
+    """Stage conflicts: sensor prims that describe no sensor, graph paths already taken."""
+    yield from bad_sensors(stage, spec)
     yield from taken_paths(stage, spec)
 
 
-def bad_lidars(stage: Usd.Stage, spec: FileSpec) -> list[Problem]:
-    """A line for each lidar of the stage that cannot be one, at its prim in the file where it stands there."""
-    from sensors.lidar.check import lidar_problems
+def bad_sensors(stage: Usd.Stage, spec: FileSpec) -> list[Problem]:
+    """A line for each thing that is wrong with a sensor of the stage, at its prim in the file where it stands there."""
+    from sensors.sensor_types import sensor_problems
 
-    return [Problem(message, spec.scene.prim_marks.get((path,))) for path, message in lidar_problems(stage)]
+    return [Problem(message, spec.scene.prim_marks.get((path,))) for path, message in sensor_problems(stage)]
 
 
 def taken_paths(stage: Usd.Stage, spec: FileSpec) -> list[Problem]:

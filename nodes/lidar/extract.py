@@ -10,7 +10,7 @@ from .frames import CUDA_DEVICE, DATA_PTR, EXEC, RENDER_PRODUCT, Reader, attach,
 
 def _wanted(db: Database) -> frozenset[str]:
     """The channels behind the outputs that something reads."""
-    from sensors.annotators import SCAN_BUFFER_CHANNELS
+    from sensors.annotators.outputs import SCAN_BUFFER_CHANNELS
 
     consumed = [name for name in BUFFERS if db.consumed(f"{name}Ptr") or db.consumed(f"{name}BufferSize")]
     return frozenset({"xyz"}.union(*(SCAN_BUFFER_CHANNELS[name] for name in consumed)))
@@ -40,13 +40,13 @@ def extract_point_cloud(db: Database) -> bool:
     `azimuthPtr`, `elevationPtr`, `distancePtr` are the frame's spherical coordinates [deg, deg, m].
     """
 
-    from sensors import annotators
+    from sensors.annotators import outputs
 
     frame = read_frame(db, _wanted)
     if frame is None or frame.count == 0:
         write_buffers(db, {})
         return False
-    cloud = annotators.extract_point_cloud(frame)
+    cloud = outputs.extract_point_cloud(frame)
     write_buffers(db, cloud)
     db.fire("exec")
     return True

@@ -23,7 +23,7 @@ OLDER = "of an older array interface; the frame is used instead"
 
 
 def _wanted(db: Database) -> frozenset[str]:
-    from sensors.annotators import FLAT_SCAN_CHANNELS
+    from sensors.lidar.flat_scan import FLAT_SCAN_CHANNELS
 
     return FLAT_SCAN_CHANNELS
 
@@ -32,21 +32,16 @@ def _check(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
     """A lidar with a beam off the plane, where a run would stop for it (the other profile logs it)."""
     from graph.base.errors import UserError
     from graph.sim.scene.prim_paths import prim_at
-    from sensors.annotators import require_2d
-    from sensors.lidar.prim import read_config
+    from sensors.lidar.flat_scan import flat_scan_problem
 
     for path in node.sensors if node.parity == "documented" else ():
-        prim = prim_at(node.stage, path)
-        if not prim or prim.GetTypeName() != "OmniLidar":
-            continue
         try:
-            config = read_config(prim)
+            prim = prim_at(node.stage, path)
+            problem = flat_scan_problem(prim) if prim else None
         except UserError:  # reported at the prim
             continue
-        try:
-            require_2d(path, config)
-        except UserError as error:
-            yield "", str(error)
+        if problem:
+            yield "", problem
 
 
 def _prepare(db: Database) -> None:
@@ -96,7 +91,7 @@ def _older(name: str, data_type_default: float, **defaults: Any) -> dict[str, At
 def compute_flat_scan(db: Database) -> bool:
     """Bin a frame by azimuth; the last element in a beam wins. A lidar with a beam off the horizontal plane fails."""
     from graph.base.errors import UserError
-    from sensors.annotators import flat_scan
+    from sensors.lidar.flat_scan import flat_scan
 
     say_deprecated(db, "ROS2RtxLidarHelper with type laser_scan")
     frame = read_lidar_frame(db, _wanted)

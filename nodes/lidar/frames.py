@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from graph.node import Attribute, Database
 
 from .buffers import drop_handles
+
+if TYPE_CHECKING:
+    from graph.sim.renderer.products import RenderProduct
 
 EXEC = Attribute("execution", "computes; in a post_render graph every new frame of the product fires it")
 DATA_PTR = "handle of a frame; unset or 0 means the newest frame of renderProductPath"
@@ -20,16 +23,16 @@ CUDA_DEVICE = Attribute("int", "must stay -1: frames are in host memory", defaul
 class Reader:
     """Memory of an annotator node: the product it reads from, the buffer handles it gave out, what it said once."""
 
-    product: Any = None
+    product: RenderProduct | None = None
     handles: list[int] = field(default_factory=list)
     told: bool = False
 
 
-def attach(db: Database, channels: Callable[[Any], Iterable[str]]) -> Any:
+def attach(db: Database, channels: Callable[[Any], Iterable[str]]) -> RenderProduct | None:
     """The product of renderProductPath, told which channels the node reads; None where there is no such product."""
     memory = db.memory
     path = db.inputs.renderProductPath
-    product: Any = db.app.rendering.products.get(path) if path else None
+    product: RenderProduct | None = db.app.rendering.products.get(path) if path else None
     if product is not memory.product:
         detach(db)
         if product is not None:
@@ -63,12 +66,10 @@ def read_frame(db: Database, channels: Callable[[Any], Iterable[str]]) -> Any:
     product = attach(db, channels)
     if inputs.dataPtr:
         return frame_of_handle(db, inputs.dataPtr)
-    if product is None:
-        what = (
-            f"there is no render product {inputs.renderProductPath}" if inputs.renderProductPath else "no frame to read"
-        )
-        db.lack(f"{what}; connect renderProductPath to a render product")
-    return product.frame
+    if product is not None:
+        return product.frame
+    what = f"there is no render product {inputs.renderProductPath}" if inputs.renderProductPath else "no frame to read"
+    db.lack(f"{what}; connect renderProductPath to a render product")
 
 
 def frame_of_handle(db: Database, handle: int) -> Any:
@@ -84,13 +85,17 @@ def frame_of_handle(db: Database, handle: int) -> Any:
 
 def read_lidar_frame(db: Database, channels: Callable[[Any], Iterable[str]]) -> Any:
     """As `read_frame`, for a node that reads lidars alone: fails it, naming the prim, for any other sensor."""
+    from sensors.lidar.names import PRIM_TYPE
+
     frame = read_frame(db, channels)
     product = db.memory.product
     path = frame.sensor_path if frame is not None else product.camera_path
     prim = db.app.stage.GetPrimAtPath(path) if path else None
     kind = str(prim.GetTypeName()) if prim else ""
-    if (frame is not None and frame.modality != "LIDAR") or (kind and kind != "OmniLidar"):
-        db.fail(f"{path} is {kind or 'no lidar'}; it reads OmniLidar only, IsaacExtractRTXSensorPointCloud reads both")
+    if (frame is not None and frame.modality != "LIDAR") or (kind and kind != PRIM_TYPE):
+        db.fail(
+            f"{path} is {kind or 'no lidar'}; it reads {PRIM_TYPE} only, IsaacExtractRTXSensorPointCloud reads both"
+        )
     return frame
 
 

@@ -44,7 +44,7 @@ def _names(db: Database) -> frozenset[str]:
 
 
 def _wanted(db: Database) -> frozenset[str]:
-    from sensors.annotators import SCAN_BUFFER_CHANNELS
+    from sensors.annotators.outputs import SCAN_BUFFER_CHANNELS
 
     return frozenset({"xyz"}.union(*(SCAN_BUFFER_CHANNELS[name] for name in _names(db))))
 
@@ -79,13 +79,13 @@ def create_scan_buffer(db: Database) -> bool:
 
     A buffer above the prim's auxiliary level stays empty. A frame without points leaves the previous outputs.
     """
-    from sensors import annotators
+    from sensors.annotators import outputs
 
     say_deprecated(db, "IsaacExtractRTXSensorPointCloud")
     frame = read_lidar_frame(db, _wanted)
     if frame is None or frame.count == 0:
         return False
-    scan = annotators.scan_buffer(frame, db.app.meters_per_unit, _names(db))
+    scan = outputs.scan_buffer(frame, db.app.meters_per_unit, _names(db))
     write_buffers(db, scan)
     db.fire("exec")
     return True

@@ -43,7 +43,7 @@ def column(frame: Frame, name: str) -> NDArray[np.generic]:
 
 def frame_scan(frame: Frame, nanoseconds: int, frame_id: str, style: ScanStyle) -> Any:
     """`sensor_msgs/LaserScan` of a frame, binned by azimuth whatever the elevations; the last in a beam wins."""
-    from sensors.annotators import flat_scan
+    from sensors.lidar.flat_scan import flat_scan
 
     from .laser_scans import laser_scan
 

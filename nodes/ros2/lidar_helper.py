@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from graph.node import Attribute, Database, node_type
 from graph.sim import settings as keys
@@ -16,15 +16,18 @@ from .point_clouds import CLOUD_FIELDS, POINT_CLOUD
 from .profiles import offered_quality
 from .publishing import check_names, publisher_inputs, topic_name
 
+if TYPE_CHECKING:
+    from graph.sim.renderer.products import RenderProduct
+    from graph.sim.renderer.sensor import Sensor
+
 _MESSAGES = {"laser_scan": LASER_SCAN, "point_cloud": POINT_CLOUD}
-STABLE_IDS = "/rtx-transient/stableIds/enabled"
 
 
 @dataclass(slots=True)
 class _Attached:
     """What the node holds on to between attaching and detaching."""
 
-    product: Any = None
+    product: RenderProduct | None = None
     writers: list[FrameWriter] = field(default_factory=list)
     demand: dict[object, tuple[frozenset[str], bool]] = field(default_factory=dict)
     demanding: bool = False
@@ -112,15 +115,15 @@ def rtx_lidar_helper(db: Database) -> bool:
 
 
 def _attach(db: Database, path: str) -> bool:
+    from sensors.lidar.names import CORE_API, PRIM_TYPE
+    from sensors.lidar.prim import is_lidar
+
     app, inputs, memory = db.app, db.inputs, db.memory
     product = app.rendering.products.get(path)
     if product is None:
         db.fail(f"there is no render product {path}; connect renderProductPath to one")
-    if not _is_lidar(app.stage.GetPrimAtPath(product.camera_path)):
-        db.warn(
-            "not-a-lidar",
-            f"{product.camera_path} is no OmniLidar with OmniSensorGenericLidarCoreAPI; nothing is published",
-        )
+    if not is_lidar(app.stage.GetPrimAtPath(product.camera_path)):
+        db.warn("not-a-lidar", f"{product.camera_path} is no {PRIM_TYPE} with {CORE_API}; nothing is published")
         return False
     kind = inputs.type
     if kind not in _MESSAGES:
@@ -136,7 +139,7 @@ def _attach(db: Database, path: str) -> bool:
     return True
 
 
-def _debug_view(db: Database, product: Any) -> Any:
+def _debug_view(db: Database, product: RenderProduct) -> Any:
     """The writer that draws the frames, attached; None where it is not wanted, or the run writes nothing."""
     from sensors.replicator import get_writer
 
@@ -150,12 +153,6 @@ def _debug_view(db: Database, product: Any) -> Any:
     frame = prim.GetAttribute("omni:sensor:Core:outputFrameOfReference").Get()
     options = {"doTransform": frame != "WORLD", "output_dir": folder / "debug_view"}
     return get_writer("RtxSensorDebugDrawPointCloud", options, app=db.app).attach(product)
-
-
-def _is_lidar(prim: Any) -> bool:
-    return (
-        bool(prim) and prim.GetTypeName() == "OmniLidar" and "OmniSensorGenericLidarCoreAPI" in prim.GetAppliedSchemas()
-    )
 
 
 def _metadata(db: Database) -> tuple[str, ...]:
@@ -182,7 +179,7 @@ def _warn_about_settings(db: Database) -> None:
         )
 
 
-def _writers(db: Database, product: Any, kind: str, metadata: tuple[str, ...]) -> list[FrameWriter]:
+def _writers(db: Database, product: RenderProduct, kind: str, metadata: tuple[str, ...]) -> list[FrameWriter]:
     """What publishes each frame: scans or clouds and, if wanted, what their object ids stand for."""
     inputs, app = db.inputs, db.app
     frame_id, camera = inputs.frameId, product.camera_path
@@ -205,6 +202,8 @@ def _writers(db: Database, product: Any, kind: str, metadata: tuple[str, ...]) -
         make_labels = partial(_labels_message, product.sensor)
         writers.append(FrameWriter(app.bus, f"{topic}_labels", STRING, stamp, make_labels, every))
     if inputs.enableObjectIdMap:
+        from sensors.channels import STABLE_IDS
+
         if "ObjectId" in metadata and app.settings.get(STABLE_IDS, False):
             topic = topic_name(db, camera, inputs.objectIdMapTopicName)
             make = partial(_ids_message, product.sensor)
@@ -217,16 +216,18 @@ def _writers(db: Database, product: Any, kind: str, metadata: tuple[str, ...]) -
     return writers
 
 
-def _ids_message(sensor: Any, frame: Any, at: int) -> Any:
+def _ids_message(sensor: Sensor, frame: Any, at: int) -> Any:
     return object_id_map(sensor.object_ids(), at)
 
 
-def _labels_message(sensor: Any, frame: Any, at: int) -> Any:
+def _labels_message(sensor: Sensor, frame: Any, at: int) -> Any:
     return class_labels(sensor.class_labels(), at)
 
 
 def _needs(db: Database, kind: str, metadata: tuple[str, ...]) -> dict[object, tuple[frozenset[str], bool]]:
     """Owner -> the channels to ask the sensor for, and whether also those above the prim's auxiliary level."""
+    from sensors.channels import Consumer
+
     if kind == "laser_scan":
         return {db.path: (SCAN_CHANNELS, False)}
     needs: dict[object, tuple[frozenset[str], bool]] = {
@@ -234,12 +235,13 @@ def _needs(db: Database, kind: str, metadata: tuple[str, ...]) -> dict[object, t
     }
     if "Ring" in metadata:
         # The field is ours, so it is delivered whatever auxiliary level the prim has.
-        needs[db.path, "Ring"] = (frozenset({CLOUD_FIELDS["Ring"].channel}), True)
+        needs[Consumer(db.path)] = (frozenset({CLOUD_FIELDS["Ring"].channel}), True)
     return needs
 
 
 def _demand(memory: _Attached, wanted: bool) -> None:
     """Asks the sensor for what the messages need, or takes that back."""
+    assert memory.product is not None
     sensor = memory.product.sensor
     for owner, (channels, ignore_aux) in memory.demand.items():
         if wanted:

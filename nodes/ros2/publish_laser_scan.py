@@ -89,7 +89,7 @@ def _of_row(db: Database) -> tuple[NDArray[np.float32], NDArray[Any]]:
 def _of_frame(db: Database) -> tuple[NDArray[np.float32], NDArray[Any]]:
     """Ranges and intensities of the frame behind dataPtr, binned by azimuth."""
     from nodes.lidar.frames import frame_of_handle
-    from sensors.annotators import flat_scan
+    from sensors.lidar.flat_scan import flat_scan
 
     flat = flat_scan(frame_of_handle(db, db.inputs.dataPtr), check_2d=False)
     return flat.ranges, flat.intensities

@@ -20,21 +20,22 @@ def author_config(
     roots: Sequence[Path] = (),
     base: Path | None = None,
 ) -> None:
-    """Writes every attribute of a named configuration, or of a vendor profile's file, on an OmniLidar prim.
+    """Writes every attribute of a named configuration, or of a vendor profile's file, on a sensor prim.
 
     tickRate becomes the scan rate. Raises UserError for a configuration that cannot be found or read, and for prims
     of a type that has no configurations.
     """
     from graph.base.errors import UserError
-    from sensors.lidar.prim import write_config
+    from sensors.sensor_types import sensor_types
 
-    from .catalog import load
-
-    if prim.GetTypeName() != "OmniLidar":
+    authors = {name: kind.author for name, kind in sensor_types().items() if kind.author is not None}
+    author = authors.get(str(prim.GetTypeName()))
+    if author is None:
         raise UserError(
-            f"{prim.GetPath()}: a {prim.GetTypeName() or 'typeless prim'} takes no config; only OmniLidar does"
+            f"{prim.GetPath()}: a {prim.GetTypeName() or 'typeless prim'} takes no config; only {' or '.join(authors)} "
+            "does"
         )
-    write_config(prim, load(config, variant, base=base, roots=roots))
+    author(prim, config, variant, roots=roots, base=base)
 
 
 def __getattr__(name: str) -> Any:

@@ -1,4 +1,4 @@
-"""Lidar: one OmniLidar prim, created or wrapped, with its attributes."""
+"""Lidar: one lidar prim, created or wrapped, with its attributes."""
 
 from __future__ import annotations
 
@@ -12,13 +12,15 @@ import numpy as np
 
 from graph.base.errors import UserError
 from graph.sim import settings as keys
+from sensors import prim as on_prim
 from sensors.channels import AuxLevel
 from sensors.errors import SensorValueError
+from sensors.prim import TICK_RATE
 from sensors.xform import Vector, local_pose, place, world_pose
 
-from . import prim as on_prim
 from .config import LidarConfig
-from .names import PREFIX, STATE_PREFIX, TICK_RATE
+from .names import CORE_API, PREFIX, PRIM_TYPE, STATE_PREFIX
+from .prim import STATE_API, attribute_kind, read_config, write_config
 
 if TYPE_CHECKING:
     from pxr import Usd
@@ -26,11 +28,9 @@ if TYPE_CHECKING:
     from graph.sim import App
     from sensors.configs.catalog import Variant
 
-PRIM_TYPE = "OmniLidar"
-
 
 class Lidar:
-    """Wraps the OmniLidar prim at a path, or creates it where there is none.
+    """Wraps the lidar prim at a path, or creates it where there is none.
 
     path: a prim path, or a regular expression that matches one prim. aux_output_level: NONE, BASIC, EXTRA or FULL.
     tick_rate [Hz] writes omni:sensor:tickRate; None leaves the prim as it is. accumulate_outputs writes
@@ -96,8 +96,8 @@ class Lidar:
         """A lidar from a shipped configuration, from a vendor profile's .json file, or from a USD asset.
 
         config: any spelling of a name in SUPPORTED_LIDAR_CONFIGS, or the path of a profile; it authors tickRate =
-        scanRateBaseHz unless tick_rate says otherwise. usd_path: an asset that holds an OmniLidar; a .usda is
-        referenced as the prim itself, any other below an Xform, whose first OmniLidar is wrapped. variant: a name, or
+        scanRateBaseHz unless tick_rate says otherwise. usd_path: an asset that holds a lidar; a .usda is
+        referenced as the prim itself, any other below an Xform, whose first lidar is wrapped. variant: a name, or
         {variant set: name}. Other options as in the constructor. Raises SensorValueError.
         """
         from graph.sim import App
@@ -140,7 +140,7 @@ class Lidar:
     @property
     def config(self) -> LidarConfig:
         """What the prim describes now."""
-        return on_prim.read_config(self.prim)
+        return read_config(self.prim)
 
     @property
     def tick_rate(self) -> Fraction:
@@ -173,8 +173,8 @@ class Lidar:
         kind = self.prim.GetTypeName()
         if kind != PRIM_TYPE:
             raise SensorValueError(f"{self.path} is a {kind or 'typeless prim'}, not an {PRIM_TYPE}")
-        if on_prim.CORE_API not in self.prim.GetAppliedSchemas():
-            raise SensorValueError(f"{self.path}: {on_prim.CORE_API} is not applied; apply it, or create a new lidar")
+        if CORE_API not in self.prim.GetAppliedSchemas():
+            raise SensorValueError(f"{self.path}: {CORE_API} is not applied; apply it, or create a new lidar")
 
     def _write_rates(
         self,
@@ -206,7 +206,7 @@ class Lidar:
 
     def _write_attributes(self, attributes: Mapping[str, Any], *, created: bool) -> None:
         for name, value in attributes.items():
-            kind = on_prim.attribute_kind(name)
+            kind = attribute_kind(name)
             if self.prim.GetAttribute(name) or (created and kind):
                 try:
                     on_prim.write(self.prim, name, kind or "token", value)
@@ -249,14 +249,14 @@ def _define(stage: Usd.Stage, path: str) -> Usd.Prim:
         if not stage.GetPrimAtPath(ancestor):
             UsdGeom.Xform.Define(stage, ancestor)
     prim = stage.DefinePrim(path, PRIM_TYPE)
-    on_prim.apply_schemas(prim, ["OmniSensorAPI", on_prim.CORE_API])
+    on_prim.apply_schemas(prim, ["OmniSensorAPI", CORE_API])
     return prim
 
 
 def _implied_schemas(attributes: Mapping[str, Any]) -> list[str]:
     """Emitter states that attribute names bring with them."""
     instances = {name.removeprefix(STATE_PREFIX).split(":")[0] for name in attributes if name.startswith(STATE_PREFIX)}
-    return [f"{on_prim.STATE_API}:{instance}" for instance in sorted(instances)]
+    return [f"{STATE_API}:{instance}" for instance in sorted(instances)]
 
 
 def _write_config(stage: Usd.Stage, path: str, config: str, variant: Variant) -> None:
@@ -270,11 +270,11 @@ def _write_config(stage: Usd.Stage, path: str, config: str, variant: Variant) ->
     prim = stage.GetPrimAtPath(path) if existed else _define(stage, path)
     if prim.GetTypeName() != PRIM_TYPE:
         raise SensorValueError(f"{path} is a {prim.GetTypeName() or 'typeless prim'}, not an {PRIM_TYPE}")
-    on_prim.write_config(prim, found)
+    write_config(prim, found)
 
 
 def _reference(stage: Usd.Stage, path: str, usd_path: str, variant: Variant) -> str:
-    """Brings in a USD asset; returns the path of the OmniLidar it holds."""
+    """Brings in a USD asset; returns the path of the lidar it holds."""
     from graph.sim.usd import Usd
 
     if not Path(usd_path).is_file():

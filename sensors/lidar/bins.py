@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from graph.base.exact import nanoseconds
+from sensors.motion.history import history_of
+from sensors.motion.slerp import Trajectory
 from sensors.raycast.shared import cast_world
 
 from .aim import RayPoses
-from .history import history_of
 from .returns import Shot
-from .slerp import Trajectory
 from .turns import Turns
 
 if TYPE_CHECKING:

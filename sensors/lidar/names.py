@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import re
 
+PRIM_TYPE = "OmniLidar"
+CORE_API = "OmniSensorGenericLidarCoreAPI"
 PREFIX = "omni:sensor:Core:"
 STATE_PREFIX = "omni:sensor:Core:emitterState:"
-TICK_RATE = "omni:sensor:tickRate"
-AUX_CHANNELS = "_replicator:rendervar:GenericModelOutput:channels"
-EXCLUDE = "tickgraph:exclude"
 EXACT = {name: f"tickgraph:{name}" for name in ("scanRateBaseHz", "patternFiringRateHz", "pulseTimeNs")}
 """Whole numbers in the schema -> the attribute that holds the exact value where it is none."""
 

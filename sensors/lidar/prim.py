@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import math
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -11,27 +10,21 @@ import numpy as np
 
 from graph.base import exact
 from graph.base.errors import UserError
-from sensors.channels import AuxLevel
-from sensors.errors import SensorValueError
+from sensors.prim import TICK_RATE, apply_schemas, value_of, write
 
 from .attributes import attribute_types, attributes_of, config_from_attributes, whole
 from .config import EMITTER_FLOATS, EMITTER_INTEGERS, EmitterState, LidarConfig
-from .names import (
-    AUX_CHANNELS,
-    EXACT,
-    EXCLUDE,
-    PREFIX,
-    STATE_PREFIX,
-    TICK_RATE,
-    camel_case,
-    snake_case,
-)
+from .names import CORE_API, EXACT, PREFIX, PRIM_TYPE, STATE_PREFIX, camel_case, snake_case
 
 if TYPE_CHECKING:
     from pxr import Usd
 
-CORE_API = "OmniSensorGenericLidarCoreAPI"
 STATE_API = "OmniSensorGenericLidarCoreEmitterStateAPI"
+
+
+def is_lidar(prim: Usd.Prim) -> bool:
+    """Whether a prim is there and is a lidar with its core schema."""
+    return bool(prim) and prim.GetTypeName() == PRIM_TYPE and CORE_API in prim.GetAppliedSchemas()
 
 
 def write_config(prim: Usd.Prim, config: LidarConfig, *, tick_rate: float | Fraction | None = None) -> None:
@@ -68,11 +61,11 @@ def read_config(prim: Usd.Prim) -> LidarConfig:
     """
     values: dict[str, Any] = {}
     for name in attribute_types():
-        value = _get(prim, PREFIX + name)
+        value = value_of(prim, PREFIX + name)
         if value is not None:
             values[name] = value
     for name, exact_name in EXACT.items():
-        text = _get(prim, exact_name)
+        text = value_of(prim, exact_name)
         if isinstance(text, str) and whole(name, exact.rate(text)) == values.get(name):
             values[name] = exact.rate(text)
     states = _read_states(prim)
@@ -86,103 +79,6 @@ def read_config(prim: Usd.Prim) -> LidarConfig:
         raise UserError(f"{prim.GetPath()}: {error}") from error
 
 
-def read_tick_rate(prim: Usd.Prim, bare: Fraction | int = 0) -> Fraction:
-    """How often the sensor ticks [Hz]; 0 means every update, `bare` is what a prim gets that authors no rate.
-
-    Raises UserError if negative.
-    """
-    attribute = prim.GetAttribute(TICK_RATE)
-    value = attribute.Get() if attribute and attribute.HasAuthoredValue() else None
-    if value is None:
-        return Fraction(bare)
-    if not math.isfinite(value) or value < 0:
-        raise UserError(f"{prim.GetPath()}.{TICK_RATE} is {value}; give a rate in Hz, or 0 to render in every update")
-    return exact.rate(float(value), stored_as_float32=True)
-
-
-def has_sensor_api(prim: Usd.Prim) -> bool:
-    """Whether a prim has OmniSensorAPI, by its type or applied; one that deletes it from its schemas has not."""
-    if "OmniSensorAPI" not in prim.GetAppliedSchemas():
-        return False
-    for spec in prim.GetPrimStack():
-        listed = spec.GetInfo("apiSchemas")
-        if "OmniSensorAPI" in listed.deletedItems:
-            return False
-        if "OmniSensorAPI" in listed.GetAddedOrExplicitItems():
-            return True
-    return True
-
-
-def read_aux_level(prim: Usd.Prim) -> AuxLevel:
-    """The auxiliary level that the prim's GenericModelOutput channels ask for; NONE when nothing says."""
-    levels = _get(prim, AUX_CHANNELS) or ()
-    named = [AuxLevel[level] for level in map(str, levels) if level in AuxLevel.__members__]
-    return max(named, default=AuxLevel.NONE)
-
-
-def write_aux_level(prim: Usd.Prim, level: str) -> None:
-    """Authors the auxiliary level, always, also for NONE; raises as `write`."""
-    if prim.IsInstanceProxy() and read_aux_level(prim).name == level:
-        return
-    write(prim, AUX_CHANNELS, "string[]", [level])
-
-
-def read_exclude(prim: Usd.Prim) -> frozenset[str]:
-    """Paths of the prims that the sensor never hits (each with everything below it)."""
-    relationship = prim.GetRelationship(EXCLUDE)
-    return frozenset(str(path) for path in relationship.GetTargets()) if relationship else frozenset()
-
-
-def write_exclude(prim: Usd.Prim, paths: tuple[str, ...]) -> None:
-    """Authors what the sensor never hits."""
-    prim.CreateRelationship(EXCLUDE, custom=True).SetTargets(list(paths))
-
-
-def apply_schemas(prim: Usd.Prim, names: list[str]) -> None:
-    """Applies API schemas by name ("Name" or "Name:instance") that the prim does not have yet."""
-    present = set(prim.GetAppliedSchemas())
-    for name in names:
-        if name not in present:
-            prim.AddAppliedSchema(name)
-
-
-def unknown_schemas(names: list[str]) -> list[str]:
-    """Those of the names ("Name" or "Name:instance") that no API schema has."""
-    from graph.sim.usd import Usd
-
-    registry = Usd.SchemaRegistry()
-    return [name for name in names if not registry.FindAppliedAPIPrimDefinition(name.rpartition(":")[0] or name)]
-
-
-def write(prim: Usd.Prim, name: str, kind: str, value: Any) -> None:
-    """Sets an attribute, creating it with the USD type `kind` where neither the schema nor the prim has it.
-
-    Raises SensorValueError for a fraction where the type is a whole number, which USD would cut off without a word, and
-    for another value on a prim of an instance, which cannot be edited.
-    """
-    from graph.sim.usd import Gf, Sdf, Vt
-
-    if prim.IsInstanceProxy():
-        if prim.GetAttribute(name) and prim.GetAttribute(name).Get() == value:
-            return
-        raise SensorValueError(
-            f"{prim.GetPath()}: {name} cannot be set, the prim is part of an instance; set it in the instance's asset, "
-            "or make the instance instanceable = false"
-        )
-    if kind in ("int", "uint") and value != int(value):
-        raise SensorValueError(f"{prim.GetPath()}.{name} is a whole number; {value} does not fit")
-    attribute = prim.GetAttribute(name)
-    if not attribute:
-        attribute = prim.CreateAttribute(name, Sdf.ValueTypeNames.Find(kind), custom=not name.startswith("omni:"))
-    if kind == "float[]":
-        value = Vt.FloatArray.FromNumpy(np.ascontiguousarray(value, np.float32)) if len(value) else Vt.FloatArray()
-    elif kind == "float3":
-        value = Gf.Vec3f(*map(float, value))
-    elif kind == "uint[]":
-        value = Vt.UIntArray.FromNumpy(np.ascontiguousarray(value, np.uint32)) if len(value) else Vt.UIntArray()
-    attribute.Set(value)
-
-
 def attribute_kind(name: str) -> str | None:
     """USD value type of an attribute that lidars have, by its full name; None for others."""
     if name == TICK_RATE:
@@ -194,11 +90,6 @@ def attribute_kind(name: str) -> str | None:
     return attribute_types().get(name.removeprefix(PREFIX)) if name.startswith(PREFIX) else None
 
 
-def _get(prim: Usd.Prim, name: str) -> Any:
-    attribute = prim.GetAttribute(name)
-    return attribute.Get() if attribute else None
-
-
 def _read_states(prim: Usd.Prim) -> tuple[EmitterState, ...]:
     """The emitter states that hold arrays, in lexicographic order of their instance names."""
     names = [str(name) for name in prim.GetPropertyNames() if str(name).startswith(STATE_PREFIX)]
@@ -206,7 +97,7 @@ def _read_states(prim: Usd.Prim) -> tuple[EmitterState, ...]:
     for instance in sorted({name.removeprefix(STATE_PREFIX).split(":")[0] for name in names}):
         arrays = {}
         for name in (*EMITTER_FLOATS, *EMITTER_INTEGERS):
-            value = _get(prim, f"{STATE_PREFIX}{instance}:{camel_case(name)}")
+            value = value_of(prim, f"{STATE_PREFIX}{instance}:{camel_case(name)}")
             if value is not None and len(value):
                 arrays[name] = np.array(value)
         if "azimuth_deg" in arrays or "elevation_deg" in arrays:

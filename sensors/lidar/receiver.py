@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from sensors.optics import RETRO_GAIN, Optics
+from sensors.surfaces.optics import RETRO_GAIN, Optics
 
 from .config import LidarConfig
 

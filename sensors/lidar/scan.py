@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from sensors.optics import Optics, optics_of
 from sensors.raycast.rays import Hits, RayBundle, RayCaster, RayMemory
 from sensors.raycast.windows import RayGrid
+from sensors.surfaces.optics import Optics, optics_of
 
 from .aim import Aim, moving_aim, turned_back
 from .config import EmitterState, LidarConfig

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any, cast
 
-from sensors.annotator import Annotator, split_data
-from sensors.annotator_types import find_annotator
+from sensors.annotators.annotator import Annotator, split_data
+from sensors.annotators.specs import ANNOTATORS
+from sensors.annotators.types import find_annotator
 from sensors.errors import SensorValueError
 from sensors.products import render_product
-from sensors.specs import ANNOTATORS
 from sensors.writers import REGISTRY, WRITERS, AttachedWriter, Writer, WriterSpec, find_writer
 
 from .authoring import Lidar

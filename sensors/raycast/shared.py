@@ -9,10 +9,10 @@ import numpy as np
 
 from graph.sim.geometry.deforming import Following
 from graph.sim.settings import ID_MAP_EXTENSION, RAY_THREADS
-from sensors.ids import has_prim, pack_stable_id_map, stable_id, stable_id_map
-from sensors.materials import PREFIX, PREFIX_SETTING, material_of
-from sensors.optics import Optics, optics_of
-from sensors.semantics import Labels, numbered, surface_label
+from sensors.surfaces.ids import has_prim, pack_stable_id_map, stable_id, stable_id_map
+from sensors.surfaces.materials import PREFIX, PREFIX_SETTING, material_of
+from sensors.surfaces.optics import Optics, optics_of
+from sensors.surfaces.semantics import Labels, numbered, surface_label
 
 from .world import CastWorld
 
@@ -91,7 +91,7 @@ def surface_ids(app: App) -> np.ndarray:
 
 
 def surface_id_map(app: App) -> dict[int, str]:
-    """128-bit id -> path of every surface of the App's cast world; of prims first (`sensors.ids`)."""
+    """128-bit id -> path of every surface of the App's cast world; of prims first (`sensors.surfaces.ids`)."""
     world = cast_world(app)
     found: dict[int, str] | None = world.cache.get("id map")
     if found is None:

@@ -25,7 +25,8 @@ from sensors.channels import CHANNELS, AuxLevel
 from sensors.gmo import channels_for
 from sensors.lidar.config import EmitterState
 from sensors.lidar.pattern import firing_pattern
-from sensors.lidar.prim import read_exclude, write_aux_level, write_config, write_exclude
+from sensors.lidar.prim import write_config
+from sensors.prim import read_exclude, write_aux_level, write_exclude
 from sensors.raycast.rays import RayBundle
 from sensors.raycast.windows import RayGrid
 from sensors.raycast.world import CastWorld, excluded

@@ -4,7 +4,10 @@ from importlib import import_module
 
 import pytest
 
-from graph.moved import MOVED
+from graph.moved import MOVED as MOVED_IN_GRAPH
+from sensors.moved import MOVED as MOVED_IN_SENSORS
+
+MOVED = MOVED_IN_GRAPH | MOVED_IN_SENSORS
 
 
 @pytest.mark.parametrize("old", MOVED)

@@ -7,11 +7,12 @@ import pytest
 
 from graph.base.errors import UserError
 from sensors import LidarConfig
-from sensors.annotators import SCAN_BUFFER_CHANNELS, extract_point_cloud, flat_scan, scan_buffer
+from sensors.annotators.outputs import SCAN_BUFFER_CHANNELS, extract_point_cloud, scan_buffer
 from sensors.channels import CHANNELS
 from sensors.configs.catalog import find
 from sensors.frame import Frame, FramePose, cartesian, spherical
 from sensors.lidar.config import EmitterState
+from sensors.lidar.flat_scan import flat_scan
 
 
 def frame(config, coords="SPHERICAL", **arrays):

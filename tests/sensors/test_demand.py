@@ -10,7 +10,8 @@ from sensors import LidarSensor
 from sensors.channels import AUXILIARY, CHANNELS, AuxLevel, Consumer, Demand
 from sensors.lidar import returns, runtime
 from sensors.lidar.authoring import Lidar
-from sensors.lidar.prim import write_aux_level, write_config
+from sensors.lidar.prim import write_config
+from sensors.prim import write_aux_level
 from tests.support.lidar_worlds import add_box, define_lidar, rotary, weightless
 
 SETTINGS = {"/rtx-transient/stableIds/enabled": True, "/app/sensors/nv/lidar/publishNormals": True}

@@ -7,9 +7,9 @@ from PIL import Image
 import sensors.replicator as rep
 from graph.base.errors import RunError
 from sensors import Lidar, LidarSensor
-from sensors.drawing import BACKGROUND, SENSOR, PointCloudDrawing
 from sensors.frame import Frame, FramePose
 from sensors.lidar.prim import write_config
+from sensors.writers.drawing import BACKGROUND, SENSOR, PointCloudDrawing
 from tests.support.lidar_worlds import add_box, rotary, weightless
 
 DARK = np.rint(BACKGROUND).astype(np.uint8)

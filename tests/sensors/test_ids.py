@@ -9,7 +9,7 @@ from pxr import Gf, UsdGeom
 import sensors.replicator as rep
 from sensors import parse_generic_model_output_data, parse_object_ids, parse_stable_id_map_data
 from sensors.handles import handle
-from sensors.ids import pack_stable_id_map, stable_id, stable_id_map
+from sensors.surfaces.ids import pack_stable_id_map, stable_id, stable_id_map
 from tests.support.lidar_worlds import add_box, define_lidar, rotary, weightless
 
 PATHS = ("/World/Böx", "/World/Car/paint", "/World/Rocks[7]", "/World/Rocks[8]/Lid")
@@ -152,7 +152,7 @@ def test_every_hit_has_a_path_whatever_was_hit(all_kinds):
 
 
 def test_excluding_an_instancer_excludes_its_copies(all_kinds):
-    from sensors.lidar.prim import write_exclude
+    from sensors.prim import write_exclude
 
     write_exclude(all_kinds.stage.GetPrimAtPath("/World/Lidar"), ("/World/Rocks", "/World/Car"))
     hits, _, everything = seen(all_kinds)

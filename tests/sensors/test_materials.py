@@ -5,8 +5,8 @@ from pxr import Sdf, UsdGeom, UsdShade
 
 from graph.sim import App
 from sensors import Lidar
-from sensors.materials import ATTRIBUTES, BASES, COATINGS, decode, encode, material_of
 from sensors.products import render_product
+from sensors.surfaces.materials import ATTRIBUTES, BASES, COATINGS, decode, encode, material_of
 
 
 def test_the_documented_example_is_2305():

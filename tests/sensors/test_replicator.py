@@ -15,7 +15,7 @@ from sensors import (
     unregister_annotator_spec,
     unregister_writer_spec,
 )
-from sensors.annotator_types import AnnotatorType
+from sensors.annotators.types import AnnotatorType
 from sensors.products import place_product
 from sensors.writers import WriterSpec
 from tests.support.lidar_worlds import NORMALS, add_box, define_lidar, rotary, weightless

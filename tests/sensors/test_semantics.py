@@ -6,7 +6,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom
 
 import sensors.replicator as rep
 from sensors.lidar.prim import write_config
-from sensors.semantics import inherited_labels, labels_of, numbered
+from sensors.surfaces.semantics import inherited_labels, labels_of, numbered
 from tests.support.lidar_worlds import add_box, rotary, weightless
 
 

@@ -9,7 +9,8 @@ from graph.sim import App
 from graph.sim.scene import nonvisual
 from sensors import LidarConfig
 from sensors.lidar.config import EmitterState
-from sensors.lidar.prim import write_aux_level, write_config
+from sensors.lidar.prim import write_config
+from sensors.prim import write_aux_level
 from sensors.products import render_product
 
 NORMALS = "/app/sensors/nv/lidar/publishNormals"

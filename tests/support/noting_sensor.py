@@ -2,18 +2,31 @@
 
 from fractions import Fraction
 
+from graph.base.exact import nanoseconds
 from graph.sim.renderer.products import RenderProduct
-from graph.sim.renderer.schedule import EveryUpdate, TickSchedule
+from graph.sim.renderer.schedule import EveryUpdate, Tick, TickSchedule
+
+
+class Instant(Tick):
+    """The frame of a tick: the tick again, without elements, stamped with the time of the update that renders it."""
+
+    count = 0
+
+    def __init__(self, tick):
+        super().__init__(tick.index, tick.rate, tick.time, tick.start, tick.end, tick.poses)
+        self.tick = tick
+        self.timestamp_ns = nanoseconds(tick.time)
 
 
 class NotingSensor:
     """Renders the instant of each tick, as a camera does; of rate 0 [Hz], in every update in which the time moved.
 
-    Its frames are the ticks themselves; a silent sensor delivers none. `ticks` holds all it rendered, `asked` those and
-    the (start, end) of each `advance`, in order; both outlive a reset, which is counted.
+    Its frames are `Instant`s; a silent sensor delivers none. `ticks` holds all it rendered, `asked` those and the
+    (start, end) of each `advance`, in order; both outlive a reset, which is counted.
     """
 
     accumulates = False
+    latency = Fraction(0)
 
     def __init__(self, rate=0, *, wants_updates=False, silent=False):
         self.rate = Fraction(rate)
@@ -28,7 +41,7 @@ class NotingSensor:
     def render(self, tick):
         self.ticks.append(tick)
         self.asked.append(tick)
-        return None if self.silent else tick
+        return None if self.silent else Instant(tick)
 
     def advance(self, start, end, poses):
         self.asked.append((start, end))

@@ -1,33 +1,12 @@
-"""Render products: what joins a sensor's runtime, its schedule and its frames."""
+"""Render products: what joins a sensor, its schedule and its frames."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from fractions import Fraction
-from typing import Any, Protocol
+from typing import Any
 
-from .schedule import EveryUpdate, Tick, TickSchedule
-
-
-class SensorRuntime(Protocol):
-    """What the scheduler asks of a sensor.
-
-    A runtime with `wants_updates` also has `advance(start, end, poses)`: it is called in every update in which the
-    external time moved, before a tick of that update is rendered. `reset()` forgets frames and unfinished scans.
-    """
-
-    schedule: TickSchedule | EveryUpdate
-    wants_updates: bool
-
-    @property
-    def rate(self) -> Fraction:
-        """The tick rate [Hz]; 0 renders every update."""
-
-    def render(self, tick: Tick) -> Any:
-        """The frame of a tick, or None if there is nothing to deliver."""
-
-    def reset(self) -> None:
-        """Forgets everything measured so far."""
+from .sensor import Sensor, SensorFrame
 
 
 class RenderProduct:
@@ -38,7 +17,7 @@ class RenderProduct:
         path: str,
         camera_path: str,
         resolution: tuple[int, int],
-        sensor: SensorRuntime,
+        sensor: Sensor,
         created_at: Fraction | None = None,
     ) -> None:
         self.path = path
@@ -99,14 +78,12 @@ class RenderProduct:
         self.sensor.schedule.restart(moment)
         self.capture, self.capture_index = None, 0
 
-    def deliver(self, frame: Any) -> None:
-        """Takes a new frame; counts it by its `count` and `timestamp_ns`, where it has them."""
+    def deliver(self, frame: SensorFrame) -> None:
+        """Takes a new frame and counts it."""
         self.frame = frame
         self.new_frame = True
         self.frames += 1
-        self.elements += getattr(frame, "count", 0)
-        stamp = getattr(frame, "timestamp_ns", None)
-        if stamp is not None:
-            self.last_frame_ns = stamp
-            if self.first_frame_ns is None:
-                self.first_frame_ns = stamp
+        self.elements += frame.count
+        self.last_frame_ns = frame.timestamp_ns
+        if self.first_frame_ns is None:
+            self.first_frame_ns = frame.timestamp_ns

@@ -18,10 +18,10 @@ from graph.sim.timing.clocks import PhysicsClock, checked_rate
 from graph.sim.timing.run_loop import RunLoop
 from graph.sim.timing.timeline import Timeline
 
-from .products import RenderProduct, SensorRuntime
+from .products import RenderProduct
 from .scheduler import SensorScheduler
 
-__all__ = ["NEW_FRAME", "FrameEvent", "RenderProduct", "Rendering", "RenderingEvent", "SensorRuntime"]
+__all__ = ["NEW_FRAME", "FrameEvent", "RenderProduct", "Rendering", "RenderingEvent"]
 
 
 class RenderingEvent(StrEnum):

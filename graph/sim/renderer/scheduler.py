@@ -11,6 +11,7 @@ from graph.sim.timing.clocks import PhysicsClock, Reading
 from .product_list import ProductList
 from .products import RenderProduct
 from .schedule import NEVER, EveryUpdate, Tick, TickSchedule
+from .sensor import SensorFrame
 
 
 class SensorScheduler(ProductList):
@@ -45,7 +46,7 @@ class SensorScheduler(ProductList):
         self._rendered_step = 0
         self._rendered_version = clock.version
         self._captures: list[tuple[int, int, RenderProduct]] = []
-        self._pending: list[tuple[RenderProduct, Any]] = []
+        self._pending: list[tuple[Fraction, RenderProduct, SensorFrame]] = []  # each with when it may be delivered
         self._held = True  # without multi-tick rendering: nothing was rendered in the update before
 
     @property
@@ -80,11 +81,7 @@ class SensorScheduler(ProductList):
     def deliver_pending(self) -> None:
         """The begin of an update where frames come later: ends the last frames and delivers those that waited."""
         self._end_frames()
-        pending, self._pending = self._pending, []
-        for product, frame in pending:
-            if product.enabled and self.products.get(product.path) is product:
-                product.deliver(frame)
-                self.new_frames.append(product)
+        self._deliver_ready()
 
     def end_update(self) -> None:
         """Products made from here on exist from the external time as it is now."""
@@ -124,7 +121,15 @@ class SensorScheduler(ProductList):
         self.next_capture = captures[-1][0] if captures else NEVER
 
     def render_due(self, *, playing: bool = True) -> None:
-        """Renders what is due at the external time as it is now, in the order of the products' creation."""
+        """Renders what is due at the external time as it is now, in the order of the products' creation.
+
+        Then delivers the frames of sensors with a latency whose time has come.
+        """
+        self._render_due(playing)
+        if self._pending and not self.frames_later:
+            self._deliver_ready()
+
+    def _render_due(self, playing: bool) -> None:
         if not self.multi_tick:
             if playing:
                 self._render_every_update()
@@ -225,17 +230,31 @@ class SensorScheduler(ProductList):
         start = product.advanced_to
         if time > start:
             product.advanced_to = time
-            product.sensor.advance(start, time, None)  # type: ignore[attr-defined]
+            product.sensor.advance(start, time, None)
 
     def _deliver(self, product: RenderProduct, tick: Tick) -> None:
         frame = product.sensor.render(tick)
         if frame is None:
             return
-        if self.frames_later:
-            self._pending.append((product, frame))
+        latency = product.sensor.latency
+        if latency or self.frames_later:
+            self._pending.append((tick.end + latency, product, frame))
             return
         product.deliver(frame)
         self.new_frames.append(product)
+
+    def _deliver_ready(self) -> None:
+        """Delivers of the frames that wait those whose time has come: of each product the oldest."""
+        time, pending = self.time, self._pending
+        self._pending = []
+        for ready, product, frame in pending:
+            if not product.enabled or self.products.get(product.path) is not product:
+                continue
+            if ready > time or product in self.new_frames:
+                self._pending.append((ready, product, frame))
+            else:
+                product.deliver(frame)
+                self.new_frames.append(product)
 
     def _end_frames(self) -> None:
         for product in self.new_frames:

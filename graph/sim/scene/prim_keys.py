@@ -38,6 +38,7 @@ class PrimContext:
     folder: Path
     roots: Sequence[Path]
     sensor_config: SensorConfig | None
+    sensor_types: Sequence[str]
     warn: Warn
     implied: set[str] = field(default_factory=set)
     checked: dict[Path, Checked] = field(default_factory=dict)
@@ -59,7 +60,7 @@ class PrimContext:
 
     def define(self, path: str, kind: Any, referenced: bool) -> None:
         """Make the prim and its missing parents (as Xforms). Raises ValueError if its type is wrong."""
-        if kind is not None and not Usd.SchemaRegistry().FindConcretePrimDefinition(str(kind)):
+        if kind not in (None, *self.sensor_types) and not Usd.SchemaRegistry().FindConcretePrimDefinition(str(kind)):
             near = difflib.get_close_matches(str(kind), concrete_types(), n=1)
             raise ValueError(f"there is no prim type {kind!r}" + (f'; did you mean "{near[0]}"?' if near else ""))
         sdf = Sdf.Path(path)
@@ -132,8 +133,8 @@ def _config(context: PrimContext, prim: Any, keys: Keys, name: str, done: set[st
     done.update(("config", "variant"))
     if "config" not in keys:
         raise ValueError("a variant needs the config that it is of")
-    if prim.GetTypeName() not in SENSORS:
-        raise ValueError(f"only sensors have one ({', '.join(SENSORS)}), not {prim.GetTypeName()}")
+    if prim.GetTypeName() not in context.sensor_types:
+        raise ValueError(f"only sensors have one ({', '.join(context.sensor_types)}), not {prim.GetTypeName()}")
     if context.sensor_config is None:
         raise ValueError("there are no sensor configurations here")
     context.sensor_config(prim, keys["config"], keys.get("variant"))
@@ -142,8 +143,8 @@ def _config(context: PrimContext, prim: Any, keys: Keys, name: str, done: set[st
 def _aux(context: PrimContext, prim: Any, keys: Keys, name: str, done: set[str]) -> None:
     if keys[name] not in AUX_LEVELS:
         raise ValueError(f"{keys[name]!r} is not one of {', '.join(AUX_LEVELS)}")
-    if prim.GetTypeName() not in SENSORS:
-        raise ValueError(f"only sensors have one ({', '.join(SENSORS)}), not {prim.GetTypeName()}")
+    if prim.GetTypeName() not in context.sensor_types:
+        raise ValueError(f"only sensors have one ({', '.join(context.sensor_types)}), not {prim.GetTypeName()}")
     prim.CreateAttribute(CHANNELS, Sdf.ValueTypeNames.StringArray, custom=True).Set([keys[name]])
 
 
@@ -278,7 +279,7 @@ def _semantics(context: PrimContext, prim: Any, keys: Keys, name: str, done: set
 
 def _exclude(context: PrimContext, path: str, value: Any) -> None:
     prim = context.stage.GetPrimAtPath(path)
-    if prim.GetTypeName() not in SENSORS:
+    if prim.GetTypeName() not in context.sensor_types:
         raise ValueError(f"only sensors exclude what they never hit, not {prim.GetTypeName()}")
     targets = [value] if isinstance(value, str) else list(value)
     for target in targets:

@@ -12,7 +12,7 @@ from typing import Any
 from graph.base.errors import Mark, Problem, UserError
 
 from .prim_attributes import ending_alike
-from .prim_keys import FINAL, KEYS, PrimContext, SensorConfig
+from .prim_keys import FINAL, KEYS, SENSORS, PrimContext, SensorConfig
 from .stage import Warn, ignore_warning
 
 MAX_DEPTH = 256
@@ -28,6 +28,7 @@ def author_prims(
     where: Where = lambda path, key=None: None,
     *,
     sensor_config: SensorConfig | None = None,
+    sensor_types: Iterable[str] = (),
     folder: Path | None = None,
     allow_roots: Iterable[str | Path] | None = None,
     warn: Warn = ignore_warning,
@@ -35,12 +36,14 @@ def author_prims(
     """Author inline prims, in order, on top of the stage's scene.
 
     sensor_config(prim, config, variant): writes a sensor's configuration; its attributes are set before `attributes`.
+    sensor_types: prim types of sensors that no schema declares.
     folder: what `reference` is relative to; allow_roots: where referenced files may lie (default: `folder`).
     Raises UserError with every problem, each at `where(path, key)`.
     """
     folder = Path.cwd() if folder is None else folder
     roots = [folder] if allow_roots is None else [Path(root) for root in allow_roots]
-    context = PrimContext(stage, folder, roots, sensor_config, warn)
+    types = tuple(dict.fromkeys((*SENSORS, *sensor_types)))
+    context = PrimContext(stage, folder, roots, sensor_config, types, warn)
     before = stage.GetUsedLayers()
     problems: list[Problem] = []
     for path, keys in prims.items():

@@ -320,9 +320,9 @@ def test_a_wrong_file_gives_its_problems_and_exit_code_2(folder, graph):
 
 
 def test_rates_are_printed_exactly():
-    from graph.cli.explain import number
+    from graph.base.exact import shortest
 
-    assert [number(Fraction(*pair)) for pair in ((60, 1), (59, 2), (1, 60), (60000, 1001))] == [
+    assert [shortest(Fraction(*pair)) for pair in ((60, 1), (59, 2), (1, 60), (60000, 1001))] == [
         "60",
         "29.5",
         "1/60",

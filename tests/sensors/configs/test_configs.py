@@ -13,8 +13,9 @@ from graph.sim import register_schemas
 from sensors.configs import author_config
 from sensors.configs.catalog import assets, find, load
 from sensors.lidar.pattern import firing_pattern
-from sensors.lidar.prim import read_aux_level, read_config, read_tick_rate, write, write_aux_level, write_config
+from sensors.lidar.prim import read_config, write_config
 from sensors.lidar.vendor import parse_profile
+from sensors.prim import read_aux_level, read_tick_rate, write, write_aux_level
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ from pxr import UsdPhysics
 
 from graph.sim import App
 from sensors.lidar.config import EmitterState
-from sensors.lidar.slerp import Trajectory, quaternions, slerp
+from sensors.motion.slerp import Trajectory, quaternions, slerp
 from tests.support.lidar_worlds import add_box, add_lidar, frames_of, rotary, stare, weightless
 
 TIMES = np.linspace(0.0, 0.099, 40)

@@ -198,7 +198,7 @@ def test_a_new_frame_is_new_for_one_update():
     assert product.new_frame
     world.update(steps=0)
     assert not product.new_frame
-    assert product.frame is product.sensor.ticks[0]
+    assert product.frame.tick is product.sensor.ticks[0]
 
 
 def test_a_render_that_delivers_nothing_counts_no_frame():

@@ -1,6 +1,6 @@
 """GenericModelOutput: one contiguous buffer with header, element arrays and auxiliary arrays.
 
-What is promised is the properties of `GenericModelOutput`, not byte compatibility with other products; `gmo_layout` has
+What is promised is the properties of `GenericModelOutput`, not byte compatibility with other products; `layout` has
 the layout.
 """
 
@@ -11,9 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from .channels import CHANNELS, AuxLevel
-from .frame import Frame, quaternion_of
-from .gmo_layout import (
+from sensors.channels import CHANNELS, AuxLevel
+from sensors.frame import Frame, quaternion_of
+
+from .layout import (
     AUX_ARRAYS,
     ELEMENT_ARRAYS,
     ELEMENT_DTYPES,
@@ -24,15 +25,12 @@ from .gmo_layout import (
     OTHER_ARRAYS,
     OTHER_SCALARS,
     VERSION,
-    AuxType,
     CoordsType,
-    ElementFlags,
     FrameOfReference,
     LidarAuxHas,
     Modality,
     MotionCompensationState,
     OutputType,
-    channels_for,
     layout_of,
 )
 
@@ -196,7 +194,7 @@ def parse_generic_model_output_data(data: Any) -> GenericModelOutput:
     (`sensors.handles`), never addresses: an unknown one gives the same warning.
     """
     if isinstance(data, (int, np.integer)):
-        from .handles import resolve
+        from sensors.handles import resolve
 
         found = resolve(int(data))
         if isinstance(found, Frame):
@@ -241,24 +239,3 @@ def _empty(reason: str) -> GenericModelOutput:
 def getMagicNumberGMO() -> int:
     """The number every buffer starts with."""
     return MAGIC
-
-
-__all__ = [
-    "AUX_ARRAYS",
-    "ELEMENT_ARRAYS",
-    "HEADER",
-    "AuxType",
-    "CoordsType",
-    "ElementFlags",
-    "FrameAtTime",
-    "FrameOfReference",
-    "GenericModelOutput",
-    "LidarAuxHas",
-    "Modality",
-    "MotionCompensationState",
-    "OutputType",
-    "channels_for",
-    "getMagicNumberGMO",
-    "pack",
-    "parse_generic_model_output_data",
-]

@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from .annotator import Annotator
-from .annotator_types import find_annotator
+from sensors.annotators.annotator import Annotator
+from sensors.annotators.types import find_annotator
 
 if TYPE_CHECKING:
     from graph.sim import App
     from graph.sim.renderer.rendering import RenderProduct
-
-    from .frame import Frame
+    from sensors.frame import Frame
 
 
 class AnnotatedWriter:

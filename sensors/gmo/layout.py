@@ -12,7 +12,7 @@ import enum
 
 import numpy as np
 
-from .channels import CHANNELS, AuxLevel
+from sensors.channels import CHANNELS, AuxLevel
 
 MAGIC = 0x4E474D4F
 VERSION = (1, 0, 0)

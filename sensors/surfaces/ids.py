@@ -94,7 +94,7 @@ def parse_stable_id_map_data(buffer: Any, *, resolve_all: bool = False) -> dict[
     instancer). No buffer, or one that does not hold what it says, gives an empty map and a warning.
     """
     if isinstance(buffer, (int, np.integer)):
-        from .handles import resolve
+        from sensors.handles import resolve
 
         buffer = resolve(int(buffer))
     if buffer is None:

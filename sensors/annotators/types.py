@@ -10,29 +10,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from graph.base.errors import UserError
+from sensors.channels import AuxLevel
+from sensors.errors import SensorValueError
+from sensors.gmo import channels_for, pack
+from sensors.sensor_types import sensor_types
 
-from .annotators import (
-    EXTRACT_CHANNELS,
-    FLAT_SCAN_CHANNELS,
-    SCAN_BUFFER_CHANNELS,
-    FlatScan,
-    empty_outputs,
-    extract_point_cloud,
-    flat_scan,
-    require_2d,
-    scan_buffer,
-)
-from .channels import AuxLevel
-from .errors import SensorValueError
-from .gmo import channels_for, pack
+from .outputs import EXTRACT_CHANNELS, empty_outputs, extract_point_cloud
 
 if TYPE_CHECKING:
     from graph.sim import App
     from graph.sim.renderer.rendering import RenderProduct
-
-    from .frame import Frame
-
-LIDAR, RADAR = "OmniLidar", "OmniRadar"
+    from graph.sim.renderer.sensor import Sensor
+    from sensors.frame import Frame
 
 
 @dataclass(slots=True)
@@ -45,7 +34,7 @@ class Reading:
     frame: Frame | None = None
 
     @property
-    def sensor(self) -> Any:
+    def sensor(self) -> Sensor:
         """What measures, behind the product."""
         return self.product.sensor
 
@@ -56,8 +45,9 @@ class AnnotatorType:
 
     read: what `get_data` gives of a reading; it is called once a frame. channels: what it needs.
     optional: asks for the auxiliary channels too, as far as the prim's level reaches. options: those of `initialize`,
-    with their defaults. prims: types of prims it can read. keeps_last: a frame without elements changes nothing.
-    check: raises UserError for a product it cannot work on. instead: what to use, where it is deprecated.
+    with their defaults. prims: types of prims it reads; () is any sensor that measures its channels. keeps_last: a
+    frame without elements changes nothing. check: raises UserError for a product it cannot work on. instead: what to
+    use, where it is deprecated.
     """
 
     name: str
@@ -65,7 +55,7 @@ class AnnotatorType:
     channels: Callable[[Reading], Iterable[str]] = lambda reading: ("xyz",)
     optional: bool = False
     options: Mapping[str, Any] = field(default_factory=dict)
-    prims: tuple[str, ...] = (LIDAR, RADAR)
+    prims: tuple[str, ...] = ()
     keeps_last: bool = False
     check: Callable[[Reading], None] = lambda reading: None
     instead: str = ""
@@ -82,41 +72,32 @@ class AnnotatorType:
 
 
 TYPES: dict[str, AnnotatorType] = {}
-"""The registry."""
+"""Those for every sensor, and those registered by hand; sensor types bring their own."""
+
+
+def annotator_types() -> dict[str, AnnotatorType]:
+    """Every annotator by its name."""
+    return TYPES | {one.name: one for kind in sensor_types().values() for one in kind.annotators}
 
 
 def register_annotator(kind: AnnotatorType) -> None:
     """Adds an annotator to the registry. Raises SensorValueError if its name is taken."""
-    if kind.name in TYPES:
+    if kind.name in annotator_types():
         raise SensorValueError(f"there is an annotator {kind.name!r} already; give yours another name")
     TYPES[kind.name] = kind
 
 
 def find_annotator(name: str) -> AnnotatorType:
     """The annotator of this name. Raises SensorValueError with a name that is near, or those there are."""
-    if name not in TYPES:
-        near = difflib.get_close_matches(name, TYPES, n=1)
-        hint = f'did you mean "{near[0]}"?' if near else f"there are: {', '.join(sorted(TYPES))}"
+    known = annotator_types()
+    if name not in known:
+        near = difflib.get_close_matches(name, known, n=1)
+        hint = f'did you mean "{near[0]}"?' if near else f"there are: {', '.join(sorted(known))}"
         raise SensorValueError(f"there is no annotator {name!r}; {hint}")
-    return TYPES[name]
+    return known[name]
 
 
-FLAGS = {f"output{name[0].upper()}{name[1:]}": name for name in SCAN_BUFFER_CHANNELS if name != "data"}
-"""Option of IsaacCreateRTXLidarScanBuffer -> the output that it adds."""
-
-NO_EFFECT = {
-    "keepOnlyPositiveDistance": True,
-    "transformPoints": False,
-    "accuracyErrorAzimuthDeg": 0.0,
-    "accuracyErrorElevationDeg": 0.0,
-    "accuracyErrorPosition": (0.0, 0.0, 0.0),
-    "enablePerFrameOutput": False,
-    "cudaDeviceIndex": -1,
-}
-"""Options that the original has and does not read."""
-
-
-def _with_info(found: dict[str, Any], reading: Reading) -> dict[str, Any]:
+def with_info(found: dict[str, Any], reading: Reading) -> dict[str, Any]:
     """Adds what describes the arrays."""
     frame = reading.frame
     transform = found.pop("transform", np.eye(4))
@@ -133,43 +114,7 @@ def _with_info(found: dict[str, Any], reading: Reading) -> dict[str, Any]:
 
 def _extract(reading: Reading) -> dict[str, Any]:
     frame = reading.frame
-    return _with_info(extract_point_cloud(frame) if frame is not None else empty_outputs(("data",)), reading)
-
-
-def _wanted(options: Mapping[str, Any]) -> list[str]:
-    return [name for flag, name in FLAGS.items() if options[flag]]
-
-
-def _scan_channels(reading: Reading) -> set[str]:
-    return {"xyz"}.union(*(SCAN_BUFFER_CHANNELS[name] for name in _wanted(reading.options)))
-
-
-def _scan_buffer(reading: Reading) -> dict[str, Any]:
-    names = _wanted(reading.options)
-    if reading.frame is None:
-        return _with_info(empty_outputs(("data", *names)), reading)
-    return _with_info(scan_buffer(reading.frame, reading.app.meters_per_unit, names), reading)
-
-
-def _flat_scan(reading: Reading) -> dict[str, Any]:
-    flat = FlatScan() if reading.frame is None else flat_scan(reading.frame)
-    return {
-        "linearDepthData": flat.ranges,
-        "intensitiesData": flat.intensities,
-        "horizontalFov": flat.horizontal_fov,
-        "horizontalResolution": flat.horizontal_resolution,
-        "depthRange": np.array(flat.depth_range, np.float32),
-        "rotationRate": flat.rotation_rate,
-        "azimuthRange": np.array(flat.azimuth_range, np.float32),
-        "numRows": flat.num_rows,
-        "numCols": flat.num_cols,
-    }
-
-
-def _is_flat(reading: Reading) -> None:
-    config = getattr(reading.sensor, "config", None)
-    if config is not None:
-        require_2d(reading.product.camera_path, config)
+    return with_info(extract_point_cloud(frame) if frame is not None else empty_outputs(("data",)), reading)
 
 
 def _stable_id_map(reading: Reading) -> np.ndarray | None:
@@ -191,7 +136,7 @@ for _kind in (
     AnnotatorType(
         "GenericModelOutput",
         lambda reading: None if reading.frame is None else pack(reading.frame),
-        lambda reading: channels_for(AuxLevel.NONE, reading.sensor.config.elements_coords_type),
+        lambda reading: channels_for(AuxLevel.NONE, reading.sensor.coords),
         optional=True,
     ),
     AnnotatorType(
@@ -209,35 +154,18 @@ for _kind in (
         optional=True,
         instead="IsaacExtractRTXSensorPointCloud",
     ),
-    AnnotatorType(
-        "IsaacCreateRTXLidarScanBuffer",
-        _scan_buffer,
-        _scan_channels,
-        options={**dict.fromkeys(FLAGS, False), **NO_EFFECT},
-        prims=(LIDAR,),
-        keeps_last=True,
-        instead="IsaacExtractRTXSensorPointCloud",
-    ),
-    AnnotatorType(
-        "IsaacComputeRTXLidarFlatScan",
-        _flat_scan,
-        lambda reading: FLAT_SCAN_CHANNELS,
-        prims=(LIDAR,),
-        keeps_last=True,
-        check=_is_flat,
-        instead="IsaacExtractRTXSensorPointCloud, or ROS2RtxLidarHelper with type laser_scan",
-    ),
 ):
-    register_annotator(_kind)
+    TYPES[_kind.name] = _kind
 
 
 def check_product(kind: AnnotatorType, reading: Reading) -> None:
     """Raises SensorValueError, naming prim and annotator, where a product is not for this kind of annotator."""
     path = reading.product.camera_path
     prim_type = str(reading.app.stage.GetPrimAtPath(path).GetTypeName()) if path else ""
-    if prim_type not in kind.prims:
+    readable = kind.prims or tuple(sensor_types())
+    if prim_type not in readable:
         what, where = prim_type or "no sensor", path or reading.product.path
-        raise SensorValueError(f"{kind.name}: {where} is {what}; it reads {' or '.join(kind.prims)} only")
+        raise SensorValueError(f"{kind.name}: {where} is {what}; it reads {' or '.join(readable)} only")
     try:
         kind.check(reading)
     except UserError as error:

@@ -9,8 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from graph.base.errors import RunError
-
-from .frame import Frame
+from sensors.frame import Frame
 
 VIEWS = {
     "top": ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)),

@@ -8,11 +8,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
-from .annotated_writer import AnnotatedWriter
-from .annotator import Product, only_product
-from .channels import Consumer
-from .errors import SensorValueError
-from .frame import Frame
+from sensors.annotators.annotator import Product, only_product
+from sensors.channels import Consumer
+from sensors.errors import SensorValueError
+from sensors.frame import Frame
+from sensors.sensor_types import sensor_types
+
+from .annotated import AnnotatedWriter
 
 if TYPE_CHECKING:
     from graph.sim import App
@@ -61,6 +63,15 @@ REGISTRY |= {
 }
 """The registry, by the names that Replicator has, the older ones too."""
 
+
+def writer_specs() -> dict[str, WriterSpec]:
+    """Every writer by its name in the registry: those for all sensors, and those that sensor types bring."""
+    found = dict(REGISTRY)
+    for kind in sensor_types().values():
+        found |= kind.writers
+    return found
+
+
 WRITERS: dict[str, WriterSpec] = {"draw-point-cloud": REGISTRY[DEBUG_DRAW]}
 """Short names; sensors copy this table when they are made, so later entries reach later sensors only."""
 
@@ -76,7 +87,7 @@ def register_writer_spec(name: str, spec: WriterSpec | Mapping[str, Any]) -> Non
     if isinstance(spec, Mapping):
         if "name" not in spec:
             raise SensorValueError(f'writer {name!r}: the spec needs "name", the writer\'s name in the registry')
-        known = find_writer(REGISTRY, spec["name"])
+        known = find_writer(writer_specs(), spec["name"])
         spec = replace(known, defaults={**known.defaults, **spec.get("defaults", {})})
     WRITERS[name] = spec
 
@@ -131,12 +142,15 @@ class AttachedWriter:
             writer = self.spec.factory(**self.options)
         except (TypeError, ValueError) as error:
             raise SensorValueError(f"writer {self.name}: {error}") from error
-        sensor: Any = product.sensor
         if not product.camera_path:
             raise SensorValueError(f"writer {self.name}: {product.path} renders no sensor yet; give it one first")
+        product.sensor.require(self._owner, self.spec.channels)
         if isinstance(writer, AnnotatedWriter):
-            writer.attach_to(app, product)
-        sensor.require(self._owner, self.spec.channels)
+            try:
+                writer.attach_to(app, product)
+            except BaseException:
+                product.sensor.release(self._owner)
+                raise
         product.writers.append(writer)
         self._product, self.writer = product, writer
         return self
@@ -146,8 +160,7 @@ class AttachedWriter:
         product, self._product = self._product, None
         if product is None:
             return
-        sensor: Any = product.sensor
-        sensor.release(self._owner)
+        product.sensor.release(self._owner)
         if isinstance(self.writer, AnnotatedWriter):
             self.writer.release()
         if self.writer in product.writers:
@@ -163,4 +176,6 @@ class AttachedWriter:
 
 def get(name: str, init_params: Mapping[str, Any] | None = None, *, app: App | None = None) -> AttachedWriter:
     """A fresh writer by its name in the registry, or its short one. Raises SensorValueError for unknown names."""
-    return AttachedWriter(name, find_writer({**WRITERS, **REGISTRY}, name), app=app).initialize(**(init_params or {}))
+    return AttachedWriter(name, find_writer({**WRITERS, **writer_specs()}, name), app=app).initialize(
+        **(init_params or {})
+    )

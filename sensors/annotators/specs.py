@@ -1,12 +1,13 @@
-"""The short names that sensors know annotators by; `sensors.annotator_types` has the annotators themselves."""
+"""The short names that sensors know annotators by; `sensors.annotators.types` has the annotators themselves."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any
 
-from .annotator_types import TYPES, AnnotatorType, find_annotator, register_annotator
-from .errors import SensorValueError
+from sensors.errors import SensorValueError
+
+from .types import TYPES, AnnotatorType, find_annotator, register_annotator
 
 ANNOTATORS: dict[str, dict[str, Any]] = {
     "generic-model-output": {"name": "GenericModelOutput"},

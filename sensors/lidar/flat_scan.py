@@ -1,45 +1,21 @@
-"""What annotator nodes hand out, as plain functions of a frame."""
+"""Flat scans: a planar lidar's frame as one row of ranges, binned by azimuth."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from graph.base.errors import UserError
+from sensors.frame import Frame, spherical
 
-from .channels import CHANNELS
-from .frame import Frame, spherical
+from .config import LidarConfig
+from .names import PRIM_TYPE
+from .prim import read_config
 
-LABELS = {
-    "azimuth": "azimuth",
-    "elevation": "elevation",
-    "distance": "distance",
-    "intensity": "scalar",
-    "timestamp": "timeOffsetNs",
-    "emitterId": "emitterId",
-    "channelId": "channelId",
-    "materialId": "matId",
-    "tickId": "tickId",
-    "hitNormal": "hitNormals",
-    "velocity": "velocities",
-    "objectId": "objId",
-    "echoId": "echoId",
-    "tickState": "tickStates",
-}
-"""Name of a node output -> the channel it comes from; timestamps are absolute, u64 ns."""
-
-SCAN_BUFFER_CHANNELS: dict[str, tuple[str, ...]] = {
-    "data": ("xyz",),
-    **{name: (channel,) for name, channel in LABELS.items()},
-    "radialVelocityMS": (),
-}
-"""Output of IsaacCreateRTXLidarScanBuffer -> channels to require for it; radialVelocityMS is a radar's only."""
-
-EXTRACT_CHANNELS = frozenset({"xyz", "azimuth", "elevation", "distance", "scalar", "timeOffsetNs"})
-"""What IsaacExtractRTXSensorPointCloud always hands out; auxiliary outputs follow what the frame holds."""
+if TYPE_CHECKING:
+    from pxr import Usd
 
 FLAT_SCAN_CHANNELS = frozenset({"azimuth", "distance", "scalar"})
 
@@ -49,69 +25,6 @@ EDGE = 1e-3
 
 FLAT_DEG = 1e-3
 """Elevations up to here [deg] count as horizontal."""
-
-
-def transform_of(frame: Frame) -> np.ndarray:
-    """(4, 4) float64 sensor to world, row-vector convention [m], from the frame's end; also when the frame is WORLD."""
-    return np.ascontiguousarray(frame.end.world_sensor.T)
-
-
-def labelled(frame: Frame, name: str) -> np.ndarray:
-    """The array of a node output (see `LABELS`), empty where the frame does not hold it.
-
-    objectId: (N, 16) uint8, little-endian. radialVelocityMS: empty for a lidar.
-    """
-    if name not in LABELS:
-        return empty_outputs((name,))[name]
-    array = frame.channel(LABELS[name])
-    if name == "timestamp":
-        return array.astype(np.uint64) + np.uint64(frame.timestamp_ns)
-    return array
-
-
-def empty_outputs(names: Iterable[str]) -> dict[str, np.ndarray]:
-    """Node outputs before there is a frame: no elements, each in its own dtype and shape."""
-    found = {}
-    for name in names:
-        if name == "timestamp":
-            found[name] = np.empty(0, np.uint64)
-        elif name == "data":
-            found[name] = CHANNELS["xyz"].empty()
-        else:
-            found[name] = CHANNELS[LABELS[name]].empty() if name in LABELS else np.empty(0, np.float32)
-    return found
-
-
-def extract_point_cloud(frame: Frame) -> dict[str, np.ndarray]:
-    """IsaacExtractRTXSensorPointCloud: `data` points (N, 3) float32 [m], `transform`, and what else the frame holds.
-
-    azimuth and elevation are in degrees (for a Cartesian frame: x, y, z, as the original hands out); distance [m].
-    Points are not filtered by the VALID flag.
-    """
-    found = {"data": frame.xyz, "transform": transform_of(frame)}
-    for name in LABELS:
-        array = labelled(frame, name)
-        if len(array) or frame.has(LABELS[name]):
-            found[name] = array
-    if frame.coords == "CARTESIAN":
-        found |= {name: frame.xyz[:, axis] for axis, name in enumerate(("azimuth", "elevation", "distance"))}
-    return found
-
-
-def scan_buffer(frame: Frame, meters_per_unit: float, names: Iterable[str]) -> dict[str, np.ndarray]:
-    """IsaacCreateRTXLidarScanBuffer: `data`, `transform`, and the named outputs; one that the frame lacks is empty.
-
-    `data` (N, 3) float32 and distance are in stage units, and so is the transform's translation. What the frame
-    holds is what comes out: nothing is accumulated here.
-    """
-    to_stage = np.float32(1.0 / meters_per_unit)
-    transform = transform_of(frame)
-    transform[3, :3] /= meters_per_unit
-    found = {"data": frame.xyz * to_stage if meters_per_unit != 1.0 else frame.xyz, "transform": transform}
-    for name in names:
-        array = labelled(frame, name)
-        found[name] = array * to_stage if name == "distance" and meters_per_unit != 1.0 else array
-    return found
 
 
 @dataclass(slots=True)
@@ -186,7 +99,7 @@ def _fill(scan: FlatScan, frame: Frame, columns: int, start: float, resolution: 
         scan.intensities[column] = np.clip(scalar * np.float32(255.0), 0, 255).astype(np.uint8)
 
 
-def require_2d(sensor_path: str, config: Any, coords: str = "") -> None:
+def require_2d(sensor_path: str, config: LidarConfig, coords: str = "") -> None:
     """Raises UserError for a lidar that a flat scan cannot be made of: Cartesian, or with an emitter out of the plane,
     which is named with its elevation. coords: what the frame has, where there is one.
     """
@@ -203,18 +116,16 @@ def require_2d(sensor_path: str, config: Any, coords: str = "") -> None:
             )
 
 
-__all__ = [
-    "CHANNELS",
-    "EXTRACT_CHANNELS",
-    "FLAT_SCAN_CHANNELS",
-    "LABELS",
-    "SCAN_BUFFER_CHANNELS",
-    "FlatScan",
-    "empty_outputs",
-    "extract_point_cloud",
-    "flat_scan",
-    "labelled",
-    "require_2d",
-    "scan_buffer",
-    "transform_of",
-]
+def flat_scan_problem(prim: Usd.Prim) -> str | None:
+    """Why a flat scan cannot be made of a prim's lidar, as one line; None for one that can, and for other prims.
+
+    Raises UserError for a lidar prim that describes no lidar.
+    """
+    if prim.GetTypeName() != PRIM_TYPE:
+        return None
+    config = read_config(prim)
+    try:
+        require_2d(str(prim.GetPath()), config)
+    except UserError as error:
+        return str(error)
+    return None

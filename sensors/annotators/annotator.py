@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from .annotator_types import AnnotatorType, Reading, check_product
-from .channels import AUXILIARY, Consumer
-from .errors import SensorValueError
+from sensors.channels import AUXILIARY, Consumer
+from sensors.errors import SensorValueError
+
+from .types import AnnotatorType, Reading, check_product
 
 if TYPE_CHECKING:
     from graph.sim import App
@@ -20,7 +21,7 @@ Product = Any
 class Annotator:
     """`Annotator(kind).initialize(outputTimestamp=True).attach(product)`, then `get_data()` after each update.
 
-    kind: from `sensors.annotator_types`. app: the one whose products are meant; None is the App entered last. Options
+    kind: from `sensors.annotators.types`. app: the one whose products are meant; None is the App entered last. Options
     can be given until it is attached.
     """
 

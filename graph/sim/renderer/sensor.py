@@ -1,0 +1,134 @@
+"""The sensor protocol: all that schedulers, products, annotators, writers, nodes and commands ask of a sensor.
+
+`sensors.runtime.SensorRuntime` is the shared implementation; what stands before a sensor is a `wrapper.SensorWrapper`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from enum import IntEnum
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any, Protocol
+
+from .schedule import EveryUpdate, Tick, TickSchedule
+
+if TYPE_CHECKING:
+    import numpy as np
+
+Schedule = TickSchedule | EveryUpdate
+
+
+class SensorFrame(Protocol):
+    """What the renderer counts of a frame; all else is between the sensor and those who read it."""
+
+    @property
+    def count(self) -> int:
+        """How many elements it holds: points, pixels, samples."""
+
+    @property
+    def timestamp_ns(self) -> int:
+        """Start of the time it covers, on the simulation clock [ns]."""
+
+
+class Sensor(Protocol):
+    """One sensor of a render product.
+
+    Poses are captured states of the world (`graph.sim.state.poses.Poses`); None stands for the state as it is now.
+    """
+
+    # -- identity ----------------------------------------------------------------------------------------------------
+
+    @property
+    def path(self) -> str:
+        """Its prim."""
+
+    @property
+    def type_name(self) -> str:
+        """The prim type that it is registered for; "" for what stands in where no sensor is."""
+
+    # -- schedule ----------------------------------------------------------------------------------------------------
+
+    @property
+    def schedule(self) -> Schedule:
+        """When it renders, and how many ticks were passed over."""
+
+    @property
+    def rate(self) -> Fraction:
+        """The tick rate [Hz]; 0 renders in every update."""
+
+    @property
+    def rule(self) -> str:
+        """The name of the rule that says when frames come, as `graph explain` shows it."""
+
+    @property
+    def wants_updates(self) -> bool:
+        """Whether `advance` is called in every update in which the time moved, before a tick of it is rendered."""
+
+    @property
+    def latency(self) -> Fraction:
+        """How long after the end of a tick's interval its frame is delivered [s]."""
+
+    def interval(self, tick: Tick) -> tuple[Fraction, Fraction]:
+        """Begin and end [s] of what the frame of a tick covers; its stamp is the begin."""
+
+    # -- demand ------------------------------------------------------------------------------------------------------
+
+    @property
+    def aux_level(self) -> IntEnum:
+        """The auxiliary level of the prim."""
+
+    @property
+    def coords(self) -> str:
+        """What x, y, z of its points hold: SPHERICAL or CARTESIAN; NOT_APPLICABLE for a sensor without points."""
+
+    def require(
+        self, owner: object, channels: Iterable[str], *, optional: Iterable[str] = (), ignore_aux: bool = False
+    ) -> None:
+        """Asks for channels on behalf of an owner; asking again replaces the earlier request.
+
+        optional: channels to have as well where the auxiliary level reaches them. ignore_aux: also those above it.
+        Raises ValueError for channels that the sensor does not have.
+        """
+
+    def release(self, owner: object) -> None:
+        """Withdraws what an owner asked for; an owner without request is fine."""
+
+    def channels(self) -> frozenset[str]:
+        """What is computed: the union of all requests, less what the auxiliary level or a setting withholds."""
+
+    def consumers(self) -> Mapping[str, Sequence[str]]:
+        """Channel asked for -> its owners as text, sorted."""
+
+    # -- life --------------------------------------------------------------------------------------------------------
+
+    def refresh(self) -> bool:
+        """Reads the prim again; True if it now describes another sensor, which then starts from scratch.
+
+        Raises UserError if the prim no longer describes a sensor.
+        """
+
+    def reset(self) -> None:
+        """Forgets everything measured so far."""
+
+    def advance(self, start: Fraction, end: Fraction, poses: Any) -> None:
+        """Measures what happens in [start, end) [s] from the state `poses`, for frames that are still to come."""
+
+    def render(self, tick: Tick) -> SensorFrame | None:
+        """The frame of a tick, or None if there is nothing to deliver."""
+
+    def pose(self, poses: Any = None) -> np.ndarray:
+        """Sensor to world, (4, 4) float64, rigid, column vectors [m], in a state."""
+
+    # -- what was seen -----------------------------------------------------------------------------------------------
+
+    def has_stable_ids(self) -> bool:
+        """Whether frames can hold object ids; warns once if not."""
+
+    def object_ids(self, *, resolve_all: bool = False) -> dict[int, str]:
+        """128-bit object id -> prim path of what frames may hold; resolve_all: with copies that have no prim."""
+
+    def packed_object_ids(self) -> np.ndarray | None:
+        """The same as a StableIdMap buffer, (size,) uint8, read-only; None without object ids."""
+
+    def class_labels(self) -> dict[int, dict[str, str]]:
+        """Number in the channel classId -> its labels, {taxonomy: label}."""

@@ -1,0 +1,1 @@
+"""Annotators: what hands out the frames of a sensor in one shape each, by name."""

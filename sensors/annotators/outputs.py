@@ -1,0 +1,101 @@
+"""What annotators and nodes hand out of point clouds, as plain functions of a frame."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from sensors.channels import CHANNELS
+from sensors.frame import Frame
+
+LABELS = {
+    "azimuth": "azimuth",
+    "elevation": "elevation",
+    "distance": "distance",
+    "intensity": "scalar",
+    "timestamp": "timeOffsetNs",
+    "emitterId": "emitterId",
+    "channelId": "channelId",
+    "materialId": "matId",
+    "tickId": "tickId",
+    "hitNormal": "hitNormals",
+    "velocity": "velocities",
+    "objectId": "objId",
+    "echoId": "echoId",
+    "tickState": "tickStates",
+}
+"""Name of a node output -> the channel it comes from; timestamps are absolute, u64 ns."""
+
+SCAN_BUFFER_CHANNELS: dict[str, tuple[str, ...]] = {
+    "data": ("xyz",),
+    **{name: (channel,) for name, channel in LABELS.items()},
+    "radialVelocityMS": (),
+}
+"""Output of IsaacCreateRTXLidarScanBuffer -> channels to require for it; radialVelocityMS is a radar's only."""
+
+EXTRACT_CHANNELS = frozenset({"xyz", "azimuth", "elevation", "distance", "scalar", "timeOffsetNs"})
+"""What IsaacExtractRTXSensorPointCloud always hands out; auxiliary outputs follow what the frame holds."""
+
+
+def transform_of(frame: Frame) -> np.ndarray:
+    """(4, 4) float64 sensor to world, row-vector convention [m], from the frame's end; also when the frame is WORLD."""
+    return np.ascontiguousarray(frame.end.world_sensor.T)
+
+
+def labelled(frame: Frame, name: str) -> np.ndarray:
+    """The array of a node output (see `LABELS`), empty where the frame does not hold it.
+
+    objectId: (N, 16) uint8, little-endian. radialVelocityMS: empty for a lidar.
+    """
+    if name not in LABELS:
+        return empty_outputs((name,))[name]
+    array = frame.channel(LABELS[name])
+    if name == "timestamp":
+        return array.astype(np.uint64) + np.uint64(frame.timestamp_ns)
+    return array
+
+
+def empty_outputs(names: Iterable[str]) -> dict[str, np.ndarray]:
+    """Node outputs before there is a frame: no elements, each in its own dtype and shape."""
+    found = {}
+    for name in names:
+        if name == "timestamp":
+            found[name] = np.empty(0, np.uint64)
+        elif name == "data":
+            found[name] = CHANNELS["xyz"].empty()
+        else:
+            found[name] = CHANNELS[LABELS[name]].empty() if name in LABELS else np.empty(0, np.float32)
+    return found
+
+
+def extract_point_cloud(frame: Frame) -> dict[str, np.ndarray]:
+    """IsaacExtractRTXSensorPointCloud: `data` points (N, 3) float32 [m], `transform`, and what else the frame holds.
+
+    azimuth and elevation are in degrees (for a Cartesian frame: x, y, z, as the original hands out); distance [m].
+    Points are not filtered by the VALID flag.
+    """
+    found = {"data": frame.xyz, "transform": transform_of(frame)}
+    for name in LABELS:
+        array = labelled(frame, name)
+        if len(array) or frame.has(LABELS[name]):
+            found[name] = array
+    if frame.coords == "CARTESIAN":
+        found |= {name: frame.xyz[:, axis] for axis, name in enumerate(("azimuth", "elevation", "distance"))}
+    return found
+
+
+def scan_buffer(frame: Frame, meters_per_unit: float, names: Iterable[str]) -> dict[str, np.ndarray]:
+    """IsaacCreateRTXLidarScanBuffer: `data`, `transform`, and the named outputs; one that the frame lacks is empty.
+
+    `data` (N, 3) float32 and distance are in stage units, and so is the transform's translation. What the frame
+    holds is what comes out: nothing is accumulated here.
+    """
+    to_stage = np.float32(1.0 / meters_per_unit)
+    transform = transform_of(frame)
+    transform[3, :3] /= meters_per_unit
+    found = {"data": frame.xyz * to_stage if meters_per_unit != 1.0 else frame.xyz, "transform": transform}
+    for name in names:
+        array = labelled(frame, name)
+        found[name] = array * to_stage if name == "distance" and meters_per_unit != 1.0 else array
+    return found

@@ -1,0 +1,36 @@
+"""What is authored alike on the prims of all sensors."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+from graph.base.suggest import did_you_mean
+
+from .errors import SensorValueError
+from .prim import write_exclude
+from .sensor_types import NOT_YET, sensor_types
+
+if TYPE_CHECKING:
+    from graph.sim import App
+
+
+def exclude(sensor: Any, paths: str | Iterable[str], *, app: App | None = None) -> None:
+    """Lets a sensor never hit these prims and what lies below them; an empty list ends that.
+
+    sensor: path of its prim, or an authoring object such as `Lidar`. app: None is the App entered last. It counts from
+    the next play. Raises SensorValueError for a prim that is no sensor, and for paths where there is no prim.
+    """
+    from graph.sim import App
+
+    stage = (app or App.current()).stage
+    path = str(getattr(sensor, "path", sensor))
+    prim = stage.GetPrimAtPath(path)
+    if not prim or prim.GetTypeName() not in {*sensor_types(), *NOT_YET}:
+        raise SensorValueError(f"{path} is no sensor prim; give the path of one")
+    listed = (paths,) if isinstance(paths, str) else tuple(map(str, paths))
+    for target in listed:
+        if not target.startswith("/") or not stage.GetPrimAtPath(target):
+            known = [str(each.GetPath()) for each in stage.Traverse()]
+            raise SensorValueError(f"exclude: there is no prim {target}{did_you_mean(target, known)}")
+    write_exclude(prim, listed)

@@ -1,0 +1,45 @@
+"""What stands in for the sensor of a render product that has none yet."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+from .channels import AuxLevel
+from .runtime import Measurement, SensorRuntime
+
+if TYPE_CHECKING:
+    from pxr import Usd
+
+    from graph.sim import App
+    from graph.sim.renderer.schedule import Tick
+
+
+class Blank(SensorRuntime[None]):
+    """Renders nothing; what is asked of it is forgotten with it, when the product gets a sensor."""
+
+    type_name = ""
+
+    def __init__(self, app: App) -> None:
+        super().__init__(app, "")
+
+    def refresh(self) -> bool:
+        """There is no prim to read."""
+        if self._authored is None:
+            self._authored, self._aux, self.rate = (), AuxLevel.NONE, Fraction(0)
+            self.schedule = self.schedule_for(self._app.rendering.moment)
+            self.reset()
+        return False
+
+    def require(
+        self, owner: object, channels: Iterable[str], *, optional: Iterable[str] = (), ignore_aux: bool = False
+    ) -> None:
+        """It has no channels."""
+
+    def read(self, prim: Usd.Prim) -> None:
+        """There is no prim to read."""
+
+    def measure(self, tick: Tick) -> Measurement | None:
+        """There is nothing to see."""
+        return None

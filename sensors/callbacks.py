@@ -1,0 +1,46 @@
+"""A function called with the frames of a render product."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING
+
+from .annotators.annotator import Product, only_product
+from .channels import Consumer
+
+if TYPE_CHECKING:
+    from graph.sim import App
+
+    from .frame import Frame
+
+
+def on_frame(
+    product: Product,
+    callback: Callable[[Frame], object],
+    *,
+    channels: Iterable[str] = ("xyz",),
+    once: bool = False,
+    app: App | None = None,
+) -> Callable[[], None]:
+    """Calls `callback(frame)` with each new frame of a render product, or with the next one only (`once`).
+
+    product: a render product or its path. channels: what the callback reads; the sensor computes them until the end.
+    app: None is the App entered last. Returns a function that ends it. Raises SensorValueError for a product that is
+    not there or whose sensor does not have these channels.
+    """
+    _, found = only_product(product, app, "on_frame")
+    owner = Consumer("on_frame")
+    found.sensor.require(owner, channels)
+
+    def end() -> None:
+        found.sensor.release(owner)
+        if deliver in found.writers:
+            found.writers.remove(deliver)
+
+    def deliver(frame: Frame) -> None:
+        if once:
+            end()
+        callback(frame)
+
+    found.writers.append(deliver)
+    return end

@@ -1,0 +1,125 @@
+"""What all sensors read of their prims, and how attributes are written on them."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from graph.base import exact
+from graph.base.errors import UserError
+
+from .channels import AuxLevel
+from .errors import SensorValueError
+
+if TYPE_CHECKING:
+    from pxr import Usd
+
+TICK_RATE = "omni:sensor:tickRate"
+AUX_CHANNELS = "_replicator:rendervar:GenericModelOutput:channels"
+EXCLUDE = "tickgraph:exclude"
+
+
+def read_tick_rate(prim: Usd.Prim, bare: Fraction | int = 0) -> Fraction:
+    """How often the sensor ticks [Hz]; 0 means every update, `bare` is what a prim gets that authors no rate.
+
+    Raises UserError if negative.
+    """
+    attribute = prim.GetAttribute(TICK_RATE)
+    value = attribute.Get() if attribute and attribute.HasAuthoredValue() else None
+    if value is None:
+        return Fraction(bare)
+    if not math.isfinite(value) or value < 0:
+        raise UserError(f"{prim.GetPath()}.{TICK_RATE} is {value}; give a rate in Hz, or 0 to render in every update")
+    return exact.rate(float(value), stored_as_float32=True)
+
+
+def has_sensor_api(prim: Usd.Prim) -> bool:
+    """Whether a prim has OmniSensorAPI, by its type or applied; one that deletes it from its schemas has not."""
+    if "OmniSensorAPI" not in prim.GetAppliedSchemas():
+        return False
+    for spec in prim.GetPrimStack():
+        listed = spec.GetInfo("apiSchemas")
+        if "OmniSensorAPI" in listed.deletedItems:
+            return False
+        if "OmniSensorAPI" in listed.GetAddedOrExplicitItems():
+            return True
+    return True
+
+
+def read_aux_level(prim: Usd.Prim) -> AuxLevel:
+    """The auxiliary level that the prim's GenericModelOutput channels ask for; NONE when nothing says."""
+    levels = value_of(prim, AUX_CHANNELS) or ()
+    named = [AuxLevel[level] for level in map(str, levels) if level in AuxLevel.__members__]
+    return max(named, default=AuxLevel.NONE)
+
+
+def write_aux_level(prim: Usd.Prim, level: str) -> None:
+    """Authors the auxiliary level, always, also for NONE; raises as `write`."""
+    if prim.IsInstanceProxy() and read_aux_level(prim).name == level:
+        return
+    write(prim, AUX_CHANNELS, "string[]", [level])
+
+
+def read_exclude(prim: Usd.Prim) -> frozenset[str]:
+    """Paths of the prims that the sensor never hits (each with everything below it)."""
+    relationship = prim.GetRelationship(EXCLUDE)
+    return frozenset(str(path) for path in relationship.GetTargets()) if relationship else frozenset()
+
+
+def write_exclude(prim: Usd.Prim, paths: tuple[str, ...]) -> None:
+    """Authors what the sensor never hits."""
+    prim.CreateRelationship(EXCLUDE, custom=True).SetTargets(list(paths))
+
+
+def apply_schemas(prim: Usd.Prim, names: list[str]) -> None:
+    """Applies API schemas by name ("Name" or "Name:instance") that the prim does not have yet."""
+    present = set(prim.GetAppliedSchemas())
+    for name in names:
+        if name not in present:
+            prim.AddAppliedSchema(name)
+
+
+def unknown_schemas(names: list[str]) -> list[str]:
+    """Those of the names ("Name" or "Name:instance") that no API schema has."""
+    from graph.sim.usd import Usd
+
+    registry = Usd.SchemaRegistry()
+    return [name for name in names if not registry.FindAppliedAPIPrimDefinition(name.rpartition(":")[0] or name)]
+
+
+def write(prim: Usd.Prim, name: str, kind: str, value: Any) -> None:
+    """Sets an attribute, creating it with the USD type `kind` where neither the schema nor the prim has it.
+
+    Raises SensorValueError for a fraction where the type is a whole number, which USD would cut off without a word, and
+    for another value on a prim of an instance, which cannot be edited.
+    """
+    from graph.sim.usd import Gf, Sdf, Vt
+
+    if prim.IsInstanceProxy():
+        if prim.GetAttribute(name) and prim.GetAttribute(name).Get() == value:
+            return
+        raise SensorValueError(
+            f"{prim.GetPath()}: {name} cannot be set, the prim is part of an instance; set it in the instance's asset, "
+            "or make the instance instanceable = false"
+        )
+    if kind in ("int", "uint") and value != int(value):
+        raise SensorValueError(f"{prim.GetPath()}.{name} is a whole number; {value} does not fit")
+    attribute = prim.GetAttribute(name)
+    if not attribute:
+        attribute = prim.CreateAttribute(name, Sdf.ValueTypeNames.Find(kind), custom=not name.startswith("omni:"))
+    if kind == "float[]":
+        value = Vt.FloatArray.FromNumpy(np.ascontiguousarray(value, np.float32)) if len(value) else Vt.FloatArray()
+    elif kind == "float3":
+        value = Gf.Vec3f(*map(float, value))
+    elif kind == "uint[]":
+        value = Vt.UIntArray.FromNumpy(np.ascontiguousarray(value, np.uint32)) if len(value) else Vt.UIntArray()
+    attribute.Set(value)
+
+
+def value_of(prim: Usd.Prim, name: str) -> Any:
+    """The value of an attribute; None where the prim does not have it."""
+    attribute = prim.GetAttribute(name)
+    return attribute.Get() if attribute else None

@@ -1,0 +1,298 @@
+"""The shared runtime of sensors: demand, schedule, frames, stamps and poses. A modality supplies only its model."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
+
+import numpy as np
+
+from graph.base.errors import UserError
+from graph.base.exact import nanoseconds
+from graph.sim import settings as keys
+from graph.sim.renderer.schedule import EveryUpdate, Tick, TickSchedule
+from graph.sim.transforms import rigid_part
+
+from .channels import CHANNELS, STABLE_IDS, AuxLevel, Demand
+from .errors import SensorValueError
+from .frame import Frame, FramePose
+from .motion.history import History, history_of
+from .prim import AUX_CHANNELS, has_sensor_api, read_aux_level, read_exclude, read_tick_rate
+from .raycast.shared import packed_id_map, surface_id_map, surface_labels
+from .sensor_types import SensorType, sensor_type
+from .surfaces.ids import has_prim
+
+if TYPE_CHECKING:
+    from pxr import Usd
+
+    from graph.sim import App
+    from graph.sim.renderer.sensor import Schedule
+
+Config = TypeVar("Config")
+
+
+@dataclass(slots=True)
+class Measurement:
+    """What a model measured for one tick.
+
+    arrays: channel -> rows, one an element; `count` of them (None: as many as the first array has). ends: sensor to
+    world, (4, 4) float64 [m], at both ends of the interval; None where the runtime is to find them. complete: False for
+    a part of a scan.
+    """
+
+    arrays: dict[str, np.ndarray]
+    count: int | None = None
+    ends: tuple[np.ndarray, np.ndarray] | None = None
+    complete: bool = True
+
+
+class SensorRuntime(ABC, Generic[Config]):
+    """Base of sensors; implements `graph.sim.renderer.sensor.Sensor` for the prims of one type.
+
+    A subclass names its `type_name` and supplies `read` (its prim -> a configuration) and `measure` (a tick -> arrays
+    of the channels in demand). By default it renders at the ticks of its rate, or in every update at rate 0, and
+    a frame shows one instant: the time of the update. `schedule_for`, `interval`, `configure`, `advance` and `reset`
+    change that. Raises UserError for a prim that is no such sensor or cannot be one.
+    """
+
+    type_name: ClassVar[str]
+    modality: ClassVar[str] = "UNDEFINED"
+    """Its `GenericModelOutput` modality."""
+    latency = Fraction(0)
+    wants_updates = False
+    coords = "NOT_APPLICABLE"
+
+    def __init__(self, app: App, prim_path: str) -> None:
+        self.path = prim_path
+        self.demand = Demand()
+        self._app = app
+        self._authored: Any = None
+        self.refresh()
+
+    # -- what a modality supplies ------------------------------------------------------------------------------------
+
+    @abstractmethod
+    def read(self, prim: Usd.Prim) -> Config:
+        """The configuration that a prim describes. Raises UserError if it describes none."""
+
+    @abstractmethod
+    def measure(self, tick: Tick) -> Measurement | None:
+        """What is measured for a tick: of the channels that `channels` gives, at least those that can be."""
+
+    def configure(self) -> None:
+        """Prepares measuring with a new `config`, `rate` and `exclude`."""
+
+    def schedule_for(self, moment: Fraction) -> Schedule:
+        """The schedule of a sensor that exists from `moment` [s]."""
+        return TickSchedule(self.rate, moment) if self.rate else EveryUpdate(moment)
+
+    def interval(self, tick: Tick) -> tuple[Fraction, Fraction]:
+        """Begin and end [s] of what the frame of a tick covers."""
+        return tick.time, tick.time
+
+    @property
+    def rule(self) -> str:
+        """The name of the rule that says when frames come."""
+        return "tick" if self.rate else "every update"
+
+    def bare_rate(self) -> Fraction:
+        """The tick rate [Hz] of a prim that authors none."""
+        return Fraction(0)
+
+    def frame_facts(self) -> Mapping[str, Any]:
+        """Further fields of its frames."""
+        return {}
+
+    def advance(self, start: Fraction, end: Fraction, poses: Any) -> None:
+        """Measures what happens between ticks; called where `wants_updates`."""
+
+    def reset(self) -> None:
+        """Forgets everything measured so far."""
+        self._frames = 0
+        self._known_demand = -1
+
+    # -- life --------------------------------------------------------------------------------------------------------
+
+    def refresh(self) -> bool:
+        """Reads the prim again; True if it now describes another sensor, which then starts from scratch.
+
+        Raises UserError if the prim no longer describes a sensor.
+        """
+        prim = self._app.stage.GetPrimAtPath(self.path)
+        if not prim or prim.GetTypeName() != self.type_name:
+            raise UserError(f"{self.path} is no {self.type_name} prim; give the path of one")
+        self._aux = read_aux_level(prim)
+        self._known_demand = -1
+        rate = self._read_rate(prim)
+        authored = self.read(prim), rate, read_exclude(prim)
+        if authored == self._authored:
+            return False
+        self._authored = authored
+        self.config, self.rate, self.exclude = authored
+        self.history: History | None = None
+        self._channels: frozenset[str] = frozenset()
+        self.configure()
+        self.schedule = self.schedule_for(self._app.rendering.moment)
+        self.reset()
+        return True
+
+    def render(self, tick: Tick) -> Frame | None:
+        """The frame of a tick."""
+        found = self.measure(tick)
+        if found is None:
+            return None
+        start, end = self.interval(tick)
+        stamp = nanoseconds(start)
+        first, last = found.ends or self.ends(tick)
+        count = found.count
+        if count is None:
+            count = len(next(iter(found.arrays.values()), ()))
+        frame = Frame(
+            timestamp_ns=stamp,
+            frame_id=self._frames,
+            start=FramePose(stamp, first),
+            end=FramePose(nanoseconds(end), last),
+            count=count,
+            arrays=found.arrays,
+            config=self.config,
+            sensor_path=self.path,
+            scan_complete=found.complete,
+            aux_level=self._aux,
+            modality=self.modality,
+            coords=self.coords,
+            **self.frame_facts(),
+        )
+        self._frames += 1
+        return frame
+
+    def pose(self, poses: Any = None) -> np.ndarray:
+        """Sensor to world, (4, 4) float64, rigid, metres, in a state (None: now)."""
+        pose = rigid_part(self._app.fabric.world_matrix(self.path, poses))
+        pose[:3, 3] *= self._app.meters_per_unit
+        return pose
+
+    def ends(self, tick: Tick) -> tuple[np.ndarray, np.ndarray]:
+        """The poses at both ends of a tick's interval: from the past that `look_back` keeps, else of its state."""
+        if self.history is not None:
+            return self.history.ends(self.path, *self.interval(tick))
+        pose = self.pose(tick.poses)
+        return pose, pose
+
+    def look_back(self, span: Fraction) -> None:
+        """Keeps the physics states of at least the last `span` [s]; see `History`."""
+        self.history = history_of(self._app)
+        self.history.keep(span)
+
+    # -- demand ------------------------------------------------------------------------------------------------------
+
+    @property
+    def kind(self) -> SensorType:
+        """What is registered for its prim type. Raises SensorValueError if nothing is."""
+        kind = sensor_type(self.type_name)
+        if kind is None:
+            raise SensorValueError(f"{self.path}: no sensor type {self.type_name!r} is registered; register it first")
+        return kind
+
+    @property
+    def aux_level(self) -> AuxLevel:
+        """The auxiliary level of the prim, as of the last `require` or reset."""
+        return self._aux
+
+    def require(
+        self, owner: object, channels: Iterable[str], *, optional: Iterable[str] = (), ignore_aux: bool = False
+    ) -> None:
+        """Asks for channels on behalf of an owner; those above the prim's aux level stay empty, with a warning.
+
+        Of `optional` ones it computes what the type has and the level reaches, without a word. Raises ValueError for
+        unknown channels, SensorValueError for channels of other sensor types.
+        """
+        channels, measures = frozenset(channels), self.kind.measures
+        if foreign := sorted(channels & CHANNELS.keys() - measures):
+            raise SensorValueError(
+                f"{self.path}: {self.type_name} does not measure {', '.join(foreign)}; it measures "
+                f"{', '.join(channel.name for channel in self.kind.channels)}"
+            )
+        self.demand.require(owner, channels, optional=measures.intersection(optional), ignore_aux=ignore_aux)
+        self._aux = read_aux_level(self._app.stage.GetPrimAtPath(self.path))
+        for name, level in self.demand.above(self._aux, owner).items():
+            self._app.warn(
+                "aux-level-too-low",
+                f"{self.path}.{name}",
+                f"{name} stays empty: it needs aux_output_level {level.name}, the prim has {self._aux.name} "
+                f"(attribute {AUX_CHANNELS})",
+            )
+
+    def release(self, owner: object) -> None:
+        """Withdraws what an owner asked for."""
+        self.demand.release(owner)
+
+    def channels(self) -> frozenset[str]:
+        """What is computed: the union of all demands, less what the aux level or a setting withholds."""
+        if self._known_demand != self.demand.version:
+            self._known_demand = self.demand.version
+            wanted = self.demand.channels(self._aux)
+            self._channels = wanted - self._withheld(wanted)
+        return self._channels
+
+    def consumers(self) -> Mapping[str, Sequence[str]]:
+        """Channel asked for -> its owners as text, sorted."""
+        return self.demand.consumers(self._aux)
+
+    # -- what was seen -----------------------------------------------------------------------------------------------
+
+    def has_stable_ids(self) -> bool:
+        """Whether frames can hold object ids; says once why not, where somebody asks for them."""
+        if self._app.settings.get(STABLE_IDS, False):
+            return True
+        self._app.warn("stable-ids-off", self.path, f"object ids stay empty; switch them on with --{STABLE_IDS}=true")
+        return False
+
+    def object_ids(self, *, resolve_all: bool = False) -> dict[int, str]:
+        """128-bit object id -> prim path of what frames may hold; empty while stable ids are off.
+
+        As documented without the copies of point instancers, which have no prim; resolve_all: with them, unless the
+        setting idMapExtension of the profile is off.
+        """
+        if not self.has_stable_ids():
+            return {}
+        resolve_all = resolve_all and self._app.settings.get(keys.ID_MAP_EXTENSION)
+        found = surface_id_map(self._app)
+        return {number: path for number, path in found.items() if resolve_all or has_prim(path)}
+
+    def packed_object_ids(self) -> np.ndarray | None:
+        """All of it as a StableIdMap buffer, uint8, read-only; None while stable ids are off."""
+        return packed_id_map(self._app) if self.has_stable_ids() else None
+
+    def class_labels(self) -> dict[int, dict[str, str]]:
+        """Number in the channel classId -> its labels, {taxonomy: label}."""
+        return surface_labels(self._app)
+
+    # -- inside ------------------------------------------------------------------------------------------------------
+
+    def _read_rate(self, prim: Usd.Prim) -> Fraction:
+        rate = read_tick_rate(prim, self.bare_rate())
+        if rate and not has_sensor_api(prim):
+            self._app.warn(
+                "sensor-api-missing",
+                self.path,
+                "it has no OmniSensorAPI, so its tickRate does not count and it renders in every update; apply the "
+                "schema (schemas: [OmniSensorAPI])",
+            )
+            return Fraction(0)
+        return rate
+
+    def _withheld(self, wanted: frozenset[str]) -> frozenset[str]:
+        """The channels that a setting keeps empty, each with a warning."""
+        withheld = set()
+        for channel in (CHANNELS[name] for name in sorted(wanted)):
+            if channel.setting and not self._app.settings.get(channel.setting, False):
+                self._app.warn(
+                    channel.setting_code,
+                    self.path,
+                    f"{channel.name} stays empty; switch it on with --{channel.setting}=true",
+                )
+                withheld.add(channel.name)
+        return frozenset(withheld)

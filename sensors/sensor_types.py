@@ -1,0 +1,137 @@
+"""Sensor types: all that a modality brings, registered in one place by the type of its prims.
+
+Packages register theirs through the entry point group `tickgraph.sensors`: each entry is a `SensorType`.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from importlib import import_module, metadata
+from typing import TYPE_CHECKING, Any
+
+from .channels import CHANNELS, POINT_CHANNELS, Channel
+from .errors import SensorValueError
+
+if TYPE_CHECKING:
+    from pxr import Usd
+
+    from graph.sim import App
+    from graph.sim.renderer.sensor import Sensor
+
+    from .annotators.types import AnnotatorType
+    from .writers import WriterSpec
+
+ENTRY_POINTS = "tickgraph.sensors"
+
+BUILT_IN = ("sensors.lidar.sensor_type",)
+"""Modules that register what ships."""
+
+NOT_YET = {"OmniRadar": "radars", "OmniAcoustic": "acoustic sensors", "Camera": "cameras"}
+"""Types of sensor prims that cannot be rendered yet -> what they are called."""
+
+_LOG = logging.getLogger("tickgraph.warnings")
+
+
+@dataclass(frozen=True, slots=True)
+class SensorType:
+    """One modality.
+
+    - prim_type: of the prims that are such sensors.
+    - runtime: makes the sensor of a prim: a `SensorRuntime` class, or a function. Raises UserError for a prim that
+      describes no such sensor.
+    - channels: what it can measure; new ones join `CHANNELS`.
+    - annotators, writers: its own, beside those for all sensors.
+    - check: lines about what is wrong with a prim, before anything runs.
+    - author(prim, config, variant, roots=, base=): writes a named configuration, the key `config` of a prim in a graph
+      file; None where there are no configurations.
+    - facts: what `graph explain` knows of a prim, as JSON data. rows: the same as (label, text) for a person.
+    - rules: texts of the names that `Sensor.rule` gives, beside those for all sensors.
+    """
+
+    prim_type: str
+    runtime: Callable[[App, str], Sensor]
+    channels: Sequence[Channel] = POINT_CHANNELS
+    annotators: Sequence[AnnotatorType] = ()
+    writers: Mapping[str, WriterSpec] = field(default_factory=dict)
+    check: Callable[[Usd.Prim], Iterable[str]] = lambda prim: ()
+    author: Callable[..., None] | None = None
+    facts: Callable[[App, Usd.Prim], Mapping[str, Any]] = lambda app, prim: {}
+    rows: Callable[[Mapping[str, Any]], Iterable[tuple[str, str]]] = lambda facts: ()
+    rules: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def measures(self) -> frozenset[str]:
+        """The names of its channels."""
+        return frozenset(channel.name for channel in self.channels)
+
+
+_types: dict[str, SensorType] = {}
+_loaded = False
+
+
+def register_sensor_type(kind: SensorType) -> None:
+    """Adds a sensor type. Raises SensorValueError if its prim type, or a name of what it brings, is taken."""
+    from .annotators.types import annotator_types
+    from .writers import writer_specs
+
+    _load()
+    if kind.prim_type in _types:
+        raise SensorValueError(f"there is a sensor type {kind.prim_type!r} already; give yours another prim type")
+    for what, names, taken in (
+        ("an annotator", [one.name for one in kind.annotators], annotator_types()),
+        ("a writer", kind.writers, writer_specs()),
+        ("a channel", [one.name for one in kind.channels if CHANNELS.get(one.name, one) != one], CHANNELS),
+    ):
+        if name := next((name for name in names if name in taken), ""):
+            raise SensorValueError(f"{kind.prim_type}: there is {what} {name!r} already; give yours another name")
+    CHANNELS.update((channel.name, channel) for channel in kind.channels)
+    _types[kind.prim_type] = kind
+
+
+def unregister_sensor_type(prim_type: str) -> None:
+    """Takes a sensor type away again, with what it brought; unknown ones are fine."""
+    kind = _types.pop(prim_type, None)
+    kept = {channel.name for channel in POINT_CHANNELS}.union(*(other.measures for other in _types.values()))
+    for name in kind.measures - kept if kind else ():
+        del CHANNELS[name]
+
+
+def sensor_types() -> Mapping[str, SensorType]:
+    """Every sensor type by its prim type: those that ship, of installed packages, registered by hand."""
+    _load()
+    return _types
+
+
+def sensor_type(prim_type: str) -> SensorType | None:
+    """The sensor type of a prim type; None for prims that are no sensors."""
+    return sensor_types().get(prim_type)
+
+
+def sensor_problems(stage: Usd.Stage) -> Iterable[tuple[str, str]]:
+    """(prim path, message) for each thing that is wrong with the sensors of a stage."""
+    from graph.sim.usd import Usd
+
+    for prim in stage.Traverse(Usd.TraverseInstanceProxies()):
+        if kind := sensor_type(str(prim.GetTypeName())):
+            yield from ((str(prim.GetPath()), message) for message in kind.check(prim))
+
+
+def _load() -> None:
+    """Registers what ships and what installed packages bring, once."""
+    global _loaded
+    if _loaded:
+        return
+    _loaded = True
+    for module in BUILT_IN:
+        import_module(module)
+    for entry in sorted(metadata.entry_points(group=ENTRY_POINTS), key=lambda entry: (entry.name, entry.value)):
+        try:
+            register_sensor_type(entry.load())
+        except (Exception, SystemExit) as error:  # whatever a module of somebody else's may raise
+            reason = f"{type(error).__name__}: {' '.join(str(error).split())}"
+            _LOG.warning(
+                "warning sensor-package: %s (%s): %s; the package is left out, repair or uninstall it",
+                *(entry.name, entry.value, reason),
+            )

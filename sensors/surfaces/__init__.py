@@ -1,0 +1,1 @@
+"""What sensors see of a surface: its material and optics, its object id, its semantic labels."""

@@ -1,0 +1,95 @@
+"""What stands between a sensor and those who read it, whatever it measures: delay and noise.
+
+After `product.sensor = Delayed(product.sensor, seconds="0.03")` the frames of a render product come 0.03 s later.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+
+from graph.base import exact
+from graph.sim.renderer.schedule import Tick
+from graph.sim.renderer.sensor import Sensor, SensorFrame
+from graph.sim.renderer.wrapper import SensorWrapper
+
+from .errors import SensorValueError
+from .frame import Frame
+
+Corruptor = Callable[[np.ndarray, np.random.Generator], np.ndarray]
+"""A channel's array and a random generator -> what is handed out instead, of the same dtype and shape."""
+
+
+class Delayed(SensorWrapper):
+    """Hands frames out later: in the first update at or after the end of their interval plus the delay.
+
+    Stamps and poses stay those of the measurement. seconds: an exact number (Fraction, text such as "0.03" or "1/30",
+    a float as its shortest decimal). ticks: the same as a number of the sensor's own ticks. At most one frame is
+    handed out in an update. Raises SensorValueError unless exactly one is given and is not negative, and for ticks of a
+    sensor that renders in every update.
+    """
+
+    def __init__(
+        self, sensor: Sensor, *, seconds: int | float | str | Fraction | None = None, ticks: int | None = None
+    ) -> None:
+        super().__init__(sensor)
+        if (seconds is None) == (ticks is None):
+            raise SensorValueError(f"{sensor.path}: give a delay in seconds or in ticks")
+        if ticks is not None and not sensor.rate:
+            raise SensorValueError(f"{sensor.path}: it renders in every update; give its delay in seconds")
+        self._ticks = ticks
+        try:
+            self._seconds = Fraction(0) if seconds is None else exact.rate(seconds)
+        except ValueError as error:
+            raise SensorValueError(f"{sensor.path}: delay: {error}") from error
+        if self.latency < 0:
+            raise SensorValueError(f"{sensor.path}: a delay cannot be negative")
+
+    @property
+    def latency(self) -> Fraction:
+        """The delay, on top of the sensor's own [s]."""
+        own = self._seconds if self._ticks is None else self._ticks / self.sensor.rate
+        return self.sensor.latency + own
+
+
+class Corrupted(SensorWrapper):
+    """Spoils channels of each frame: `corruptors` maps a channel to a function of its array and a random generator.
+
+    The numbers follow from the seed and the sensor's path, and start again with each play: neither other sensors nor
+    threads change them. A channel that a frame does not hold is passed over.
+    """
+
+    def __init__(self, sensor: Sensor, corruptors: Mapping[str, Corruptor], *, seed: int = 0) -> None:
+        super().__init__(sensor)
+        self._corruptors = dict(corruptors)
+        path = hashlib.blake2b(sensor.path.encode(), digest_size=8).digest()
+        self._seed = (seed, int.from_bytes(path, "little"))
+        self._generator = np.random.default_rng(self._seed)
+
+    def reset(self) -> None:
+        """Starts the random numbers again."""
+        super().reset()
+        self._generator = np.random.default_rng(self._seed)
+
+    def render(self, tick: Tick) -> SensorFrame | None:
+        """The spoilt frame of a tick."""
+        frame = super().render(tick)
+        if not isinstance(frame, Frame):
+            return frame
+        arrays = dict(frame.arrays)
+        for name, corrupt in self._corruptors.items():
+            if name in arrays:
+                arrays[name] = self._checked(name, arrays[name], corrupt(arrays[name].copy(), self._generator))
+        return replace(frame, arrays=arrays, cache={})
+
+    def _checked(self, name: str, given: np.ndarray, spoilt: np.ndarray) -> np.ndarray:
+        spoilt = np.asarray(spoilt, given.dtype)
+        if spoilt.shape != given.shape:
+            raise SensorValueError(
+                f"{self.path}: the corruptor of {name} made shape {spoilt.shape} of {given.shape}; keep the shape"
+            )
+        return spoilt
