@@ -41,18 +41,19 @@ class Delayed(SensorWrapper):
             raise SensorValueError(f"{sensor.path}: give a delay in seconds or in ticks")
         if ticks is not None and not sensor.rate:
             raise SensorValueError(f"{sensor.path}: it renders in every update; give its delay in seconds")
-        self._ticks = ticks
         try:
-            self._seconds = Fraction(0) if seconds is None else exact.rate(seconds)
+            self._delay = Fraction(ticks) / sensor.rate if ticks is not None else exact.rate(seconds or 0)
         except ValueError as error:
             raise SensorValueError(f"{sensor.path}: delay: {error}") from error
-        if self.latency < 0:
+        if self._delay < 0:
             raise SensorValueError(f"{sensor.path}: a delay cannot be negative")
+        self._ticks = ticks
 
     @property
     def latency(self) -> Fraction:
-        """The delay, on top of the sensor's own [s]."""
-        own = self._seconds if self._ticks is None else self._ticks / self.sensor.rate
+        """The delay, on top of the sensor's own [s]; ticks follow a rate that changes."""
+        rate = self.sensor.rate
+        own = self._ticks / rate if self._ticks is not None and rate else self._delay
         return self.sensor.latency + own
 
 

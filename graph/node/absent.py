@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 _CAMERAS = "cameras are not rendered here"
-_PHYSX = "PhysX's old ray sensors are not modelled here; use IsaacReadRaycastSensor, or an OmniLidar prim"
+_PHYSX = "PhysX's old ray sensors are not modelled here; use IsaacReadRaycastSensor, or a lidar prim"
 _RL = "randomization of views for learning is not modelled here; write attributes with WritePrimAttribute"
 _BUNDLE = "bundles of prims are not modelled here; use ReadPrimAttribute and WritePrimAttribute, one for each attribute"
 _MANEUVER = "use Timer with Ease and WritePrimAttribute, which move a prim just so"

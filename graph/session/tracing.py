@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from graph.evaluate import Graph, Node
     from graph.node.database import Database
     from graph.sim import App
+    from graph.sim.renderer.schedule import Tick
+    from graph.sim.renderer.sensor import Sensor, SensorFrame
 
 _FIRST, _LAST = -(2**60), 2**60
 """Orders ahead of and behind all other subscribers."""
@@ -161,24 +163,24 @@ class Tracer:
                 self._sensors.append(product.sensor)
                 self._watch(product.sensor, product.camera_path)
 
-    def _watch(self, sensor: Any, path: str) -> None:
+    def _watch(self, sensor: Sensor, path: str) -> None:
         writer, render = self._writer, sensor.render
         wall, scans = writer.track(WALL, f"sensor {path}"), writer.track(RENDERER, f"sensor {path}")
 
-        def traced(tick: Any) -> Any:
+        def traced(tick: Tick) -> SensorFrame | None:
             start = self._now()
             frame = None
             try:
                 frame = render(tick)
             finally:
-                count = getattr(frame, "count", 0)
+                count = frame.count if frame is not None else 0
                 writer.slice(WALL, wall, "render", start, round(self._now() - start, 3), elements=count)
             if frame is not None:
-                stamp = getattr(frame, "timestamp_ns", None)
+                stamp = frame.timestamp_ns
                 writer.slice(RENDERER, scans, "frame", *_span(tick.start, tick.end), stamp_ns=stamp, elements=count)
             return frame
 
-        sensor.render = traced
+        sensor.render = traced  # type: ignore[method-assign]
         self._undo.append(lambda: sensor.__dict__.pop("render", None))
 
     def advertise(self, topic: str, type_name: str) -> None:

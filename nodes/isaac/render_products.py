@@ -21,9 +21,7 @@ class _Made:
         "execIn": Attribute("execution", "makes the product, or finds the one there is"),
         "width": Attribute("uint", "image width; a lidar does not use it", default=1280, unit="px"),
         "height": Attribute("uint", "image height; a lidar does not use it", default=720, unit="px"),
-        "cameraPrim": Attribute(
-            "target", "the sensor prim that the product renders: OmniLidar, OmniRadar or Camera", role="sensor"
-        ),
+        "cameraPrim": Attribute("target", "the prim of the sensor that the product renders", role="sensor"),
         "enabled": Attribute("bool", "if not, the node does nothing", default=True),
         "renderProductPrim": Attribute("target", "an existing product to use instead of a new one"),
     },

@@ -1,0 +1,135 @@
+"""What users hold of a sensor at work, whatever it measures: its render product, annotators and writers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from .annotators.annotator import Annotator, split_data
+from .annotators.specs import ANNOTATORS
+from .annotators.types import find_annotator
+from .errors import SensorValueError
+from .products import render_product
+from .writers import WRITERS, AttachedWriter, Writer, WriterSpec, find_writer, writer_specs
+
+if TYPE_CHECKING:
+    from graph.sim import App
+    from graph.sim.renderer.products import RenderProduct
+
+
+def check_names(annotators: Iterable[str], writers: Iterable[str]) -> None:
+    """Raises SensorValueError for a short name that no annotator or writer has; before anything is authored."""
+    for name in annotators:
+        _check_annotator(name, ANNOTATORS)
+    for name in writers:
+        _writer_spec(name, WRITERS)
+
+
+class RenderedSensor:
+    """A sensor prim with a render product, and annotators and writers by their short names.
+
+    The product exists from now on, and if made while playing until stop. Raises SensorValueError (a UserError and a
+    ValueError) for unknown names and prims.
+    """
+
+    def __init__(
+        self,
+        app: App,
+        path: str,
+        resolution: tuple[int, int],
+        annotators: Iterable[str] = (),
+        writers: Iterable[str] = (),
+    ) -> None:
+        self.path = path
+        self._app = app
+        self._annotator_table: dict[str, dict[str, Any]] = dict(ANNOTATORS)
+        self._writer_table = dict(WRITERS)
+        self._product = render_product(app, path, resolution)
+        self._annotators: dict[str, Annotator] = {}
+        self._writers: dict[str, AttachedWriter] = {}
+        self.attach_annotators(annotators)
+        for name in writers:
+            self.attach_writer(name)
+
+    @property
+    def render_product(self) -> RenderProduct:
+        """The render product. Raises RuntimeError once it is gone (a stop ends products made while playing)."""
+        if self._app.rendering.products.get(self._product.path) is not self._product:
+            raise RuntimeError(f"{self._product.path} is gone: a stop ended it; make a new {type(self).__name__}")
+        return self._product
+
+    @property
+    def annotators(self) -> list[str]:
+        """Names of the attached annotators, sorted."""
+        return sorted(self._annotators)
+
+    def get_data(self, name: str) -> tuple[Any, Mapping[str, Any]]:
+        """(data, info) of an attached annotator; data is None before the first frame.
+
+        Raises SensorValueError for a name that is unknown or not attached.
+        """
+        _check_annotator(name, self._annotator_table)
+        if name not in self._annotators:
+            raise SensorValueError(f"{self.path}: annotator {name!r} is not attached; attach it first")
+        return split_data(self._annotators[name].get_data())
+
+    def attach_annotators(self, names: str | Iterable[str]) -> dict[str, Annotator]:
+        """Attaches annotators; a name given again gets a fresh one. Returns name -> annotator."""
+        names = short_names(names)
+        for name in names:
+            _check_annotator(name, self._annotator_table)
+        for name in names:
+            if name in self._annotators:
+                self._annotators[name].detach()
+            spec = self._annotator_table[name]
+            annotator = Annotator(find_annotator(spec["name"]), app=self._app)
+            annotator.initialize(**spec.get("defaults", {})).attach(self.render_product)
+            self._annotators[name] = annotator
+        return {name: self._annotators[name] for name in names}
+
+    def detach_annotators(self, names: str | Iterable[str]) -> None:
+        """Detaches annotators; one that is not attached is a warning."""
+        for name in short_names(names):
+            annotator = self._annotators.pop(name, None)
+            if annotator is None:
+                self._app.warn("not-attached", self.path, f"annotator {name!r} is not attached")
+            else:
+                annotator.detach()
+
+    def attach_writer(self, name: str, **arguments: Any) -> Writer:
+        """Attaches a writer: it gets every new frame. Arguments beat the table's defaults.
+
+        name: of the writer table, or of Replicator's registry (RtxSensorDebugDrawPointCloud).
+        """
+        spec = _writer_spec(name, self._writer_table)
+        if name in self._writers:
+            self.detach_writer(name)
+        attached = AttachedWriter(name, spec, app=self._app).initialize(**arguments).attach(self.render_product)
+        self._writers[name] = attached
+        assert attached.writer is not None
+        return attached.writer
+
+    def detach_writer(self, name: str) -> None:
+        """Detaches a writer; an unknown name is a warning."""
+        attached = self._writers.pop(name, None)
+        if attached is None:
+            self._app.warn("not-attached", self.path, f"writer {name!r} is not attached")
+        else:
+            attached.detach()
+
+
+def _writer_spec(name: str, table: Mapping[str, WriterSpec]) -> WriterSpec:
+    known = writer_specs()
+    return known[name] if name in known else find_writer(table, name)
+
+
+def _check_annotator(name: str, table: Mapping[str, Any]) -> None:
+    if name not in table:
+        raise SensorValueError(f"there is no annotator {name!r}; there are: {', '.join(table)}")
+
+
+def short_names(names: str | Iterable[str] | None) -> list[str]:
+    """One name, several or none, as a list."""
+    if names is None:
+        return []
+    return [names] if isinstance(names, str) else list(names)
