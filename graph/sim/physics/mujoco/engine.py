@@ -26,6 +26,7 @@ from .grippers import WeldGripper
 from .initial_state import set_initial_state
 from .joints import Joints
 from .library import mujoco
+from .monitor import Monitor
 from .motors import Motors
 from .restitution import Bounces
 from .snapshot import Motion, MujocoSnapshot
@@ -55,10 +56,10 @@ class MujocoEngine(PhysicsEngine):
         self.dt = dt
         self._compile = compiler
         self.world = world
-        self._load(compiler(world, dt, warn))
+        self._load(compiler(world, dt, warn), warn)
         set_initial_state(self)
 
-    def _load(self, compiled: Compiled) -> None:
+    def _load(self, compiled: Compiled, warn: Warn) -> None:
         self.compiled = compiled
         self.model = compiled.model
         self.data = mujoco.MjData(compiled.model)
@@ -67,6 +68,7 @@ class MujocoEngine(PhysicsEngine):
         self.joints = compiled.joints
         self._index = {path: number for number, path in enumerate(self.body_paths)}
         self._counters = memoryview(self.data.warning.number)
+        self._monitor = Monitor(self, warn)
         bodies = slice(1, 1 + len(self.body_paths))
         self._positions: Floats = self.data.xpos[bodies]
         self._quaternions: Floats = self.data.xquat[bodies]
@@ -97,8 +99,9 @@ class MujocoEngine(PhysicsEngine):
         compiled = self._compile(world, self.dt, warn)
         leaving = Leaving(self) if kept is not None else None
         self._counters.release()
+        self._monitor.close()
         self.world = world
-        self._load(compiled)
+        self._load(compiled, warn)
         set_initial_state(self)
         if leaving is not None and kept is not None:
             leaving.arrive(self, kept)
@@ -115,18 +118,23 @@ class MujocoEngine(PhysicsEngine):
         limit = self.drives.limit_forces if self.drives.limited else None
         self._stale = True
         self.taken = 0
-        for self.taken in range(1, count + 1):
-            if limit is not None:
-                limit(data)
-            if self._surfaces is None:
-                advance(model, data)
-            else:
-                self._surfaces.step(data)
-            if counters[3] or counters[4] or counters[5]:
-                self.taken -= 1
-                raise RunError(self._divergence())
-            for follow in self._after_step:
-                follow(data)
+        try:
+            for self.taken in range(1, count + 1):
+                if limit is not None:
+                    limit(data)
+                if self._surfaces is None:
+                    advance(model, data)
+                else:
+                    self._surfaces.step(data)
+                if counters[3] or counters[4] or counters[5]:
+                    self.taken -= 1
+                    raise RunError(self._divergence())
+                for follow in self._after_step:
+                    follow(data)
+        except mujoco.FatalError as error:
+            self.taken -= 1
+            raise RunError(f"physics: MuJoCo gave up: {' '.join(str(error).split()).rstrip('.')}.") from error
+        self._monitor.look()
 
     def _followers(self) -> Iterator[Callable[[Any], None]]:
         """What has to look at the world after each step."""
@@ -204,6 +212,12 @@ class MujocoEngine(PhysicsEngine):
     def number(self, path: str) -> int:
         """The model's number of a body."""
         return self._index[path] + 1
+
+    def body_name(self, number: int) -> str:
+        """What messages call a body of the model: its path, or its name where it is no body of the stage."""
+        if number <= len(self.body_paths):
+            return self.body_paths[number - 1]
+        return str(self.model.body(number).name.partition("#")[0])
 
     def is_free(self, path: str) -> bool:
         """Whether neither a joint nor the user holds a body."""
@@ -349,6 +363,7 @@ class MujocoEngine(PhysicsEngine):
         self._rotations, self._surfaces = self._rotations.copy(), None
         self._motion.close()
         self._counters.release()
+        self._monitor.close()
         self.closed = True
         del self.data, self.model
 
@@ -360,10 +375,7 @@ class MujocoEngine(PhysicsEngine):
             body = int(self.model.jnt_bodyid[joint])
         else:
             body = int(self.model.dof_bodyid[place])
-        name = (
-            self.body_paths[body - 1] if body <= len(self.body_paths) else self.model.body(body).name.partition("#")[0]
-        )
         return (
-            f"{name}: the simulation diverged here, at {float(self.data.time):.6g} s of physics. "
+            f"{self.body_name(body)}: the simulation diverged here, at {float(self.data.time):.6g} s of physics. "
             "Raise physics_hz, lower the stiffness, speeds or mass ratios around it, or move apart what overlaps."
         )

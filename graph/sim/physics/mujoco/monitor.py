@@ -1,0 +1,122 @@
+"""What MuJoCo only counts, as warnings of ours: wrong forces, contacts that were left out, bodies that are far away."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from graph.sim.scene.stage import Warn
+
+from .library import mujoco
+
+if TYPE_CHECKING:
+    from .engine import MujocoEngine
+
+RESIDUAL = 1.0
+"""Residual of the solver at its last iteration, scaled as `physics.tolerance` is, above which forces are wrong.
+
+Measured on towers of 20 boxes (5.7 mm of compression when solved) at lower and lower caps: residuals up to 0.4 changed
+nothing, 6 gave 10 mm more, 200 to 400 gave 160 mm and more."""
+
+FAR = 1e6
+"""A body farther than this [m] from the origin has left the scene."""
+
+LOOKS = 64
+"""Calls between two searches for such bodies: about a second at 60 updates per second."""
+
+_KINDS = mujoco.mjtWarning
+_COUNTED = {
+    int(_KINDS.mjWARN_INERTIA): (
+        "singular-inertia",
+        "the inertia that its joints move is close to singular, and forces are wrong; give it more mass or armature.",
+    ),
+    int(_KINDS.mjWARN_CONTACTFULL): (
+        "contacts-dropped",
+        "MuJoCo's memory is too small for all contacts, and some are left out; raise <size memory> of the model.",
+    ),
+    int(_KINDS.mjWARN_CNSTRFULL): (
+        "contacts-dropped",
+        "MuJoCo's memory is too small for all constraints, and some are left out; raise <size memory> of the model.",
+    ),
+    int(_KINDS.mjWARN_BADCTRL): (
+        "bad-control",
+        "an actuator was given a control that is not a number; it counts as 0.",
+    ),
+}
+"""By MuJoCo's kind of warning: our code, and what is said. The other kinds are divergence, see `MujocoEngine.step`."""
+
+
+class Monitor:
+    """Looks at an engine after each call of `step`. Each of its warnings is given once."""
+
+    def __init__(self, engine: MujocoEngine, warn: Warn) -> None:
+        self._engine, self._warn = engine, warn
+        self._counters = memoryview(engine.data.warning.number)
+        self._iterations = memoryview(engine.data.solver_niter)
+        self._calls = 0
+        self._solver_told = False
+        self._told = set[int]()
+
+    def look(self) -> None:
+        """Warn of what the last steps brought."""
+        counters = self._counters
+        if counters[0] or counters[1] or counters[2] or counters[6]:
+            self._tell_counted()
+        if not self._solver_told and max(self._iterations) >= self._engine.model.opt.iterations:
+            self._check_solver()
+        self._calls += 1
+        if self._calls % LOOKS == 0:
+            self._find_lost()
+
+    def close(self) -> None:
+        """Let go of the engine's memory."""
+        self._counters.release()
+        self._iterations.release()
+
+    def _tell_counted(self) -> None:
+        for kind, (code, text) in _COUNTED.items():
+            if self._counters[kind] and kind not in self._told:
+                self._told.add(kind)
+                self._warn(code, self._place(kind), text)
+
+    def _place(self, kind: int) -> str:
+        if kind != int(_KINDS.mjWARN_INERTIA):
+            return "physics"
+        place = int(self._engine.data.warning[kind].lastinfo)
+        return self._engine.body_name(int(self._engine.model.dof_bodyid[place]))
+
+    def _check_solver(self) -> None:
+        """Newton and CG say how far from the minimum they are, PGS how much its last iteration has still gained."""
+        data, cap = self._engine.data, int(self._engine.model.opt.iterations)
+        count = len(data.solver.gradient) // len(self._iterations)
+        stats = data.solver
+        newton = self._engine.model.opt.solver != mujoco.mjtSolver.mjSOL_PGS
+        residuals: Any = stats.gradient if newton else stats.improvement
+        worst = max(
+            float(residuals[island * count + done - 1])
+            for island, done in enumerate(self._iterations)
+            if cap <= done <= count
+        )
+        if worst > RESIDUAL:
+            self._solver_told = True
+            self._warn(
+                "solver-not-converged",
+                "physics",
+                f"its solver stopped after {cap} iterations with a residual of {worst:.3g}, so forces are wrong; raise "
+                "physics.iterations or physics_hz.",
+            )
+
+    def _find_lost(self) -> None:
+        engine = self._engine
+        places = engine.data.xpos[1 : 1 + len(engine.body_paths)]
+        if np.abs(places).max(initial=0.0) <= FAR:
+            return
+        for row in np.flatnonzero((np.abs(places) > FAR).any(axis=1)).tolist():
+            path = engine.body_paths[row]
+            self._warn(
+                "body-far-away",
+                path,
+                f"it is more than {FAR / 1000:g} km from the origin at {float(engine.data.time):.6g} s of physics; "
+                "give it something to rest on, or shorten the run.",
+            )
