@@ -1,4 +1,9 @@
-"""Poses as arrays: quaternions w, x, y, z; matrices (4, 4) float64 for column vectors (p_world = M @ [p, 1])."""
+"""Poses as float64 arrays: the only module that turns matrices into quaternions and back.
+
+Quaternions are w, x, y, z and of unit length; `to_xyzw` and `from_xyzw` are for the order of ROS, OmniGraph and USD's
+arrays. Matrices are for column vectors: p_parent = M @ [p_child, 1]; USD's are their transposes. `...` in a shape is
+any number of leading axes. Lengths keep their unit.
+"""
 
 from __future__ import annotations
 
@@ -42,20 +47,87 @@ def pose_matrices(positions: Floats, quaternions: Floats) -> Floats:
 
 
 def quaternion(rotation: Floats) -> Floats:
-    """(3, 3) rotation to (4,) quaternion with w >= 0 (Shepperd: divides by the largest component)."""
+    """(3, 3) rotation to (4,) quaternion, w >= 0: `quaternions` of a single one, on plain floats."""
     (a, b, c), (d, e, f), (g, h, i) = rotation.tolist()  # nine numbers: plain floats are ten times as fast
     squares = 1 + a + e + i, 1 + a - e - i, 1 - a + e - i, 1 - a - e + i
     largest = squares.index(max(squares))
     if largest == 0:
-        q = (squares[0], h - f, c - g, d - b)
+        w, x, y, z = squares[0], h - f, c - g, d - b
     elif largest == 1:
-        q = (h - f, squares[1], b + d, c + g)
+        w, x, y, z = h - f, squares[1], b + d, c + g
     elif largest == 2:
-        q = (c - g, b + d, squares[2], f + h)
+        w, x, y, z = c - g, b + d, squares[2], f + h
     else:
-        q = (d - b, c + g, f + h, squares[3])
-    length = sqrt(sum(x * x for x in q))
-    return np.array(q) / (-length if q[0] < 0 else length)
+        w, x, y, z = d - b, c + g, f + h, squares[3]
+    length = sqrt(w * w + x * x + y * y + z * z)  # not `sum`, which rounds otherwise from Python 3.12 on
+    return np.array((w, x, y, z)) / (-length if w < 0 else length)
+
+
+def quaternions(rotations: Floats) -> Floats:
+    """(..., 3, 3) rotations to (..., 4) quaternions, w >= 0.
+
+    Shepperd, "Quaternion from rotation matrix" (1978): 4 q q^T is linear in the matrix; its row with the largest
+    diagonal element is q times q's largest component, so that nothing cancels.
+    """
+    m = np.asarray(rotations, np.float64).reshape(-1, 9).T
+    xx, xy, xz, yx, yy, yz, zx, zy, zz = m
+    rows = np.empty((4, 4, m.shape[1]))
+    rows[0, 0], rows[1, 1] = 1 + xx + yy + zz, 1 + xx - yy - zz
+    rows[2, 2], rows[3, 3] = 1 - xx + yy - zz, 1 - xx - yy + zz
+    rows[0, 1] = rows[1, 0] = zy - yz
+    rows[0, 2] = rows[2, 0] = xz - zx
+    rows[0, 3] = rows[3, 0] = yx - xy
+    rows[1, 2] = rows[2, 1] = xy + yx
+    rows[1, 3] = rows[3, 1] = xz + zx
+    rows[2, 3] = rows[3, 2] = yz + zy
+    largest = np.argmax(rows[(0, 1, 2, 3), (0, 1, 2, 3)], axis=0)
+    q = rows[largest, :, np.arange(m.shape[1])]
+    squares = q * q
+    length = np.sqrt(squares[:, 0] + squares[:, 1] + squares[:, 2] + squares[:, 3])
+    q /= np.where(q[:, 0] < 0, -length, length)[:, None]
+    out: Floats = q.reshape(*rotations.shape[:-2], 4)
+    return out
+
+
+def to_xyzw(quaternions: Floats) -> Floats:
+    """(..., 4) w, x, y, z to x, y, z, w."""
+    return np.roll(quaternions, -1, axis=-1)
+
+
+def from_xyzw(quaternions: Floats) -> Floats:
+    """(..., 4) x, y, z, w to w, x, y, z."""
+    return np.roll(quaternions, 1, axis=-1)
+
+
+def slerp(first: Floats, second: Floats, share: Floats | float) -> Floats:
+    """(..., 4) quaternions the `share` (...), 0 to 1, of the way from `first` to `second` (..., 4), the shorter way.
+
+    Any order of components. Shoemake, "Animating rotation with quaternion curves" (1985). Quaternions that are (nearly)
+    the same are interpolated linearly and normalised, which differs by less than 1e-14.
+    """
+    first, second = np.asarray(first, np.float64), np.asarray(second, np.float64)
+    share = np.asarray(share, np.float64)
+    cosine = np.einsum("...j,...j->...", first, second)
+    second = np.where(cosine[..., None] < 0, -second, second)
+    angle = np.arccos(np.minimum(np.abs(cosine), 1.0))
+    sine = np.sin(angle)
+    close = sine < 1e-6
+    scale = np.where(close, 1.0, sine)
+    one = np.where(close, 1.0 - share, np.sin((1.0 - share) * angle) / scale)
+    two = np.where(close, share, np.sin(share * angle) / scale)
+    out = one[..., None] * first + two[..., None] * second
+    return np.asarray(out / np.sqrt(np.einsum("...j,...j->...", out, out))[..., None])
+
+
+def rotations_and_scales(matrices: Floats) -> tuple[Floats, Floats]:
+    """Rotations (n, 3, 3) and scales (n, 3) of translate-rotate-scale matrices (n, 4, 4).
+
+    A mirrored one gets a negative x scale; an axis of scale 0 leaves the rotation as if it were 1.
+    """
+    linear = matrices[:, :3, :3]
+    scales = np.sqrt((linear * linear).sum(axis=1))
+    scales[np.linalg.det(linear) < 0, 0] *= -1
+    return linear / np.where(scales == 0, 1.0, scales)[:, None, :], scales
 
 
 def rigid_part(matrix: Floats) -> Floats:

@@ -40,7 +40,9 @@ def interpolate_to(db: Database) -> None:
     result = settled(db, "result")
     current, target = aligned(db, ("current", "target"), result)
     if result is not None and "quat" in {kind.role for kind in (input_type(db, "current"), result) if kind is not None}:
-        db.outputs.result = _slerp(current, target, share).astype(dtype_of(result))
+        from graph.sim.transforms import slerp
+
+        db.outputs.result = slerp(current, target, share).astype(dtype_of(result))
         return
     value = current + (target - current) * share
     db.outputs.result = value.astype(dtype_of(result)) if hasattr(value, "astype") and result is not None else value
@@ -130,20 +132,3 @@ def _check_power(db: Database, name: str, power: float) -> None:
     """Fails the node where the share of a way would not be one: beyond its ends, or none at all."""
     if not power >= 0:
         db.fail(f"input {name} is {power}; give it 0 or more")
-
-
-def _slerp(start: Any, end: Any, share: float) -> Any:
-    """Quaternions (..., 4) that share of the way along the shortest arc."""
-    import numpy as np
-
-    a, b = np.asarray(start, float), np.asarray(end, float)
-    cosine = (a * b).sum(axis=-1, keepdims=True)
-    b = np.where(cosine < 0, -b, b)
-    angle = np.arccos(np.clip(np.abs(cosine), 0, 1))
-    sine = np.sin(angle)
-    near = sine < 1e-9
-    safe = np.where(near, 1, sine)
-    first = np.where(near, 1 - share, np.sin((1 - share) * angle) / safe)
-    second = np.where(near, share, np.sin(share * angle) / safe)
-    turned = first * a + second * b
-    return turned / np.linalg.norm(turned, axis=-1, keepdims=True)

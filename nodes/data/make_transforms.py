@@ -253,7 +253,7 @@ def _turned(db: Database, value: Any, kind: str) -> Any:
     """Row-vector rotation matrices (3, 3) or (n, 3, 3) of an angle, angles, quaternions or matrices."""
     import numpy as np
 
-    from graph.sim.transforms import rotation_matrices
+    from graph.sim.transforms import from_xyzw, rotation_matrices
 
     if kind.startswith("matrix"):
         return np.asarray(value, float)
@@ -262,7 +262,7 @@ def _turned(db: Database, value: Any, kind: str) -> Any:
         length = np.linalg.norm(given, axis=-1, keepdims=True)
         if not length.all():
             db.fail("a quaternion of length 0 is no rotation; give it 0, 0, 0, 1 for none")
-        columns = rotation_matrices((given / length)[..., [3, 0, 1, 2]])
+        columns = rotation_matrices(from_xyzw(given / length))
     elif kind.startswith("vector"):
         given = np.asarray(value, float)
         columns = rotations_of_angles(given.reshape(-1, 3), _order(db)).reshape(*given.shape[:-1], 3, 3)

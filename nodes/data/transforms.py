@@ -33,11 +33,11 @@ def get_matrix4_translation(db: Database) -> None:
 )
 def get_matrix4_quaternion(db: Database) -> None:
     """Give the rotation of a transformation without its scale, as a quaternion with w >= 0."""
-    from nodes.isaac.poses import quaternions_xyzw
+    from graph.sim.transforms import quaternions, to_xyzw
 
     rotations = rotations_of(db.inputs.matrix)[0]
-    quaternions = quaternions_xyzw(rotations)
-    db.outputs.quaternion = quaternions if db.inputs.matrix.ndim == 3 else quaternions[0]
+    turns = to_xyzw(quaternions(rotations))
+    db.outputs.quaternion = turns if db.inputs.matrix.ndim == 3 else turns[0]
 
 
 @node_type(
@@ -106,7 +106,7 @@ def rotations_of(matrices: Any) -> tuple[Any, Any]:
     """
     import numpy as np
 
-    from nodes.isaac.poses import rotations_and_scales
+    from graph.sim.transforms import rotations_and_scales
 
     given = matrices.reshape(-1, *matrices.shape[-2:])
     columns = np.tile(np.eye(4), (len(given), 1, 1))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from graph.node import Attribute, Database, node_type
 from graph.sim.scene.prim_paths import prim_at
 
-from .poses import IDENTITY, ZERO, quaternions_xyzw
+from .poses import IDENTITY, ZERO
 
 if TYPE_CHECKING:
     import numpy as np
@@ -61,9 +61,11 @@ def compute_odometry(db: Database) -> bool:
     if memory.pose is None:
         memory.pose = pose
     velocities = body_velocities(pose, app.fabric.capture().velocities((memory.body,))[0])
+    from graph.sim.transforms import quaternion, to_xyzw
+
     outputs, turned = db.outputs, memory.pose[:3, :3].T
     outputs.position = turned @ (pose[:3, 3] - memory.pose[:3, 3])
-    outputs.orientation = quaternions_xyzw((turned @ pose[:3, :3])[None])[0]
+    outputs.orientation = to_xyzw(quaternion(turned @ pose[:3, :3]))
     outputs.linearVelocity, outputs.angularVelocity, outputs.globalLinearVelocity = velocities
     time = app.simulation.time
     if memory.velocities is None:

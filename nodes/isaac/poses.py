@@ -1,4 +1,4 @@
-"""World poses of prims, and the split of a 4 x 4 matrix into translation, rotation and scale."""
+"""World poses of prims, and their translation, rotation and scale."""
 
 from __future__ import annotations
 
@@ -51,36 +51,7 @@ def decompose(
 
     A mirrored pose gets a negative x scale; an axis of scale 0 leaves the rotation as if it were 1.
     """
+    from graph.sim.transforms import quaternion, rotations_and_scales, to_xyzw
+
     rotation, scale = rotations_and_scales(matrix[None])
-    return matrix[:3, 3].copy(), quaternions_xyzw(rotation)[0], scale[0]
-
-
-def rotations_and_scales(matrices: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Rotation matrices (n, 3, 3) and scales (n, 3) of column-vector poses (n, 4, 4); see `decompose`."""
-    import numpy as np
-
-    linear = matrices[:, :3, :3]
-    scales = np.sqrt((linear * linear).sum(axis=1))
-    scales[np.linalg.det(linear) < 0, 0] *= -1
-    return linear / np.where(scales == 0, 1.0, scales)[:, None, :], scales
-
-
-def quaternions_xyzw(rotations: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Quaternions x, y, z, w with w >= 0, (n, 4), of rotation matrices (n, 3, 3).
-
-    Each is the row of 4 q q^T that belongs to its largest component, so that nothing cancels.
-    """
-    import numpy as np
-
-    m = rotations
-    outer = np.empty((len(m), 4, 4))
-    for row, (a, b, c) in enumerate(((0, 1, 2), (1, 2, 0), (2, 0, 1))):
-        outer[:, row, row] = 1 + m[:, a, a] - m[:, b, b] - m[:, c, c]
-        outer[:, a, b] = outer[:, b, a] = m[:, a, b] + m[:, b, a]
-        outer[:, row, 3] = outer[:, 3, row] = m[:, c, b] - m[:, b, c]
-    outer[:, 3, 3] = 1 + m[:, 0, 0] + m[:, 1, 1] + m[:, 2, 2]
-    largest = np.argmax(np.diagonal(outer, axis1=1, axis2=2), axis=1)
-    chosen: NDArray[np.float64] = outer[np.arange(len(m)), largest]
-    signs = np.where(chosen[:, 3:] < 0, -1.0, 1.0)
-    chosen *= signs / np.linalg.norm(chosen, axis=1, keepdims=True)
-    return chosen
+    return matrix[:3, 3].copy(), to_xyzw(quaternion(rotation[0])), scale[0]

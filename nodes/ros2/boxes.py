@@ -7,7 +7,6 @@ from typing import Any
 
 from graph.node import Attribute, Database, node_type
 from nodes.isaac.clocks import stamp_ns
-from nodes.isaac.poses import quaternions_xyzw, rotations_and_scales
 
 from .messages import header
 from .publishing import TIME_STAMP, Publisher, check_names, publisher_inputs, subscribed_topic
@@ -67,6 +66,8 @@ def publish_boxes_3d(db: Database) -> bool:
     """Publish `vision_msgs/Detection3DArray`: centre, orientation, size [m] of each box by semantic id."""
     import numpy as np
 
+    from graph.sim.transforms import quaternions, rotations_and_scales, to_xyzw
+
     topic = subscribed_topic(db)
     if topic is None:
         return False
@@ -76,7 +77,7 @@ def publish_boxes_3d(db: Database) -> bool:
     rotations, scales = rotations_and_scales(poses)
     middles = (poses[:, :3, :3] @ ((low + high) / 2)[:, :, None])[:, :, 0] + poses[:, :3, 3]
     middles, sizes = middles * db.app.meters_per_unit, (high - low) * np.abs(scales) * db.app.meters_per_unit
-    turns = quaternions_xyzw(rotations)
+    turns = to_xyzw(quaternions(rotations))
     nanoseconds = stamp_ns(db.app, db.inputs.timeStamp)
     head = header(nanoseconds, db.inputs.frameId)
     box, pose, detection = (

@@ -85,7 +85,7 @@ def _place(db: Database, path: str, parent: Any, transform: Any) -> None:
     """Puts a prim at `transform` [m] in the parent's world pose, without scale."""
     import numpy as np
 
-    from nodes.isaac.poses import rotations_and_scales
+    from graph.sim.transforms import rotations_and_scales
 
     rotation, move = transform.rotation, transform.translation
     quaternion = np.array([rotation.w, rotation.x, rotation.y, rotation.z])

@@ -6,8 +6,6 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from nodes.isaac.poses import quaternions_xyzw, rotations_and_scales
-
 from .messages import FrameTransform
 
 WORLD = "world"
@@ -112,12 +110,14 @@ class TransformTree:
         """The edges' poses of this moment, translations in metres; scale is taken out of both ends."""
         import numpy as np
 
+        from graph.sim.transforms import quaternions, rotations_and_scales, to_xyzw
+
         matrices = np.concatenate([fabric.world_matrices(self._paths), np.eye(4)[None]])
         rotations, _ = rotations_and_scales(matrices)
         to_parent = rotations[self._parents].transpose(0, 2, 1)
         apart = (matrices[self._children, :3, 3] - matrices[self._parents, :3, 3]) * meters_per_unit
         offsets = (to_parent @ apart[:, :, None])[:, :, 0].tolist()
-        turns = quaternions_xyzw(to_parent @ rotations[self._children]).tolist()
+        turns = to_xyzw(quaternions(to_parent @ rotations[self._children])).tolist()
         return [
             FrameTransform(edge.parent_frame, edge.child_frame, (x, y, z), (qx, qy, qz, qw))
             for edge, (x, y, z), (qx, qy, qz, qw) in zip(self.edges, offsets, turns, strict=True)

@@ -180,4 +180,4 @@ def _visible(instancer: Any, count: int, complain: Callable[[str], None]) -> NDA
 
 def _quaternions(attribute: Any) -> Floats:
     """(n, 4) w, x, y, z; USD's arrays hold x, y, z, w."""
-    return np.roll(array_of(attribute, np.float64, 4), 1, axis=1)
+    return transforms.from_xyzw(array_of(attribute, np.float64, 4))

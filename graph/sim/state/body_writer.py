@@ -190,15 +190,4 @@ def _even(matrix: Floats) -> bool:
 
 def _quaternions(linear: Floats) -> Floats:
     """(n, 4) w, x, y, z, w >= 0, of rotations times positive scales along their own axes (n, 3, 3)."""
-    m = linear / np.sqrt((linear * linear).sum(axis=1))[:, None, :]
-    outer = np.empty((len(m), 4, 4))
-    for row, (a, b, c) in enumerate(((0, 1, 2), (1, 2, 0), (2, 0, 1)), start=1):
-        outer[:, row, row] = 1 + m[:, a, a] - m[:, b, b] - m[:, c, c]
-        outer[:, row, 0] = outer[:, 0, row] = m[:, c, b] - m[:, b, c]
-        outer[:, 1 + a, 1 + b] = outer[:, 1 + b, 1 + a] = m[:, a, b] + m[:, b, a]
-    outer[:, 0, 0] = 1 + m[:, 0, 0] + m[:, 1, 1] + m[:, 2, 2]
-    largest = np.argmax(np.diagonal(outer, axis1=1, axis2=2), axis=1)
-    chosen = outer[np.arange(len(m)), largest]
-    chosen *= np.where(chosen[:, :1] < 0, -1.0, 1.0)
-    out: Floats = chosen / np.linalg.norm(chosen, axis=1, keepdims=True)
-    return out
+    return transforms.quaternions(linear / np.sqrt((linear * linear).sum(axis=1))[:, None, :])
