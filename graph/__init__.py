@@ -21,7 +21,8 @@ if TYPE_CHECKING:
     from .evaluate import ComputeError, Graph, Node
     from .node.context import Context
     from .node.database import Database, NodeError
-    from .node.declaration import UNSET, Attribute, NodeType, declare, node_type
+    from .node.declaration import UNSET, Attribute, NodeType
+    from .node.decorator import declare, node_type
     from .plan import compile_graphs
     from .session.load import LoadedFile, load_graph
 
@@ -44,9 +45,9 @@ _HOMES = {
     "RunError": "base.errors",
     "UserError": "base.errors",
     "compile_graphs": "plan",
-    "declare": "node.declaration",
+    "declare": "node.decorator",
     "load_graph": "session.load",
-    "node_type": "node.declaration",
+    "node_type": "node.decorator",
 }
 
 __all__ = [

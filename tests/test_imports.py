@@ -35,12 +35,12 @@ def module_name(path):
 MODULES = {module_name(path): path for package in OWN for path in sorted((ROOT / package).rglob("*.py"))}
 
 
-def imports_of(name, path, top_level_only=False):
-    """(module, line) of each import of one of our modules; relative imports resolved, TYPE_CHECKING blocks left out."""
+def imports_of(name, path, top_level_only=False, for_types=False):
+    """(module, line) of each import of a module; relative ones resolved. for_types: those under TYPE_CHECKING too."""
     found = []
 
     def visit(node):
-        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.dump(node.test):
+        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.dump(node.test) and not for_types:
             for child in node.orelse:
                 visit(child)
             return
@@ -97,15 +97,26 @@ def test_every_package_imports_only_downwards():
     assert wrong == []
 
 
-def test_no_two_packages_import_each_other():
-    packages = networkx.DiGraph()
+def test_no_circle_leads_through_the_rooms():
+    """Imports at any depth, those for types alone too; what goes up goes by name."""
+    rooms = networkx.DiGraph()
     for name, path in MODULES.items():
-        for target, _ in imports_of(name, path, top_level_only=True):
-            ours, theirs = _package(name), _package(target)
-            if layer(target) != "foreign" and ours != theirs:
-                packages.add_edge(ours, theirs)
-    cycles = list(networkx.simple_cycles(packages))
-    assert cycles == []
+        for target, line in imports_of(name, path, for_types=True):
+            if layer(target) != "foreign" and room(name) != room(target):
+                rooms.add_edge(room(name), room(target), where=f"{path.relative_to(ROOT)}:{line}")
+    circles = [sorted(part) for part in networkx.strongly_connected_components(rooms) if len(part) > 1]
+    assert circles == [], [rooms.edges[edge]["where"] for part in circles for edge in rooms.subgraph(part).edges]
+
+
+def test_nothing_inside_imports_the_face():
+    """`from graph import ...` is for users: a room imports from rooms."""
+    wrong = [
+        f"{path.relative_to(ROOT)}:{line}"
+        for name, path in MODULES.items()
+        for target, line in imports_of(name, path, for_types=True)
+        if target == "graph"
+    ]
+    assert wrong == []
 
 
 def test_no_module_imports_itself_in_a_circle():
@@ -118,10 +129,8 @@ def test_no_module_imports_itself_in_a_circle():
     assert circles == []
 
 
-def _package(name):
-    """The package a module lies in; the core, its files, the world, the command are packages of their own."""
-    if layer(name) in ("leaf", "core"):
-        return GROUND if name.startswith(f"{GROUND}.") else "graph"
+def room(name):
+    """The room a module lies in: a folder of `graph`, or `sensors`, or `nodes`."""
     return ".".join(name.split(".")[:2]) if name.startswith("graph.") else name.partition(".")[0]
 
 

@@ -49,7 +49,7 @@ def convert(source: str, target: str, *, allow: Sequence[Path] = ()) -> tuple[No
     if not folder.is_dir():
         raise UserError(f"{target}: there is no folder {folder}; make it first.")
     from graph.files import examine
-    from graph.session.leniency import without_untyped
+    from graph.session.partial_compile import without_untyped
 
     examined = examine(source, allow=allow)
     if examined.problems or examined.spec is None:

@@ -11,7 +11,7 @@ from graph.base.errors import RunError
 from graph.sim.timing.wall_clock import RealClock
 
 from .printing import safe_line
-from .silence import silent_parts, wired_sensors
+from .silent_outputs import silent_parts, wired_sensors
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -74,7 +74,7 @@ def run(args: argparse.Namespace) -> int:
 
     from .frames import FrameSink
     from .report import build_report
-    from .silence import warn_of_blind_sensors
+    from .silent_outputs import warn_of_blind_sensors
 
     show_log()
     sources = open_sources(args.play)

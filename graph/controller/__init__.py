@@ -3,7 +3,7 @@
 from graph import Controller
 """
 
-from graph.evaluate.familiar import Variable
+from graph.evaluate.omnigraph_names import Variable
 
 from .controller import Controller, get_graph_by_path, get_node_by_path, get_registered_nodes
 from .errors import OmniGraphError, OmniGraphValueError

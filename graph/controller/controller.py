@@ -19,7 +19,7 @@ from typing import Any, Concatenate, Generic, ParamSpec, TypeVar, overload
 from graph.base.gc_pause import collector_paused
 from graph.base.suggest import did_you_mean
 from graph.evaluate import Graph, Node
-from graph.evaluate.familiar import AttributeOf, Variable
+from graph.evaluate.omnigraph_names import AttributeOf, Variable
 from graph.node.registry import Registry
 from graph.spec.file_spec import GraphSpec
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from graph.base.suggest import did_you_mean
 from graph.evaluate import Graph, Node
-from graph.evaluate.familiar import AttributeOf
+from graph.evaluate.omnigraph_names import AttributeOf
 
 from .errors import OmniGraphError
 from .model import PREFIXES

@@ -49,7 +49,7 @@ def _refuse_other_prims(graphs: GraphSet, path: str) -> None:
     """Raises OmniGraphError where the stage has a prim at the path that is something else."""
     prim = graphs.app.stage.GetPrimAtPath(path) if graphs.app is not None else None
     kind = str(prim.GetTypeName()) if prim else ""
-    if kind not in import_module("graph.session.staging").GRAPH_PRIMS:
+    if kind not in import_module("graph.session.stage").GRAPH_PRIMS:
         raise OmniGraphError(f"{path} is a {kind} on the stage; give the graph another path")
 
 

@@ -14,9 +14,9 @@ from graph.spec.file_spec import Evaluator, GraphSpec, PipelineStage
 
 from .causes import cause_of
 from .errors import ComputeError
-from .familiar import FamiliarGraph
 from .instances import with_target
 from .node import Node
+from .omnigraph_names import FamiliarGraph
 from .wire import Copy
 
 Activation = tuple[Node, str]

@@ -16,7 +16,7 @@ from graph.values.coercion import coerce
 from graph.values.precision import ROUNDERS
 from graph.values.types import Type
 
-from .familiar import FamiliarNode
+from .omnigraph_names import FamiliarNode
 from .wire import Copy, Wire, all_of, storage
 
 if TYPE_CHECKING:

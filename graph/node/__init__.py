@@ -14,7 +14,8 @@ if TYPE_CHECKING:
     from .at_load import NodeAtLoad
     from .context import Context
     from .database import Database, LackError, NodeError
-    from .declaration import UNSET, Attribute, NodeType, declare, node_type
+    from .declaration import UNSET, Attribute, NodeType
+    from .decorator import declare, node_type
     from .known_types import KnownTypes
 
 _HOMES = {
@@ -27,8 +28,8 @@ _HOMES = {
     "NodeAtLoad": "at_load",
     "NodeError": "database",
     "NodeType": "declaration",
-    "declare": "declaration",
-    "node_type": "declaration",
+    "declare": "decorator",
+    "node_type": "decorator",
 }
 
 __all__ = [

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, NoReturn
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any, NoReturn, Protocol
 
 from graph.base.suggest import did_you_mean
 
@@ -11,10 +11,10 @@ from .context import Context
 from .declaration import names_in_order
 
 if TYPE_CHECKING:
-    from graph.evaluate.node import Node
-    from graph.evaluate.wire import Wire
     from graph.sim.app import App
+    from graph.values.types import Type
 
+    from .declaration import NodeType
     from .variables import Variables
 
 # What made a node compute, when it was no execution input.
@@ -24,6 +24,77 @@ RETURNED: Any = False
 """The walk came back after `fire_and_return`."""
 RETURN: Any = None
 """Stands behind an output in the list of fired ones: come back to the node after it."""
+
+
+class OwnGraph(Protocol):
+    """What a compute may know of the graph that its node is in."""
+
+    @property
+    def path(self) -> str:
+        """The graph's path."""
+
+    @property
+    def context(self) -> Context:
+        """Time and world of the present evaluation."""
+
+    @property
+    def variables(self) -> Variables:
+        """The graph's variables."""
+
+    @property
+    def target(self) -> str:
+        """The prim that has this instance, else the graph's path."""
+
+    @property
+    def pipeline_stage(self) -> str:
+        """The stage it is evaluated in."""
+
+    @property
+    def step_limit(self) -> int:
+        """How many nodes one walk may compute."""
+
+    def sleeps(self, db: Database) -> None:
+        """Hears that a node fell asleep."""
+
+    def wakes(self, db: Database) -> None:
+        """Hears that a node ended its sleep."""
+
+
+class OwnNode(Protocol):
+    """What a compute may know of its node."""
+
+    @property
+    def path(self) -> str:
+        """The node's path."""
+
+    @property
+    def type(self) -> NodeType:
+        """The node's type."""
+
+    @property
+    def graph(self) -> OwnGraph:
+        """The graph it is in."""
+
+    @property
+    def names(self) -> Mapping[str, tuple[str, ...]]:
+        """Attribute names by prefix, dynamic ones last."""
+
+    @property
+    def types(self) -> Mapping[str, Type | None]:
+        """Settled types by full name, None for open ones."""
+
+    @property
+    def computes(self) -> int:
+        """How often it has computed, in all instances of its graph."""
+
+    def connected(self, name: str) -> bool:
+        """Whether something feeds this input, or leads away from this output."""
+
+    def consumed(self, name: str) -> bool:
+        """Whether anything reads this output."""
+
+    def wires_into(self, name: str) -> int:
+        """How many connections lead to this execution input."""
 
 
 class NodeError(Exception):
@@ -62,8 +133,9 @@ class Database:
         "state": "state values",
     }
 
-    def __init__(self, node: Node) -> None:
-        self._node = node
+    def __init__(self, node: OwnNode) -> None:
+        # The evaluators, which gave it, know more of it.
+        self._node: Any = node
         self._active: Any = STARTED
         self._blocked = False
         # Constants, which have none, are never computed.
@@ -72,7 +144,7 @@ class Database:
         self._frames: list[int] = []
         self._pulls: Any = ()
         self._push: Any = None
-        self._wires: dict[str, Wire] = {}
+        self._wires: dict[str, Any] = {}
         self.asleep = False
         self.computes = 0
         # A bound append costs half of what a method would; the walk looks the names up.
@@ -120,15 +192,15 @@ class Database:
 
     def connected(self, name: str) -> bool:
         """Whether something feeds this input, or leads away from this output."""
-        return self._node.connected(name)
+        return self.node.connected(name)
 
     def consumed(self, name: str) -> bool:
         """Whether anything reads this output."""
-        return self._node.consumed(name)
+        return self.node.consumed(name)
 
     def wires_into(self, name: str) -> int:
         """How many connections lead to this execution input."""
-        return self._node.wires_into(name)
+        return self.node.wires_into(name)
 
     def dynamic_inputs(self, prefix: str = "") -> list[Any]:
         """Values of the inputs `prefix0`, `prefix1`, ... in numeric order, a declared one among them included.
@@ -160,12 +232,13 @@ class Database:
     @property
     def context(self) -> Context:
         """Time and world of this evaluation."""
-        return self._node.graph.context
+        context: Context = self._node.graph.context
+        return context
 
     @property
     def app(self) -> App:
         """The App. Raises NodeError where the graph runs without a world."""
-        app = self._node.graph.context.app
+        app: App | None = self._node.graph.context.app
         if app is None:
             raise NodeError("this node needs a world; run its graph in an App")
         return app
@@ -173,12 +246,13 @@ class Database:
     @property
     def variables(self) -> Variables:
         """The graph's variables by name."""
-        return self._node.graph.variables
+        return self.node.graph.variables
 
     @property
-    def node(self) -> Node:
+    def node(self) -> OwnNode:
         """The node itself, for what is not needed in a usual compute."""
-        return self._node
+        node: OwnNode = self._node
+        return node
 
     def warn(self, code: str, message: str) -> None:
         """Report something the user should know: a stable code and one line. Repeats are counted, not shown."""

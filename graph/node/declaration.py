@@ -1,29 +1,12 @@
-"""What a node type is, as data above one `compute` function.
-
-    @node_type(
-        "omni.graph.action.Branch",
-        version=2,
-        inputs={"execIn": Attribute("execution", "activates"), "condition": Attribute("bool", "which", default=False)},
-        outputs={"execTrue": Attribute("execution", "if so"), "execFalse": Attribute("execution", "if not")},
-    )
-    def branch(db: Database) -> None:
-        \"\"\"Goes one way or the other.\"\"\"
-        db.fire("execTrue" if db.inputs.condition else "execFalse")
-
-`compute(db)` reads `db.inputs.x`, writes `db.outputs.x`; see `Database` for the rest. It returns None or True
-when it did its work and False for "nothing to do": outputs keep their values and no execution output is followed.
-A type without compute (constants) is declared with `declare(...)`.
-"""
+"""What a node type is, as data: its attributes, its compute and other hooks, what the rest of the engine goes by."""
 
 from __future__ import annotations
 
-import inspect
 import re
-import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal, TypeVar, get_args
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from graph.values.coercion import coerce, shown, zero
 from graph.values.types import AnyType, Extended, parse_type
@@ -32,7 +15,6 @@ if TYPE_CHECKING:
     from .at_load import NodeAtLoad
     from .database import Database
     from .known_types import KnownTypes
-    from .registry import Registry
 
 
 class _Unset:
@@ -60,7 +42,6 @@ Resolve = Callable[["KnownTypes"], Mapping[str, Any]]
 Specialize = Callable[["Database"], "Compute | None"]
 Hook = Callable[["Database"], None]
 Check = Callable[["NodeAtLoad"], Iterable[tuple[str, str]]]
-ComputeFunction = TypeVar("ComputeFunction", bound=Compute)
 
 
 @dataclass(frozen=True)
@@ -252,98 +233,6 @@ def _template_pattern(template: str) -> re.Pattern[str]:
         "{field}": r"\w+(?::\w+)*",
     }
     return re.compile("".join(meaning.get(part) or re.escape(part) for part in parts), re.ASCII)
-
-
-def node_type(
-    type_id: str,
-    *,
-    version: int = 1,
-    inputs: Mapping[str, Attribute] | None = None,
-    outputs: Mapping[str, Attribute] | None = None,
-    state: Mapping[str, Attribute] | None = None,
-    memory: Callable[[], Any] | None = None,
-    event: bool | int = False,
-    release: Hook | None = None,
-    prepare: Hook | None = None,
-    resolve: Resolve | None = None,
-    specialize: Specialize | None = None,
-    phase: str = "",
-    runs_code: bool = False,
-    check: Check | None = None,
-    latent: bool = False,
-    volatile: bool = False,
-    dynamic_inputs: Mapping[str, Attribute] | None = None,
-    dynamic_outputs: Mapping[str, Attribute] | None = None,
-    registry: Registry | None = None,
-) -> Callable[[ComputeFunction], ComputeFunction]:
-    """Registers the decorated function as the `compute` of a new node type and returns it unchanged.
-
-    The function's docstring is the type's description; the other arguments are the fields of `NodeType`.
-    Raises UserError if the id is taken, ValueError for an unknown attribute type or a default that is not of it.
-    """
-
-    def register(compute: ComputeFunction) -> ComputeFunction:
-        line = inspect.unwrap(compute).__code__.co_firstlineno
-        _registry_or_default(registry).add(
-            NodeType(
-                type_id,
-                version,
-                inputs or {},
-                outputs or {},
-                state or {},
-                compute,
-                memory,
-                _event_order(event),
-                release,
-                prepare,
-                resolve,
-                volatile,
-                dynamic_inputs or {},
-                dynamic_outputs or {},
-                inspect.cleandoc(compute.__doc__ or ""),
-                f"{compute.__module__}:{line}",
-                specialize,
-                phase,
-                runs_code,
-                check,
-                latent,
-            )
-        )
-        return compute
-
-    return register
-
-
-def declare(
-    type_id: str,
-    doc: str,
-    *,
-    version: int = 1,
-    inputs: Mapping[str, Attribute] | None = None,
-    outputs: Mapping[str, Attribute] | None = None,
-    resolve: Resolve | None = None,
-    registry: Registry | None = None,
-) -> NodeType:
-    """Registers a node type that never computes, such as a constant, and returns it."""
-    caller = sys._getframe(1)
-    origin = f"{caller.f_globals.get('__name__', '?')}:{caller.f_lineno}"
-    declared = NodeType(
-        type_id, version, inputs or {}, outputs or {}, resolve=resolve, doc=inspect.cleandoc(doc), origin=origin
-    )
-    _registry_or_default(registry).add(declared)
-    return declared
-
-
-def _event_order(event: bool | int) -> int | None:
-    return None if event is False else 0 if event is True else event
-
-
-def _registry_or_default(registry: Registry | None) -> Registry:
-    if registry is not None:
-        return registry
-    from .registry import DEFAULT
-
-    return DEFAULT
 
 
 def names_in_order(names: Sequence[str]) -> list[str]:

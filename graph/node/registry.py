@@ -1,4 +1,4 @@
-"""Which node types exist: those of the `nodes` package, then those that installed packages add by entry point.
+"""Which node types exist: those that were added, and those that finders find.
 
 A shipped type is known by name only until it is asked for; then its module is imported. Installed packages are imported
 when a name is asked for that no shipped type has; one that fails is left out, with a warning.
@@ -8,25 +8,17 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Iterable, Iterator
-from functools import partial
-from importlib import import_module, metadata
+from importlib import import_module
 
 from graph.base.errors import UserError
 from graph.base.suggest import did_you_mean_id
 
-from .absent import why_absent
+from . import finders
 from .declaration import NodeType
-
-ENTRY_POINTS = "tickgraph.nodes"
-"""Entry point group of third-party node packages: each names a module whose import registers its types."""
-
-OGN_ENTRY_POINTS = "tickgraph.ogn"
-"""Entry point group of packages with `.ogn` files, see `graph.ogn`."""
+from .finders import Finder
+from .library import SHIPPED, Library
 
 _LOG = logging.getLogger("tickgraph")
-
-SHIPPED = "nodes"
-"""The package of the shipped types; they win when two types share a short name."""
 
 
 class UnknownNodeTypeError(UserError, KeyError):
@@ -39,15 +31,16 @@ class UnknownNodeTypeError(UserError, KeyError):
 class Registry:
     """Node types by id and by short name: the id's last part, with or without a leading `Ogn`."""
 
-    def __init__(self, *, shipped: bool = False) -> None:
+    def __init__(self, finders: Iterable[Finder] = (), library: Library = SHIPPED) -> None:
         # A shipped type that nobody has asked for yet is the name of the module that registers it.
         self._types: dict[str, NodeType | str] = {}
         self._short: dict[str, list[str]] = {}
         self._broken: dict[str, str] = {}
         self._left_out: list[str] = []
-        # Only the default registry fills itself, at the first look-up.
-        self._to_load = shipped
-        self._to_install = shipped
+        self.library = library
+        """What is known of types that are absent or had other names."""
+        self._finders = tuple(finders)
+        self._asked = 0
 
     def add(self, node_type: NodeType) -> None:
         """Registers a type. Raises UserError, naming both origins, if its id is taken."""
@@ -78,7 +71,7 @@ class Registry:
         the candidates of an ambiguous one, or with what is wrong with the `.ogn` file or the package that declares it.
         """
         self._load()
-        found = self._find(name) or (self._install() and self._find(name))
+        found = self._find(name) or (self._search() and self._find(name))
         if found:
             return self._loaded(found)
         if candidates := self._short.get(name):
@@ -86,7 +79,7 @@ class Registry:
             raise UnknownNodeTypeError(f'node type "{name}" is ambiguous; write {ids}')
         if broken := self._broken.get(_bare(name)):
             raise UnknownNodeTypeError(f'node type "{name}" cannot be used: {broken}')
-        if absent := why_absent(name):
+        if absent := self.library.why_absent(name):
             raise UnknownNodeTypeError(f'no node type "{name}": {absent}')
         near = ""
         if suggest:
@@ -106,12 +99,12 @@ class Registry:
     def all(self) -> list[NodeType]:
         """Every registered type, sorted by id."""
         self._load()
-        self._install()
+        self._search()
         return [self._loaded(name) for name in sorted(self._types)]
 
     def __contains__(self, name: str) -> bool:
         self._load()
-        return self._knows(name) or (self._install() and self._knows(name))
+        return self._knows(name) or (self._search() and self._knows(name))
 
     def _knows(self, name: str) -> bool:
         return name in self._types or name in self._short
@@ -135,39 +128,35 @@ class Registry:
         return isinstance(known, str) or known.shipped
 
     def _load(self) -> None:
-        if not self._to_load:
-            return
-        package = import_module(SHIPPED)
-        if not hasattr(package, "TYPES"):
-            raise UserError(
-                f'{package.__file__} hides the package "{SHIPPED}" of TickGraph, which has the node types; rename it'
-            )
-        self._to_load = False
-        for module, ids in package.TYPES.items():
-            home = f"{SHIPPED}.{module}"
-            for type_id in ids:
-                taken = self._types.get(type_id)
-                if taken is None:
-                    self._note(type_id, home)
-                elif isinstance(taken, NodeType) and not taken.shipped:
-                    import_module(home)  # says whose id it is
+        """Asks the first finder, which comes before every look-up."""
+        self._ask(1)
 
-    def _install(self) -> bool:
-        """Imports what installed packages add, once; says whether it did so now."""
-        if not self._to_install:
-            return False
-        self._to_install = False
-        installed = metadata.entry_points()
-        for entry in _in_order(installed.select(group=ENTRY_POINTS)):
-            self._add_package(entry, entry.load)
-        for entry in _in_order(installed.select(group=OGN_ENTRY_POINTS)):
-            from graph.ogn import register_package
+    def _search(self) -> bool:
+        """Asks the finders that are left, once; says whether it did so now."""
+        before = self._asked
+        self._ask(len(self._finders))
+        return self._asked > before
 
-            self._add_package(entry, partial(register_package, self, entry.name, entry.value))
-        return True
+    def _ask(self, count: int) -> None:
+        while self._asked < min(count, len(self._finders)):
+            self._asked += 1
+            try:
+                self._finders[self._asked - 1](self)
+            except UserError:
+                self._asked -= 1
+                raise
 
-    def _add_package(self, entry: metadata.EntryPoint, add: Callable[[], object]) -> None:
-        """Adds the types of a package, all or, with a warning, none of them."""
+    def note(self, module: str, ids: Iterable[str]) -> None:
+        """Notes types that a shipped module registers when it is imported, which is when one of them is asked for."""
+        for type_id in ids:
+            taken = self._types.get(type_id)
+            if taken is None:
+                self._note(type_id, module)
+            elif isinstance(taken, NodeType) and not taken.shipped:
+                import_module(module)  # says whose id it is
+
+    def add_package(self, name: str, add: Callable[[], object]) -> None:
+        """Adds the types of a package, all or, with a warning, none of them; `add` registers them."""
         before = set(self._types)
         try:
             add()
@@ -178,12 +167,12 @@ class Registry:
             if not isinstance(error, UserError):
                 reason = f"{type(error).__name__}: {reason}"
             _LOG.warning(
-                "warning node-package: %s (%s): %s; the package is left out, repair or uninstall it",
-                entry.name,
-                entry.value,
+                "warning node-package: %s: %s; the package is left out, repair or uninstall it",
+                name,
                 reason,
             )
-            self._left_out.append(f'the node package "{entry.name}" ({entry.value}), which is left out: {reason}')
+            package, _, place = name.partition(" ")
+            self._left_out.append(f'the node package "{package}" {place}, which is left out: {reason}')
 
     def _forget(self, type_id: str) -> None:
         del self._types[type_id]
@@ -191,10 +180,6 @@ class Registry:
             self._short[name].remove(type_id)
             if not self._short[name]:
                 del self._short[name]
-
-
-def _in_order(entries: Iterable[metadata.EntryPoint]) -> list[metadata.EntryPoint]:
-    return sorted(entries, key=lambda entry: (entry.name, entry.value))
 
 
 def _bare(name: str) -> str:
@@ -207,7 +192,7 @@ def _short_names(type_id: str) -> set[str]:
     return {short, short.removeprefix("Ogn"), f"Ogn{short}"}
 
 
-DEFAULT = Registry(shipped=True)
+DEFAULT = Registry(finders.ALL)
 """The registry that files, the command and `@node_type` use."""
 
 

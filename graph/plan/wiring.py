@@ -200,4 +200,4 @@ def _needs_telling(source: Node, reader: Node) -> bool:
 def _teller(reader: Node) -> Copy:
     # By its db: an edit gives the db of a newly compiled node to the one that people hold.
     db = reader.db
-    return lambda: db.node.graph.touched(db.node)
+    return lambda: db._node.graph.touched(db._node)

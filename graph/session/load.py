@@ -45,7 +45,7 @@ def load_graph(path: str | Path, allow: Iterable[Path] = (), *, skip_unknown: bo
     """
     from graph.files import examine
 
-    from .leniency import compile_file
+    from .partial_compile import compile_file
 
     examined = examine(path, allow=tuple(allow))
     problems: list[Problem] = list(examined.problems)

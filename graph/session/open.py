@@ -14,7 +14,7 @@ from graph.spec.file_spec import FileSpec
 
 from .graph_checks import graph_notes
 from .overrides import override_inputs
-from .staging import (
+from .stage import (
     build_stage,
     missing_targets,
     prims_for_products,
@@ -77,7 +77,7 @@ def build_parts(
     from graph.files import examine
     from graph.node.registry import DEFAULT
 
-    from .leniency import compile_file
+    from .partial_compile import compile_file
 
     spec: FileSpec | None
     problems: list[Problem] = []

@@ -1,7 +1,7 @@
-"""Old files: type ids and attributes that were renamed since, and what became of them.
+"""Old files brought up to date: type ids and attributes that were renamed since.
 
-Sources: the extension renaming of Isaac Sim 4.5 (`omni.isaac.*` to `isaacsim.*`), the removal of the ROS 1 bridge, and
-the attributes of older type versions found in saved graphs. An id that a registered type has is never touched.
+The tables are data of the node library (`nodes.catalog.renames`), which the registry gives. An id that a registered
+type has is never touched.
 """
 
 from __future__ import annotations
@@ -11,83 +11,21 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from graph.base.errors import Mark
-from graph.node.absent import why_absent
 from graph.node.registry import DEFAULT, Registry
 
 from .file_spec import ConnectionSpec, FileSpec, GraphSpec, NodeSpec, Note
 
-PREFIXES: Mapping[str, tuple[str, ...]] = {
-    "omni.isaac.ros2_bridge.": ("isaacsim.ros2.bridge.",),
-    "omni.isaac.ros_bridge.": ("isaacsim.ros2.bridge.",),
-    "isaacsim.ros2.nodes.": ("isaacsim.ros2.bridge.",),
-    "isaacsim.ros1.bridge.": ("isaacsim.ros2.bridge.",),
-    "omni.isaac.core_nodes.": ("isaacsim.core.nodes.",),
-    "omni.isaac.wheeled_robots.": ("isaacsim.robot.wheeled_robots.",),
-    "isaacsim.robot.wheeled_robots.nodes.": ("isaacsim.robot.wheeled_robots.",),
-    "omni.isaac.sensor.": (
-        "isaacsim.sensors.physics.",
-        "isaacsim.sensors.rtx.",
-        "isaacsim.sensors.physx.",
-        "isaacsim.sensors.rtx.nodes.Ogn",
-    ),
-    "omni.isaac.isaac_sensor.": ("isaacsim.sensors.physics.", "isaacsim.sensors.rtx.", "isaacsim.sensors.physx."),
-    "omni.isaac.range_sensor.": ("isaacsim.sensors.physx.", "isaacsim.sensors.rtx.", "isaacsim.sensors.physics."),
-    "isaacsim.sensors.physics.nodes.": ("isaacsim.sensors.physics.",),
-    "isaacsim.sensors.rtx.nodes.": ("isaacsim.sensors.rtx.", "isaacsim.sensors.rtx.nodes.Ogn"),
-    "omni.isaac.conveyor.": ("isaacsim.asset.gen.conveyor.",),
-    "omni.isaac.surface_gripper.": ("isaacsim.robot.surface_gripper.",),
-    "omni.isaac.manipulators.": ("isaacsim.robot.manipulators.",),
-    "omni.isaac.debug_draw.": ("isaacsim.util.debug_draw.",),
-    "isaacsim.ucx.bridge.": ("isaacsim.ucx.nodes.",),
-    "isaacsim.ucx.nodes.": ("isaacsim.ucx.bridge.",),
-    "omni.graph.ui.": ("omni.graph.ui_nodes.",),
-    "omni.graph.action_nodes.": ("omni.graph.action.",),
-    "omni.graph.action_nodes_core.": ("omni.graph.action.",),
-    "omni.graph.nodes_core.": ("omni.graph.nodes.",),
-}
-"""Old beginnings of type ids to what they may have become; the first that gives a registered type is taken."""
 
-TYPES: Mapping[str, str] = {
-    "omni.graph.nodes.ReadVariable": "omni.graph.core.ReadVariable",
-    "omni.graph.nodes.WriteVariable": "omni.graph.core.WriteVariable",
-    "omni.graph.ui.PrintText": "omni.graph.ui_nodes.PrintText",
-    "omni.graph.action.PrintText": "omni.graph.ui_nodes.PrintText",
-    "omni.isaac.core_nodes.IsaacSetViewportResolution": "isaacsim.core.nodes.IsaacSetViewportResolution",
-    "omni.graph.scriptnode.OgnScriptNode": "omni.graph.scriptnode.ScriptNode",
-    "omni.graph.nodes.MakeArray": "omni.graph.nodes.ConstructArray",
-}
-"""Ids that follow no rule."""
-
-RENAMED: Mapping[str, Mapping[str, str]] = {
-    "isaacsim.core.nodes.IsaacReadSimulationTime": {},
-    "isaacsim.ros2.bridge.ROS2Context": {"inputs:domainId": "inputs:domain_id"},
-    "isaacsim.ros2.bridge.ROS2PublishTransformTree": {"inputs:targetPrim": "inputs:targetPrims"},
-    "isaacsim.core.nodes.IsaacArticulationController": {"inputs:usePath": ""},
-    "isaacsim.core.nodes.IsaacComputeOdometry": {"inputs:robotPrim": "inputs:chassisPrim"},
-    "omni.graph.nodes.ConstructArray": {f"inputs:{old}": f"inputs:input{new}" for new, old in enumerate("abcde")},
-}
-"""Attributes by new type id: old full name to the new one, "" for one that is gone."""
-
-REMOVED: Mapping[str, str] = {
-    "inputs:swhFrameNumber": "use the reference time inputs for the time of a past frame",
-    "inputs:resetSimulationTimeOnStop": "set resetOnStop of the node that reads the time",
-    "inputs:viewport": "connect renderProductPath",
-    "inputs:forceUSDRead": "values are always read as they are now",
-    "inputs:nodeType": "it has no meaning any more",
-}
-"""Attributes that old type versions had, wherever the present type has none of that name, and what to do instead."""
+def meant_nothing(type_id: str, registry: Registry = DEFAULT) -> tuple[int, Mapping[str, Any]]:
+    """First version of a type in which these values are explicit; older files wrote them for "unset"."""
+    return registry.library.renames.MEANT_NOTHING.get(type_id, (0, {}))
 
 
-MEANT_NOTHING: Mapping[str, tuple[int, Mapping[str, Any]]] = {
-    "omni.graph.nodes.ReadPrimAttribute": (3, {"usdTimecode": -1}),
-    "omni.graph.nodes.ReadPrimAttributes": (3, {"usdTimecode": -1}),
-}
-"""By type: the version from which on these values mean what they say; before, files had them as the unset ones."""
-
-
-def upgraded(type_id: str, version: int | None, inputs: Mapping[str, Any]) -> Mapping[str, Any]:
+def upgraded(
+    type_id: str, version: int | None, inputs: Mapping[str, Any], registry: Registry = DEFAULT
+) -> Mapping[str, Any]:
     """The inputs that a file of an old type version sets, as the present version would have them."""
-    since, unset = MEANT_NOTHING.get(type_id, (0, {}))
+    since, unset = meant_nothing(type_id, registry)
     if version is None or version >= since:
         return inputs
     return {name: value for name, value in inputs.items() if name not in unset or value != unset[name]}
@@ -125,25 +63,26 @@ def migrated_type(type_id: str, registry: Registry = DEFAULT) -> tuple[str, str 
     """
     if type_id in registry:
         return type_id, None
-    new = TYPES.get(type_id) or _by_prefix(type_id, registry)
+    new = registry.library.renames.TYPES.get(type_id) or _by_prefix(type_id, registry)
     if new is None or (new not in registry and not type_id.startswith("omni.isaac.")):
         return type_id, None
     if "ROS1" in type_id or ".ros_bridge." in type_id or ".ros1." in type_id:
         if new in registry:
             return new, f'the ROS 1 node type "{type_id}" is gone; its ROS 2 twin "{new}" runs instead'
-        if why_absent(new) is None:
+        if registry.library.why_absent(new) is None:
             return type_id, None  # no twin: the message about an unknown type shows the file's own id
         return new, f'the ROS 1 node type "{type_id}" is gone; its ROS 2 twin is "{new}"'
     return new, f'node type "{type_id}" is now called "{new}"; the new name is used'
 
 
 def _by_prefix(type_id: str, registry: Registry) -> str | None:
-    for old in sorted(PREFIXES, key=len, reverse=True):
+    prefixes = registry.library.renames.PREFIXES
+    for old in sorted(prefixes, key=len, reverse=True):
         if not type_id.startswith(old):
             continue
         name = type_id[len(old) :].replace("ROS1", "ROS2")
         spellings = dict.fromkeys((name, f"Ogn{name}", name.removeprefix("Ogn")))
-        candidates = [new + spelling for new in PREFIXES[old] for spelling in spellings]
+        candidates = [new + spelling for new in prefixes[old] for spelling in spellings]
         known = next((one for one in candidates if one in registry), None)
         likely = next((one for one in candidates if "RTX" in name and ".rtx." in one), candidates[0])
         return known or likely
@@ -188,9 +127,10 @@ def _graph(graph: GraphSpec, registry: Registry, notes: Notes) -> GraphSpec:
 
 def _renamed(node: NodeSpec, graph: GraphSpec, fed: Sequence[str], registry: Registry, notes: Notes) -> dict[str, str]:
     """The attributes of a node that have another name now, or none (""); `fed` are those that connections lead to."""
-    table = RENAMED.get(node.type, {})
+    renames = registry.library.renames
+    table = renames.RENAMED.get(node.type, {})
     found: dict[str, str] = {}
-    for key in dict.fromkeys((*node.inputs, *fed)) if table or _has_old(node) else ():
+    for key in dict.fromkeys((*node.inputs, *fed)) if table or _has_old(node, renames.REMOVED) else ():
         full = key if ":" in key and key.split(":")[0] in ("inputs", "outputs", "state") else f"inputs:{key}"
         change = changed_attribute(node.type, full, registry)
         if change is None:
@@ -205,20 +145,21 @@ def changed_attribute(type_id: str, full: str, registry: Registry = DEFAULT) -> 
 
     None for one that the type has, or of which nothing is known.
     """
-    table = RENAMED.get(type_id, {})
+    renames = registry.library.renames
+    table = renames.RENAMED.get(type_id, {})
     prefix, _, name = full.partition(":")
-    if full not in table and (full not in REMOVED or type_id not in registry):
+    if full not in table and (full not in renames.REMOVED or type_id not in registry):
         return None
     if type_id in registry and registry.get(type_id).find(prefix, name) is not None:
         return None
     kind, new = type_id.rpartition(".")[2], table.get(full, "")
     if new:
         return new, "attribute-renamed", f"{kind}: {full} is now called {new}; the new name is used"
-    return "", "attribute-removed", f"{kind}: {full} is gone and is left out; {REMOVED.get(full, 'remove it')}"
+    return "", "attribute-removed", f"{kind}: {full} is gone and is left out; {renames.REMOVED.get(full, 'remove it')}"
 
 
-def _has_old(node: NodeSpec) -> bool:
-    return any(f"inputs:{key}" in REMOVED for key in node.inputs)
+def _has_old(node: NodeSpec, removed: Mapping[str, str]) -> bool:
+    return any(f"inputs:{key}" in removed for key in node.inputs)
 
 
 def _fed_inputs(graph: GraphSpec) -> Mapping[str, list[str]]:

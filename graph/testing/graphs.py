@@ -17,7 +17,7 @@ from graph.base.errors import Problem, RunError, UserError
 from graph.evaluate import Graph
 from graph.node.context import Context, WarningLog
 from graph.node.registry import DEFAULT, Registry
-from graph.session.leniency import compile_file
+from graph.session.partial_compile import compile_file
 from graph.session.runner import INTERRUPTS_OFF
 from graph.spec.file_spec import FileSpec, GraphSpec, PipelineStage
 

@@ -17,7 +17,8 @@ from graph.base.suggest import one_of
 from graph.evaluate import Graph, Node
 from graph.node import Database
 from graph.node.context import Context, Warned, WarningLog
-from graph.node.declaration import Attribute, NodeType, declare, node_type
+from graph.node.declaration import Attribute, NodeType
+from graph.node.decorator import declare, node_type
 from graph.node.registry import DEFAULT, Registry
 from graph.plan import compile_graphs
 from graph.spec.file_spec import ConnectionSpec, GraphSpec, NodeSpec, VariableSpec

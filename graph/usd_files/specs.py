@@ -10,7 +10,7 @@ from graph.base.errors import Mark
 from graph.node.declaration import Attribute
 from graph.node.registry import DEFAULT
 from graph.spec.file_spec import ConnectionSpec, GraphSpec, NodeSpec, VariableSpec
-from graph.spec.migration import MEANT_NOTHING, migrated_type, upgraded
+from graph.spec.migration import meant_nothing, migrated_type, upgraded
 from graph.values.types import Type
 
 from .graph_prims import RawGraph
@@ -165,7 +165,7 @@ def _node(
         types = {str(full): str(one) for full, one in _mapping(node.custom, "attributes").items()}
         inputs.update(_mapping(node.custom, "inputs"))
         inputs = dict(in_noted_order(inputs.items(), itemgetter(0), node.custom, "order"))
-    given = upgraded(node.type, node.version, inputs) if node.type in MEANT_NOTHING else inputs
+    given = upgraded(node.type, node.version, inputs) if meant_nothing(node.type)[0] else inputs
     return NodeSpec(node.name, _type_as_written(node), given, mark_of(node.path), marks, types)
 
 

@@ -7,7 +7,8 @@ from graph import Attribute
 from graph.cli.describe import node_type_as_dict
 from graph.cli.main import main
 from graph.node import registry as registry_module
-from graph.node.declaration import NodeType, declare, node_type
+from graph.node.declaration import NodeType
+from graph.node.decorator import declare, node_type
 
 
 @pytest.fixture

@@ -6,8 +6,9 @@ import pytest
 
 from graph import Controller, OmniGraphError, OmniGraphValueError, UserError
 from graph.controller import Compound, TypedValue
-from graph.node.declaration import Attribute, declare
-from graph.spec import migration
+from graph.node.declaration import Attribute
+from graph.node.decorator import declare
+from nodes.catalog import renames
 
 K = Controller.Keys
 ACTION = {"graph_path": "/World/G", "evaluator_name": "execution"}
@@ -325,7 +326,7 @@ def test_a_hundred_thousand_nodes_come_by_one_edit(control):
 
 
 def test_attributes_of_older_releases_are_renamed_or_left_out_with_one_warning_each(control, monkeypatch):
-    monkeypatch.setitem(migration.RENAMED, "test.Inc", {"inputs:old": "inputs:a", "inputs:gone": ""})
+    monkeypatch.setitem(renames.RENAMED, "test.Inc", {"inputs:old": "inputs:a", "inputs:gone": ""})
     told = []
     control.graphs.context.warn = lambda *warning: told.append(warning)
 

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from graph import Attribute, ComputeError, Context, Controller, OmniGraphError, compile_graphs, node_type
 from graph.evaluate import RunawayError
-from graph.node.declaration import declare
+from graph.node.decorator import declare
 from graph.node.registry import Registry
 from graph.spec.file_spec import ConnectionSpec, GraphSpec, NodeSpec
 from nodes.data.like_inputs import same_type

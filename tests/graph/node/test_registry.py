@@ -243,7 +243,7 @@ def test_importing_graph_loads_nothing_heavy():
 
 
 def test_a_type_is_there_or_known_to_be_absent_but_never_both():
-    from graph.node.absent import ABSENT
+    from nodes.catalog.absent import ABSENT
 
     assert not [name for name in ABSENT if name in DEFAULT]
 
@@ -251,7 +251,7 @@ def test_a_type_is_there_or_known_to_be_absent_but_never_both():
 def test_every_type_of_the_facts_table_is_there_or_says_why_not():
     import json
 
-    from graph.node.absent import ABSENT
+    from nodes.catalog.absent import ABSENT
 
     facts = json.loads((LIBRARY_FACTS / "node_attributes.json").read_text())
     # Compounds are flattened into their graph when it is read.

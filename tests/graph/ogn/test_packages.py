@@ -9,6 +9,7 @@ import sys
 import pytest
 
 from graph import ComputeError, UserError
+from graph.node import finders
 from graph.node.registry import Registry
 from graph.testing import run_node
 from tests.support.places import ROOT
@@ -79,7 +80,7 @@ def installed(tmp_path, monkeypatch):
             (package / name).parent.mkdir(exist_ok=True)
             (package / name).write_text(content if isinstance(content, str) else json.dumps(content, indent=2))
         monkeypatch.syspath_prepend(tmp_path)
-        return Registry(shipped=True)
+        return Registry(finders.ALL)
 
     return install
 

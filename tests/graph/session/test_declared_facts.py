@@ -4,12 +4,12 @@ import pytest
 
 from graph import Attribute, Database, NodeType, UserError, node_type
 from graph.cli.explaining import explain
-from graph.cli.silence import silent_parts, wired_sensors
-from graph.node import NodeAtLoad
+from graph.cli.silent_outputs import silent_parts, wired_sensors
+from graph.node import NodeAtLoad, finders
 from graph.node.registry import Registry
 from graph.session.open import build_parts, open_session
 
-REGISTRY = Registry(shipped=True)
+REGISTRY = Registry(finders.ALL)
 IN, OUT = Attribute("execution", "go"), Attribute("execution", "then")
 
 

@@ -26,7 +26,7 @@ IDS = [
 
 @pytest.fixture
 def registry():
-    from graph.node.declaration import declare
+    from graph.node.decorator import declare
 
     registry = Registry()
     for one in IDS:
@@ -79,7 +79,7 @@ def test_a_registered_id_and_an_unknown_one_stay(registry):
 
 
 def test_attributes_are_renamed_and_removed_with_their_connections(registry):
-    from graph.node.declaration import declare
+    from graph.node.decorator import declare
 
     declare(
         "isaacsim.core.nodes.IsaacComputeOdometry",

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from graph.base.errors import UserError
 from graph.files import examine
-from graph.session.leniency import compile_file
+from graph.session.partial_compile import compile_file
 from graph.usd_files import reading
 
 SECONDS = 2

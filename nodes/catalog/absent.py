@@ -103,12 +103,3 @@ ABSENT = {
     "omni.graph.nodes.WritePrimsV2": _BUNDLE,
 }
 """Why a type is not there, by its id."""
-
-
-def why_absent(name: str) -> str | None:
-    """The reason, for an id or its last part; None for a name that no such type has."""
-    if name in ABSENT:
-        return ABSENT[name]
-    if "." in name:
-        return None
-    return next((why for known, why in ABSENT.items() if known.rpartition(".")[2] == name), None)

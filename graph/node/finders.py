@@ -1,0 +1,47 @@
+"""Where a registry finds node types: the shipped library, and packages that declare entry points."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from functools import partial
+from importlib import import_module, metadata
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .registry import Registry
+
+Finder = Callable[["Registry"], None]
+"""Adds what it finds to a registry; called once, when a type is looked up that nobody before it has."""
+
+ENTRY_POINTS = "tickgraph.nodes"
+"""Entry point group of third-party node packages: each names a module whose import registers its types."""
+
+OGN_ENTRY_POINTS = "tickgraph.ogn"
+"""Entry point group of packages with `.ogn` files, see `graph.ogn`."""
+
+_OGN = "graph.ogn.packages"
+"""The reader of those; named, not imported: it stands on this room."""
+
+
+def shipped_types(registry: Registry) -> None:
+    """Notes the names of the shipped types; the module of one is imported when the type is asked for."""
+    for module, ids in registry.library.types.items():
+        registry.note(f"{registry.library.package}.{module}", ids)
+
+
+def installed_packages(registry: Registry) -> None:
+    """Imports what installed packages add."""
+    installed = metadata.entry_points()
+    for entry in _in_order(installed.select(group=ENTRY_POINTS)):
+        registry.add_package(f"{entry.name} ({entry.value})", entry.load)
+    for entry in _in_order(installed.select(group=OGN_ENTRY_POINTS)):
+        add = partial(import_module(_OGN).register_package, registry, entry.name, entry.value)
+        registry.add_package(f"{entry.name} ({entry.value})", add)
+
+
+def _in_order(entries: Iterable[metadata.EntryPoint]) -> list[metadata.EntryPoint]:
+    return sorted(entries, key=lambda entry: (entry.name, entry.value))
+
+
+ALL = (shipped_types, installed_packages)
+"""What the default registry finds its types with."""

@@ -1,0 +1,55 @@
+"""What the package of the shipped node types says beside their declarations: tables, imported when first needed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property
+from importlib import import_module
+from typing import Any, Protocol, cast
+
+from graph.base.errors import UserError
+
+
+class Renames(Protocol):
+    """How things were called in older files; see `nodes.catalog.renames`."""
+
+    PREFIXES: Mapping[str, tuple[str, ...]]
+    TYPES: Mapping[str, str]
+    RENAMED: Mapping[str, Mapping[str, str]]
+    REMOVED: Mapping[str, str]
+    MEANT_NOTHING: Mapping[str, tuple[int, Mapping[str, Any]]]
+
+
+class Library:
+    """A package of node types: its `TYPES` says which module registers which, its `catalog` the rest."""
+
+    def __init__(self, package: str) -> None:
+        self.package = package
+
+    @property
+    def types(self) -> Mapping[str, tuple[str, ...]]:
+        """Type ids by the module that registers them. Raises UserError where another package hides it."""
+        package = import_module(self.package)
+        if not hasattr(package, "TYPES"):
+            raise UserError(
+                f'{package.__file__} hides the package "{self.package}" of TickGraph, which has the node types; '
+                "rename it"
+            )
+        types: Mapping[str, tuple[str, ...]] = package.TYPES
+        return types
+
+    @cached_property
+    def renames(self) -> Renames:
+        """What types and attributes were called in older files."""
+        return cast("Renames", import_module(f"{self.package}.catalog.renames"))
+
+    def why_absent(self, name: str) -> str | None:
+        """Why a type that files name does not work here, by its id or the last part of it; None for any other name."""
+        absent: Mapping[str, str] = import_module(f"{self.package}.catalog.absent").ABSENT
+        if name in absent or "." in name:
+            return absent.get(name)
+        return next((why for known, why in absent.items() if known.rpartition(".")[2] == name), None)
+
+
+SHIPPED = Library("nodes")
+"""The library of the shipped types; they win when two types share a short name."""

@@ -1,0 +1,78 @@
+"""How node types and attributes were called in older files, and what became of them.
+
+Sources: the extension renaming of Isaac Sim 4.5 (`omni.isaac.*` to `isaacsim.*`), the removal of the ROS 1 bridge, and
+the attributes of older type versions found in saved graphs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+PREFIXES: Mapping[str, tuple[str, ...]] = {
+    "omni.isaac.ros2_bridge.": ("isaacsim.ros2.bridge.",),
+    "omni.isaac.ros_bridge.": ("isaacsim.ros2.bridge.",),
+    "isaacsim.ros2.nodes.": ("isaacsim.ros2.bridge.",),
+    "isaacsim.ros1.bridge.": ("isaacsim.ros2.bridge.",),
+    "omni.isaac.core_nodes.": ("isaacsim.core.nodes.",),
+    "omni.isaac.wheeled_robots.": ("isaacsim.robot.wheeled_robots.",),
+    "isaacsim.robot.wheeled_robots.nodes.": ("isaacsim.robot.wheeled_robots.",),
+    "omni.isaac.sensor.": (
+        "isaacsim.sensors.physics.",
+        "isaacsim.sensors.rtx.",
+        "isaacsim.sensors.physx.",
+        "isaacsim.sensors.rtx.nodes.Ogn",
+    ),
+    "omni.isaac.isaac_sensor.": ("isaacsim.sensors.physics.", "isaacsim.sensors.rtx.", "isaacsim.sensors.physx."),
+    "omni.isaac.range_sensor.": ("isaacsim.sensors.physx.", "isaacsim.sensors.rtx.", "isaacsim.sensors.physics."),
+    "isaacsim.sensors.physics.nodes.": ("isaacsim.sensors.physics.",),
+    "isaacsim.sensors.rtx.nodes.": ("isaacsim.sensors.rtx.", "isaacsim.sensors.rtx.nodes.Ogn"),
+    "omni.isaac.conveyor.": ("isaacsim.asset.gen.conveyor.",),
+    "omni.isaac.surface_gripper.": ("isaacsim.robot.surface_gripper.",),
+    "omni.isaac.manipulators.": ("isaacsim.robot.manipulators.",),
+    "omni.isaac.debug_draw.": ("isaacsim.util.debug_draw.",),
+    "isaacsim.ucx.bridge.": ("isaacsim.ucx.nodes.",),
+    "isaacsim.ucx.nodes.": ("isaacsim.ucx.bridge.",),
+    "omni.graph.ui.": ("omni.graph.ui_nodes.",),
+    "omni.graph.action_nodes.": ("omni.graph.action.",),
+    "omni.graph.action_nodes_core.": ("omni.graph.action.",),
+    "omni.graph.nodes_core.": ("omni.graph.nodes.",),
+}
+"""Old beginnings of type ids to what they may have become; the first that gives a registered type is taken."""
+
+TYPES: Mapping[str, str] = {
+    "omni.graph.nodes.ReadVariable": "omni.graph.core.ReadVariable",
+    "omni.graph.nodes.WriteVariable": "omni.graph.core.WriteVariable",
+    "omni.graph.ui.PrintText": "omni.graph.ui_nodes.PrintText",
+    "omni.graph.action.PrintText": "omni.graph.ui_nodes.PrintText",
+    "omni.isaac.core_nodes.IsaacSetViewportResolution": "isaacsim.core.nodes.IsaacSetViewportResolution",
+    "omni.graph.scriptnode.OgnScriptNode": "omni.graph.scriptnode.ScriptNode",
+    "omni.graph.nodes.MakeArray": "omni.graph.nodes.ConstructArray",
+}
+"""Ids that follow no rule."""
+
+RENAMED: Mapping[str, Mapping[str, str]] = {
+    "isaacsim.core.nodes.IsaacReadSimulationTime": {},
+    "isaacsim.ros2.bridge.ROS2Context": {"inputs:domainId": "inputs:domain_id"},
+    "isaacsim.ros2.bridge.ROS2PublishTransformTree": {"inputs:targetPrim": "inputs:targetPrims"},
+    "isaacsim.core.nodes.IsaacArticulationController": {"inputs:usePath": ""},
+    "isaacsim.core.nodes.IsaacComputeOdometry": {"inputs:robotPrim": "inputs:chassisPrim"},
+    "omni.graph.nodes.ConstructArray": {f"inputs:{old}": f"inputs:input{new}" for new, old in enumerate("abcde")},
+}
+"""Attributes by new type id: old full name to the new one, "" for one that is gone."""
+
+REMOVED: Mapping[str, str] = {
+    "inputs:swhFrameNumber": "use the reference time inputs for the time of a past frame",
+    "inputs:resetSimulationTimeOnStop": "set resetOnStop of the node that reads the time",
+    "inputs:viewport": "connect renderProductPath",
+    "inputs:forceUSDRead": "values are always read as they are now",
+    "inputs:nodeType": "it has no meaning any more",
+}
+"""Attributes that old type versions had, wherever the present type has none of that name, and what to do instead."""
+
+
+MEANT_NOTHING: Mapping[str, tuple[int, Mapping[str, Any]]] = {
+    "omni.graph.nodes.ReadPrimAttribute": (3, {"usdTimecode": -1}),
+    "omni.graph.nodes.ReadPrimAttributes": (3, {"usdTimecode": -1}),
+}
+"""By type: the first version in which these values are explicit; older files wrote them for "unset"."""
