@@ -14,14 +14,14 @@ from graph.base.errors import RunError
 from graph.sim.libraries import import_open3d
 
 MAX_SCENES = 500
-"""Each scene opens an Embree device, and the process ends with a crash at about 1011 of them (raycasting facts, 4)."""
+"""Each scene opens an Embree device, and the process ends with a crash at about 1011 of them (`sensors/README.md`)."""
 
 _alive = [0]
 
 SKIN = 2e-4
 """A ray that goes out through a surface within so much of its start, in units of the scene, stood on that surface and
 goes on: a sensor set exactly on its mount sees the world. It is several float32 spacings at 500 from the scene's origin
-(raycasting facts, 5)."""
+(`sensors/README.md`)."""
 
 
 @functools.cache

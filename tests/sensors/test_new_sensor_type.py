@@ -22,6 +22,7 @@ from sensors import AnnotatorType, Channel, Measurement, SensorRuntime, SensorTy
 from sensors.channels import CHANNELS
 from sensors.prim import read_tick_rate
 from sensors.writers import WriterSpec
+from tests.support.places import ROOT
 
 PROBE = "/World/Ball/Probe"
 GROUND = 20.0
@@ -378,3 +379,15 @@ def test_exclude_hides_prims_from_a_sensor_and_refuses_what_is_not_there(app):
 def test_the_enums_of_generic_model_output_are_public():
     assert (sensors.Modality.LIDAR, sensors.CoordsType.SPHERICAL, sensors.ElementFlags.VALID) == (1, 1, 128)
     assert sensors.AuxType.FULL > sensors.AuxType.EXTRA
+
+
+def test_the_example_of_the_readme_measures(app):
+    """At tickRate 20 the first tick is after 12 steps; 15 degC less 0.0065 degC for each metre of height."""
+    sensors.unregister_sensor_type("Thermometer")
+    text = (ROOT / "sensors" / "README.md").read_text(encoding="utf8")
+    exec(text.partition("```python\n")[2].partition("```")[0], {"__name__": "readme"})
+    annotator = rep.get_annotator("Temperature").attach(rep.create_render_product(PROBE))
+    app.play()
+    app.update(steps=3)
+    height = 10 - 9.81 / 240**2 * 12 * 13 / 2
+    assert annotator.get_data() == pytest.approx(15.0 - 0.0065 * height, abs=1e-5)
