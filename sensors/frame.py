@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from graph.sim.transforms import quaternion
+
 from .channels import CHANNELS, AuxLevel
 
 
@@ -28,7 +30,7 @@ class FramePose:
     @property
     def orientation(self) -> np.ndarray:
         """Sensor to world rotation, (4,) float64, quaternion w, x, y, z."""
-        return quaternion_of(self.world_sensor[:3, :3])
+        return quaternion(self.world_sensor[:3, :3])
 
 
 @dataclass(slots=True)
@@ -99,22 +101,3 @@ def spherical(points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     azimuth = np.rad2deg(np.arctan2(y, x)).astype(np.float32)
     elevation = np.rad2deg(np.arctan2(z, level)).astype(np.float32)
     return azimuth, elevation, np.hypot(level, z).astype(np.float32)
-
-
-def quaternion_of(rotation: np.ndarray) -> np.ndarray:
-    """Unit quaternion w, x, y, z (float64, w >= 0) of a rotation matrix, by the largest of its four components."""
-    m = rotation
-    diagonal = np.array([m[0, 0] + m[1, 1] + m[2, 2], m[0, 0], m[1, 1], m[2, 2]])
-    largest = int(np.argmax(diagonal))
-    q = np.empty(4)
-    if largest == 0:
-        q[:] = 1 + diagonal[0], m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]
-    else:
-        i = largest - 1
-        j, k = (i + 1) % 3, (i + 2) % 3
-        q[0] = m[k, j] - m[j, k]
-        q[1 + i] = 1 + m[i, i] - m[j, j] - m[k, k]
-        q[1 + j] = m[j, i] + m[i, j]
-        q[1 + k] = m[k, i] + m[i, k]
-    q /= np.linalg.norm(q)
-    return np.negative(q) if q[0] < 0 else q

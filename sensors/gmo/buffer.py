@@ -11,8 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from graph.sim.transforms import quaternion
 from sensors.channels import CHANNELS, AuxLevel
-from sensors.frame import Frame, quaternion_of
+from sensors.frame import Frame
 
 from .layout import (
     AUX_ARRAYS,
@@ -52,7 +53,7 @@ def pack(frame: Frame) -> np.ndarray:
     header["elementsCoordsType"] = CoordsType[frame.coords]
     header["frameId"], header["timestampNs"] = frame.frame_id, frame.timestamp_ns
     for name, pose in (("frameStart", frame.start), ("frameEnd", frame.end)):
-        w, x, y, z = quaternion_of(pose.world_sensor[:3, :3])
+        w, x, y, z = quaternion(pose.world_sensor[:3, :3])
         header[name] = (pose.timestamp_ns, (x, y, z, w), pose.position_m)
     header["modelToAppTransform"] = np.eye(4)
     if frame.aux_level >= AuxLevel.BASIC:

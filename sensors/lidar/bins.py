@@ -10,7 +10,7 @@ import numpy as np
 
 from graph.base.exact import nanoseconds
 from sensors.motion.history import history_of
-from sensors.motion.slerp import Trajectory
+from sensors.motion.trajectory import Trajectory
 from sensors.raycast.shared import cast_world
 
 from .aim import RayPoses

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from graph.sim.transforms import rigid_part, rotation_matrices
+from graph.sim.transforms import quaternions, rigid_part, rotation_matrices, slerp
 
-from .slerp import Trajectory, quaternions, slerp
+from .trajectory import Trajectory
 
 if TYPE_CHECKING:
     from graph.sim import App

@@ -8,7 +8,7 @@ from pxr import UsdPhysics
 
 from graph.sim import App
 from sensors.lidar.config import EmitterState
-from sensors.motion.slerp import Trajectory, quaternions, slerp
+from sensors.motion.trajectory import Trajectory
 from tests.support.lidar_worlds import add_box, add_lidar, frames_of, rotary, stare, weightless
 
 TIMES = np.linspace(0.0, 0.099, 40)
@@ -285,15 +285,6 @@ def test_stop_and_play_give_the_bytes_of_the_first_play():
     assert first == again
 
 
-def test_slerp_is_shoemakers():
-    turn = np.deg2rad(80.0)
-    first, second = np.array([[1.0, 0, 0, 0]]), np.array([[np.cos(turn / 2), 0, np.sin(turn / 2), 0]])
-
-    quarter = slerp(first, -second, np.array([0.25]))  # -q is the same rotation: the shorter way round
-
-    np.testing.assert_allclose(quarter, [[np.cos(turn / 8), 0, np.sin(turn / 8), 0]], atol=1e-15)
-
-
 def test_a_trajectory_is_constant_outside_what_is_known_and_takes_half_turns():
     poses = np.stack([np.eye(4), np.diag([-1.0, -1.0, 1.0, 1.0])])
     poses[1, 0, 3] = 2.0
@@ -302,4 +293,3 @@ def test_a_trajectory_is_constant_outside_what_is_known_and_takes_half_turns():
     np.testing.assert_allclose(track.positions(np.array([-1.0, 0.25, 3.0]))[:, 0], [0.0, 0.5, 2.0])
     half = track.rotations(np.array([0.5]))[0]
     np.testing.assert_allclose(np.abs(half[:2, :2]), [[0, 1], [1, 0]], atol=1e-12)
-    np.testing.assert_allclose(np.abs(quaternions(poses[:, :3, :3])), [[1, 0, 0, 0], [0, 0, 0, 1]], atol=1e-12)

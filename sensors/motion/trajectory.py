@@ -4,41 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from graph.sim.transforms import rotation_matrices
-
-
-def slerp(first: np.ndarray, second: np.ndarray, share: np.ndarray) -> np.ndarray:
-    """Unit quaternions (n, 4) the `share` (n,) of the way from `first` to `second` (n, 4), the shorter way round.
-
-    Shoemake, "Animating rotation with quaternion curves" (1985). Quaternions that are the same, or nearly so, are
-    interpolated linearly and normalised, which differs by less than 1e-14.
-    """
-    cosine = np.einsum("ij,ij->i", first, second)
-    second = np.where(cosine[:, None] < 0, -second, second)
-    angle = np.arccos(np.minimum(np.abs(cosine), 1.0))
-    sine = np.sin(angle)
-    close = sine < 1e-6
-    scale = np.where(close, 1.0, sine)
-    one = np.where(close, 1.0 - share, np.sin((1.0 - share) * angle) / scale)
-    two = np.where(close, share, np.sin(share * angle) / scale)
-    out = one[:, None] * first + two[:, None] * second
-    return np.asarray(out / np.sqrt(np.einsum("ij,ij->i", out, out))[:, None])
-
-
-def quaternions(rotations: np.ndarray) -> np.ndarray:
-    """Rotations (n, 3, 3) as unit quaternions (n, 4), w, x, y, z; each divided by its largest component (Shepperd)."""
-    m = np.asarray(rotations, np.float64)
-    xx, yy, zz = m[:, 0, 0], m[:, 1, 1], m[:, 2, 2]
-    # The outer product q q^T, four times over: its row with the largest diagonal is q times that component.
-    outer = np.empty((len(m), 4, 4))
-    outer[:, 0, 0], outer[:, 1, 1] = 1 + xx + yy + zz, 1 + xx - yy - zz
-    outer[:, 2, 2], outer[:, 3, 3] = 1 - xx + yy - zz, 1 - xx - yy + zz
-    for i, (j, k) in enumerate(((1, 2), (2, 0), (0, 1))):
-        outer[:, 0, i + 1] = outer[:, i + 1, 0] = m[:, k, j] - m[:, j, k]
-        outer[:, j + 1, k + 1] = outer[:, k + 1, j + 1] = m[:, k, j] + m[:, j, k]
-    largest = np.argmax(np.einsum("nii->ni", outer), axis=1)
-    q = outer[np.arange(len(m)), largest]
-    return np.asarray(q / np.sqrt(np.einsum("ij,ij->i", q, q))[:, None])
+from graph.sim.transforms import quaternions, rotation_matrices, slerp
 
 
 class Trajectory:
