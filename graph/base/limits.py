@@ -31,6 +31,7 @@ class Limit:
 
 
 LIMITS: dict[str, Limit] = {
+    "usd.entries": Limit(50_000_000, "entries", "a table of a binary layer: paths, fields, texts"),
     "recording.record": Limit(64 * MIB, "bytes", "a record or an unpacked chunk of an MCAP recording that is played"),
     "recording.waiting": Limit(1024 * MIB, "bytes", "unpacked chunks of a played recording that overlap in time"),
     "recording.parts": Limit(5_000_000, "parts", "texts and messages in the lists of one played message"),

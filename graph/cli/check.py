@@ -98,10 +98,12 @@ def check(
     parts = build_parts(file, allow=allow, settings=settings, skip_unknown=skip_unknown)
     problems, notes = tuple(parts.problems), tuple(parts.warnings)
     if parts.stage is not None and not problems:
+        from graph.sim.damage import reading
         from graph.sim.physics.read_world import survey
 
         try:
-            notes += tuple(survey(parts.stage, mirrors=parts.mjcf is not None))
+            with reading(file):
+                notes += tuple(survey(parts.stage, mirrors=parts.mjcf is not None))
         except UserError as error:
             problems = tuple(error.problems)
     return Checked(file, parts.spec, problems, notes)

@@ -95,8 +95,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):  # a terminal that cannot show a character gets its escape, no traceback
             stream.reconfigure(errors="backslashreplace")
-    safe_log()
     debug = "--debug" in _options(arguments)
+    safe_log(debug)
     try:
         code = _dispatch(arguments)
         sys.stdout.flush()
@@ -138,6 +138,11 @@ def main(argv: Sequence[str] | None = None) -> int:
         return FAILED
     except Exception as error:
         _trace(debug)
+        if type(error).__module__ == "pxr.Tf":  # of a damaged scene, where nobody expected it
+            from graph.sim.damage import reason_of
+
+            _complain([f"graph: USD cannot make sense of the scene: {reason_of(error)}; repair its files"])
+            return FAILED
         advice = "" if debug else "; run it again with --debug for the traceback, and report it"
         _complain([f"graph: internal error: {type(error).__name__}: {error}{advice}"])
         return FAILED

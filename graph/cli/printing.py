@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import logging
 import sys
+import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
@@ -62,10 +63,16 @@ class SafeFormatter(logging.Formatter):
         return safe_line(super().format(record))
 
 
-def safe_log() -> None:
-    """What is logged and nobody else handles goes to stderr as printable lines."""
+def safe_log(debug: bool = False) -> None:
+    """What is logged and nobody else handles goes to stderr as printable lines.
+
+    Libraries' own warnings (numpy's of overflow and the like) name lines of source, not of the user's file: they are
+    kept quiet unless `debug`. Who computes says what is wrong with a result.
+    """
     if logging.lastResort is not None:
         logging.lastResort.setFormatter(SafeFormatter())
+    if not debug:
+        warnings.simplefilter("ignore")
 
 
 def aligned(rows: Iterable[Sequence[str]]) -> Iterator[str]:

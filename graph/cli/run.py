@@ -253,7 +253,11 @@ def _trace(session: Session, path: Path, cleanup: ExitStack) -> None:
 
 
 def _advance(app: App, updates: int, *, show_progress: bool) -> None:
-    with between_updates() as interrupted, _progress(updates, show_progress) as advance:
+    from graph.sim.damage import reading
+    from graph.sim.scene.stage import scene_name
+
+    damage = reading(scene_name(app.stage), RunError)
+    with damage, between_updates() as interrupted, _progress(updates, show_progress) as advance:
         for _ in range(updates):
             app.update()
             advance()

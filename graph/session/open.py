@@ -94,6 +94,9 @@ def build_parts(
         warnings.append((code, where, message))
 
     if spec is not None:
+        from graph.sim.damage import reading
+
+        scene = str(spec.scene.usd or spec.path)
         with _collecting(problems):
             spec = override_inputs(spec, overrides or {})
             spec = replace(
@@ -102,18 +105,19 @@ def build_parts(
                 fidelity={**spec.fidelity, **(fidelity or {})},
             )
             graphs, spec = compile_file(spec, registry or DEFAULT, skip_unknown=skip_unknown)
-        with _collecting(problems):
+        with _collecting(problems), reading(scene):
             stage, mjcf = build_stage(spec, allow, warn)
         problems += option_problems(spec)
     if spec is not None and stage is not None:
-        problems += stage_problems(stage, spec)
-        scene_lost = any(one.message.startswith(("scene.usd:", "scene.mjcf:")) for one in problems)
-        missing = [] if scene_lost else missing_targets(stage, spec, graphs)
-        if spec.lenient:
-            warnings += [("prim-missing", str(one.mark), one.message) for one in missing]
-        else:
-            problems += [*missing, *unrenderable_cameras(stage, spec, graphs)]
-            problems += [*prims_for_products(stage, spec, graphs), *type_problems(stage, spec, graphs)]
+        with _collecting(problems), reading(scene):
+            problems += stage_problems(stage, spec)
+            scene_lost = any(one.message.startswith(("scene.usd:", "scene.mjcf:")) for one in problems)
+            missing = [] if scene_lost else missing_targets(stage, spec, graphs)
+            if spec.lenient:
+                warnings += [("prim-missing", str(one.mark), one.message) for one in missing]
+            else:
+                problems += [*missing, *unrenderable_cameras(stage, spec, graphs)]
+                problems += [*prims_for_products(stage, spec, graphs), *type_problems(stage, spec, graphs)]
     warnings[:0] = spec.notes if spec else ()
     if not problems:
         warnings += graph_notes(graphs)
@@ -143,6 +147,7 @@ def open_session(
     """
     from graph.evaluate.script_permission import script_problems
     from graph.sim import App
+    from graph.sim.damage import reading
     from graph.sim.timing.wall_clock import RealClock
 
     from .runner import GraphRunner
@@ -161,18 +166,19 @@ def open_session(
         found = [*parts.problems, *([] if parts.spec and parts.spec.lenient else refused)]
         raise UserError(sorted(found, key=_place))
     spec = parts.spec
-    app = App(
-        parts.stage,
-        mjcf=parts.mjcf,
-        physics_hz=spec.clock.physics_hz,
-        loop_hz=spec.clock.loop_hz,
-        experience=spec.clock.experience,
-        parity=spec.clock.parity,
-        settings=spec.settings,
-        fidelity=spec.fidelity,
-        seed=seed,
-        wall_clock=RealClock() if realtime else None,
-    )
+    with reading(str(spec.scene.usd or spec.path)):
+        app = App(
+            parts.stage,
+            mjcf=parts.mjcf,
+            physics_hz=spec.clock.physics_hz,
+            loop_hz=spec.clock.loop_hz,
+            experience=spec.clock.experience,
+            parity=spec.clock.parity,
+            settings=spec.settings,
+            fidelity=spec.fidelity,
+            seed=seed,
+            wall_clock=RealClock() if realtime else None,
+        )
     if app.fidelity.lidar_motion != "frozen":
         from sensors.motion.history import begin_history
 

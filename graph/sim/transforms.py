@@ -146,6 +146,8 @@ def rigid_part(matrix: Floats) -> Floats:
             return np.array([[a, b, c, x], [d, e, f, y], [g, h, i, z], [0.0, 0.0, 0.0, 1.0]])
     out = np.eye(4)
     out[:3, 3] = matrix[:3, 3]
+    if not np.isfinite(matrix).all():  # nothing is nearest; who reads transforms says that it is not finite
+        return np.full((4, 4), np.nan)
     u, _, vt = np.linalg.svd(matrix[:3, :3])
     u[:, 2] *= np.sign(np.linalg.det(u @ vt)) or 1.0
     out[:3, :3] = u @ vt

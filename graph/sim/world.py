@@ -119,9 +119,10 @@ class World:
 
     def build(self) -> None:
         """Builds physics from the stage and binds Fabric to it; on failure the stage is put back."""
+        from .damage import reading
         from .physics import build_physics
         from .scene.live_stage import LiveStage
-        from .scene.stage import StageState
+        from .scene.stage import StageState, scene_name
 
         self._geometry = None
         if self.fabric.enabled != self.fidelity.fabric:
@@ -132,8 +133,11 @@ class World:
         physics = None
         try:
             dt = 1 / self.steps_per_second
-            physics = build_physics(self.stage, dt, self.fidelity, engine=self.engine, warn=self.warn, mjcf=self.mjcf)
-            self.fabric.bind(physics)
+            with reading(scene_name(self.stage)):
+                physics = build_physics(
+                    self.stage, dt, self.fidelity, engine=self.engine, warn=self.warn, mjcf=self.mjcf
+                )
+                self.fabric.bind(physics)
         except BaseException:
             if physics is not None:
                 physics.close()

@@ -52,7 +52,8 @@ def _case(source: Source, name: str, body: Map, test: Map, problems: list[Proble
         else:
             bare = value["value"] if isinstance(value, Map) and set(value) == {"type", "value"} else value
             expected.add(f"{_EXPECTED[prefix]}:{attribute}", at, bare, at)
-    triggers = [one for one in body.get("inputs") or () if _is_execution(body, "inputs", one)]
+    declared = body.get("inputs")
+    triggers = [one for one in (declared if isinstance(declared, Map) else ()) if _is_execution(body, "inputs", one)]
     if triggers and not pulses:
         pulses.add(triggers[0], test.at, [0], test.at)
     expect = Map(test.at)

@@ -32,12 +32,19 @@ TEXT_LIMIT = 64 * 2**20
 @collector_paused()
 def examine(path: Path, name: str, allow: Sequence[Path] = ()) -> Examined:
     """What a USD file says as a graph file, and everything that is wrong with it; see `graph.files.examine`."""
+    from graph.sim.damage import reading
+
     notes: list[Note] = []
     try:
         check_text(path, name)
-        stage = _open(path, name, allow, notes)
+        with reading(name):
+            return _examined(path, name, allow, notes)
     except UserError as error:
         return Examined(None, error.problems)
+
+
+def _examined(path: Path, name: str, allow: Sequence[Path], notes: list[Note]) -> Examined:
+    stage = _open(path, name, allow, notes)
     text = Text(str(path), name)
 
     def mark_of(place: str) -> Mark:

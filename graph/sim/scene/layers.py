@@ -18,9 +18,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from graph.base import limits
 from graph.base.errors import Problem, UserError
 from graph.base.shorten import listed
 
+from .crate import crate_entries
 from .diagnostics import quiet
 from .expressions import Variables, as_key, evaluated, stack_variables
 from .layer_text import MAX_NESTING, MAX_TEXT, SCENE_SUFFIXES, depth, longest_text, may_compose
@@ -282,6 +284,9 @@ def _refused(path: Path, allowed: Sequence[Path], wanted_by: str) -> str | None:
             return (
                 f"{path} is larger than {MAX_TEXT >> 20} MB, the most that is read of USD text{by}. Save it as .usdc."
             )
+        entries = crate_entries(real)
+        if entries > limits.most("usd.entries"):
+            return f"{path} says that it has {entries:,} entries{by}; {limits.allowed('usd.entries')}"
         deep = depth(real) > MAX_NESTING
     except (OSError, RuntimeError, EOFError, zipfile.BadZipFile, zlib.error) as error:
         return f"{path} cannot be read: {error}."

@@ -193,7 +193,7 @@ def _points(context: PrimContext, prim: Any, keys: Keys, name: str, done: set[st
     points = np.array([numbers(point, 3) for point in keys["points"]]).reshape(-1, 3)
     counts, indices = [], []
     for face in keys["faces"]:
-        if len(face) < 3 or any(isinstance(i, bool) or not isinstance(i, int) for i in face):
+        if len(face) < 3 or any(type(i) is not int or i.bit_length() > 62 for i in face):
             raise ValueError(f"the face {face!r} is not a list of 3 or more point numbers")
         counts.append(len(face))
         indices.extend(face)

@@ -235,3 +235,14 @@ def test_a_cycle_is_one_line_whatever_its_types_would_have_been(folder, graph):
         "cycle.yaml:8:19: data goes round in a cycle: a.outputs:sum -> b.inputs:a, b.outputs:sum -> a.inputs:a. "
         "Remove one of these connections, or pass the value on by a variable"
     ]
+
+
+def test_damage_that_usd_finds_as_it_reads_a_value_is_one_line_that_names_the_file(folder, graph):
+    """A translation of an unknown type: USD raises where the transform is computed, after the file was opened."""
+    prim = 'def Cube "A" (prepend apiSchemas = ["PhysicsRigidBodyAPI"])\n{\n'
+    move = 'Nothing xformOp:translate = (0, 0, 2)\nuniform token[] xformOpOrder = ["xformOp:translate"]\n}\n'
+    (folder / "a.usda").write_text('#usda 1.0\n(\nmetersPerUnit = 1\nupAxis = "Z"\n)\n' + prim + move)
+    for command in (("check", "a.usda"), ("run", "a.usda", "--updates", "1")):
+        result = graph(*command)
+        assert result.code == 2
+        assert "a.usda: USD cannot make sense of it: Invalid combination of opType" in result.err

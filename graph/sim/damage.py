@@ -1,0 +1,33 @@
+"""What USD raises about the content of a file, as one line that names the file."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from graph.base.errors import RunError, UserError
+
+
+@contextmanager
+def reading(name: str, failure: type[UserError | RunError] = UserError) -> Iterator[None]:
+    """Turns what USD raises about the content of a file (`name`), whenever it reads it, into one line.
+
+    A binary layer is read value by value as values are asked for, so damage may show anywhere.
+    """
+    from .usd import Tf
+
+    try:
+        yield
+    except (Tf.ErrorException, UnicodeDecodeError) as error:
+        raise failure(f"{name}: USD cannot make sense of it: {reason_of(error)}; repair the file") from error
+
+
+def reason_of(error: Exception) -> str:
+    """What USD says in an exception, without where in its own source it says it."""
+    try:
+        text = str(error.args[0]) if not isinstance(error, UnicodeDecodeError) else "a text in it is not UTF-8"
+    except UnicodeDecodeError:  # the message quotes the file
+        return "a text in it is not UTF-8"
+    said = re.findall(r" in file \S+ : '(.*?)'\s*(?:\n|$)", text, re.DOTALL) or [text]
+    return " ".join(said[0].split()).rstrip(".")

@@ -1,0 +1,104 @@
+"""The sizes that a binary layer (.usdc) states, looked at before USD's reader takes so much memory.
+
+A crate file begins with PXR-USDC, eight bytes of version and the offset of its table of contents: a count, then name
+(16 bytes), start and size of each section. A section begins with numbers of entries, then come packed blocks, each with
+its size before it. FIELDS holds a word for each value: flags, type, and where in the file the value lies (OpenUSD,
+crateFile.cpp and crateDataTypes.h, since version 0.4).
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterator
+from pathlib import Path
+from typing import BinaryIO
+
+_SECTIONS = {
+    b"TOKENS": (2, 1),
+    b"STRINGS": (1, 0),
+    b"FIELDS": (1, 2),
+    b"FIELDSETS": (1, 1),
+    b"PATHS": (2, 3),
+    b"SPECS": (1, 3),
+}
+"""How many numbers of entries and how many packed blocks each section has. TOKENS: the second counts bytes."""
+_SECTION = 32
+"""Bytes of an entry of the table of contents."""
+_ARRAY, _INLINED, _COMPRESSED = 1 << 63, 1 << 62, 1 << 61
+_VECTORS, _LIST_OPS = (31, 40, 41, 45, 48, 49, 50), (32, 33, 34, 35, 36, 37, 38, 39, 54, 55)
+"""Types that begin with a count, and those that begin with a byte of flags and a count."""
+_OLD = b"\0\7\0"
+"""Arrays of files before this version count in 32 bits."""
+
+
+def crate_entries(path: Path) -> int:
+    """The most entries that a table or value of a crate file says it has; 0 for what is no crate file, or too short.
+
+    A table, block or unpacked value that cannot be in the file counts as so many entries as it says.
+    """
+    with path.open("rb") as file:
+        if file.read(8) != b"PXR-USDC":
+            return 0
+        most = 0
+        try:
+            for count in _counts(file, path.stat().st_size):
+                most = max(most, count)
+        except (struct.error, OSError, ValueError):  # USD says what is wrong with it
+            pass
+        return most
+
+
+def _counts(file: BinaryIO, length: int) -> Iterator[int]:
+    version = file.read(8)[:3]
+    file.seek(_number(file))
+    count = _number(file)
+    if count * _SECTION > length:
+        yield count * _SECTION
+        return
+    sections = [struct.unpack("<16sqq", file.read(_SECTION)) for _ in range(count)]
+    for name, start, _ in sections:
+        numbers, blocks = _SECTIONS.get(name.rstrip(b"\0"), (0, 0))
+        file.seek(max(start, 0))
+        entries = [_number(file) for _ in range(numbers)]
+        yield from entries
+        packed = b""
+        for _ in range(blocks if version >= b"\0\4\0" else 0):
+            size = _number(file)
+            if size > length:
+                yield size
+                return
+            packed = file.read(size)
+        if name.startswith(b"FIELDS\0") and packed:
+            yield from _values(file, length, version, packed, entries[0])
+
+
+def _values(file: BinaryIO, length: int, version: bytes, packed: bytes, count: int) -> Iterator[int]:
+    """What the values of all fields say of their sizes."""
+    import numpy as np
+    from lz4.block import LZ4BlockError, decompress
+
+    if packed[0] or count > 255 * len(packed):  # several chunks: larger than any file that is checked in full
+        return
+    try:
+        words = np.frombuffer(decompress(packed[1:], uncompressed_size=count * 8), "<u8")
+    except (LZ4BlockError, MemoryError, OverflowError):
+        return
+    for word in np.unique(words).tolist():
+        kind, place = (word >> 48) & 0xFF, word & (2**48 - 1)
+        if word & _INLINED or not place:
+            continue
+        file.seek(place)
+        if word & _ARRAY:
+            size = _number(file) if version >= _OLD else struct.unpack("<I", file.read(4))[0]
+            if word & _COMPRESSED or size > length:
+                yield size
+        elif kind in _VECTORS or kind in _LIST_OPS:
+            flags = file.read(1)[0] if kind in _LIST_OPS else 2
+            size = _number(file) if flags > 1 else 0
+            if size > length:
+                yield size
+
+
+def _number(file: BinaryIO) -> int:
+    [number] = struct.unpack("<Q", file.read(8))
+    return int(number)

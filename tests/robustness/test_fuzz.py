@@ -1,0 +1,26 @@
+"""A few spoiled files of every kind in each test run; `--fuzz N`, or fuzz.py itself, does more."""
+
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from fuzz import fuzz
+from mutations import spoiled
+
+
+def test_spoiled_files_of_every_kind_end_in_a_line(request):
+    count = request.config.getoption("--fuzz")
+    found = fuzz(seed=request.config.getoption("--fuzz-seed"), first=0, count=count)
+    assert found.failures == []
+    assert found.done == count
+
+
+def test_a_case_is_made_by_its_seed_and_number_alone():
+    from random import Random
+
+    right = b'{"a": [1, 2, {"b": "c"}], "d": null}'
+    for kind in (".json", ".usda", ".mcap"):
+        once, again, other = (spoiled(right, kind, Random(seed)) for seed in ("1:7", "1:7", "1:8"))
+        assert once == again
+        assert once != other or once != right
