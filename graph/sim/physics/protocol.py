@@ -162,8 +162,12 @@ class PhysicsEngine(Protocol):
         """Whether a body can be put somewhere: it is free or kinematic."""
         return path in self.kinematic or self.is_free(path)
 
-    def set_poses(self, paths: Sequence[str], poses: Floats) -> None:
-        """Put free or kinematic bodies at rigid poses (n, 4, 4) [m]. Raises RunError for one held by a joint."""
+    def set_poses(self, paths: Sequence[str], poses: Floats, velocities: Floats | None = None) -> None:
+        """Put free or kinematic bodies at rigid poses (n, 4, 4) [m]. Raises RunError for one held by a joint.
+
+        velocities: (n, 6) of the origins of kinematic bodies that pass through these poses, linear [m/s], then angular
+        [rad/s]: what touches them is carried along. None: they are put there and rest.
+        """
 
     def set_velocities(self, paths: Sequence[str], velocities: Floats) -> None:
         """Set (n, 6) of free bodies' origins: linear [m/s], then angular [rad/s]. Raises RunError for other bodies."""

@@ -97,8 +97,8 @@ class Animation:
         while self._ends:
             self._ends.pop()()
 
-    def set_time(self, time: float) -> None:
-        """Place everything where it is at a time of the timeline [s]."""
+    def set_time(self, time: float, moving: bool = True) -> None:
+        """Place everything where it is at a time of the timeline [s]; moving: whether that time goes on."""
         rate = self._stage.GetTimeCodesPerSecond()
         prims = {path: prim for path, prim in self._prims.items() if prim}
         if not prims:
@@ -110,7 +110,7 @@ class Animation:
         turn = now[:, :3, :3] @ np.swapaxes(before[:, :3, :3], 1, 2)
         speeds[:, 3:] = transforms.rotation_vectors(turn) / SPAN
         self._carry(list(prims), now, speeds)
-        self._give(list(prims), now, speeds)
+        self._give(list(prims), now, speeds, moving)
         self._time = time
 
     def _poses(self, prims: dict[str, Any], code: float) -> Floats:
@@ -155,12 +155,13 @@ class Animation:
             speeds[number, 3:] = frame[:3, :3] @ speeds[number, 3:] + twist[3:]
             poses[number] = frame @ poses[number]
 
-    def _give(self, paths: list[str], poses: Floats, speeds: Floats) -> None:
+    def _give(self, paths: list[str], poses: Floats, speeds: Floats, moving: bool) -> None:
         physics, fabric = self._world.physics, self._world.fabric
         known = frozenset(physics.body_paths) if physics is not None else frozenset[str]()
         if physics is not None:
             inside = [number for number, path in enumerate(paths) if path in known]
-            physics.set_poses([paths[number] for number in inside], poses[inside])
+            motion = speeds[inside] if moving else None
+            physics.set_poses([paths[number] for number in inside], poses[inside], motion)
         frames = {path: pose for path, pose in zip(paths, poses, strict=True) if path not in known}
         fabric.set_frames(frames, dict(zip(paths, speeds, strict=True)))
 
@@ -173,7 +174,7 @@ class Animation:
     def _after_step(self) -> None:
         timeline = self._timeline
         if not self._phases.running:  # a step of its own moves physics, not the timeline
-            self.set_time(float(timeline.current_time))
+            self.set_time(float(timeline.current_time), moving=False)
             return
         clock = self._stepping.clock
         time, start = float(clock.time + 1 / clock.rate) + self._ahead, timeline.get_start_time()

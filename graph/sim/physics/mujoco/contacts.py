@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,9 @@ from graph.sim.transforms import Floats
 
 from .library import mujoco
 from .restitution import Restitution
+
+if TYPE_CHECKING:
+    from .surfaces import Surfaces
 
 SLIDING, RESTING, PATIENCE = 0.02, 0.01, 2
 """Friction at rest ends above the first of these speeds [m/s], seen so many times, and is back below the second."""
@@ -195,6 +198,8 @@ class Contacts:
         self._is_hub = np.zeros(model.ngeom + 1, dtype=np.bool_)  # the last stands for what is no geom
         self._is_hub[hubs] = True
         """Geoms of which one is in every pair, as few as may be: most contacts are between others."""
+        self.surfaces: Surfaces | None = None
+        """Surfaces that move by themselves: their velocities are no sliding."""
         self._slides, self._touching = set[int](), set[int]()
         self._fast: dict[int, int] = {}
         self._clearly = 0.0
@@ -224,7 +229,8 @@ class Contacts:
         rows = np.flatnonzero((self._is_hub[geoms[:, 0]] | self._is_hub[geoms[:, 1]]) & (contact.efc_address >= 0))
         speeds: dict[int, float] = {}
         if len(rows):
-            sliding = self._speeds(data, contact.efc_address[rows], contact.friction[rows]).tolist()
+            own = self.surfaces.own[rows, 1:3] if self.surfaces is not None and len(self.surfaces.own) else None
+            sliding = self._speeds(data, contact.efc_address[rows], contact.friction[rows], own).tolist()
             for (one, other), speed in zip(geoms[rows].tolist(), sliding, strict=True):
                 number = self._number.get((one, other) if one < other else (other, one))
                 if number is not None:
@@ -243,14 +249,14 @@ class Contacts:
             (self._slides.add if slides else self._slides.discard)(number)
             self._model.pair_friction[self._pairs[number], :2] = self._friction[number, int(slides)]
 
-    def _speeds(self, data: Any, rows: NDArray[np.integer[Any]], friction: Floats) -> Floats:
-        """Of sliding at contacts [m/s]."""
-        velocity = data.efc_vel
+    def _speeds(self, data: Any, rows: NDArray[np.integer[Any]], friction: Floats, own: Floats | None = None) -> Floats:
+        """Of sliding at contacts [m/s]; own: (n, 2) of surfaces that move by themselves."""
+        velocity, (a, b) = data.efc_vel, (0.0, 0.0) if own is None else own.T
         if self._model.opt.cone == mujoco.mjtCone.mjCONE_ELLIPTIC:
-            out: Floats = np.hypot(velocity[rows + 1], velocity[rows + 2])
+            out: Floats = np.hypot(velocity[rows + 1] - a, velocity[rows + 2] - b)
             return out
         # a pyramid's edges are the normal velocity + and - friction times that of sliding
         u = (velocity[rows] - velocity[rows + 1]) / (2 * np.maximum(friction[:, 0], 1e-9))
         v = (velocity[rows + 2] - velocity[rows + 3]) / (2 * np.maximum(friction[:, 1], 1e-9))
-        out = np.hypot(u, v)
+        out = np.hypot(u - a, v - b)
         return out

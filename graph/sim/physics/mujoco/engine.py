@@ -68,6 +68,7 @@ class MujocoEngine(PhysicsEngine):
         self.joints = compiled.joints
         self._index = {path: number for number, path in enumerate(self.body_paths)}
         self._counters = memoryview(self.data.warning.number)
+        self._warn = warn
         self._monitor = Monitor(self, warn)
         bodies = slice(1, 1 + len(self.body_paths))
         self._positions: Floats = self.data.xpos[bodies]
@@ -228,9 +229,11 @@ class MujocoEngine(PhysicsEngine):
         """Whether a body is free, or one that only users move."""
         return bool(self.model.body_mocapid[self.number(path)] >= 0) or self.is_free(path)
 
-    def set_poses(self, paths: Sequence[str], poses: Floats) -> None:
-        """Put free or kinematic bodies at rigid poses (n, 4, 4) [m]."""
+    def set_poses(self, paths: Sequence[str], poses: Floats, velocities: Floats | None = None) -> None:
+        """Put free or kinematic bodies at rigid poses (n, 4, 4) [m], in motion or not; see `PhysicsEngine`."""
         model, data = self.model, self.data
+        if self._surfaces is not None or (velocities is not None and velocities.any()):
+            self.surfaces.set_velocities([self.number(path) for path in paths], velocities)
         for path, pose in zip(paths, poses, strict=True):
             body = self.number(path)
             quaternion = transforms.quaternion(pose[:3, :3])
@@ -327,7 +330,10 @@ class MujocoEngine(PhysicsEngine):
     def surfaces(self) -> Surfaces:
         """Surfaces that move by themselves, such as belts."""
         if self._surfaces is None:
-            self._surfaces = Surfaces(self)
+            self._surfaces = Surfaces(self, self._warn)
+            self.friction.surfaces = self._surfaces
+            if self._bounces is not None:
+                self._bounces.surfaces = self._surfaces
         return self._surfaces
 
     def set_surface_velocity(self, path: str, pose: Floats, velocity: Floats, turn: Floats) -> bool:

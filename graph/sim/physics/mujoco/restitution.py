@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,9 @@ from numpy.typing import NDArray
 from graph.sim.transforms import Floats
 
 from .library import mujoco
+
+if TYPE_CHECKING:
+    from .surfaces import Surfaces
 
 SLOWEST = 0.05
 """Slower impacts [m/s], or such as gravity alone makes in two steps, do not bounce."""
@@ -47,6 +50,8 @@ class Bounces:
     def __init__(self, model: Any, restitution: Restitution) -> None:
         self._model = model
         self._before: Floats = np.zeros(model.nv)
+        self.surfaces: Surfaces | None = None
+        """Where surfaces move by themselves, their share of the speeds at contacts."""
         count = len(restitution.shares)
         self._shares: Floats = np.zeros((count + 1, count + 1))  # the last class: what has no material of ours
         self._shares[:count, :count] = restitution.shares
@@ -70,8 +75,9 @@ class Bounces:
         model = self._model
         if model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4:  # whose last stage it is that the engine leaves
             speed = -np.array([self._row(data, int(index)) @ self._before for index in could])
+            speed += self._own(could)
         else:
-            speed = -self._normal_speeds(data, rows[could], contact.dim[could])
+            speed = self._own(could) - self._normal_speeds(data, rows[could], contact.dim[could])
         least = max(SLOWEST, 2 * model.opt.timestep * float(np.linalg.norm(model.opt.gravity)))
         if not (speed > least).any():
             return
@@ -79,6 +85,13 @@ class Bounces:
         pair = contact.geom[could, 0].astype(np.int64) * (model.ngeom + 1) + contact.geom[could, 1]
         hit = np.isin(pair, pair[speed > least])
         self._turn_round(data, could[hit], share[could[hit]] * np.maximum(speed[hit], 0.0))
+
+    def _own(self, which: NDArray[np.intp]) -> Floats:
+        """(n,) how fast the surfaces of contacts approach each other by themselves [m/s], see `Surfaces.own`."""
+        if self.surfaces is None or not len(self.surfaces.own):
+            return np.zeros(len(which))
+        out: Floats = self.surfaces.own[which, 0]
+        return out
 
     def _normal_speeds(self, data: Any, rows: NDArray[np.integer[Any]], dims: NDArray[np.integer[Any]]) -> Floats:
         """Of the surfaces away from each other when the step began [m/s]; of two edges of a pyramid the mean."""
@@ -96,7 +109,7 @@ class Bounces:
         mujoco.mj_fullM(model, data, mass)
         spread = np.linalg.solve(mass, normal.T)
         inverse = normal @ spread
-        missing = wanted - normal @ data.qvel
+        missing = wanted + self._own(which) - normal @ data.qvel
         impulses = np.zeros(len(which))
         for _ in range(SWEEPS):
             for number in range(len(which)):

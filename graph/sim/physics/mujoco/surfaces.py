@@ -1,13 +1,18 @@
-"""Surfaces that move under what lies on them, such as the belt of a conveyor, while their bodies stay.
+"""Surfaces that move under what lies on them: belts, whose bodies stay, and kinematic bodies, which users move.
 
-Friction acts on the velocity of the two surfaces relative to each other. Where one of them moves by itself, that
-velocity is added before the engine solves for the forces; nothing else changes, so that friction limits, weights and
-reactions are those of any other contact. The integrator `discrete` forms that velocity anew after all callbacks, so
-that a world with moving surfaces is stepped with `implicitfast` instead.
+MuJoCo takes both to be at rest. Friction and contact act on the velocity of two surfaces relative to each other; where
+one of them moves by itself, that velocity is added before the engine solves for the forces. Nothing else changes, so
+that friction limits, weights and reactions are those of any other contact. A belt moves along itself only, a kinematic
+body in every direction.
+
+The integrator `discrete` forms that velocity again after all callbacks. A world with belts is stepped with
+`implicitfast` instead. Under kinematic bodies it stays, for the sake of stiff drives: they then lift and push, which is
+written as an equal depth of contact, and carry nothing sideways (warning `kinematic-not-carrying`).
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graph.sim import transforms
+from graph.sim.scene.stage import Warn
 from graph.sim.transforms import Floats
 
 from .library import mujoco
@@ -40,11 +46,21 @@ class Belt:
         return out
 
 
-class Surfaces:
-    """The moving surfaces of a world, by the path of the prim whose colliders they are."""
+SLIPS = 0.02
+"""Kinematic bodies that are said to carry nothing slide past what they touch at more than this [m/s]."""
 
-    def __init__(self, physics: MujocoEngine) -> None:
-        self._physics, self._model = physics, physics.model
+
+class Surfaces:
+    """The moving surfaces of a world: belts by the path of the prim whose colliders they are, bodies by number."""
+
+    def __init__(self, physics: MujocoEngine, warn: Warn) -> None:
+        self._physics, self._model, self._warn = physics, physics.model, warn
+        self._twists: Floats = np.zeros((physics.model.nbody, 6))
+        """Of kinematic bodies' origins: linear [m/s], then angular [rad/s], world axes."""
+        self._moves: NDArray[np.bool_] = np.zeros(physics.model.nbody, dtype=np.bool_)
+        self.own: Floats = np.zeros((0, 6))
+        """(ncon, 6) at each contact of the last step the first surface's own velocity less that of the second: along
+        the normal, sideways, and the turning about them [m/s, rad/s]; no rows where nothing moved by itself."""
         self._belts: dict[str, Belt] = {}
         self._names = [physics.model.geom(number).name.rpartition("#")[0] for number in range(physics.model.ngeom)]
         self._of_geom: NDArray[np.intp] = np.full(physics.model.ngeom, -1, dtype=np.intp)
@@ -69,6 +85,13 @@ class Surfaces:
         self._of_geom[geoms] = -1
         self._find_geoms()
         return bool(self._belts) and self._leave_discrete()
+
+    def set_velocities(self, bodies: Sequence[int], velocities: Floats | None) -> None:
+        """Have kinematic bodies move with (n, 6) of their origins, [m/s] and [rad/s] along world axes; None: rest."""
+        rows = [(row, body) for row, body in enumerate(bodies) if self._model.body_mocapid[body] >= 0]
+        for row, body in rows:
+            self._twists[body] = 0.0 if velocities is None else velocities[row]
+            self._moves[body] = self._twists[body].any()
 
     def take_over(self, old: Surfaces, numbers: dict[int, int]) -> None:
         """Go on with the motions of another model's surfaces; `numbers`: its bodies' numbers in this model."""
@@ -103,7 +126,8 @@ class Surfaces:
 
     def step(self, data: Any) -> None:
         """One step of the engine."""
-        if not self._belts:
+        self.own = np.zeros((0, 6))
+        if not self._belts and not self._moves.any():
             mujoco.mj_step(self._model, data)
             return
         previous = mujoco.get_mjcb_control()
@@ -118,24 +142,70 @@ class Surfaces:
         if not data.ncon or model._address != self._model._address:  # the callback is the whole process's
             return
         contacts = data.contact
-        belts = np.where(contacts.geom >= 0, self._of_geom[contacts.geom], -1)  # a deformable is no geom
-        active = ((belts >= 0).any(axis=1) & (contacts.dim > 1) & (contacts.efc_address >= 0)).nonzero()[0]
-        if not len(active):
-            return
-        aim, gains = data.efc_aref, data.efc_KBIP[:, 1]
-        moves = list(self._belts.values())
-        for index in active:
-            row, point = contacts.efc_address[index], contacts.pos[index]
-            relative = np.zeros(3)
-            for side, sign in ((0, 1.0), (1, -1.0)):
-                if belts[index, side] >= 0:
-                    relative += sign * moves[belts[index, side]].at(data, point[None])[0]
-            along = contacts.frame[index].reshape(3, 3)[1:] @ relative
-            if model.opt.cone == mujoco.mjtCone.mjCONE_ELLIPTIC:
-                aim[row + 1 : row + 3] += gains[row + 1 : row + 3] * along
-                continue
-            for direction in (0, 1):  # a pyramid's edges come in pairs: normal + friction, normal - friction
-                edge = row + 2 * direction
-                change = contacts.friction[index, direction] * along[direction]
-                aim[edge] += gains[edge] * change
-                aim[edge + 1] -= gains[edge + 1] * change
+        geoms = contacts.geom
+        belts = np.where(geoms >= 0, self._of_geom[geoms], -1)  # a deformable is no geom
+        moving = (geoms >= 0) & self._moves[model.geom_bodyid[geoms]]
+        touches = contacts.efc_address >= 0
+        active = (((belts >= 0).any(axis=1) & (contacts.dim > 1)) | moving.any(axis=1)) & touches
+        self.own = np.zeros((data.ncon, 6))
+        for index in active.nonzero()[0]:
+            along = self._belts_at(data, index, belts[index]) + self._bodies_at(data, index, moving[index])
+            self.own[index] = along
+            if model.opt.integrator == mujoco.mjtIntegrator.mjINT_DISCRETE:
+                self._deepen(data, index, along)
+            else:
+                self._aim(data, index, along)
+
+    def _belts_at(self, data: Any, index: int, belts: NDArray[np.intp]) -> Floats:
+        """(6,) velocity of the first surface less that of the second at a contact: normal, sideways, turning."""
+        moves, relative = list(self._belts.values()), np.zeros(3)
+        for side, sign in ((0, 1.0), (1, -1.0)):
+            if belts[side] >= 0:
+                relative += sign * moves[belts[side]].at(data, data.contact.pos[index][None])[0]
+        out = np.zeros(6)
+        out[1:3] = data.contact.frame[index].reshape(3, 3)[1:] @ relative
+        return out
+
+    def _bodies_at(self, data: Any, index: int, moving: NDArray[np.bool_]) -> Floats:
+        """The same of kinematic bodies."""
+        relative = np.zeros(6)
+        for side, sign in ((0, 1.0), (1, -1.0)):
+            if moving[side]:
+                body = self._model.geom_bodyid[data.contact.geom[index, side]]
+                twist = self._twists[body]
+                relative[:3] += sign * (twist[:3] + np.cross(twist[3:], data.contact.pos[index] - data.xpos[body]))
+                relative[3:] += sign * twist[3:]
+        frame = data.contact.frame[index].reshape(3, 3)
+        return np.concatenate([frame @ relative[:3], frame @ relative[3:]])
+
+    def _aim(self, data: Any, index: int, along: Floats) -> None:
+        """Have the constraints of a contact bring the surfaces' own velocity to rest too."""
+        contacts, aim, gains = data.contact, data.efc_aref, data.efc_KBIP[:, 1]
+        row, count = contacts.efc_address[index], int(contacts.dim[index])
+        if count == 1 or self._model.opt.cone == mujoco.mjtCone.mjCONE_ELLIPTIC:
+            rows = slice(row, row + count)
+            change = along[:count]
+        else:  # a pyramid's edges come in pairs: normal + friction, normal - friction
+            rows = slice(row, row + 2 * (count - 1))
+            sides = contacts.friction[index, : count - 1] * along[1:count]
+            change = np.stack([along[0] + sides, along[0] - sides], axis=1).ravel()
+        aim[rows] += gains[rows] * change
+
+    def _deepen(self, data: Any, index: int, along: Floats) -> None:
+        """The same along the normal alone, as depth: what `discrete` does not form again."""
+        contacts, dt = data.contact, self._model.opt.timestep
+        row, count = contacts.efc_address[index], int(contacts.dim[index])
+        elliptic = count == 1 or self._model.opt.cone == mujoco.mjtCone.mjCONE_ELLIPTIC
+        rows = slice(row, row + 1) if elliptic else slice(row, row + 2 * (count - 1))
+        stiffness, damping = data.efc_KBIP[rows, 0] * data.efc_KBIP[rows, 2], data.efc_KBIP[rows, 1]
+        known = stiffness > 0
+        data.efc_pos[rows][known] -= along[0] * (dt + damping[known] / stiffness[known])
+        if count > 1 and np.hypot(along[1], along[2]) > SLIPS:
+            sides = [self._model.geom_bodyid[geom] for geom in contacts.geom[index] if geom >= 0]
+            carrier = next(body for body in sides if self._moves[body])
+            self._warn(
+                "kinematic-not-carrying",
+                self._physics.body_name(int(carrier)),
+                "it moves sideways under a body, and the integrator discrete does not carry that along; set "
+                "physics.integrator to implicitfast.",
+            )

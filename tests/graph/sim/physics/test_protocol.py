@@ -81,7 +81,7 @@ class ConstantVelocity(PhysicsEngine):
     def _rows(self, paths):
         return [self.body_paths.index(path) for path in paths]
 
-    def set_poses(self, paths, poses):
+    def set_poses(self, paths, poses, velocities=None):
         self._positions[self._rows(paths)] = poses[:, :3, 3]
 
     def set_velocities(self, paths, velocities):
