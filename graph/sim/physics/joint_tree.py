@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -115,7 +116,15 @@ def _needs_axes(joint: Joint) -> bool:
     """Whether only coordinates of its own can do what a joint does."""
     several = joint.kind == "prismatic" or (joint.kind == "d6" and joint.singles[0].kind == "prismatic")
     return several or any(
-        single.limited or single.drive or single.friction or single.armature for single in joint.singles
+        single.limited
+        or single.drive
+        or single.friction
+        or single.armature
+        or single.damping
+        or math.isfinite(single.max_speed)
+        or single.initial_position is not None
+        or single.initial_velocity is not None
+        for single in joint.singles
     )
 
 

@@ -88,6 +88,8 @@ class Body:
     """Gravity does not act on it."""
     damping: tuple[float, float] = (0.0, 0.0)
     """Share of the linear and of the angular velocity that is lost per second, where it is free [1/s]."""
+    max_speed: tuple[float, float] = (math.inf, math.inf)
+    """It never goes nor turns faster, where it is free: its centre of mass [m/s], [rad/s]."""
     asleep: bool = False
     """It starts asleep: it does not move until something that moves touches it."""
     name: str = ""
@@ -121,7 +123,9 @@ class Joint:
     axis: 0, 1, 2 for the X, Y, Z of both frames. lower, upper, start: of the second body relative to the first; of a
     distance joint, the distance between the two frames' origins. cone: how far the axis of a spherical joint may swing
     [rad]. dofs: the free axes of a joint of kind d6 as joints of one axis each, in the order in which they follow the
-    first frame. armature: inertia that the joint adds [kg or kg m2]; friction: dry friction in it [N or N m].
+    first frame. armature: inertia that the joint adds [kg or kg m2]; friction: dry friction in it [N or N m]; damping:
+    force against its velocity [N s/m or N m s/rad]; max_speed: it never goes faster [m/s or rad/s]; initial_position,
+    initial_velocity: where and how fast it starts, where that is not as its bodies are placed and move.
     """
 
     path: str
@@ -139,6 +143,10 @@ class Joint:
     dofs: tuple[Joint, ...] = ()
     armature: float = 0.0
     friction: float = 0.0
+    damping: float = 0.0
+    max_speed: float = math.inf
+    initial_position: float | None = None
+    initial_velocity: float | None = None
     name: str = ""
     """What the engine's model calls it, where that is not its path."""
 

@@ -15,8 +15,16 @@ from .model import Drive
 STIFFEST = 1e30
 """Gains and targets above are not numbers that an engine can work with: infinite, or PhysX's word for it, 3.4e38."""
 
-_ARMATURE = ("physxJoint:armature", "newton:armature", "mjc:armature")
-_FRICTION = ("newton:friction", "mjc:frictionloss")
+_EFFORTS = {
+    "armature": ("physxJointAxis:*:armature", "physxJoint:armature", "newton:armature", "mjc:armature"),
+    "friction": (
+        *("physxJointAxis:*:dynamicFrictionEffort", "physxJoint:jointFriction"),
+        *("newton:friction", "mjc:frictionloss"),
+    ),
+    "damping": ("physxJointAxis:*:viscousFrictionCoefficient", "newton:damping", "mjc:damping"),
+    "max_speed": ("physxJointAxis:*:maxJointVelocity", "physxJoint:maxJointVelocity", "newton:velocityLimit"),
+}
+"""Attributes of what a joint has by itself, the first that is authored counts; `*` stands for its axis."""
 
 
 def drive_of(scan: Scan, prim: JointPrim, name: str, warn: Warn) -> Drive | None:
@@ -53,20 +61,42 @@ def drive_of(scan: Scan, prim: JointPrim, name: str, warn: Warn) -> Drive | None
     )
 
 
-def efforts_of(scan: Scan, prim: JointPrim, angular: bool, warn: Warn) -> dict[str, Any]:
-    """armature and friction of a joint, as PhysxJointAPI, Newton and MuJoCo write them."""
+def efforts_of(scan: Scan, prim: JointPrim, name: str, warn: Warn) -> dict[str, Any]:
+    """What an axis ("angular", "linear", "rotX" ...) has by itself, as PhysX, Newton and MuJoCo write it: `Joint`'s
+    armature, friction, damping, max_speed, initial_position and initial_velocity.
+    """
+    angular = name == "angular" or name.startswith("rot")
     length, mass = scan.meters_per_unit, kilograms_per_unit(scan.stage)
+    effort = mass * length * (length if angular else 1.0)
+    step = math.pi / 180 if angular else length
     units = {
         "armature": mass * (length**2 if angular else 1.0),
-        "friction": mass * length * (length if angular else 1.0),
+        "friction": effort,
+        "damping": effort / step,
+        "max_speed": step,
     }
     out = {}
-    for key, names in (("armature", _ARMATURE), ("friction", _FRICTION)):
-        found = next(((name, value) for name in names if (value := value_of(prim.prim, name)) is not None), None)
-        if found is None:
-            continue
-        if not math.isfinite(found[1]) or found[1] < 0:
-            warn("bad-joint", prim.path, f"{found[0]} is {found[1]:g}, not a number from 0; 0 is taken.")
-        else:
-            out[key] = float(found[1]) * units[key]
+    for key, names in _EFFORTS.items():
+        for pattern in names:
+            attribute = pattern.replace("*", name)
+            value = value_of(prim.prim, attribute)
+            if value is None:
+                continue
+            if math.isnan(value) or value < 0 or (math.isinf(value) and key != "max_speed"):
+                text = f"{attribute} is {value:g}, not a number from 0; it counts as not written."
+                warn("bad-joint", f"{prim.path}.{attribute}", text)
+                continue
+            if not value and key != "max_speed":  # PhysX's way not to say anything
+                continue
+            unit = units[key] if attribute != "mjc:damping" else effort if angular else effort / length
+            out[key] = float(value) * unit
+            break
+    for key, what in (("initial_position", "position"), ("initial_velocity", "velocity")):
+        attribute = f"state:{name}:physics:{what}"
+        value = value_of(prim.prim, attribute)
+        if value is not None and math.isfinite(value):
+            out[key] = float(value) * step
+        elif value is not None:
+            text = f"{attribute} is {value:g}, not finite; the joint starts where its bodies are."
+            warn("bad-joint", f"{prim.path}.{attribute}", text)
     return out

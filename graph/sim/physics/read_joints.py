@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -38,7 +38,23 @@ _NAMED += ("PhysicsSphericalJoint", "PhysicsDistanceJoint")
 def read_joints(scan: Scan, warn: Warn, known: Mapping[str, Joint]) -> tuple[Joint, ...]:
     """Joints with at least one body that can move; the others have nothing to do. `known` ones are not read again."""
     found = (known.get(prim.path) or _joint(scan, prim, warn) for prim in scan.joints)
-    return tuple(joint for joint in found if joint)
+    out = tuple(joint for joint in found if joint)
+    _say_friction(scan, out, warn)
+    return out
+
+
+def _say_friction(scan: Scan, joints: Sequence[Joint], warn: Warn) -> None:
+    """PhysX's coefficient has no unit: it multiplies the load of the joint."""
+    name, paths = "physxJoint:jointFriction", {joint.path for joint in joints}
+    loaded = [prim.path for prim in scan.joints if prim.path in paths and value_of(prim.prim, name)]
+    if loaded:
+        others = f" ({len(loaded)} joints)" if len(loaded) > 1 else ""
+        warn(
+            "joint-friction-effort",
+            f"{loaded[0]}.{name}",
+            f"it is taken as dry friction in N or N m, whatever the joint carries{others}; PhysX multiplies it by the "
+            "joint's load. Write newton:friction to mean an effort.",
+        )
 
 
 def _joint(scan: Scan, prim: JointPrim, warn: Warn) -> Joint | None:
@@ -111,7 +127,7 @@ def _single(scan: Scan, prim: JointPrim, joint: Joint, warn: Warn) -> Joint:
         upper=upper,
         start=start,
         drive=drive_of(scan, prim, "angular" if angular else "linear", warn),
-        **efforts_of(scan, prim, angular, warn),
+        **efforts_of(scan, prim, "angular" if angular else "linear", warn),
     )
 
 
@@ -162,7 +178,7 @@ def _d6(scan: Scan, prim: JointPrim, joint: Joint, warn: Warn) -> Joint:
             if lower >= upper:
                 continue
         drive = drive_of(scan, prim, name, warn)
-        axes.append(Axis(number, lower, upper, drive, efforts_of(scan, prim, number >= 3, warn)))
+        axes.append(Axis(number, lower, upper, drive, efforts_of(scan, prim, name, warn)))
     if prim.prim.HasAPI(UsdPhysics.LimitAPI, "distance"):
         warn("joint-not-supported", prim.path, "its limit of the distance has no effect; use a PhysicsDistanceJoint.")
     if not axes:

@@ -151,6 +151,7 @@ def _body(scan: Scan, prim: BodyPrim, warn: Warn) -> Body:
         angular_velocity=turned @ np.radians(_speed(rigid.GetAngularVelocityAttr(), prim.path, warn)),
         weightless=bool(value_of(prim.prim, "physxRigidBody:disableGravity")),
         damping=(_share(prim, "linear", warn), _share(prim, "angular", warn)),
+        max_speed=_max_speed(prim, unit, warn),
         asleep=bool(rigid.GetStartsAsleepAttr().Get(EARLIEST)),
         name=prim.given,
     )
@@ -172,6 +173,18 @@ def _share(prim: BodyPrim, kind: str, warn: Warn) -> float:
         return float(value or 0.0)
     warn("bad-damping", prim.path, f"{name} is {value:g}, not a number from 0; there is none.")
     return 0.0
+
+
+def _max_speed(prim: BodyPrim, unit: float, warn: Warn) -> tuple[float, float]:
+    """Of a body [m/s], [rad/s]."""
+    out = []
+    for kind, factor in (("Linear", unit), ("Angular", math.pi / 180)):
+        name = f"physxRigidBody:max{kind}Velocity"
+        value = value_of(prim.prim, name)
+        if value is not None and not value >= 0:
+            warn("bad-velocity", f"{prim.path}.{name}", f"{name} is {value:g}, not a number from 0; there is no limit.")
+        out.append(math.inf if value is None or not value >= 0 else float(value) * factor)
+    return out[0], out[1]
 
 
 def _parent_rotation(scan: Scan, prim: Any) -> Floats:

@@ -64,6 +64,7 @@ SIMULATED: Mapping[str, tuple[str, ...]] = {
         ("body",),
         *("physics:rigidBodyEnabled", "physics:kinematicEnabled", "physics:startsAsleep", "physics:angularVelocity"),
         *("physxRigidBody:linearDamping", "physxRigidBody:angularDamping", "physxRigidBody:disableGravity"),
+        *("physxRigidBody:maxLinearVelocity", "physxRigidBody:maxAngularVelocity"),
     ),
     **_on(("body", "soft"), "physics:velocity"),
     **_on(("body", "collider", "soft"), "physics:simulationOwner", "physics:mass"),
@@ -109,6 +110,10 @@ SIMULATED: Mapping[str, tuple[str, ...]] = {
         *("drive:*:physics:type", "drive:*:physics:stiffness", "drive:*:physics:damping", "drive:*:physics:maxForce"),
         *("drive:*:physics:targetPosition", "drive:*:physics:targetVelocity"),
         *("physxJoint:armature", "newton:armature", "newton:friction", "mjc:armature", "mjc:frictionloss"),
+        *("physxJointAxis:*:armature", "physxJointAxis:*:dynamicFrictionEffort", "physxJointAxis:*:maxJointVelocity"),
+        *("physxJointAxis:*:viscousFrictionCoefficient", "physxJoint:jointFriction", "physxJoint:maxJointVelocity"),
+        *("newton:damping", "newton:velocityLimit", "mjc:damping"),
+        *("state:*:physics:position", "state:*:physics:velocity"),
         *("newton:mimicEnabled", "newton:mimicJoint", "newton:mimicCoef0", "newton:mimicCoef1"),
         *("physxMimicJoint:*:gearing", "physxMimicJoint:*:offset", "physxMimicJoint:*:referenceJoint"),
         "physxMimicJoint:*:referenceJointAxis",
@@ -243,9 +248,8 @@ STORED: tuple[Stored, ...] = (
     ),
     Stored(
         "bodies are free in all six directions and as fast as forces make them; use joints and damping",
-        ("physxRigidBody:locked*", "physxRigidBody:max*Velocity"),
+        ("physxRigidBody:locked*",),
     ),
-    Stored("joints start where the bodies are; place the bodies", ("state:*",)),
     Stored("what spins always precesses; nothing is to be done", ("physxRigidBody:enableGyroscopicForces",)),
     Stored(
         "kinematic bodies and what stands still do not meet; make one of them a body that forces move",
@@ -279,11 +283,11 @@ STORED: tuple[Stored, ...] = (
         ("physxMimicJoint:*:naturalFrequency", "physxMimicJoint:*:dampingRatio"),
     ),
     Stored(
-        "joints have inertia (armature), dry friction and drives only; use a drive with a damping or a stiffness",
+        "joints have inertia (armature), dry and viscous friction, a top speed and a drive; use the drive for a spring",
         (
-            *("mjc:stiffness", "mjc:damping", "mjc:springref", "mjc:springdamper", "mjc:actuatorfrc*", "mjc:ref"),
-            *("mjc:actuatorgravcomp", "mjc:solreffriction", "mjc:solimpfriction", "newton:damping"),
-            *("newton:velocityLimit", "physxJoint:*", "physxJointAxis:*", "newton:jointsAddMobility"),
+            *("mjc:stiffness", "mjc:springref", "mjc:springdamper", "mjc:actuatorfrc*", "mjc:ref"),
+            *("mjc:actuatorgravcomp", "mjc:solreffriction", "mjc:solimpfriction"),
+            *("physxJoint:*", "physxJointAxis:*", "newton:jointsAddMobility"),
         ),
     ),
     Stored(

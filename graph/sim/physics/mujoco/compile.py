@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from fractions import Fraction
@@ -11,6 +12,7 @@ import numpy as np
 
 from graph.base.errors import UserError
 from graph.sim import transforms
+from graph.sim.physics.authored_settings import StoredSettings
 from graph.sim.physics.filters import bits
 from graph.sim.physics.joint_tree import Forest, grow_forest
 from graph.sim.physics.mass_properties import Inertia, body_inertia
@@ -142,6 +144,7 @@ def compile_world(
     model = compiled(spec)
     bodies = tuple(branch.body for branch in forest.branches)
     _damp(model, bodies)
+    _say_held(model, bodies, warn)
     if base is not None:
         known = {body.model_name: body for body in (*base.bodies, *bodies)}
         order = (model.body(number).name for number in range(1, model.nbody))
@@ -272,9 +275,30 @@ def _damp(model: Any, bodies: Iterable[Body]) -> None:
         if not any(body.damping):
             continue
         number = model.body(body.model_name).id
-        joint = model.body_jntadr[number]
-        if joint < 0 or model.jnt_type[joint] != mujoco.mjtJoint.mjJNT_FREE:
+        if not _is_free(model, number):
             continue
-        first = model.jnt_dofadr[joint]
+        first = model.jnt_dofadr[model.body_jntadr[number]]
         model.dof_damping[first : first + 3] = body.damping[0] * model.body_mass[number]
         model.dof_damping[first + 3 : first + 6] = body.damping[1] * model.dof_M0[first + 3 : first + 6]
+
+
+def _say_held(model: Any, bodies: Iterable[Body], warn: Warn) -> None:
+    """Damping and limits of speed count on free bodies; what hangs by a joint has those of the joint."""
+    held = StoredSettings()
+    for body in bodies:
+        if body.kinematic or _is_free(model, model.body(body.model_name).id):
+            continue
+        for kind, damping, most in zip(("linear", "angular"), body.damping, body.max_speed, strict=True):
+            if damping:
+                name = f"physxRigidBody:{kind}Damping"
+                held.add(body.path, name, "a joint holds this body; set newton:damping on the joint")
+            if most < math.inf:
+                name = f"physxRigidBody:max{kind.capitalize()}Velocity"
+                held.add(body.path, name, "a joint holds this body; set physxJoint:maxJointVelocity on the joint")
+    held.tell(warn)
+
+
+def _is_free(model: Any, body: int) -> bool:
+    """Whether a body moves in all six directions."""
+    joint = model.body_jntadr[body]
+    return bool(joint >= 0 and model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE)

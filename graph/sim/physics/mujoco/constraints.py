@@ -44,6 +44,7 @@ def _add_single(handle: Any, joint: Joint, backwards: bool, degrees: bool) -> No
     made = handle.add_joint(name=joint.path, type=_KINDS[joint.kind], pos=frame[:3, 3])
     made.armature = joint.armature
     made.frictionloss = joint.friction
+    made.damping[0] = joint.damping
     if joint.kind == "spherical":
         return
     made.axis = frame[:3, joint.axis] * (-1.0 if backwards else 1.0)

@@ -30,6 +30,7 @@ from .monitor import Monitor
 from .motors import Motors
 from .restitution import Bounces
 from .snapshot import Motion, MujocoSnapshot
+from .speed_limits import SpeedLimits
 from .surfaces import Surfaces
 
 if TYPE_CHECKING:
@@ -89,6 +90,7 @@ class MujocoEngine(PhysicsEngine):
             from graph.sim.mjcf.flexes import Flexes
 
             self.deformables = Flexes(self, compiled.flexes, self.deformables)
+        self._speeds = SpeedLimits(self.model, compiled)
         self._after_step = tuple(self._followers())
         self.motors = Motors(self) if self.model.nactuator > len(self.drives.joints) else None
         self.set_dt(self.dt)
@@ -143,6 +145,8 @@ class MujocoEngine(PhysicsEngine):
             yield self._bounces.step
         if self.friction.switching:
             yield self.friction.step
+        if self._speeds.limited:
+            yield self._speeds.step
         for gripper in self._grippers.values():
             yield gripper.step
 

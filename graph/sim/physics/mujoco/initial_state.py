@@ -1,4 +1,4 @@
-"""The state that a model starts in: velocities of bodies and joints, deformables, targets of drives."""
+"""The state that a model starts in: of joints, velocities of bodies, deformables, targets of drives."""
 
 from __future__ import annotations
 
@@ -23,6 +23,9 @@ def set_initial_state(engine: MujocoEngine) -> None:
     model, data, compiled = engine.model, engine.data, engine.compiled
     if compiled.start is not None:
         compiled.start(model, data)
+    for joint in engine.joints:
+        if joint.initial_position is not None:
+            data.qpos[model.joint(joint.model_name).qposadr[0]] = joint.initial_position
     mujoco.mj_kinematics(model, data)
     velocities: Velocities = {}
     for number, body in enumerate(compiled.bodies, start=1):
@@ -37,6 +40,8 @@ def set_initial_state(engine: MujocoEngine) -> None:
             data.qvel[address + 3 : address + 6] = turn.T @ body.angular_velocity
     for joint in engine.joints:
         _start_joint(engine, joint, velocities)
+        if joint.initial_velocity is not None:
+            data.qvel[model.joint(joint.model_name).dofadr[0]] = joint.initial_velocity
     engine.deformables.start(data)
     engine.drives.apply(data)
     mujoco.mj_forward(model, data)

@@ -187,7 +187,6 @@ def test_the_scene_brings_its_own_rate_and_only_choices_of_another_engine_are_to
     assert played.simulation.get_num_physics_steps() == 480
     assert {(warning.code, warning.where) for warning in played.warnings} == {
         ("physics-setting-stored", "/World/physicsScene.physxScene:broadphaseType"),
-        ("physics-setting-stored", "/World/Robot/shoulder.physxJoint:maxJointVelocity"),
     }
 
 
