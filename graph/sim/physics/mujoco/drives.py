@@ -51,7 +51,9 @@ class Drives:
         self._limits = [(int(forces[number]), float(self.limit[number])) for number in limited]
         self._dt = self._ahead = 0.0
         self._aim = self._resistance = np.zeros(len(self.joints))
-        model.actuator_gainprm[self._rows, 0] = 1.0
+        # MuJoCo drops controls above 1e10, which stiff drives exceed: they are so much smaller. Powers of 2 are exact.
+        self._gain = np.exp2(np.ceil(np.log2(np.maximum(self.stiffness + self.damping, 1.0))))
+        model.actuator_gainprm[self._rows, 0] = self._gain
         model.actuator_forcelimited[self._rows] = np.isfinite(self.limit)
         # A hair's breadth above: forces that are held at the limit here are not clamped, and so integrated implicitly.
         highest = np.where(np.isfinite(self.limit), self.limit * (1 + 1e-6), 0.0)
@@ -68,7 +70,7 @@ class Drives:
         """Hand the targets to the engine."""
         self._aim = self.stiffness * self.targets[:, 0] + self.damping * self.targets[:, 1]
         self._new_targets = True
-        data.ctrl[self._controls] = self._aim
+        data.ctrl[self._controls] = self._aim / self._gain
 
     def limit_forces(self, data: Any) -> None:
         """Before a step: hold the forces within their limits."""
@@ -98,7 +100,7 @@ class Drives:
         self._set_gains(stiffness, damping)
         data.ctrl[self._controls] = (
             force * share + stiffness * position + (damping + self._ahead * stiffness) * velocity
-        )
+        ) / self._gain
 
     def _set_gains(self, stiffness: Floats, damping: Floats) -> None:
         self._model.actuator_biasprm[self._rows, 1] = -stiffness

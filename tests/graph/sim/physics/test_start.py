@@ -168,3 +168,12 @@ def test_gravity_that_is_no_number_is_told_and_that_of_the_earth_acts(usda, line
 def test_a_frame_of_a_joint_that_is_none_is_told(usda, turn):
     _, warnings = usda(DRIVE.format(line=f"quatf physics:localRot0 = {turn}"))
     assert [code for code, *_ in warnings] == ["bad-joint"]
+
+
+def test_a_drive_stiffer_than_the_engine_takes_controls_still_holds_its_target(usda):
+    """1e11 N/m to 0.5 m are 5e10 N, and MuJoCo drops controls above 1e10. The 1 kg hang 9.81 / 1e11 m lower."""
+    lines = ("stiffness = 1e11", "damping = 1e9", "targetPosition = 0.5")
+    physics, warnings = usda(DRIVE.format(line="\n".join(f"float drive:linear:physics:{line}" for line in lines)))
+    steps(physics, 240)
+    assert physics.positions[0, 2] == pytest.approx(0.5, abs=1e-6)
+    assert warnings == []
