@@ -7,15 +7,12 @@ Names are imported when first used, so that `import graph` costs next to nothing
 
 from __future__ import annotations
 
-from importlib import import_module
-
 from .base.forwarding import forward as _forward
+from .base.lazy_names import lazy_names as _lazy_names
 from .moved import MOVED as _MOVED
 
 TYPE_CHECKING = False  # importing typing would take longer than all the rest
 if TYPE_CHECKING:
-    from typing import Any
-
     from .base.errors import Mark, Problem, RunError, UserError
     from .controller import Controller, OmniGraphError, OmniGraphValueError
     from .evaluate import ComputeError, Graph, Node
@@ -77,12 +74,4 @@ __all__ = [
 
 _forward(_MOVED)
 
-
-def __getattr__(name: str) -> Any:
-    if name in _HOMES:
-        return getattr(import_module(f".{_HOMES[name]}", __name__), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+__getattr__, __dir__ = _lazy_names(__name__, _HOMES)

@@ -6,8 +6,9 @@ The stages, one module each: bytes to text (`source`), text to a plain tree that
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from graph.base.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from .loading import Examined, examine, load, loads, parse_value
@@ -24,11 +25,4 @@ _HOMES = {
     "parse_value": "loading",
 }
 
-
-def __getattr__(name: str) -> Any:
-    # Lazy, so that `graph.files.scalars` (which the command line needs at once) does not load pydantic.
-    if name not in _HOMES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = getattr(import_module(f".{_HOMES[name]}", __name__), name)
-    globals()[name] = value
-    return value
+__getattr__, __dir__ = lazy_names(__name__, _HOMES)

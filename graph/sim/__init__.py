@@ -5,8 +5,9 @@ Names resolve on first use (PEP 562): importing this package loads none of the l
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from graph.base.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from .app import App as App
@@ -78,14 +79,4 @@ __all__ = [
     "register_schemas",
 ]
 
-
-def __getattr__(name: str) -> Any:
-    if name not in _HOME:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = getattr(import_module(f".{_HOME[name]}", __name__), name)
-    globals()[name] = value
-    return value
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *_HOME})
+__getattr__, __dir__ = lazy_names(__name__, _HOME)

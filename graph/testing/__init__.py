@@ -14,8 +14,9 @@ Names are imported when first used.
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from graph.base.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from .graphs import run_graph
@@ -26,10 +27,4 @@ __all__ = ["GraphTrace", "Trace", "run_graph", "run_node"]
 
 _HOMES = {"GraphTrace": "trace", "Trace": "node", "run_graph": "graphs", "run_node": "node"}
 
-
-def __getattr__(name: str) -> Any:
-    if name not in _HOMES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = getattr(import_module(f".{_HOMES[name]}", __name__), name)
-    globals()[name] = value
-    return value
+__getattr__, __dir__ = lazy_names(__name__, _HOMES)
