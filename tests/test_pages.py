@@ -1,0 +1,27 @@
+"""The pages beside the code name what is there."""
+
+import re
+
+import pytest
+
+from nodes import TYPES
+from tests.support.places import ROOT
+
+
+def folders(package):
+    return {path.name for path in (ROOT / package).iterdir() if path.is_dir() and path.name[0] not in "_."}
+
+
+def listed(page):
+    """The names in backquotes in the first column of the page's first table."""
+    rows = re.findall(r"^\| (`.*?`) \|", (ROOT / page).read_text(encoding="utf8"), flags=re.MULTILINE)
+    return {name for row in rows for name in re.findall(r"`(\w+)`", row)}
+
+
+@pytest.mark.parametrize("package", ["graph", "nodes"])
+def test_the_page_of_a_package_has_a_line_for_each_of_its_rooms(package):
+    assert folders(package) <= listed(f"{package}/README.md")
+
+
+def test_the_page_of_the_nodes_counts_them():
+    assert f"{sum(map(len, TYPES.values()))} node types" in (ROOT / "nodes/README.md").read_text(encoding="utf8")
