@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import difflib
+import difflib  # noqa: TID251  the one module that does
 import heapq
 from collections.abc import Iterable, Sequence
 from functools import lru_cache
@@ -11,10 +11,10 @@ _CLOSEST = 12
 _FEW = 8
 
 
-def did_you_mean(name: str, known: Iterable[str]) -> str:
-    """The tail of an error message: `; did you mean "X"?`, or nothing when no known name is close."""
+def did_you_mean(name: str, known: Iterable[str], otherwise: str = "") -> str:
+    """The tail of an error message: `; did you mean "X"?`; with no close name `; OTHERWISE`, or nothing."""
     best = closest(name, known)
-    return f'; did you mean "{best}"?' if best else ""
+    return f'; did you mean "{best}"?' if best else f"; {otherwise}" if otherwise else ""
 
 
 def did_you_mean_id(name: str, known: Iterable[str]) -> str:
@@ -29,8 +29,13 @@ def did_you_mean_id(name: str, known: Iterable[str]) -> str:
     return f'; did you mean "{best}"?' if len(wrong) + len(right) - 2 * same <= max(3, len(wrong) // 3) else ""
 
 
-def closest(name: str, known: Iterable[str]) -> str | None:
-    """The known name that is closest, if any is close.
+def closest(name: str, known: Iterable[str], cutoff: float = 0.6) -> str | None:
+    """The known name that is closest, if any is close; `cutoff`: the least similarity, 0 to 1 (`difflib`)."""
+    return next(iter(nearest(name, known, 1, cutoff)), None)
+
+
+def nearest(name: str, known: Iterable[str], most: int, cutoff: float = 0.6) -> list[str]:
+    """The known names that are close, closest first; a name that differs in its case only is the one answer.
 
     Cheap enough for a file of a thousand mistakes: only the names that share most letter pairs are compared in full.
     """
@@ -41,12 +46,12 @@ def closest(name: str, known: Iterable[str]) -> str | None:
     for position, candidate in enumerate(dict.fromkeys(known)):
         lowered = candidate.lower()
         if lowered == folded and candidate != name:
-            return candidate
+            return [candidate]
         shared = len(pairs & _pairs(lowered))
         if shared:
             scored.append((shared - abs(len(candidate) - len(name)) / 2, -position, candidate))
-    nearest = [candidate for _, _, candidate in heapq.nlargest(_CLOSEST, scored)]
-    return next(iter(difflib.get_close_matches(name, nearest, n=1, cutoff=0.6)), None)
+    few = [candidate for _, _, candidate in heapq.nlargest(_CLOSEST, scored)]
+    return difflib.get_close_matches(name, few, n=most, cutoff=cutoff)
 
 
 def one_of(name: str, known: Sequence[str]) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -10,6 +9,7 @@ from typing import Any, Literal
 
 from graph.base import exact
 from graph.base.errors import Mark, Problem, UserError
+from graph.base.suggest import did_you_mean
 
 Kind = Literal["rate", "count", "length", "number", "switch", "choice"]
 
@@ -138,9 +138,8 @@ class Fidelity:
 def _checked(name: str, value: Any) -> Any:
     knob = KNOBS.get(name)
     if knob is None:
-        near = difflib.get_close_matches(name, KNOBS, n=1)
-        hint = f'did you mean "{near[0]}"?' if near else f"the knobs are {', '.join(KNOBS)}"
-        raise ValueError(f"there is no such knob; {hint}")
+        hint = did_you_mean(name, KNOBS, f"the knobs are {', '.join(KNOBS)}")
+        raise ValueError(f"there is no such knob{hint}")
     checked: Any
     if knob.kind == "choice":
         checked = _choice(value, knob.choices)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
 import weakref
 from collections.abc import Callable
 from typing import Any
 
 from graph.base.errors import UserError
+from graph.base.suggest import did_you_mean
 
 _LETTERS = tuple("ABCDEFGHIJKLMNOPQRSTUVWXYZ")
 _NAMED = (
@@ -81,8 +81,7 @@ class Keyboard:
     @staticmethod
     def _check(key: str) -> None:
         if key not in KEYS:
-            near = difflib.get_close_matches(key, KEYS, n=1)
-            raise UserError(f'there is no key "{key}"' + (f'; did you mean "{near[0]}"?' if near else ""))
+            raise UserError(f'there is no key "{key}"{did_you_mean(key, KEYS)}')
 
 
 _keyboards: weakref.WeakKeyDictionary[Any, Keyboard] = weakref.WeakKeyDictionary()

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Callable, Iterator, Mapping
 from fractions import Fraction
 from typing import Any
 
 from graph.base import exact
 from graph.base.errors import Mark, Problem, UserError
+from graph.base.suggest import closest
 
 RATE_LIMIT_ENABLED = "/app/runLoops/main/rateLimitEnabled"
 RATE_LIMIT_FREQUENCY = "/app/runLoops/main/rateLimitFrequency"
@@ -222,8 +222,7 @@ def normalised(path: str) -> str:
 
 def suggestion(path: str) -> str | None:
     """The known setting that `path` is likely a misspelling of; None for known ones and for those of other tools."""
-    near = [] if path in DEFAULTS else difflib.get_close_matches(path, DEFAULTS, n=1, cutoff=0.9)
-    return near[0] if near else None
+    return None if path in DEFAULTS else closest(path, DEFAULTS, 0.9)
 
 
 def from_mapping(values: Mapping[str, Any], where: Callable[[str], Mark | None] = lambda path: None) -> Settings:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -10,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from graph.base.errors import UserError
+from graph.base.suggest import did_you_mean
 from sensors.channels import AuxLevel
 from sensors.errors import SensorValueError
 from sensors.gmo import channels_for, pack
@@ -64,10 +64,9 @@ class AnnotatorType:
         """All options, given ones over the defaults. Raises SensorValueError for one it does not have."""
         for name in options:
             if name not in self.options:
-                near = difflib.get_close_matches(name, self.options, n=1)
                 there_are = f"it has {', '.join(self.options)}" if self.options else "it has none"
-                hint = f'did you mean "{near[0]}"?' if near else there_are
-                raise SensorValueError(f"{self.name} has no option {name!r}; {hint}")
+                hint = did_you_mean(name, self.options, there_are)
+                raise SensorValueError(f"{self.name} has no option {name!r}{hint}")
         return {**self.options, **options}
 
 
@@ -91,9 +90,8 @@ def find_annotator(name: str) -> AnnotatorType:
     """The annotator of this name. Raises SensorValueError with a name that is near, or those there are."""
     known = annotator_types()
     if name not in known:
-        near = difflib.get_close_matches(name, known, n=1)
-        hint = f'did you mean "{near[0]}"?' if near else f"there are: {', '.join(sorted(known))}"
-        raise SensorValueError(f"there is no annotator {name!r}; {hint}")
+        hint = did_you_mean(name, known, f"there are: {', '.join(sorted(known))}")
+        raise SensorValueError(f"there is no annotator {name!r}{hint}")
     return known[name]
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import functools
 import json
 from collections.abc import Mapping, Sequence
@@ -13,6 +12,7 @@ from types import NoneType
 from typing import Any
 
 from graph.base.errors import UserError
+from graph.base.suggest import nearest
 from sensors.lidar.attributes import config_from_attributes
 from sensors.lidar.config import LidarConfig
 
@@ -105,8 +105,8 @@ def _offer(wrong: str, names: Sequence[str]) -> str:
 
 def _close(wrong: str, names: Sequence[str]) -> list[str]:
     """Up to three names that are near to a wrong one, in whatever case it is written."""
-    folded = {name.casefold(): name for name in reversed(names)}
-    return [folded[near] for near in difflib.get_close_matches(wrong.casefold(), folded, n=3, cutoff=0.6)]
+    folded = {name.lower(): name for name in reversed(names)}
+    return [folded[near] for near in nearest(wrong.lower(), folded, 3)]
 
 
 def _fits(variant: Any, wanted: str | dict[str, str]) -> bool:

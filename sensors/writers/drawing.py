@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from graph.base.errors import RunError
+from graph.base.suggest import did_you_mean
 from sensors.frame import Frame
 
 VIEWS = {
@@ -56,9 +56,8 @@ class PointCloudDrawing:
         span: float | None = None,
     ) -> None:
         if view not in VIEWS:
-            near = difflib.get_close_matches(str(view), VIEWS, n=1)
-            hint = f'did you mean "{near[0]}"?' if near else f"there are {', '.join(VIEWS)}"
-            raise ValueError(f"there is no view {view!r}; {hint}")
+            hint = did_you_mean(str(view), VIEWS, f"there are {', '.join(VIEWS)}")
+            raise ValueError(f"there is no view {view!r}{hint}")
         if not (np.isfinite(size) and size > 0) or (span is not None and not (np.isfinite(span) and span > 0)):
             raise ValueError("size and span are lengths above 0 m")
         if len(color) != 4 or not all(0 <= part <= 1 for part in color):

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
 import inspect
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
+from graph.base.suggest import did_you_mean
 from sensors.annotators.annotator import Product, only_product
 from sensors.channels import Consumer
 from sensors.errors import SensorValueError
@@ -42,9 +42,8 @@ def _debug_draw(**options: Any) -> Writer:
     known = inspect.signature(PointCloudDrawing).parameters
     for name in options:
         if name not in known:
-            near = difflib.get_close_matches(name, known, n=1)
-            hint = f'did you mean "{near[0]}"?' if near else f"it has {', '.join(known)}"
-            raise ValueError(f"it has no option {name!r}; {hint}")
+            hint = did_you_mean(name, known, f"it has {', '.join(known)}")
+            raise ValueError(f"it has no option {name!r}{hint}")
     return PointCloudDrawing(**options)
 
 
@@ -100,9 +99,8 @@ def unregister_writer_spec(name: str) -> None:
 def find_writer(table: Mapping[str, WriterSpec], name: str) -> WriterSpec:
     """The writer of this name. Raises SensorValueError with a name that is near, or those there are."""
     if name not in table:
-        near = difflib.get_close_matches(name, table, n=1)
-        hint = f'did you mean "{near[0]}"?' if near else f"there are: {', '.join(sorted(table)) or 'none'}"
-        raise SensorValueError(f"there is no writer {name!r}; {hint}")
+        hint = did_you_mean(name, table, f"there are: {', '.join(sorted(table)) or 'none'}")
+        raise SensorValueError(f"there is no writer {name!r}{hint}")
     return table[name]
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -10,6 +9,7 @@ from functools import lru_cache
 from typing import Any
 
 from graph.base.errors import Problem, UserError
+from graph.base.suggest import closest
 from graph.sim.scene.scan import SOFT
 from graph.sim.scene.stage import Warn
 from graph.sim.usd import EARLIEST, Sdf, Tf, Usd, UsdPhysics
@@ -170,8 +170,8 @@ def _why(known: str, instance: str, roles: frozenset[str]) -> Stored:
     places = SIMULATED.get(known)
     if places is None:
         row = stored_as(known)
-        near = difflib.get_close_matches(known, _every_name(), 1, 0.85) if row is UNKNOWN else []
-        return Stored(f'{row.why}: did you mean "{near[0].replace("*", instance)}"?', ()) if near else row
+        near = closest(known, _every_name(), 0.85) if row is UNKNOWN else None
+        return Stored(f'{row.why}: did you mean "{near.replace("*", instance)}"?', ()) if near else row
     if not roles.intersection(places):
         return Stored(f"it counts on {' or '.join(ROLES[place] for place in places)}", ())
     fitting = [name for role in places if role in roles for name in INSTANCES.get(role, ())]

@@ -5,9 +5,10 @@ Names and numbers are those of Isaac Sim; the id packs them as base | coating <<
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Mapping
 from typing import Any
+
+from graph.base.suggest import did_you_mean
 
 PREFIX = "omni:simready:nonvisual"
 
@@ -73,7 +74,6 @@ def bind(stage: Any, prim: Any, names: tuple[str, str, str]) -> None:
 
 def _known(what: str, name: Any, names: tuple[str, ...]) -> str:
     if name not in names:
-        near = difflib.get_close_matches(str(name), names, n=1)
-        hint = f'did you mean "{near[0]}"?' if near else f"there are {', '.join(names)}"
-        raise ValueError(f"there is no material {what} {name!r}; {hint}")
+        hint = did_you_mean(str(name), names, f"there are {', '.join(names)}")
+        raise ValueError(f"there is no material {what} {name!r}{hint}")
     return str(name)

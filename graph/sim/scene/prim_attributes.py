@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 import re
 from functools import lru_cache
 from typing import Any
 
+from graph.base.suggest import closest, did_you_mean
 from graph.sim.usd import Gf, Sdf, Tf, Usd
 
 _INSTANCE = "__INSTANCE_NAME__"
@@ -40,8 +40,7 @@ def apply_schema(prim: Any, name: str) -> None:
     schema, _, instance = name.partition(":")
     known = _api_schemas()
     if schema not in known:
-        near = difflib.get_close_matches(schema, known, n=1)
-        raise ValueError(f"there is no API schema {schema!r}" + (f'; did you mean "{near[0]}"?' if near else ""))
+        raise ValueError(f"there is no API schema {schema!r}{did_you_mean(schema, known)}")
     if known[schema] != bool(instance):
         raise ValueError(f"{schema} is applied " + ("with an instance, as Name:instance" if known[schema] else "once"))
     if not (prim.ApplyAPI(schema, instance) if instance else prim.ApplyAPI(schema)):
@@ -122,7 +121,7 @@ def _property(prim: Any, name: str) -> Any:
             apply_schema(prim, f"{schema}:{match.group(1)}")
             return _defined(prim, name)
     own = sorted(prim.GetPropertyNames())
-    near = ending_alike(prim, name) or next(iter(difflib.get_close_matches(name, [*own, *schemas], n=1)), None)
+    near = ending_alike(prim, name) or closest(name, [*own, *schemas])
     more = f" and {len(own) - LISTED} more" if len(own) > LISTED else ""
     hint = f'did you mean "{near}"?' if near else f"its own are {', '.join(own[:LISTED])}{more}"
     raise ValueError(f"{prim.GetTypeName() or 'a prim without type'} has no attribute {name!r}; {hint}")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -11,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from graph.base.suggest import did_you_mean
 from graph.sim.geometry.solids import SOLIDS
 from graph.sim.usd import Sdf, Tf, Usd, UsdGeom, UsdPhysics
 
@@ -61,8 +61,7 @@ class PrimContext:
     def define(self, path: str, kind: Any, referenced: bool) -> None:
         """Make the prim and its missing parents (as Xforms). Raises ValueError if its type is wrong."""
         if kind not in (None, *self.sensor_types) and not Usd.SchemaRegistry().FindConcretePrimDefinition(str(kind)):
-            near = difflib.get_close_matches(str(kind), concrete_types(), n=1)
-            raise ValueError(f"there is no prim type {kind!r}" + (f'; did you mean "{near[0]}"?' if near else ""))
+            raise ValueError(f"there is no prim type {kind!r}{did_you_mean(str(kind), concrete_types())}")
         sdf = Sdf.Path(path)
         for parent in sdf.GetPrefixes()[:-1]:
             above = self.stage.GetPrimAtPath(parent)
@@ -286,8 +285,7 @@ def _exclude(context: PrimContext, path: str, value: Any) -> None:
         valid = isinstance(target, str) and Sdf.Path.IsValidPathString(target) and target.startswith("/")
         if not valid or not context.stage.GetPrimAtPath(target):
             known = [str(each.GetPath()) for each in context.stage.Traverse()]
-            near = difflib.get_close_matches(str(target), known, n=1)
-            raise ValueError(f"there is no prim {target!r}" + (f'; did you mean "{near[0]}"?' if near else ""))
+            raise ValueError(f"there is no prim {target!r}{did_you_mean(str(target), known)}")
     prim.CreateRelationship(EXCLUDE, custom=True).SetTargets([Sdf.Path(target) for target in targets])
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import json
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
@@ -10,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from graph.base.errors import Mark, Problem, UserError
+from graph.base.suggest import did_you_mean
 
 from .prim_attributes import ending_alike
 from .prim_keys import FINAL, KEYS, SENSORS, PrimContext, SensorConfig
@@ -109,8 +109,7 @@ def _path_problem(path: str) -> str | None:
 def _unknown(path: str, key: str, value: Any, prim: Any) -> str:
     if prim and (attribute := ending_alike(prim, str(key))):
         shown = json.dumps(value) if isinstance(value, (bool, int, float)) else "..."
-        hint = f'did you mean attributes: {{"{attribute}": {shown}}}?'
+        hint = f'; did you mean attributes: {{"{attribute}": {shown}}}?'
     else:
-        near = difflib.get_close_matches(str(key), KEYS, n=1)
-        hint = f'did you mean "{near[0]}"?' if near else "set USD attributes under attributes."
-    return f'{path}: there is no key "{key}"; {hint}'
+        hint = did_you_mean(str(key), KEYS, "set USD attributes under attributes.")
+    return f'{path}: there is no key "{key}"{hint}'
