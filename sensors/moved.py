@@ -10,6 +10,7 @@ MOVED = {
     "sensors.gmo_layout": "sensors.gmo.layout",
     "sensors.ids": "sensors.surfaces.ids",
     "sensors.lidar.history": "sensors.motion.history",
+    "sensors.lidar.motion": "sensors.lidar.velocities",
     "sensors.lidar.slerp": "sensors.motion.trajectory",
     "sensors.materials": "sensors.surfaces.materials",
     "sensors.optics": "sensors.surfaces.optics",

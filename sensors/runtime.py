@@ -102,10 +102,6 @@ class SensorRuntime(ABC, Generic[Config]):
         """The tick rate [Hz] of a prim that authors none."""
         return Fraction(0)
 
-    def frame_facts(self) -> Mapping[str, Any]:
-        """Further fields of its frames."""
-        return {}
-
     def advance(self, start: Fraction, end: Fraction, poses: Any) -> None:
         """Measures what happens between ticks; called where `wants_updates`."""
 
@@ -133,6 +129,8 @@ class SensorRuntime(ABC, Generic[Config]):
         self._authored = authored
         self.config, self.rate, self.exclude = authored
         self.history: History | None = None
+        self.frame_facts: Mapping[str, Any] = {}
+        """Further fields of its frames; for `configure` to set."""
         self._channels: frozenset[str] = frozenset()
         self.configure()
         self.schedule = self.schedule_for(self._app.rendering.moment)
@@ -163,7 +161,7 @@ class SensorRuntime(ABC, Generic[Config]):
             aux_level=self._aux,
             modality=self.modality,
             coords=self.coords,
-            **self.frame_facts(),
+            **self.frame_facts,
         )
         self._frames += 1
         return frame

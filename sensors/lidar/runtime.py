@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
@@ -20,7 +19,6 @@ from sensors.runtime import Measurement, SensorRuntime
 
 from .bins import Bins
 from .config import LidarConfig
-from .motion import surface_velocities
 from .names import PRIM_TYPE
 from .noise import Noise
 from .pattern import Pattern
@@ -29,6 +27,7 @@ from .receiver import Receiver
 from .returns import Shot
 from .scan import Scanner
 from .turns import Turns
+from .velocities import surface_velocities
 
 if TYPE_CHECKING:
     from pxr import Usd
@@ -77,10 +76,11 @@ class LidarRuntime(SensorRuntime[LidarConfig]):
         self.turns = Turns(config)
         if not len(self.turns.pattern(0)):
             raise UserError(f"{self.path}: no firing lies in its valid azimuth window; widen validStart/EndAzimuthDeg")
-        if not self._is_whole:
+        self._whole = self.rate == config.scan_rate_base_hz and config.accumulate_outputs
+        if not self._whole:
             self._warn_partial()
         self.coords = config.elements_coords_type
-        self.wants_updates = self._is_whole and app.fidelity.lidar_motion == "update"
+        self.wants_updates = self._whole and app.fidelity.lidar_motion == "update"
         self._compensates = config.output_motion_compensation_state == "COMPENSATED" and not self.wants_updates
         if self.wants_updates and config.output_motion_compensation_state == "COMPENSATED":
             app.warn(
@@ -88,26 +88,26 @@ class LidarRuntime(SensorRuntime[LidarConfig]):
                 self.path,
                 "scans of lidar.motion update are NONCOMPENSATED; use continuous, or frozen",
             )
+        self.frame_facts = {
+            "frame_of_reference": config.output_frame_of_reference,
+            "motion_compensation": "COMPENSATED" if self._compensates else "NONCOMPENSATED",
+            "azimuth_offset_deg": config.start_azimuth_offset_deg,
+        }
         self._bins = Bins(app, self.path, self.turns) if app.fidelity.lidar_motion == "continuous" else None
         if app.fidelity.lidar_motion == "update":
             self.look_back(2 * self.turns.period)
         self._scanners: OrderedDict[int, Scanner] = OrderedDict()
 
-    @property
-    def _is_whole(self) -> bool:
-        """Whether its frames are whole scans."""
-        return self.rate == self.config.scan_rate_base_hz and self.config.accumulate_outputs
-
     def schedule_for(self, moment: Fraction) -> Schedule:
         """Whole scans, one a tick; or the firings since the last output in every update."""
-        if self._is_whole:
+        if self._whole:
             return TickSchedule(self.rate, moment, accumulates=True)
         return EveryUpdate(moment, self.rate)
 
     @property
     def rule(self) -> str:
         """Whole scans, slices of them, or parts by a rate that is not the scan rate."""
-        if self._is_whole:
+        if self._whole:
             return "whole"
         if not self.rate:
             return "every update"
@@ -115,15 +115,9 @@ class LidarRuntime(SensorRuntime[LidarConfig]):
 
     def interval(self, tick: Tick) -> tuple[Fraction, Fraction]:
         """The time of the firings: at most one turn."""
+        if self._whole:
+            return tick.start, tick.end
         return max(tick.start, tick.end - self.turns.period), tick.end
-
-    def frame_facts(self) -> Mapping[str, Any]:
-        """What its output is given in."""
-        return {
-            "frame_of_reference": self.config.output_frame_of_reference,
-            "motion_compensation": "COMPENSATED" if self._compensates else "NONCOMPENSATED",
-            "azimuth_offset_deg": self.config.start_azimuth_offset_deg,
-        }
 
     # -- measuring ---------------------------------------------------------------------------------------------------
 
