@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from graph.plan.order import cycles
@@ -11,6 +12,7 @@ from .runner import frame_entries, runs_by_itself
 
 if TYPE_CHECKING:
     from graph.evaluate import Graph, Node
+    from graph.node.declaration import NodeType
     from graph.spec.file_spec import Note
 
 MOST_CYCLES = 8
@@ -64,5 +66,10 @@ def _execution_cycles(graph: Graph) -> Iterator[Note]:
 
 
 def _passes_on(node: Node) -> bool:
-    inputs = sum(node.attribute(f"inputs:{name}").is_execution for name in node.names["inputs"])
-    return len(node.db._wires) == 1 and inputs == 1 and not node.type.latent
+    added = any(attribute.is_execution for attribute in node.added.values())
+    return not added and len(node.db._wires) == 1 and _has_one_entry(node.type)
+
+
+@lru_cache(maxsize=1024)
+def _has_one_entry(node_type: NodeType) -> bool:
+    return not node_type.latent and sum(attribute.is_execution for attribute in node_type.inputs.values()) == 1
