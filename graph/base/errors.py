@@ -26,9 +26,12 @@ class Problem:
 
     message: str
     mark: Mark | None = None
+    whole: bool = False
+    """Whether the message is shown whole however long it is, as one to be copied."""
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "message", brief(self.message))
+        if not self.whole:
+            object.__setattr__(self, "message", brief(self.message))
 
     def __str__(self) -> str:
         return f"{self.mark}: {self.message}" if self.mark else self.message

@@ -21,6 +21,15 @@ def add_allow(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--limit", action="append", default=[], metavar="NAME=VALUE", help=text)
 
 
+def add_skip_outside(parser: argparse.ArgumentParser) -> None:
+    """`--skip-outside`: run without what the scene refers to outside the allowed folders."""
+    parser.add_argument(
+        "--skip-outside",
+        action="store_true",
+        help="leave out what the scene refers to outside its folder and the allowed ones, with a warning each",
+    )
+
+
 def folder(text: str) -> Path:
     """The folder of that name. Raises ArgumentTypeError where there is none."""
     path = Path(text)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from graph.base.errors import Mark, Problem, UserError
 
-from .arguments import add_allow
+from .arguments import add_allow, add_skip_outside
 from .printing import counted, note_line, problem_line, say, say_json, tell
 
 if TYPE_CHECKING:
@@ -65,12 +65,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--skip-unknown", action="store_true", help="leave nodes of unknown types out, with a warning")
     parser.add_argument("--json", action="store_true", help="print the result as JSON and nothing else on stdout")
     add_allow(parser)
+    add_skip_outside(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     """Runs the command; returns 2 if any file is wrong."""
     checked = [
-        check(file, allow=args.allow, settings=args.settings, skip_unknown=args.skip_unknown) for file in args.files
+        check(
+            file,
+            allow=args.allow,
+            skip_outside=args.skip_outside,
+            settings=args.settings,
+            skip_unknown=args.skip_unknown,
+        )
+        for file in args.files
     ]
     if args.json:
         say_json({"files": [one.as_dict() for one in checked]})
@@ -86,7 +94,12 @@ def run(args: argparse.Namespace) -> int:
 
 
 def check(
-    file: str, *, allow: Sequence[Path] = (), settings: Mapping[str, Any] | None = None, skip_unknown: bool = False
+    file: str,
+    *,
+    allow: Sequence[Path] = (),
+    skip_outside: bool = False,
+    settings: Mapping[str, Any] | None = None,
+    skip_unknown: bool = False,
 ) -> Checked:
     """Loads, compiles and stages one file, without playing it; `settings` beat the file's."""
     # Only here are the engine, the world and the nodes imported: `graph check --help` needs none of them.
@@ -95,7 +108,7 @@ def check(
 
     if is_test_file(Path(file)):
         return _check_tests(file, allow)
-    parts = build_parts(file, allow=allow, settings=settings, skip_unknown=skip_unknown)
+    parts = build_parts(file, allow=allow, skip_outside=skip_outside, settings=settings, skip_unknown=skip_unknown)
     problems, notes = tuple(parts.problems), tuple(parts.warnings)
     if parts.stage is not None and not problems:
         from graph.sim.damage import reading

@@ -12,7 +12,7 @@ from typing import Any
 
 from graph.base.exact import shortest
 
-from .arguments import add_allow
+from .arguments import add_allow, add_skip_outside
 from .printing import counted, say, say_json
 
 MOST_CYCLES = 5
@@ -27,6 +27,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print it as JSON; exact fractions are text")
     parser.add_argument("--skip-unknown", action="store_true", help="leave nodes of unknown types out, with a warning")
     add_allow(parser)
+    add_skip_outside(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -37,7 +38,12 @@ def run(args: argparse.Namespace) -> int:
 
     with _without_warnings():
         session = open_session(
-            args.file, allow=args.allow, settings=args.settings, skip_unknown=args.skip_unknown, on_error="continue"
+            args.file,
+            allow=args.allow,
+            skip_outside=args.skip_outside,
+            settings=args.settings,
+            skip_unknown=args.skip_unknown,
+            on_error="continue",
         )
         with session.app:
             told = explain(session, args.file)

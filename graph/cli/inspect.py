@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from graph.base.errors import RunError, UserError
 
-from .arguments import add_allow
+from .arguments import add_allow, add_skip_outside
 from .printing import aligned, note_line, say, say_json, tell
 
 if TYPE_CHECKING:
@@ -37,6 +37,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--fidelity", action="append", default=[], metavar="K=V", help="override a fidelity knob")
     parser.add_argument("--skip-unknown", action="store_true", help="leave nodes of unknown types out, with a warning")
     add_allow(parser)
+    add_skip_outside(parser)
     parser.add_argument("--json", action="store_true", help="print it as JSON")
 
 
@@ -53,6 +54,7 @@ def run(args: argparse.Namespace) -> int:
     session = open_session(
         args.file,
         allow=args.allow,
+        skip_outside=args.skip_outside,
         settings={**{one.setting: True for one in CHANNELS.values() if one.setting}, **args.settings},
         fidelity=pairs(args.fidelity, "--fidelity"),
         skip_unknown=args.skip_unknown,

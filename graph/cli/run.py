@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 from graph.base.errors import RunError, UserError
 from graph.base.exact import duration as exact_duration
 
-from .arguments import add_allow
+from .arguments import add_allow, add_skip_outside
 from .interrupts import between_updates
 from .playing import add_play_argument, open_sources, play_into, warn_unheard
 from .printing import SafeFormatter, say, say_json, tell
@@ -65,6 +65,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "missing assets)",
     )
     add_allow(parser)
+    add_skip_outside(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -81,6 +82,7 @@ def run(args: argparse.Namespace) -> int:
     session = open_session(
         args.file,
         allow=args.allow,
+        skip_outside=args.skip_outside,
         settings=args.settings,
         fidelity=pairs(args.fidelity, "--fidelity"),
         overrides=pairs(args.set, "--set"),

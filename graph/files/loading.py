@@ -55,12 +55,15 @@ def loads(
     return _complete(migrated(examine_text(text, name, folder, [Path(root) for root in allow])))
 
 
-def examine(path: str | Path, *, allow: Iterable[str | Path] = ()) -> Examined:
-    """Like `load`, but returns what is right beside what is wrong, for a command that reports several stages."""
+def examine(path: str | Path, *, allow: Iterable[str | Path] = (), skip_outside: bool = False) -> Examined:
+    """Like `load`, but returns what is right beside what is wrong, for a command that reports several stages.
+
+    skip_outside: what a USD file refers to outside these folders is left out with a note, not a problem.
+    """
     name, roots = str(path), [Path(root) for root in allow]
     if is_usd(name) and Path(path).is_file():
         # By name, as it is above this package: it knows the world's USD. It has brought old ids up to date itself.
-        found: Examined = import_module(_USD).examine(Path(path).absolute(), name, roots)
+        found: Examined = import_module(_USD).examine(Path(path).absolute(), name, roots, skip_outside=skip_outside)
         return found
     return migrated(_examined(Path(path), name, roots))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -29,7 +30,8 @@ def confined(text: str, folder: Path, allow: Sequence[Path] = ()) -> Path:
     roots = [root.resolve() for root in (folder, *allow)]
     if not any(path.is_relative_to(root) for root in roots):
         raise ValueError(
-            f"{quoted(text)} is outside the graph file's folder; move it there, or allow its folder with --allow."
+            f"{quoted(text)} is outside the graph file's folder; move it there, or allow its folder with "
+            f"--allow {shlex.quote(str(path.parent))}"
         )
     if path.is_dir():
         raise ValueError(f"{quoted(text)} is a folder, not a file.")

@@ -61,7 +61,8 @@ class Session:
 def build_parts(
     path: str | Path | FileSpec,
     *,
-    allow: Sequence[Path] = (),
+    allow: Sequence[str | Path] = (),
+    skip_outside: bool = False,
     overrides: Mapping[str, str] | None = None,
     settings: Mapping[str, Any] | None = None,
     fidelity: Mapping[str, Any] | None = None,
@@ -70,7 +71,8 @@ def build_parts(
 ) -> Parts:
     """Loads, compiles and stages a graph file; each step works on what the one before found right.
 
-    A `FileSpec` is taken as it is. `allow` names folders besides the file's own that it may read; `overrides` maps
+    A `FileSpec` is taken as it is. `allow` names folders besides the file's own that it may read; what a scene refers
+    to outside is refused, or with `skip_outside` left out with a warning; `overrides` maps
     NODE.ATTR to a value as in YAML; `settings` and `fidelity` beat the file's; `registry` has the node types (default:
     all there are); `skip_unknown` leaves nodes of other types out.
     """
@@ -79,12 +81,13 @@ def build_parts(
 
     from .partial_compile import compile_file
 
+    folders = [Path(folder) for folder in allow]
     spec: FileSpec | None
     problems: list[Problem] = []
     if isinstance(path, FileSpec):
         spec = path
     else:
-        examined = examine(path, allow=allow)
+        examined = examine(path, allow=folders, skip_outside=skip_outside)
         spec, problems = examined.spec, list(examined.problems)
     graphs: list[Graph] = []
     stage = mjcf = None
@@ -106,7 +109,7 @@ def build_parts(
             )
             graphs, spec = compile_file(spec, registry or DEFAULT, skip_unknown=skip_unknown)
         with _collecting(problems), reading(scene):
-            stage, mjcf = build_stage(spec, allow, warn)
+            stage, mjcf = build_stage(spec, folders, warn, skip_outside=skip_outside)
         problems += option_problems(spec)
     if spec is not None and stage is not None:
         with _collecting(problems), reading(scene):
@@ -127,7 +130,8 @@ def build_parts(
 def open_session(
     path: str | Path | FileSpec,
     *,
-    allow: Sequence[Path] = (),
+    allow: Sequence[str | Path] = (),
+    skip_outside: bool = False,
     settings: Mapping[str, Any] | None = None,
     fidelity: Mapping[str, Any] | None = None,
     overrides: Mapping[str, str] | None = None,
@@ -152,9 +156,11 @@ def open_session(
 
     from .runner import GraphRunner
 
+    folders = [Path(folder) for folder in allow]
     parts = build_parts(
         path,
-        allow=allow,
+        allow=folders,
+        skip_outside=skip_outside,
         overrides=overrides,
         settings=settings,
         fidelity=fidelity,
@@ -187,7 +193,7 @@ def open_session(
         app.warn(*warning)
     for problem in refused:
         app.warn("scripts-not-allowed", str(problem.mark or spec.path), f"{problem.message}; it does nothing")
-    app.folders = tuple(folder for folder in (spec.folder, *allow) if folder is not None)
+    app.folders = tuple(folder for folder in (spec.folder, *folders) if folder is not None)
     if on_error is None:
         missing = any(code in ("usd-missing-asset", "prim-missing") for code, _, _ in parts.warnings)
         on_error = "continue" if spec.lenient and missing else None

@@ -20,7 +20,9 @@ GRAPH_PRIMS = ("", "Scope", "Xform", "OmniGraph", "ComputeGraph")
 """Types of prims that a graph's path may name."""
 
 
-def build_stage(spec: FileSpec, allow: Sequence[Path], warn: Warn) -> tuple[Usd.Stage, Any]:
+def build_stage(
+    spec: FileSpec, allow: Sequence[Path], warn: Warn, *, skip_outside: bool = False
+) -> tuple[Usd.Stage, Any]:
     """The file's scene with its inline prims authored on top, and the MJCF model (`MjcfScene`) that it mirrors, if any.
 
     Raises UserError with every problem found.
@@ -43,9 +45,9 @@ def build_stage(spec: FileSpec, allow: Sequence[Path], warn: Warn) -> tuple[Usd.
             raise UserError(placed) from error
         stage = mjcf.stage
         if scene.usd is not None:  # a USD file of graphs over the model
-            add_scene(stage, scene.usd, roots, warn)
+            add_scene(stage, scene.usd, roots, warn, skip_outside=skip_outside)
     else:
-        stage = open_stage(scene.usd, roots, warn=warn)
+        stage = open_stage(scene.usd, roots, warn, skip_outside=skip_outside)
     meters_per_unit(stage), up_axis(stage)
 
     def where(path: str, key: str | None = None) -> Mark | None:

@@ -49,7 +49,8 @@ class App:
     `stage` is a path, a `Usd.Stage` or None for an empty stage; `mjcf`, instead of it, an MJCF file or a loaded
     `MjcfScene`. `physics_hz` beats the stage's physics scene or the MJCF time step, which beat 60; `loop_hz` defaults
     to 60. `fidelity` maps knobs (`lidar.motion`) to values. `physics` makes the physics engine, MuJoCo unless given
-    (see `graph.sim.physics.protocol.EngineFactory`). Raises UserError for options that cannot be run.
+    (see `graph.sim.physics.protocol.EngineFactory`). `allow`: folders beside the USD
+    file's own that it may refer to. Raises UserError for options that cannot be run.
 
     An App holds its parts and passes calls on to them: `world` (stage, Fabric, physics, edits), `simulation` (builds,
     steps and frees the world), `rendering` (sensors), `timeline`, `driver` (states and updates), `phases` (whoever is
@@ -73,6 +74,7 @@ class App:
         wall_clock: WallClock | None = None,
         when_playing: str | None = None,
         physics: EngineFactory = MUJOCO,
+        allow: Iterable[str | Path] = (),
     ) -> None:
         from .scene.stage import time_range
 
@@ -87,7 +89,9 @@ class App:
         for path in self.settings.misspelt():
             self.warn("setting-unknown", path, f'no part of this run reads it; did you mean "{suggestion(path)}"?')
         choice = checked_choice(when_playing or str(self.settings.get(keys.WHEN_PLAYING)))
-        self.world = open_world(stage, mjcf, engine=physics, fidelity=knobs, when_playing=choice, warn=self.warn)
+        self.world = open_world(
+            stage, mjcf, engine=physics, fidelity=knobs, when_playing=choice, warn=self.warn, allow=allow
+        )
         authored = self.world.authored_rate
         physics_rate, loop_rate = clock_rates(
             physics_hz,

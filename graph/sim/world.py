@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from graph.base.errors import UserError
+from graph.base.shorten import listed
 
 from .fidelity import Fidelity
 from .physics import MUJOCO
@@ -176,11 +177,20 @@ class World:
 
 
 def open_world(
-    stage: Any, mjcf: Any, *, engine: EngineFactory, fidelity: Fidelity, when_playing: WhenPlaying, warn: Warn
+    stage: Any,
+    mjcf: Any,
+    *,
+    engine: EngineFactory,
+    fidelity: Fidelity,
+    when_playing: WhenPlaying,
+    warn: Warn,
+    allow: Iterable[str | Path] = (),
 ) -> World:
     """The world of a stage (the path of a USD file, a `Usd.Stage`, None: an empty one) or of an MJCF file or model.
 
-    Raises UserError for anything else, where both are given, and for an MJCF model that `engine` does not simulate.
+    allow: folders beside the USD file's own that it may refer to. Graphs of a USD file do not run here:
+    `graphs-not-run` says which. Raises UserError for anything else, where both are given, and for an MJCF model that
+    `engine` does not simulate.
     """
     from .scene.stage import open_stage, register_schemas
 
@@ -195,9 +205,19 @@ def open_world(
     if mjcf is not None:
         stage = mjcf.stage
     if stage is None or isinstance(stage, (str, Path)):
-        stage = open_stage(stage, warn=warn)
+        roots = None if stage is None else [Path(stage).expanduser().absolute().parent, *allow]
+        path, stage = stage, open_stage(stage, roots, warn)
+        if path is not None:
+            _tell_graphs(stage, path, warn)
     else:
         register_schemas()
         if not hasattr(stage, "GetRootLayer"):
             raise UserError(f"stage {stage!r}: give the path of a USD file, a Usd.Stage, or None for an empty one")
     return World(stage, mjcf=mjcf, engine=engine, fidelity=fidelity, when_playing=when_playing, warn=warn)
+
+
+def _tell_graphs(stage: Any, path: str | Path, warn: Warn) -> None:
+    paths = [str(prim.GetPath()) for prim in stage.Traverse() if prim.GetTypeName() in ("OmniGraph", "ComputeGraph")]
+    if paths:
+        message = f"its graphs do not run in App(stage=...): {listed(paths)}; App.from_file({str(path)!r}) runs them"
+        warn("graphs-not-run", str(path), message)

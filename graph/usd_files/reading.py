@@ -30,7 +30,7 @@ TEXT_LIMIT = 64 * 2**20
 
 
 @collector_paused()
-def examine(path: Path, name: str, allow: Sequence[Path] = ()) -> Examined:
+def examine(path: Path, name: str, allow: Sequence[Path] = (), *, skip_outside: bool = False) -> Examined:
     """What a USD file says as a graph file, and everything that is wrong with it; see `graph.files.examine`."""
     from graph.sim.damage import reading
 
@@ -38,13 +38,15 @@ def examine(path: Path, name: str, allow: Sequence[Path] = ()) -> Examined:
     try:
         check_text(path, name)
         with reading(name):
-            return _examined(path, name, allow, notes)
+            return _examined(path, name, allow, notes, skip_outside=skip_outside)
     except UserError as error:
         return Examined(None, error.problems)
 
 
-def _examined(path: Path, name: str, allow: Sequence[Path], notes: list[Note]) -> Examined:
-    stage = _open(path, name, allow, notes)
+def _examined(
+    path: Path, name: str, allow: Sequence[Path], notes: list[Note], *, skip_outside: bool
+) -> Examined:
+    stage = _open(path, allow, notes, skip_outside=skip_outside)
     text = Text(str(path), name)
 
     def mark_of(place: str) -> Mark:
@@ -113,13 +115,13 @@ def _decoded(data: bytes, name: str) -> None:
         ) from None
 
 
-def _open(path: Path, name: str, allow: Sequence[Path], notes: list[Note]) -> Any:
+def _open(path: Path, allow: Sequence[Path], notes: list[Note], *, skip_outside: bool) -> Any:
     from graph.sim.scene.stage import open_stage
 
     def warn(code: str, where: str, message: str) -> None:
         notes.append((code, where, message))
 
-    return open_stage(path, [path.parent, *allow], warn)
+    return open_stage(path, [path.parent, *allow], warn, skip_outside=skip_outside)
 
 
 def _other_keys(path: Path, name: str, text: Text, allow: Sequence[Path]) -> tuple[FileSpec, tuple[Problem, ...]]:

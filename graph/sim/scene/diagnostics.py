@@ -27,7 +27,7 @@ def quiet(warn: Warn, where: str) -> Iterator[None]:
         del delegate
 
 
-_KNOWN = "Could not open asset", "Could not load sublayer"
+_KNOWN = "Could not open asset", "Could not load sublayer", "was muted for"
 """What a missing asset has been told about already."""
 
 

@@ -10,10 +10,11 @@ from __future__ import annotations
 import glob
 import os
 import re
+import shlex
 import zipfile
 import zlib
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -40,6 +41,8 @@ class Checked:
     layers: list[Any]
     files: Mapping[str, tuple[int, int]]
     """By layer identifier: device and inode of the file that was checked."""
+    outside: Sequence[str] = ()
+    """Files that it names and may not open, to be muted on the stage before it composes."""
 
     def confirm(self, stage: Any, before: Iterable[Any] = ()) -> None:
         """Raises UserError if the stage uses a layer (of value clips too) that was not checked.
@@ -64,7 +67,13 @@ def _identity(path: str) -> tuple[int, int] | None:
 
 
 def check_scene(
-    file: Path, roots: Sequence[Path], warn: Warn, *, variables: Variables | None = None, sublayer: bool = False
+    file: Path,
+    roots: Sequence[Path],
+    warn: Warn,
+    *,
+    variables: Variables | None = None,
+    sublayer: bool = False,
+    skip_outside: bool = False,
 ) -> Checked:
     """Walk the scene's layers breadth first, opening none that is not below one of `roots` (links resolved).
 
@@ -73,7 +82,8 @@ def check_scene(
     roots, a relative path that leads out of them (whether or not anything is there), an asset path with arguments for
     a file format, a text layer larger than `MAX_TEXT` or nested deeper than `MAX_NESTING`, a USD file that is there and
     cannot be read, references that multiply beyond all bounds. What else a layer asks for and does not exist, or is of
-    another format, gives `usd-missing-asset`, a line a layer.
+    another format, gives `usd-missing-asset`, a line a layer. `skip_outside`: what leads out of the roots is left out,
+    with a line `usd-outside-skipped` each, but for value clips.
     """
     from .composed_size import too_many_prims
 
@@ -83,10 +93,12 @@ def check_scene(
         raise UserError(f"{file}: no such scene file.")
     if file.suffix.lower() not in SCENE_SUFFIXES:
         raise UserError(f"{file}: not a USD file; its name must end in {', '.join(SCENE_SUFFIXES)}.")
-    walk = _Walk([root.expanduser().resolve() for root in roots], warn)
+    walk = _Walk([root.expanduser().resolve() for root in roots], warn, skip_outside=skip_outside)
     walk.through(_Wanted(str(file), "", variables or {}, sublayer))
     if walk.problems:
-        raise UserError(list(walk.problems))
+        raise UserError([*walk.problems, *walk.advice()])
+    for path, wanted_by in walk.outside.items():
+        warn("usd-outside-skipped", path, f"it lies outside the allowed folders ({wanted_by} asks for it); left out.")
     for wanted_by, assets in walk.missing.items():
         left_out = "it is" if len(assets) == 1 else "they are"
         warn("usd-missing-asset", wanted_by, f"{listed(list(assets.values()))}; {left_out} left out.")
@@ -94,7 +106,7 @@ def check_scene(
         prims = too_many_prims(walk.layers[str(file)], walk.expressions)
         if prims:
             raise UserError(f"{file}: its references multiply into about {float(prims):.0e} prims; remove some.")
-    return Checked(list(walk.layers.values()), walk.files)
+    return Checked(list(walk.layers.values()), walk.files, [path for path in walk.outside if os.path.isabs(path)])
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,6 +118,8 @@ class _Wanted:
     variables: Variables
     sublayer: bool
     """Whether it belongs to the layer stack of the one that asks; else it is the root of its own."""
+    clip: bool = False
+    """Whether value clips name it."""
 
     def key(self) -> tuple[str, str, bool]:
         """Equal for what composes the same."""
@@ -120,12 +134,19 @@ class _Contents:
     others: Iterable[str] = ()
     arcs: bool = False
     """Whether any of its prims brings in another."""
+    clips: Container[str] = ()
+    """Those of the others that value clips name."""
 
 
 class _Walk:
     """The layers of a scene, each read once, followed for every set of variables that it is reached with."""
 
-    def __init__(self, allowed: Sequence[Path], warn: Warn) -> None:
+    def __init__(self, allowed: Sequence[Path], warn: Warn, *, skip_outside: bool = False) -> None:
+        self.outside: dict[str, str] = {}
+        """What leads out of the folders and is left out: path to the layer that asks for it."""
+        self._refused: set[Path] = set()
+        """Folders of what leads out and is not left out."""
+        self._skip_outside = skip_outside
         self.problems: dict[Problem, None] = {}
         self.missing: dict[str, dict[str, str]] = {}
         """By the layer that asks: assets to what is said of them."""
@@ -158,8 +179,10 @@ class _Walk:
         path, by = wanted.path, wanted.by
         on_disk = _on_disk(path)
         identity = _identity(path)
-        problem = _refused(on_disk, self._allowed, by)
-        if problem:
+        if problem := _outside(on_disk, self._allowed, by):
+            self._leave_out(path, problem, by, on_disk.resolve().parent, clip=wanted.clip)
+            return False
+        if problem := _refused(on_disk, by):
             self.problems[Problem(problem)] = None
             return False
         with quiet(self._warn, path):
@@ -179,6 +202,24 @@ class _Walk:
             self.missing.setdefault(by, {})[path] = f"{path} cannot be read as a USD layer ({reason})"
         return False
 
+    def advice(self) -> list[Problem]:
+        """The line that allows what was refused for its place, to be copied."""
+        folders = [one for one in sorted(self._refused) if one.is_dir()]
+        folders = [one for one in folders if not any(other in one.parents for other in folders)]
+        if not self._refused:
+            return []
+        allow = " ".join(f"--allow {shlex.quote(str(one))}" for one in folders)
+        give = f"to read what lies outside its folder: {allow}; " if folders else ""
+        return [Problem(f"{give}to run without it: --skip-outside", whole=True)]
+
+    def _leave_out(self, path: str, problem: str, by: str, folder: Path, *, clip: bool) -> None:
+        """Notes what leads out of the folders: left out where that is wanted and can be, else a problem."""
+        if self._skip_outside and by and not clip:
+            self.outside.setdefault(path, by)
+        else:
+            self.problems[Problem(problem)] = None
+            self._refused.add(folder)
+
     def _asked_by(self, wanted: _Wanted) -> Iterator[_Wanted]:
         """The files that an open layer leads to."""
         layer, contents = self.layers[wanted.path], self.contents[wanted.path]
@@ -186,7 +227,7 @@ class _Walk:
         for assets, sublayers in ((contents.sublayers, True), (contents.others, False)):
             for asset in filter(None, assets):
                 for path in self._files(layer, _on_disk(wanted.path), asset, stack):
-                    yield _Wanted(path, layer.identifier, stack, sublayers)
+                    yield _Wanted(path, layer.identifier, stack, sublayers, asset in contents.clips)
 
     def _files(self, layer: Any, on_disk: Path, asset: str, variables: Variables) -> list[str]:
         """The files that exist of an asset path of a layer; what does not is noted."""
@@ -203,13 +244,15 @@ class _Walk:
                 # A template of clips may match nothing, but not out there: whether it does must not be told.
                 found = [one for one in glob.glob(re.sub("#+", "*", glob.escape(anchored))) if not _has_arguments(one)]
                 if not found and (problem := _climbs_out(plain, on_disk, self._allowed, layer.identifier)):
-                    self.problems[Problem(problem)] = None
+                    self._leave_out(
+                        plain, problem, layer.identifier, (on_disk.parent / plain).resolve().parent, clip=True
+                    )
                 return found
             found = [resolved for resolved in [str(Ar.GetResolver().Resolve(anchored))] if resolved]
             if found and plain is not asset:
                 self.expressions.setdefault((layer.identifier, asset), set()).update(found)
             elif not found and (problem := _climbs_out(plain, on_disk, self._allowed, layer.identifier)):
-                self.problems[Problem(problem)] = None
+                self._leave_out(plain, problem, layer.identifier, (on_disk.parent / plain).resolve().parent, clip=False)
             elif not found:
                 complaint = complaint or f"{plain} does not exist"
         if complaint and not found:
@@ -273,12 +316,20 @@ def _open_layer(path: str) -> tuple[Any, str]:
         return None, re.sub(r"parse error matching .*pxrInternal.* at (?=')", "no USD text goes on like this: ", reason)
 
 
-def _refused(path: Path, allowed: Sequence[Path], wanted_by: str) -> str | None:
+def _outside(path: Path, allowed: Sequence[Path], wanted_by: str) -> str | None:
+    """Why a file may not be read for its place; None if it may."""
+    real = path.resolve()
+    if any(real.is_relative_to(root) for root in allowed):
+        return None
+    by = f" ({wanted_by} asks for it)" if wanted_by else ""
+    folders = ", ".join(map(str, allowed)) or "no folder"
+    return f"{path} lies outside {folders}{by}. Move it there, or allow its folder with --allow DIR."
+
+
+def _refused(path: Path, wanted_by: str) -> str | None:
+    """Why a file may not be read for what it is; None if it may."""
     real = path.resolve()
     by = f" ({wanted_by} asks for it)" if wanted_by else ""
-    if not any(real.is_relative_to(root) for root in allowed):
-        folders = ", ".join(map(str, allowed)) or "no folder"
-        return f"{path} lies outside {folders}{by}. Move it there, or allow its folder with --allow DIR."
     try:
         if longest_text(real) > MAX_TEXT:
             return (
@@ -298,6 +349,7 @@ def _contents(layer: Any) -> _Contents:
     sublayers = dict.fromkeys(layer.subLayerPaths)
     others = dict.fromkeys(asset for asset in layer.GetCompositionAssetDependencies() if asset not in sublayers)
     get, arcs = layer.GetPrimAtPath, False
+    clips: set[str] = set()
 
     def visit(path: Any) -> None:
         nonlocal arcs
@@ -306,14 +358,15 @@ def _contents(layer: Any) -> _Contents:
             if spec is None:
                 return
             if spec.HasInfo("clips"):
-                others.update(dict.fromkeys(_clip_assets(spec.GetInfo("clips"))))
+                clips.update(_clip_assets(spec.GetInfo("clips")))
             arcs = arcs or any(map(spec.HasInfo, _ARCS))
             for arc in _NAMING if sublayers else ():
                 if spec.HasInfo(arc):
                     others.update(dict.fromkeys(item.assetPath for item in spec.GetInfo(arc).GetAppliedItems()))
 
     layer.Traverse("/", visit)
-    return _Contents(sublayers, others, arcs)
+    others.update(dict.fromkeys(sorted(clips)))
+    return _Contents(sublayers, others, arcs, clips)
 
 
 def _clip_assets(value: Any) -> Iterator[str]:

@@ -35,13 +35,18 @@ def register_schemas() -> None:
 
 
 def open_stage(
-    path: str | Path | None = None, allow_roots: Iterable[str | Path] | None = None, warn: Warn = ignore_warning
+    path: str | Path | None = None,
+    allow_roots: Iterable[str | Path] | None = None,
+    warn: Warn = ignore_warning,
+    *,
+    skip_outside: bool = False,
 ) -> Any:
     """A stage (`Usd.Stage`) over the scene at `path`; without a path an empty one in metres, Z up.
 
     The file and everything it composes is checked first (see `graph.sim.scene.layers.check_scene`): only files below
     `allow_roots` (default: the scene's own folder) are opened. Raises UserError for what must not or cannot be opened;
-    a missing reference is only a warning `usd-missing-asset`.
+    a missing reference is only a warning `usd-missing-asset`, and with `skip_outside` so is one that leads out of the
+    folders (`usd-outside-skipped`).
 
     The root layer is anonymous and has the scene as its sublayer: what is authored later stays with this stage and
     never reaches the file, nor another stage in the same process.
@@ -62,15 +67,20 @@ def open_stage(
 
     file = Path(path).expanduser().absolute()
     roots = [file.parent] if allow_roots is None else [Path(each) for each in allow_roots]
-    checked = check_scene(file, roots, warn)  # held while the stage opens, so that nothing is parsed twice
+    # Held while the stage opens, so that nothing is parsed twice.
+    checked = check_scene(file, roots, warn, skip_outside=skip_outside)
     leave_out_path_values(checked.layers, warn)
     with quiet(warn, str(path)):
         scene = Sdf.Layer.FindOrOpen(str(file))
         if scene is None:
             raise UserError(f"{path}: USD cannot read this file.")
         _copy_metadata(scene, root)
-        root.subLayerPaths.append(scene.identifier)
+        if not checked.outside:
+            root.subLayerPaths.append(scene.identifier)
         stage = Usd.Stage.Open(root)
+        if checked.outside:  # muted before anything composes: USD does not open them
+            stage.MuteAndUnmuteLayers(list(checked.outside), [])
+            root.subLayerPaths.append(scene.identifier)
         checked.confirm(stage)
     check_metadata(stage)
     tell_assumed_units(stage, warn)
@@ -78,7 +88,9 @@ def open_stage(
     return stage
 
 
-def add_scene(stage: Any, path: Path, roots: Iterable[str | Path], warn: Warn = ignore_warning) -> None:
+def add_scene(
+    stage: Any, path: Path, roots: Iterable[str | Path], warn: Warn = ignore_warning, *, skip_outside: bool = False
+) -> None:
     """Put a USD file over what a stage has from files so far, checked as `open_stage` checks it; units stay."""
     from graph.sim.usd import Sdf
 
@@ -87,13 +99,15 @@ def add_scene(stage: Any, path: Path, roots: Iterable[str | Path], warn: Warn = 
     from .path_values import leave_out_path_values
 
     variables = stage.GetRootLayer().expressionVariables
-    checked = check_scene(path, [Path(each) for each in roots], warn, variables=variables, sublayer=True)
+    folders = [Path(each) for each in roots]
+    checked = check_scene(path, folders, warn, variables=variables, sublayer=True, skip_outside=skip_outside)
     leave_out_path_values(checked.layers, warn)
     with quiet(warn, str(path)):
         layer = Sdf.Layer.FindOrOpen(str(path))
         if layer is None:
             raise UserError(f"{path}: USD cannot read this file.")
         before = stage.GetUsedLayers()
+        stage.MuteAndUnmuteLayers(list(checked.outside), [])
         stage.GetRootLayer().subLayerPaths.insert(0, layer.identifier)
         checked.confirm(stage, before)
 

@@ -171,7 +171,7 @@ def test_every_file_outside_is_named_at_once(tmp_path):
     text = 'def "A" (references = @../x.usda@) {}\ndef "B" (references = @../y.usda@) {}\n'
     with pytest.raises(UserError) as error:
         open_stage(write(tmp_path / "in" / "a.usda", text))
-    assert len(error.value.problems) == 2
+    assert len(error.value.problems) == 3  # and the line that allows them
 
 
 def test_a_layer_nested_256_deep_opens_and_one_deeper_is_refused(tmp_path):
@@ -390,3 +390,101 @@ def test_a_package_that_cannot_be_unpacked_is_one_line(tmp_path):
     (tmp_path / "a.usdz").write_bytes(data)
     with pytest.raises(UserError, match=r"a\.usdz cannot be read: "):
         open_stage(tmp_path / "a.usdz")
+
+
+def outside_scene(tmp_path):
+    """A scene whose reference, payload and sublayer lead to two folders beside its own, and a reference to nothing."""
+    own, props, other = tmp_path / "own", tmp_path / "props" / "deep", tmp_path / "two words"
+    for folder in (own, props, other):
+        folder.mkdir(parents=True)
+    (props / "p.usda").write_text('#usda 1.0\n(defaultPrim = "P")\ndef Cube "P"\n{\n}\n')
+    (other / "q.usda").write_text('#usda 1.0\n(defaultPrim = "P")\ndef Sphere "P"\n{\n}\n')
+    (other / "s.usda").write_text('#usda 1.0\ndef Cone "Below"\n{\n}\n')
+    (own / "f.usda").write_text(
+        '#usda 1.0\n(subLayers = [@../two words/s.usda@]\nmetersPerUnit = 1\nupAxis = "Z")\n'
+        'def "A" (prepend references = @../props/deep/p.usda@)\n{\n}\n'
+        'def "B" (prepend payload = @../two words/q.usda@)\n{\n}\n'
+        'def "C" (prepend references = @../none/q.usda@)\n{\n}\n'
+        'def Cube "Own"\n{\n}\n'
+    )
+    return own / "f.usda", props, other
+
+
+def test_the_last_line_says_what_to_allow_and_it_does(tmp_path):
+    import shlex
+
+    from graph.base.errors import UserError
+    from graph.sim.scene.stage import open_stage
+
+    file, props, other = outside_scene(tmp_path)
+    with pytest.raises(UserError) as refused:
+        open_stage(file)
+    line = str(refused.value.problems[-1])
+    assert line == (
+        f"to read what lies outside its folder: --allow {props} --allow '{other}'; to run without it: --skip-outside"
+    )
+    words = shlex.split(line.partition(": ")[2].partition(";")[0])
+    # ../none is not there: it stays refused, and is named alone.
+    with pytest.raises(UserError, match=r"none/q\.usda") as refused:
+        open_stage(file, [file.parent, *words[1::2]])
+    assert len(refused.value.problems) == 2
+    stage = open_stage(file, [file.parent, *words[1::2]], skip_outside=True)
+    assert [stage.GetPrimAtPath(path).GetTypeName() for path in ("/A", "/B", "/Below")] == ["Cube", "Sphere", "Cone"]
+
+
+def test_the_line_to_allow_is_whole_however_long(tmp_path):
+    from graph.base.errors import UserError
+    from graph.sim.scene.stage import open_stage
+
+    own = tmp_path / "own"
+    own.mkdir()
+    folders = [tmp_path / f"{n:02d}{'x' * 200}" for n in range(20)]
+    for folder in folders:
+        folder.mkdir()
+        (folder / "p.usda").write_text("#usda 1.0\n")
+    uses = "".join(f'def "P{n}" (prepend references = @{one}/p.usda@)\n{{\n}}\n' for n, one in enumerate(folders))
+    (own / "f.usda").write_text(f"#usda 1.0\n{uses}")
+    with pytest.raises(UserError) as refused:
+        open_stage(own / "f.usda")
+    line = str(refused.value.problems[-1])
+    assert all(f"--allow {folder}" in line for folder in folders)
+
+
+def test_what_lies_outside_can_be_left_out_each_with_a_line(tmp_path):
+    from graph.sim.scene.stage import open_stage
+
+    file, props, other = outside_scene(tmp_path)
+    told = []
+    stage = open_stage(file, warn=lambda *one: told.append(one), skip_outside=True)
+    assert [str(stage.GetPrimAtPath(path).GetTypeName()) for path in ("/A", "/B", "/C", "/Own")] == ["", "", "", "Cube"]
+    assert not stage.GetPrimAtPath("/Below")
+    assert all(one.anonymous or one.realPath == str(file) for one in stage.GetUsedLayers())
+    assert [code for code, _, _ in told] == ["usd-outside-skipped"] * 4
+    assert {where for _, where, _ in told} == {
+        str(props / "p.usda"), str(other / "q.usda"), str(other / "s.usda"), "../none/q.usda",
+    }  # fmt: skip
+
+
+def test_value_clips_outside_are_refused_all_the_same(tmp_path):
+    from graph.base.errors import UserError
+    from graph.sim.scene.stage import open_stage
+
+    file, props, _ = outside_scene(tmp_path)
+    clips = f'{{ dictionary default = {{ asset[] assetPaths = [@{props}/p.usda@]\nstring primPath = "/P" }} }}'
+    file.write_text(f'#usda 1.0\ndef "A" (clips = {clips})\n{{\n}}\n')
+    with pytest.raises(UserError, match="lies outside"):
+        open_stage(file, skip_outside=True)
+
+
+def test_an_app_takes_allowed_folders_and_says_which_graphs_it_does_not_run(tmp_path):
+    from graph.sim import App
+
+    file, _, _ = outside_scene(tmp_path)
+    file.write_text(file.read_text() + 'def OmniGraph "G"\n{\n}\n')
+    with App(str(file), allow=[tmp_path]) as app:
+        assert app.stage.GetPrimAtPath("/A").GetTypeName() == "Cube"
+        assert [(one.code, one.message) for one in app.warnings if one.code == "graphs-not-run"] == [
+            ("graphs-not-run", f"its graphs do not run in App(stage=...): /G; App.from_file({str(file)!r}) runs them")
+        ]
+    with App.from_file(file, allow=[str(tmp_path)]) as app:
+        assert app.stage.GetPrimAtPath("/B").GetTypeName() == "Sphere"
