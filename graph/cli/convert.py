@@ -6,7 +6,7 @@ import argparse
 import os
 import shlex
 import tempfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -138,18 +138,23 @@ def _write_usd(
     if target.suffix.lower() == ".usda":
         _write(target, layer.ExportToString().encode())
         return
-    with tempfile.TemporaryDirectory(dir=folder) as temporary:
-        made = Path(temporary) / f"graphs{target.suffix.lower()}"
-        layer.Export(str(made))
-        os.replace(made, target)
+    _replace(target, lambda made: layer.Export(str(made)))
 
 
 def _write(target: Path, data: bytes) -> None:
-    """Writes a file whole or not at all."""
+    _replace(target, lambda made: made.write_bytes(data))
+
+
+def _replace(target: Path, write: Callable[[Path], object]) -> None:
+    """Writes a file whole or not at all; nothing else is left in its folder."""
     try:
-        with tempfile.NamedTemporaryFile(dir=target.absolute().parent, delete=False) as temporary:
-            temporary.write(data)
-        os.chmod(temporary.name, 0o644)
-        os.replace(temporary.name, target)
+        with tempfile.TemporaryDirectory(dir=target.absolute().parent, prefix=".convert-") as temporary:
+            made = Path(temporary) / target.name
+            write(made)
+            made.chmod(0o644)
+            os.replace(made, target)
     except OSError as error:
         raise UserError(f"{target} cannot be written: {error.strerror}") from None
+    except Exception as error:  # what USD makes of it
+        reason = " ".join(str(error).split())[-120:]
+        raise UserError(f"{target} cannot be written: {reason}") from None

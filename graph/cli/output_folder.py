@@ -51,6 +51,8 @@ class Output:
         self.folder = folder
         files = (folder / recording, folder / REPORT)
         self.sink = McapSink(files[0], provenance)
+        self.failure: RunError | None = None
+        """What was lost as the files were finished."""
         self._earlier: dict[Path, Path] = {}
         try:
             for file in files:
@@ -77,6 +79,12 @@ class Output:
             self._bring_back()
             return [*self.sink.notes, f"this run recorded nothing; {self.folder} is as the earlier run left it"]
         self._write(report)
+        if self.sink.given_up:
+            given = f"its last {self.sink.given_up} messages made room for {REPORT}"
+            self.failure = RunError(
+                f"{self.sink.path}: No space left on device; {given}, {self.sink.messages} are kept"
+            )
+        well = well and self.failure is None
         lines = [*self.sink.notes, self._wrote()]
         if well:
             self._drop_earlier()

@@ -25,7 +25,10 @@ def add_play_argument(parser: argparse.ArgumentParser) -> None:
         default=[],
         type=Path,
         metavar="FILE",
-        help="send the messages of FILE (.mcap, .yaml, .json, .jsonl) to the graph's subscribers; may be repeated",
+        help="send the messages of FILE to the graph's subscribers; may be repeated. FILE is a recording (.mcap, .db3, "
+        "a rosbag2 folder) or a list of messages (.yaml, .json, .jsonl; one mapping an entry), such as: "
+        "- {at: 0.5, topic: /cmd_vel, type: geometry_msgs/msg/Twist, message: {linear: {x: 0.2}}} "
+        "with at in seconds from play; fields left out are zero, later messages of a topic need no type",
     )
 
 
@@ -35,7 +38,7 @@ def open_sources(paths: Iterable[str | Path]) -> list[Source]:
     problems: list[Problem] = []
     for path in paths:
         try:
-            sources.append(_open(Path(path)))
+            sources += _open(Path(path))
         except UserError as error:
             problems += error.problems
     if problems:
@@ -61,16 +64,26 @@ def warn_unheard(app: App, player: Player) -> None:
         app.warn(UNHEARD, name, why)
 
 
-def _open(path: Path) -> Source:
+def _open(path: Path) -> list[Source]:
     from graph.files.played import is_played_text
 
+    if path.is_dir():
+        from graph.sim.messages.bag_source import open_bag
+
+        return open_bag(path)
     if is_played_text(path):
-        return _text_source(path)
+        return [_text_source(path)]
     if path.suffix.lower() == ".mcap":
         from graph.sim.messages.mcap_source import McapSource
 
-        return McapSource(path)
-    raise UserError(f"{path}: messages are played from .mcap, .yaml, .json and .jsonl files; name one of these")
+        return [McapSource(path)]
+    if path.suffix.lower() == ".db3":
+        from graph.sim.messages.bag_source import BagSource
+
+        return [BagSource(path)]
+    raise UserError(
+        f"{path}: messages are played from .mcap, .db3, .yaml, .json and .jsonl files and rosbag2 folders; name one"
+    )
 
 
 def _text_source(path: Path) -> MemorySource:

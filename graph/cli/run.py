@@ -139,6 +139,7 @@ def run(args: argparse.Namespace) -> int:
         if output is not None:
             try:
                 lines = output.finish(report, well=not failures)
+                failures += [output.failure] if output.failure else []
             except RunError as error:
                 failures.append(error)
     _print(args, report, lines)

@@ -43,6 +43,8 @@ def run(args: argparse.Namespace) -> int:
         lines = picture(drawn, values=args.values)
     for line in lines:
         say(line)
+    if not spec.graphs:
+        tell(f"graph: {args.file}: no graphs in this file, so there is nothing to draw")
     for note in spec.notes:
         tell(note_line(note))
     for problem in examined.problems:

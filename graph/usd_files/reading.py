@@ -43,9 +43,7 @@ def examine(path: Path, name: str, allow: Sequence[Path] = (), *, skip_outside: 
         return Examined(None, error.problems)
 
 
-def _examined(
-    path: Path, name: str, allow: Sequence[Path], notes: list[Note], *, skip_outside: bool
-) -> Examined:
+def _examined(path: Path, name: str, allow: Sequence[Path], notes: list[Note], *, skip_outside: bool) -> Examined:
     stage = _open(path, allow, notes, skip_outside=skip_outside)
     text = Text(str(path), name)
 

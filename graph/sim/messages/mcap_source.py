@@ -64,7 +64,7 @@ class McapSource:
             for schema, channel, message in self._undamaged(messages(file, self._summary)):
                 topic = topic_name(channel.topic)
                 if schema is not None and self._types.get(topic) == schema.name:
-                    yield Entry(message.log_time, topic, schema.name, _decoding(message.data, schema.name, self.name))
+                    yield Entry(message.log_time, topic, schema.name, decoding(message.data, schema.name, self.name))
 
     def _undamaged(self, found: Iterator[tuple[Any, Any, Any]]) -> Iterator[tuple[Any, Any, Any]]:
         try:
@@ -125,7 +125,9 @@ def _why_unreadable(path: Path, error: Exception) -> str:
     return f"not a whole MCAP recording ({reason})"
 
 
-def _decoding(data: bytes, type_name: str, name: str) -> Callable[[], Any]:
+def decoding(data: bytes, type_name: str, name: str) -> Callable[[], Any]:
+    """What decodes the CDR bytes of a message of the file `name`; it raises RunError where they are damaged."""
+
     def load() -> Any:
         part = least_part(type_name)
         try:

@@ -45,6 +45,8 @@ class McapSink:
     def __init__(self, path: str | Path, provenance: Mapping[str, str] | None = None) -> None:
         self.path = Path(path)
         self.messages = 0
+        self.given_up = 0
+        """Messages that were recorded and made room for something else on a full disk."""
         self.notes: list[str] = []
         self._provenance = dict(provenance or {})
         self._file: BinaryIO | None = None
@@ -119,7 +121,7 @@ class McapSink:
             left = finish(self.path, drop=1)
             if left.dropped:
                 lost, self.messages = self.messages - left.messages, left.messages
-                self.notes.append(f"{self.path}: its last {lost} messages made room for the report on a full disk")
+                self.given_up += lost
                 return True
         return False
 

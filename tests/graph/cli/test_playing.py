@@ -78,7 +78,7 @@ def test_messages_come_in_the_order_of_their_times(tmp_path):
         ),
         ("a.jsonl", '{"at": 1, "topic": "a", "type": "std_msgs/msg/Empty"}\n{"at": 1', "a.jsonl:2:"),
         ("a.jsonl", '\n{"at": 1, "topic": "a", "typ": 1}', 'a.jsonl:2:25: unknown key "typ"'),
-        ("a.txt", "", "messages are played from .mcap, .yaml, .json and .jsonl files"),
+        ("a.txt", "", "messages are played from .mcap, .db3, .yaml, .json and .jsonl files and rosbag2 folders"),
     ],
 )
 def test_what_is_wrong_is_said_with_its_place(tmp_path, monkeypatch, name, text, message):
@@ -107,3 +107,70 @@ def test_a_file_nobody_listened_to_is_a_warning(tmp_path):
         [warning] = app.warnings
         assert warning.code == "play-unheard"
         assert warning.message == "nobody listened to any of its topics: /chat, /cmd_vel"
+
+
+def a_bag(folder, *, storage="sqlite3"):
+    """A rosbag2 recording of two /chat messages at 100 s and 100.5 s of a wall clock of 2024."""
+    from rosbags.rosbag2 import StoragePlugin, Writer
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    kind = "std_msgs/msg/String"
+    plugin = StoragePlugin.SQLITE3 if storage == "sqlite3" else StoragePlugin.MCAP
+    start = 1_700_000_000 * 10**9
+    with Writer(folder, version=9, storage_plugin=plugin) as writer:
+        connection = writer.add_connection("/chat", kind, typestore=store)
+        for at, text in ((0, "a"), (5 * 10**8, "b")):
+            writer.write(connection, start + at, store.serialize_cdr(store.types[kind](text), kind))
+    return folder
+
+
+@pytest.mark.parametrize("storage", ["sqlite3", "mcap"])
+def test_a_rosbag2_folder_is_played(tmp_path, storage):
+    (source,) = open_sources([a_bag(tmp_path / "bag", storage=storage)])
+    assert source.topics() == {"/chat": "std_msgs/msg/String"}
+    assert source.start_ns() == 1_700_000_000 * 10**9
+    assert [(entry.time_ns - source.start_ns(), entry.load().data) for entry in source] == [(0, "a"), (5 * 10**8, "b")]
+    source.close()
+
+
+def test_a_bare_db3_file_is_played(tmp_path):
+    (file,) = a_bag(tmp_path / "bag").glob("*.db3")
+    (source,) = open_sources([file])
+    assert [entry.load().data for entry in source] == ["a", "b"]
+
+
+def test_folders_and_databases_that_are_no_recordings_are_one_line(tmp_path, monkeypatch):
+    import sqlite3
+
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "empty").mkdir()
+    (tmp_path / "packed").mkdir()
+    (tmp_path / "packed" / "a.db3.zstd").write_bytes(b"x")
+    (tmp_path / "text.db3").write_text("no database, but some text" * 100)
+    with sqlite3.connect(tmp_path / "view.db3") as database:
+        database.execute("CREATE VIEW topics AS SELECT 1")
+    with pytest.raises(UserError) as refused:
+        open_sources(["empty", "packed", "text.db3", "view.db3", "gone.db3"])
+    lines = str(refused.value).splitlines()
+    assert len(lines) == 5
+    for line, said in zip(
+        lines,
+        (
+            "no recording is in this folder",
+            "is compressed",
+            "not a readable rosbag2",
+            "views or triggers",
+            "No such file",
+        ),
+        strict=True,
+    ):
+        assert said in line
+
+
+def test_the_help_says_how_messages_are_written(capsys):
+    from graph.cli.main import main
+
+    assert main(["run", "--help"]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "- {at: 0.5, topic: /cmd_vel, type: geometry_msgs/msg/Twist, message: {linear: {x: 0.2}}}" in said

@@ -1,0 +1,127 @@
+"""ROS 2 messages from a rosbag2 recording in SQLite: a `.db3` file, or the folder that holds it."""
+
+from __future__ import annotations
+
+import re
+import sqlite3
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from rosbags.interfaces import MessageDefinitionFormat  # noqa: TID253
+from rosbags.rosbag2 import Reader  # noqa: TID253
+
+from graph.base.errors import RunError, UserError
+from graph.base.limits import check
+
+from .bus import topic_name
+from .mcap_source import McapSource, decoding
+from .ros_types import known, register
+from .sources import Entry, Source
+
+_COMPRESSED = re.compile(r"compression_mode:\s*[\"']?(file|message)", re.IGNORECASE)
+
+
+def open_bag(folder: Path) -> list[Source]:
+    """A source for each file of a rosbag2 folder, in the order of their names. Raises UserError if it has none."""
+    metadata = folder / "metadata.yaml"
+    try:
+        text = metadata.read_bytes()[:1_000_000].decode("utf-8", "replace") if metadata.is_file() else ""
+        files = sorted(one for one in folder.iterdir() if one.suffix in (".db3", ".mcap"))
+        packed = any(one.suffix == ".zstd" for one in folder.iterdir()) or _COMPRESSED.search(text)
+    except OSError as error:
+        raise UserError(f"{folder}: {error.strerror}; name a recording that can be read") from None
+    if packed:
+        raise UserError(f"{folder}: the recording is compressed; write it uncompressed first: ros2 bag convert")
+    if not files:
+        raise UserError(f"{folder}: no recording is in this folder; a rosbag2 folder holds .db3 or .mcap files")
+    return [McapSource(one) if one.suffix == ".mcap" else BagSource(one) for one in files]
+
+
+class BagSource:
+    """The CDR messages of the file `path` (.db3), by time; read as they are needed.
+
+    Types that this project does not know come from the file's own definitions, where it has them. `skipped` says which
+    topics cannot be read, and why. Raises UserError if the file is no readable rosbag2 file.
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        self.name = str(path)
+        self.skipped: dict[str, str] = {}
+        self._types: dict[str, str] = {}
+        self._start_ns = 0
+        try:
+            _check_tables(Path(path))
+            with Reader(Path(path)) as reader:
+                self._examine(reader)
+        except UserError:
+            raise
+        except Exception as error:  # whatever a damaged file makes of the reader
+            reason = " ".join(str(error).split())[:120] or type(error).__name__
+            raise UserError(f"{path}: not a readable rosbag2 recording ({reason})") from None
+
+    def topics(self) -> Mapping[str, str]:
+        """The topics that can be read and their types."""
+        return self._types
+
+    def start_ns(self) -> int:
+        """The time of the first message of the file [ns]."""
+        return self._start_ns
+
+    def __iter__(self) -> Iterator[Entry]:
+        if not self._types:
+            return
+        with Reader(Path(self.name)) as reader:
+            for connection, time_ns, data in self._undamaged(reader):
+                topic = topic_name(connection.topic)
+                if self._types.get(topic) == connection.msgtype:
+                    yield Entry(time_ns, topic, connection.msgtype, decoding(data, connection.msgtype, self.name))
+
+    def close(self) -> None:
+        """Nothing to free: a reader lives as long as its iteration."""
+
+    def _undamaged(self, reader: Reader) -> Iterator[tuple[Any, int, bytes]]:
+        try:
+            yield from reader.messages()
+        except Exception as error:  # whatever damaged content makes of the reader
+            reason = " ".join(str(error).split())[:120] or type(error).__name__
+            raise RunError(f"{self.name}: the recording is damaged ({reason})") from error
+
+    def _examine(self, reader: Reader) -> None:
+        self._start_ns = reader.start_time if reader.message_count else 0
+        for connection in reader.connections:
+            topic = topic_name(connection.topic)
+            if why := _unreadable(connection):
+                self.skipped[topic] = why
+            elif self._types.setdefault(topic, connection.msgtype) != connection.msgtype:
+                self.skipped[topic] = f"it also has messages of type {connection.msgtype}"
+
+
+def _check_tables(path: Path) -> None:
+    """Refuses a database that computes what it gives: a view may run for ever."""
+    with path.open("rb"):  # says why a file cannot be opened
+        pass
+    database = sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro&immutable=1", uri=True)
+    try:
+        kinds = dict(database.execute("SELECT name, type FROM sqlite_master"))
+    finally:
+        database.close()
+    if any(kind in ("view", "trigger") for kind in kinds.values()):
+        raise UserError(f"{path}: the database has views or triggers, which no rosbag2 recording has; it is refused")
+
+
+def _unreadable(connection: Any) -> str:
+    """Why a topic cannot be read; "" if it can."""
+    if connection.ext.serialization_format != "cdr":
+        return f"its messages are encoded as {connection.ext.serialization_format}, not as cdr"
+    if known(connection.msgtype):
+        return ""
+    definition = connection.msgdef
+    if definition.format != MessageDefinitionFormat.MSG:
+        return f"its type {connection.msgtype} is unknown, and the recording does not define it"
+    try:
+        check("recording.definitions", len(definition.data), f"its type takes {len(definition.data):,} bytes")
+        register(connection.msgtype, definition.data)
+    except ValueError as error:
+        return str(error)
+    return ""
