@@ -25,3 +25,10 @@ def test_the_page_of_a_package_has_a_line_for_each_of_its_rooms(package):
 
 def test_the_page_of_the_nodes_counts_them():
     assert f"{sum(map(len, TYPES.values()))} node types" in (ROOT / "nodes/README.md").read_text(encoding="utf8")
+
+
+def test_the_files_that_the_contributing_page_names_are_there():
+    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf8")
+    named = re.findall(r"`([\w./-]+/[\w.-]+\.(?:py|md|json))[` ]", text)
+    assert [name for name in named if "NAME" not in name and not (ROOT / name).exists()] == []
+    assert len(named) > 25
