@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from graph.evaluate.links import Link
 
 from .explain_links import Links
+from .missed_ticks import missed_ticks
 
 if TYPE_CHECKING:
     from graph.evaluate import Node
@@ -35,7 +36,7 @@ def find_traps(
     """Every trap there is, clocks first, and what the App itself warns of."""
     found = [
         *_clock_traps(app, steps),
-        *_sensor_traps(sensors, seen),
+        *_sensor_traps(app, sensors, seen),
         *_stamp_traps(links),
         *_order_traps(links),
         *_latent_traps(seen),
@@ -137,17 +138,13 @@ def _limit_traps(app: App) -> Iterator[Trap]:
         )
 
 
-def _sensor_traps(sensors: Sequence[Mapping[str, Any]], seen: Observed) -> Iterator[Trap]:
+def _sensor_traps(app: App, sensors: Sequence[Mapping[str, Any]], seen: Observed) -> Iterator[Trap]:
     for sensor in sensors:
         if not sensor["product"]:
             continue
         if sensor["missed"]:
-            yield (
-                "sensor-faster-than-loop",
-                sensor["path"],
-                f"{sensor['missed']:,} of {sensor['frames'] + sensor['missed']:,} ticks are passed over: at most one "
-                "frame an update; raise loop_hz and physics_hz, or lower the tick rate",
-            )
+            rate = app.rendering.products[sensor["product"]].sensor.rate
+            yield missed_ticks(app, sensor["path"], rate, sensor["missed"], sensor["frames"] + sensor["missed"])
         if not sensor["consumers"]:
             yield (
                 "nobody-consumes",

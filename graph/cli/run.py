@@ -56,7 +56,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--strict",
         action="store_true",
-        help="exit 1 if a wired sensor or publisher was silent all the run",
+        help="exit 1 if a wired sensor or publisher was silent all the run, or a sensor missed ticks",
     )
     parser.add_argument(
         "--on-error",
@@ -74,6 +74,7 @@ def run(args: argparse.Namespace) -> int:
     from graph.sim.messages.bus import CountingSink
 
     from .frames import FrameSink
+    from .missed_ticks import missed_in_run
     from .report import build_report
     from .silent_outputs import warn_of_blind_sensors
 
@@ -128,6 +129,9 @@ def run(args: argparse.Namespace) -> int:
                 if player is not None:
                     warn_unheard(app, player)
                 warn_of_blind_sensors(app)
+                missed = [*missed_in_run(app)]
+                for warning in missed:
+                    app.warn(*warning)
                 for warning in frames.warnings(app.bus):
                     app.warn(*warning)
                 report = build_report(app, session.runner, counter, time.perf_counter() - started)
@@ -151,10 +155,12 @@ def run(args: argparse.Namespace) -> int:
         return EXIT_INTERRUPTED
     if failures:
         raise failures[0]
-    if args.strict:
-        for line in report["silent"]:
-            tell(f"strict: {line}")
-    return 1 if args.strict and report["silent"] else 0
+    if not args.strict:
+        return 0
+    faults = [*report["silent"], *(f"sensor {where}: {message}" for _, where, message in missed)]
+    for line in faults:
+        tell(f"strict: {line}")
+    return 1 if faults else 0
 
 
 def _print(args: argparse.Namespace, report: Report, lines: list[str]) -> None:
