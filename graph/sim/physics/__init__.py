@@ -76,6 +76,7 @@ def build_physics(
     moves = scan.dynamic or (mjcf is not None and mjcf.moves)
     if not moves and not scan.soft:
         return None
+    from .read_forces import start_surfaces
     from .read_world import read_world
     from .start_checks import tell_start
 
@@ -83,5 +84,6 @@ def build_physics(
     if not moves and not world.softs:
         return None
     physics = engine(world, dt, meters_per_unit=scan.meters_per_unit, fidelity=fidelity, warn=warn, mjcf=mjcf)
+    start_surfaces(physics, warn)
     tell_start(physics, warn)
     return physics

@@ -19,20 +19,15 @@ from .settings_table import (
     ARRAYS,
     INSTANCES,
     NAMESPACES,
-    NEUTRAL,
-    QUIET_SCHEMAS,
     RELATIONSHIPS,
     ROLES,
     SCHEMAS,
     SIMULATED,
-    STORED,
     TOKENS,
-    UNKNOWN,
     VECTORS,
-    Stored,
     generic,
-    stored_as,
 )
+from .stored_table import NEUTRAL, QUIET_SCHEMAS, STORED, UNKNOWN, Stored, stored_as
 
 CODE = "physics-setting-stored"
 

@@ -56,6 +56,8 @@ class Collider:
     """Of what does not move: the prim that it belongs to in `World.filtered`."""
     mask: int = 0
     """Its kind for the filters of collisions (see `World.meets`)."""
+    trigger: bool = False
+    """It touches nothing and weighs nothing; what is in it can be asked for."""
     density: float | None = None
     material_density: float | None = None
     mass: float | None = None
@@ -205,6 +207,31 @@ class Gripper:
 
 
 @dataclass(frozen=True)
+class BodyForce:
+    """A force [N] at a body's centre of mass and a torque [N m], along the world's axes or its own (`local`).
+
+    With `acceleration` they are [m/s2] and [rad/s2], whatever its mass and inertia.
+    """
+
+    path: str
+    force: Floats
+    torque: Floats
+    local: bool = False
+    acceleration: bool = False
+
+
+@dataclass(frozen=True)
+class MovingSurface:
+    """The surface of a body that moves under what lies on it, as a belt's: velocity [m/s] and turn rate [rad/s] about
+    its origin, along its axes; pose: (4, 4), the body's rigid frame at the start [m]."""
+
+    path: str
+    pose: Floats
+    velocity: Floats
+    turn: Floats
+
+
+@dataclass(frozen=True)
 class World:
     """All that one engine needs: gravity [m/s2], bodies, colliders, joints and what never collides.
 
@@ -224,3 +251,5 @@ class World:
     options: SolverOptions = UNCHOSEN
     softs: tuple[Soft, ...] = ()
     given: tuple[Body, ...] = ()
+    forces: tuple[BodyForce, ...] = ()
+    surfaces: tuple[MovingSurface, ...] = ()

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from graph.sim.mjcf.scene import MjcfScene
 
     from .articulation import Articulation
-    from .model import Joint, World
+    from .model import BodyForce, Joint, World
 
 Rows = NDArray[np.intp]
 """(n,) row numbers."""
@@ -175,6 +175,9 @@ class PhysicsEngine(Protocol):
     def set_forces(self, paths: Sequence[str], forces: Floats) -> None:
         """Have (n, 6) force [N] at the centre of mass, then torque [N m], act on bodies until they are set again."""
 
+    def set_authored_forces(self, forces: Sequence[BodyForce]) -> None:
+        """Have other forces of the stage act than `World.forces`, besides those of `set_forces`."""
+
     # -- joints ------------------------------------------------------------------------------------------------------
     # rows: joints with one degree of freedom; values: one per row [rad or m, per second, N m or N]
 
@@ -232,6 +235,10 @@ class PhysicsEngine(Protocol):
     def contacts(self) -> Contacts:
         """The contacts that carried load in the last step."""
         return Contacts()
+
+    def triggered(self) -> dict[str, tuple[str, ...]]:
+        """By the path of each trigger the paths of the colliders that are in it now."""
+        return {}
 
     def gripper(self, path: str) -> SurfaceGripper:
         """The surface gripper at a path. Raises RunError where there is none."""

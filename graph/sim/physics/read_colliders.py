@@ -19,7 +19,7 @@ from graph.sim.scene.stage import Warn
 from graph.sim.transforms import Floats
 from graph.sim.usd import EARLIEST, UsdGeom, UsdPhysics
 
-from .attributes import authored, kilograms_per_unit
+from .attributes import applied_schemas, authored, kilograms_per_unit
 from .convex_decomposition import MOST_PIECES, enclosed
 from .filters import Filters
 from .hulls import convex_pieces, with_depth
@@ -72,6 +72,7 @@ class _Reader:
         self.sheared = bool(np.abs(rest - np.diag(np.diag(rest))).max() > 1e-9 * self.scale.max())
         self.common = {**_surface(scan, collider.prim, warn), **self._mass(scan)}
         self.common["mask"] = filters.masks.get(self.path, 0)
+        self.common["trigger"] = "PhysxTriggerAPI" in applied_schemas(collider.prim)
         if self.body is None and filters.stills:
             self.common["still"] = _nearest(self.path, filters.stills)
 

@@ -17,10 +17,12 @@ from graph.sim.transforms import Floats
 from graph.sim.usd import EARLIEST, UsdGeom, UsdPhysics
 
 from .attributes import kilograms_per_unit, value_of, vector
-from .authored_settings import check_settings
+from .authored_settings import StoredSettings, check_settings
 from .filters import read_filters
+from .locked_axes import read_locks
 from .model import Body, Collider, Joint, World
 from .read_colliders import read_colliders
+from .read_forces import read_forces, read_surfaces
 from .read_grippers import read_grippers
 from .read_joints import read_joints, read_mimics
 from .read_mass import read_mass
@@ -50,21 +52,27 @@ def read_world(scan: Scan, warn: Warn, known: Known = NOTHING) -> World:
     _say_several_scenes(scan, warn)
     filters = read_filters(scan, warn)
     joints = read_joints(scan, warn, known.joints)
+    bodies = tuple(
+        known.bodies.get(path) or _body(scan, body, warn)
+        for path, body in scan.bodies.items()
+        if path in scan.moving and not body.given
+    )
+    stored = StoredSettings()
+    locks = read_locks(scan, bodies, joints, stored)
+    stored.tell(warn)
     return World(
         gravity=read_gravity(scan, warn),
-        bodies=tuple(
-            known.bodies.get(path) or _body(scan, body, warn)
-            for path, body in scan.bodies.items()
-            if path in scan.moving and not body.given
-        ),
+        bodies=bodies,
         colliders=read_colliders(scan, filters, warn, known.colliders),
-        joints=joints,
+        joints=(*joints, *(known.joints.get(lock.path, lock) for lock in locks)),
         filtered=filters.apart,
         grippers=read_grippers(scan, warn),
         mimics=read_mimics(scan, joints, warn),
         meets=None if filters.meets.all() else filters.meets,
         options=authored_options(scan, warn),
         softs=read_softs(scan, warn),
+        forces=read_forces(scan, warn),
+        surfaces=read_surfaces(scan, bodies, warn),
         given=tuple(_body(scan, body, warn) for body in scan.bodies.values() if body.given),
     )
 

@@ -12,8 +12,10 @@ from graph.sim.scene.stage import Warn
 from graph.sim.transforms import Floats
 
 from .authored_settings import check_settings
+from .locked_axes import SUFFIX
 from .model import Collider, World
 from .protocol import PhysicsEngine
+from .read_forces import start_surfaces
 from .read_world import Known, read_world
 
 
@@ -41,6 +43,7 @@ def rebuild(
     world = read_world(scan, warn, _parts(old, same))
     compiled_from_elsewhere = frozenset(physics.body_paths).difference(rest)
     physics.adopt(world, same | compiled_from_elsewhere, warn)
+    start_surfaces(physics, warn)
     return True
 
 
@@ -58,6 +61,7 @@ def restart(
         scan.placed = {path: pose for path, pose in poses.items() if path in scan.bodies}
         world = read_world(scan, warn)
     physics.adopt(world, None, warn)
+    start_surfaces(physics, warn)
 
 
 def _pose(physics: PhysicsEngine, number: int) -> Floats:
@@ -76,7 +80,11 @@ def _untouched(old: World, scan: Scan, touched: tuple[str, ...]) -> frozenset[st
         return path
 
     ties = {joint.path: joint.bodies for joint in scan.joints}
-    before = {joint.path.partition(":")[0]: joint.bodies for joint in old.joints}  # several axes share a prim
+    before = {
+        joint.path.partition(":")[0]: joint.bodies  # several axes share a prim
+        for joint in old.joints
+        if not joint.path.endswith(SUFFIX)
+    }
     for bodies in (*ties.values(), *before.values()):
         first, second = bodies
         if first and second:

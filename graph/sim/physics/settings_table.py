@@ -1,16 +1,12 @@
-"""Physics settings that a stage may author: which are simulated, on what, and what the others would ask for.
+"""Physics settings that are simulated, and on what; what the others would ask for is in `stored_table`.
 
-A name is that of an attribute or relationship, or of a schema; the instance of a multiple-apply schema is written `*`
+A name is that of an attribute or relationship; the instance of a multiple-apply schema is written `*`
 (`drive:*:physics:damping`). Every name in one of `NAMESPACES` that is not `SIMULATED` is only stored on its prim.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from fnmatch import fnmatchcase
-from functools import lru_cache
-from typing import Any
 
 from .d6_joints import AXES
 
@@ -65,6 +61,11 @@ SIMULATED: Mapping[str, tuple[str, ...]] = {
         *("physics:rigidBodyEnabled", "physics:kinematicEnabled", "physics:startsAsleep", "physics:angularVelocity"),
         *("physxRigidBody:linearDamping", "physxRigidBody:angularDamping", "physxRigidBody:disableGravity"),
         *("physxRigidBody:maxLinearVelocity", "physxRigidBody:maxAngularVelocity"),
+        *("physxRigidBody:lockedPosAxis", "physxRigidBody:lockedRotAxis"),
+        *("physxForce:force", "physxForce:torque", "physxForce:forceEnabled", "physxForce:mode"),
+        *("physxForce:worldFrameEnabled", "physxSurfaceVelocity:surfaceVelocity"),
+        *("physxSurfaceVelocity:surfaceAngularVelocity", "physxSurfaceVelocity:surfaceVelocityEnabled"),
+        "physxSurfaceVelocity:surfaceVelocityLocalSpace",
     ),
     **_on(("body", "soft"), "physics:velocity"),
     **_on(("body", "collider", "soft"), "physics:simulationOwner", "physics:mass"),
@@ -142,233 +143,6 @@ SIMULATED: Mapping[str, tuple[str, ...]] = {
 }
 """Roles in which an attribute or relationship counts."""
 
-
-@dataclass(frozen=True)
-class Stored:
-    """Settings that change nothing: names (with `*`), why, and what to do instead."""
-
-    why: str
-    names: tuple[str, ...]
-
-
-STORED: tuple[Stored, ...] = (
-    Stored(
-        "MuJoCo has a solver and a broad phase of its own; raise physics_hz or physics.iterations for more precision",
-        (
-            *(
-                "physxRigidBody:solver*IterationCount",
-                "physxArticulation:solver*IterationCount",
-                "physxScene:solverType",
-            ),
-            *("physxScene:min*IterationCount", "physxScene:max*IterationCount", "physxScene:maxBiasCoefficient"),
-            *("physxRigidBody:cfmScale", "physxRigidBody:contactSlopCoefficient", "physxRigidBody:maxContactImpulse"),
-            *("physxRigidBody:maxDepenetrationVelocity", "physxScene:bounceThreshold", "physxScene:friction*"),
-            *(
-                "physxScene:enableStabilization",
-                "physxScene:solveArticulationContactLast",
-                "physxScene:collisionSystem",
-            ),
-            *("physxScene:broadphaseType", "physxScene:enableExternalForcesEveryIteration"),
-            *("physxScene:enableEnhancedDeterminism", "physxScene:enableResidualReporting", "PhysxResidual*"),
-            *("newton:xpbd:*", "newton:kamino:*", "newton:vbd:*", "physxRigidBody:retainAccelerations"),
-        ),
-    ),
-    Stored(
-        "physics runs on the CPU and sizes its own buffers; nothing is to be done",
-        (
-            "physxScene:gpu*",
-            "physxScene:enableGPUDynamics",
-            "physxScene:updateType",
-            "physxScene:enableSceneQuerySupport",
-        ),
-    ),
-    Stored(
-        "bodies never fall asleep by themselves; nothing is to be done",
-        ("*:sleepThreshold", "*:stabilizationThreshold"),
-    ),
-    Stored(
-        "collisions are looked for at every physics step and not between; raise physics_hz where fast bodies pass "
-        "through thin ones",
-        ("physxRigidBody:enableCCD", "physxRigidBody:enableSpeculativeCCD"),
-    ),
-    Stored(
-        "bodies collide where their surfaces meet, neither before nor after; change the collider's size instead",
-        (
-            *("physxCollision:contactOffset", "physxCollision:restOffset", "newton:contactMargin", "newton:contactGap"),
-            *("mjc:margin", "mjc:gap"),
-        ),
-    ),
-    Stored(
-        "friction against spinning is a number of the material; set newton:torsionalFriction on it",
-        ("physxCollision:torsionalPatchRadius", "physxCollision:minTorsionalPatchRadius"),
-    ),
-    Stored(
-        "colliding meshes are cut into convex parts exactly, whatever is set; use a coarser mesh if it is too slow",
-        (
-            *("physxConvexHullCollision:*", "physxConvexDecompositionCollision:*", "physxSphereFillCollision:*"),
-            *("physxTriangleMeshCollision:*", "physxTriangleMeshSimplificationCollision:*", "physxSDFMeshCollision:*"),
-            *("physxCookedData:*", "PhysxMeshMergeCollisionAPI", "physxMeshMergeCollision:*", "newton:maxHullVertices"),
-            *("newton:sdf*", "newton:hydroelastic*", "mjc:maxhullvert"),
-        ),
-    ),
-    Stored(
-        "the mass is spread over the volume of the colliders; author physics:mass and physics:diagonalInertia",
-        ("newton:massModel", "newton:shellThickness", "newton:inertia", "mjc:shellinertia", "mjc:inertia"),
-    ),
-    Stored(
-        "contacts are rigid; use a deformable for what gives way",
-        (
-            *(
-                "physxMaterial:compliantContact*",
-                "physxMaterial:dampingCombineMode",
-                "physxMaterial:improvePatchFriction",
-            ),
-            *("newton:contactStiffness", "newton:contactDamping", "newton:contactFrictionGain"),
-            *("newton:contactAdhesion", "mjc:solref", "mjc:solimp", "mjc:solmix", "mjc:condim", "mjc:priority"),
-        ),
-    ),
-    Stored(
-        "all colliders of a body touch; set physics:collisionEnabled = false on those that must not",
-        ("physxRigidBody:solveContact",),
-    ),
-    Stored(
-        "what joints connect is always one mechanism; set physics:jointEnabled = false on a joint that must not hold",
-        ("physxArticulation:articulationEnabled",),
-    ),
-    Stored(
-        "triggers, forces and moving surfaces that a stage authors are not simulated; use the nodes that do it",
-        (
-            "physxTrigger:*",
-            "PhysxTrigger*",
-            "physxForce:*",
-            "physxSurfaceVelocity:*",
-            "PhysxForceAPI",
-            "PhysxSurfaceV*",
-        ),
-    ),
-    Stored(
-        "bodies are free in all six directions and as fast as forces make them; use joints and damping",
-        ("physxRigidBody:locked*",),
-    ),
-    Stored("what spins always precesses; nothing is to be done", ("physxRigidBody:enableGyroscopicForces",)),
-    Stored(
-        "kinematic bodies and what stands still do not meet; make one of them a body that forces move",
-        ("physxScene:reportKinematic*",),
-    ),
-    Stored(
-        "collision groups are filtered as UsdPhysics says; set physics:invertFilteredGroups on each group",
-        ("physxScene:invertCollisionGroupFilter",),
-    ),
-    Stored(
-        "every contact is in app.simulation.tensors.contacts and for contact sensors; nothing is to be done",
-        ("physxContactReport:*",),
-    ),
-    Stored(
-        "joint limits are hard stops; for a soft one use a drive that aims at it",
-        (
-            *("physxLimit:*", "newton:limitStiffness", "newton:limitDamping", "mjc:solreflimit", "mjc:solimplimit"),
-            "physxJoint:enableProjection",
-        ),
-    ),
-    Stored(
-        "drives are springs with dampers within a force limit; set drive:*:physics:maxForce",
-        ("physxDrivePerformanceEnvelope:*", "PhysxDrivePerformanceEnvelopeAPI"),
-    ),
-    Stored(
-        "distance joints are strings or rods; for a spring use a PhysicsPrismaticJoint with a drive",
-        ("physxPhysicsDistanceJoint:*",),
-    ),
-    Stored(
-        "a joint that mimics another follows it rigidly; set gearing and offset",
-        ("physxMimicJoint:*:naturalFrequency", "physxMimicJoint:*:dampingRatio"),
-    ),
-    Stored(
-        "joints have inertia (armature), dry and viscous friction, a top speed and a drive; use the drive for a spring",
-        (
-            *("mjc:stiffness", "mjc:springref", "mjc:springdamper", "mjc:actuatorfrc*", "mjc:ref"),
-            *("mjc:actuatorgravcomp", "mjc:solreffriction", "mjc:solimpfriction"),
-            *("physxJoint:*", "physxJointAxis:*", "newton:jointsAddMobility"),
-        ),
-    ),
-    Stored(
-        "tendons are not simulated; couple joints by NewtonMimicAPI or PhysxMimicJointAPI",
-        ("physxTendon:*", "PhysxTendon*", "MjcTendon", "mjc:path*", "mjc:sideSites*"),
-    ),
-    Stored(
-        "gears are not simulated; couple the joints by PhysxMimicJointAPI or NewtonMimicAPI",
-        ("PhysxPhysicsGearJoint", "PhysxPhysicsRackAndPinionJoint"),
-    ),
-    Stored(
-        "vehicles are not simulated; build one of bodies, joints and drives, steered by a controller node",
-        ("physxVehicle*", "PhysxVehicle*"),
-    ),
-    Stored(
-        "character controllers are not simulated; move a kinematic body",
-        ("physxCharacterController:*", "PhysxCharacterControllerAPI"),
-    ),
-    Stored(
-        "cameras do not follow by physics; write their transforms",
-        ("physxCamera:*", "physxFollow*", "physxDroneCamera:*", "PhysxCamera*"),
-    ),
-    Stored(
-        "particles are simulated as PhysxParticleSetAPI without fluid only",
-        (
-            *(
-                "PhysxParticleSystem",
-                "physxParticle*",
-                "PhysxParticle*",
-                "PhysxDiffuseParticlesAPI",
-                "PhysxPBDMaterialAPI",
-            ),
-            *("physxDiffuseParticles:*", "physxPBDMaterial:*", "newton:mpm:*", "NewtonMPM*"),
-        ),
-    ),
-    Stored(
-        "cloth and soft bodies have a density, stiffness, damping and thickness; no other setting of theirs counts",
-        (
-            *("physxDeformable*", "physxSurfaceDeformable*", "physxAutoDeformable*", "physxBaseDeformable*"),
-            *("omniphysics:*", "OmniPhysics*", "deformablePose:*", "Physx*Deformable*", "PhysxPhysicsAttachment"),
-            *("physxAutoAttachment*", "PhysxAuto*", "newton:curves*", "Newton*Deformable*", "physxHair*", "PhysxHair*"),
-            *("physxCloth*", "physxAutoParticleCloth:*", "physxVolumeDeformable*", "physics:masses"),
-        ),
-    ),
-    Stored(
-        "copies by physics instancers are not simulated; use a PointInstancer or references",
-        ("PhysxPhysicsInstancer", "PhysxPhysicsJointInstancer"),
-    ),
-    Stored(
-        "inertia is always simulated, quasi-static scenes are not; raise damping instead",
-        ("PhysxSceneQuasistaticAPI", "physxSceneQuasistatic:*"),
-    ),
-    Stored(
-        "belts along curves are not simulated; use PhysxSurfaceVelocityAPI on straight and round parts",
-        ("physxSplinesSurfaceVelocity:*", "PhysxSplinesSurfaceVelocityAPI"),
-    ),
-    Stored(
-        "joints move by the drives of UsdPhysics; apply PhysicsDriveAPI",
-        (
-            *(
-                "NewtonActuator*",
-                "NewtonPDControlAPI",
-                "NewtonPIDControlAPI",
-                "NewtonNeuralControlAPI",
-                "Newton*Clamping*",
-            ),
-            *("newton:targets", "newton:delaySteps", "newton:constEffort", "newton:k?", "newton:integralMax"),
-            *("newton:max*Effort", "newton:saturationEffort", "newton:model*", "newton:lookup*"),
-        ),
-    ),
-    Stored(
-        "of MuJoCo's own elements in USD only the options of the scene, armature and friction are read; load the MJCF "
-        "model itself (scene: {mjcf: ...})",
-        ("mjc:*", "Mjc*"),
-    ),
-    Stored("sites are not simulated; use an Xform", ("NewtonSiteAPI",)),
-)
-"""What is only stored, by what it would ask for; the first that fits a name counts."""
-
-UNKNOWN = Stored("nothing here reads it; check its spelling", ("*",))
-
 RELATIONSHIPS = frozenset(
     {"newton:mimicJoint", "physxMimicJoint:*:referenceJoint", "omniphysics:src0", "omniphysics:src1"}
 )
@@ -376,49 +150,19 @@ TOKENS = frozenset(
     {
         *("physxMaterial:frictionCombineMode", "physxMaterial:restitutionCombineMode"),
         *("physxMimicJoint:*:referenceJointAxis", "mjc:option:integrator", "mjc:option:solver", "mjc:option:cone"),
-        "mjc:option:jacobian",
+        *("mjc:option:jacobian", "physxForce:mode"),
     }
 )
-VECTORS = frozenset({"mjc:option:wind"})
+VECTORS = frozenset(
+    {
+        *("mjc:option:wind", "physxForce:force", "physxForce:torque"),
+        *("physxSurfaceVelocity:surfaceVelocity", "physxSurfaceVelocity:surfaceAngularVelocity"),
+    }
+)
 ARRAYS = frozenset(
     {"physxDeformable:simulationIndices", "physxDeformable:simulationRestPoints", "omniphysics:vtxIndicesSrc0"}
 )
 """Kinds of what is simulated and not in UsdPhysics' own schemas; all else are numbers."""
-
-NEUTRAL: Mapping[str, Any] = {
-    "physxRigidBody:enableGyroscopicForces": True,
-    "physxRigidBody:solveContact": True,
-    "physxArticulation:articulationEnabled": True,
-    "physxScene:enableSceneQuerySupport": True,
-    "physxScene:updateType": "Synchronous",
-    "physxMaterial:dampingCombineMode": "average",
-    "physxCharacterController:climbingMode": "easy",
-}
-"""Values that ask for what happens anyway, besides 0, false, empty and infinite ones."""
-
-QUIET_SCHEMAS = frozenset(
-    {
-        *("PhysicsRigidBodyAPI", "PhysicsCollisionAPI", "PhysicsMassAPI", "PhysicsMaterialAPI", "PhysicsDriveAPI"),
-        *("PhysicsLimitAPI", "PhysicsFilteredPairsAPI", "PhysicsMeshCollisionAPI", "PhysicsArticulationRootAPI"),
-        *("PhysicsJointStateAPI", "PhysicsScene", "PhysicsCollisionGroup", "PhysicsJoint", "PhysicsFixedJoint"),
-        *("PhysicsRevoluteJoint", "PhysicsPrismaticJoint", "PhysicsSphericalJoint", "PhysicsDistanceJoint"),
-        *("PhysxSceneAPI", "PhysxRigidBodyAPI", "PhysxCollisionAPI", "PhysxMaterialAPI", "PhysxJointAPI"),
-        *("PhysxJointAxisAPI", "PhysxLimitAPI", "PhysxMimicJointAPI", "PhysxArticulationAPI", "PhysxContactReportAPI"),
-        *("PhysxConvexHullCollisionAPI", "PhysxConvexDecompositionCollisionAPI", "PhysxSphereFillCollisionAPI"),
-        *("PhysxTriangleMeshCollisionAPI", "PhysxTriangleMeshSimplificationCollisionAPI", "PhysxSDFMeshCollisionAPI"),
-        *("PhysxPhysicsDistanceJointAPI", "PhysxCookedDataAPI", "PhysxDeformableSurfaceAPI", "PhysxDeformableAPI"),
-        *("PhysxDeformableBodyAPI", "PhysxDeformableSurfaceMaterialAPI", "PhysxDeformableBodyMaterialAPI"),
-        *("PhysxParticleClothAPI", "PhysxParticleSetAPI", "PhysxParticleAPI", "PhysxPBDMaterialAPI"),
-        *("PhysxPhysicsAttachment", "OmniPhysicsVtxXformAttachment", "OmniPhysicsDeformableBodyAPI"),
-        *("OmniPhysicsSurfaceDeformableSimAPI", "OmniPhysicsVolumeDeformableSimAPI", "OmniPhysicsBaseMaterialAPI"),
-        *("OmniPhysicsDeformableMaterialAPI", "OmniPhysicsSurfaceDeformableMaterialAPI", "OmniPhysicsBodyAPI"),
-        *("NewtonSceneAPI", "NewtonJointAPI", "NewtonMaterialAPI", "NewtonMimicAPI", "NewtonArticulationRootAPI"),
-        *("NewtonXpbdSceneAPI", "NewtonKaminoSceneAPI", "NewtonVbdSceneAPI", "NewtonMassAPI", "NewtonCollisionAPI"),
-        *("NewtonMeshCollisionAPI", "NewtonSDFCollisionAPI", "MjcSceneAPI", "MjcJointAPI", "MjcMaterialAPI"),
-        *("MjcCollisionAPI", "MjcMeshCollisionAPI", "MjcImageableAPI", "MjcSiteAPI"),
-    }
-)
-"""Schemas that ask for nothing by themselves: what they do is in their attributes."""
 
 
 def generic(name: str) -> tuple[str, str]:
@@ -428,9 +172,3 @@ def generic(name: str) -> tuple[str, str]:
         instance, _, attribute = rest.partition(":")
         return f"{first}:*:{attribute}", instance
     return name, ""
-
-
-@lru_cache(maxsize=4096)
-def stored_as(name: str) -> Stored:
-    """What is said of a name that is not simulated."""
-    return next((row for row in STORED if any(fnmatchcase(name, each) for each in row.names)), UNKNOWN)

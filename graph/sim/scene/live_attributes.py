@@ -1,4 +1,4 @@
-"""Physics attributes that take effect while playing: what drives aim at, and velocities of free bodies."""
+"""Physics attributes that take effect while playing: targets of drives, velocities of free bodies, forces, belts."""
 
 from __future__ import annotations
 
@@ -25,6 +25,8 @@ def apply_live(world: PlayingWorld, tensors: Tensors, path: str, name: str) -> b
     try:
         if name in _VELOCITIES:
             return _velocity(world, path)
+        if name.startswith(("physxForce:", "physxSurfaceVelocity:")):
+            return _force(world, path) if name.startswith("physxForce:") else _surface(world, path)
         if name.startswith("drive:"):
             _, axis, attribute = name.split(":", 2)
             return attribute in _TARGETS and _target(world, tensors, path, axis, _TARGETS[attribute], name)
@@ -56,6 +58,34 @@ def _velocity(world: PlayingWorld, path: str) -> bool:
     arm = physics.centers_of_mass[row] - physics.positions[row]
     physics.set_velocities((path,), np.concatenate([linear - np.cross(angular, arm), angular])[None])
     world.fabric.touched()
+    return True
+
+
+def _force(world: PlayingWorld, path: str) -> bool:
+    from graph.sim.physics.read_forces import force_of
+
+    physics = world.physics
+    if physics is None or path not in physics.body_paths or path in physics.kinematic:
+        return False
+    others = [force for force in physics.world.forces if force.path != path]
+    force = force_of(world.stage.GetPrimAtPath(path), world.warn)
+    physics.set_authored_forces([*others, *([force] if force else [])])
+    return True
+
+
+def _surface(world: PlayingWorld, path: str) -> bool:
+    from graph.sim.physics.read_forces import surface_of
+
+    physics = world.physics
+    if physics is None or path not in physics.body_paths:
+        return False
+    pose = np.eye(4)
+    row = physics.body_paths.index(path)
+    pose[:3, :3], pose[:3, 3] = physics.rotations[row], physics.positions[row]
+    surface = surface_of(world.stage.GetPrimAtPath(path), pose, world.warn)
+    if surface is None:
+        return False
+    physics.set_surface_velocity(path, pose, surface.velocity, surface.turn)
     return True
 
 

@@ -117,6 +117,12 @@ class Tensors:
         physics = self._physics()
         return np.zeros((0, 3)) if physics is None else physics.centers_of_mass
 
+    @property
+    def triggered(self) -> dict[str, tuple[str, ...]]:
+        """By the path of each trigger (PhysxTriggerAPI) the paths of the colliders that are in it now."""
+        physics = self._physics()
+        return physics.triggered() if physics is not None else {}
+
     def set_forces(self, forces: Any = None, torques: Any = None, bodies: Which = None) -> None:
         """Have forces at the centres of mass and torques act on bodies in every step until they are set again.
 

@@ -29,6 +29,7 @@ from .deformables import add_soft
 from .geoms import Grip, Meshes, Shape, add_geom, compiled, measured, new_spec, still
 from .library import mujoco
 from .restitution import NO_RESTITUTION, Restitution
+from .triggers import GROUP
 
 if TYPE_CHECKING:
     from graph.sim.fidelity import Fidelity
@@ -108,7 +109,8 @@ def compile_world(
     # A divergence must leave its state to be looked at.
     spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
     meshes = Meshes(spec)
-    usable = measured(world.colliders, warn, volumes)
+    every = measured(world.colliders, warn, volumes)
+    usable = [each for each in every if not each[0].trigger]
     colliders = [collider for collider, _ in usable]
     given = {body.path: body.model_name for body in world.given}
     handles = _add_bodies(spec, forest, usable, given, warn)
@@ -130,6 +132,11 @@ def compile_world(
             geom.density = collider.density or collider.material_density or 0.0
             if collider.mass is not None:
                 geom.mass = collider.mass
+    for number, (collider, _) in enumerate(every):
+        if collider.trigger:
+            parent = spec.worldbody if collider.body is None else handles[collider.body]
+            geom = add_geom(parent, collider, meshes, f"{collider.path}#t{number}", Grip(1.0, bits=(0, 0)))
+            geom.group = GROUP
     add_ties(spec, world, forest, handles, warn)
     touches = add_pairs(spec, names, plan, _meeting(colliders, roots, world))
     grippers = add_grips(spec, world)

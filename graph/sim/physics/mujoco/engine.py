@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -12,11 +13,12 @@ from numpy.typing import NDArray
 from graph.base.errors import RunError
 from graph.sim import transforms
 from graph.sim.physics import protocol
-from graph.sim.physics.model import World
+from graph.sim.physics.model import BodyForce, World
 from graph.sim.physics.protocol import PhysicsEngine, Rows, Snapshot
 from graph.sim.scene.stage import Warn
 from graph.sim.transforms import Floats
 
+from .body_forces import BodyForces
 from .compile import Compiled
 from .contacts import Contacts
 from .deformables import Deformables
@@ -32,6 +34,7 @@ from .restitution import Bounces
 from .snapshot import Motion, MujocoSnapshot
 from .speed_limits import SpeedLimits
 from .surfaces import Surfaces
+from .triggers import triggered
 
 if TYPE_CHECKING:
     from graph.sim.mjcf.flexes import Flexes
@@ -91,6 +94,8 @@ class MujocoEngine(PhysicsEngine):
 
             self.deformables = Flexes(self, compiled.flexes, self.deformables)
         self._speeds = SpeedLimits(self.model, compiled)
+        numbers = {path: number + 1 for path, number in self._index.items()}
+        self.forces = BodyForces(self.model, self.data, numbers, self.world.forces)
         self._after_step = tuple(self._followers())
         self.motors = Motors(self) if self.model.nactuator > len(self.drives.joints) else None
         self.set_dt(self.dt)
@@ -147,6 +152,8 @@ class MujocoEngine(PhysicsEngine):
             yield self.friction.step
         if self._speeds.limited:
             yield self._speeds.step
+        if self.forces.turning:
+            yield self.forces.step
         for gripper in self._grippers.values():
             yield gripper.step
 
@@ -266,7 +273,13 @@ class MujocoEngine(PhysicsEngine):
 
     def set_forces(self, paths: Sequence[str], forces: Floats) -> None:
         """Have (n, 6) force at the centre of mass [N] and torque [N m] act on bodies."""
-        self.data.xfrc_applied[[self.number(path) for path in paths]] = forces
+        self.forces.set_own([self.number(path) for path in paths], forces)
+
+    def set_authored_forces(self, forces: Sequence[BodyForce]) -> None:
+        """Have other forces of the stage act."""
+        self.world = replace(self.world, forces=tuple(forces))
+        self.forces.set_authored(forces)
+        self._after_step = tuple(self._followers())
 
     # -- joints ------------------------------------------------------------------------------------------------------
 
@@ -323,6 +336,10 @@ class MujocoEngine(PhysicsEngine):
     def contacts(self) -> protocol.Contacts:
         """The contacts that carried load in the last step."""
         return contacts_of(self)
+
+    def triggered(self) -> dict[str, tuple[str, ...]]:
+        """By the path of each trigger the paths of the colliders that are in it now."""
+        return triggered(self)
 
     def gripper(self, path: str) -> WeldGripper:
         """The surface gripper at a path. Raises RunError where there is none."""

@@ -11,6 +11,7 @@ from graph.sim.physics.model import Gripper, Suction
 from graph.sim.transforms import Floats
 
 from .library import mujoco
+from .triggers import SOLID
 
 if TYPE_CHECKING:
     from .engine import MujocoEngine
@@ -104,7 +105,7 @@ class WeldGripper:
         place, direction, body = self._frame(point)
         geom = np.array([-1], dtype=np.int32)
         start = place + point.clearance * direction
-        distance = mujoco.mj_ray(physics.model, physics.data, start, direction, None, 0, body + 1, geom)
+        distance = mujoco.mj_ray(physics.model, physics.data, start, direction, SOLID, 0, body + 1, geom)
         if geom[0] < 0 or not 0 <= distance <= self.spec.reach:
             return 0
         found = int(physics.model.geom_bodyid[geom[0]])

@@ -26,7 +26,7 @@ def set_initial_state(engine: MujocoEngine) -> None:
     for joint in engine.joints:
         if joint.initial_position is not None:
             data.qpos[model.joint(joint.model_name).qposadr[0]] = joint.initial_position
-    mujoco.mj_kinematics(model, data)
+    engine.forces.step(data)  # with the kinematics
     velocities: Velocities = {}
     for number, body in enumerate(compiled.bodies, start=1):
         if not (body.velocity.any() or body.angular_velocity.any()) or body.kinematic:
@@ -65,7 +65,8 @@ def _start_joint(engine: MujocoEngine, joint: Joint, velocities: Velocities) -> 
         return
     arm = data.xipos[body] - data.xanchor[joint_number]
     spin = w1 - w0
-    if first not in velocities and v1.any():  # of a pair that flies, the common motion is not the joint's
+    alone = model.body_jntnum[body] == 1
+    if alone and first not in velocities and v1.any():  # of a pair that flies, the common motion is not the joint's
         missing = v1 - np.cross(w1, arm)
         across = arm if joint.kind == "spherical" else arm - axis * (axis @ arm)
         if across @ across > 1e-12:

@@ -32,7 +32,7 @@ class Leaving:
         self._targets = {joint.path: target.copy() for joint, target in zip(drives.joints, drives.targets, strict=True)}
         self._grippers = {path: (gripper, gripper.weld_data) for path, gripper in physics._grippers.items()}
         self._surfaces, self._motors = physics._surfaces, physics.motors
-        self._deformables = physics.deformables
+        self._deformables, self._forces = physics.deformables, physics.forces.own
         self._others = _others(physics)
 
     def arrive(self, physics: MujocoEngine, kept: frozenset[str]) -> None:
@@ -42,6 +42,7 @@ class Leaving:
         for path, number in physics._index.items():
             if path in self._numbers:
                 numbers[self._numbers[path]] = number + 1
+                physics.forces.own[number + 1] = self._forces[self._numbers[path]]
                 self._body(model, data, self._numbers[path], number + 1, path in kept)
         for name, hidden in _others(physics).items():
             if name in self._others:
@@ -55,12 +56,12 @@ class Leaving:
         for path, (gripper, welds) in self._grippers.items():
             if path in physics._grippers and physics._grippers[path].spec.points == gripper.spec.points:
                 physics._grippers[path].take_over(gripper, welds)
+        physics.forces.step(data)
         warm = data.qacc_warmstart.copy()
         mujoco.mj_forward(model, data)
         data.qacc_warmstart[:] = warm
 
     def _body(self, model: Any, data: Any, old: int, new: int, kept: bool) -> None:
-        data.xfrc_applied[new] = self._data.xfrc_applied[old]
         from_mocap, to_mocap = self._model.body_mocapid[old], model.body_mocapid[new]
         if from_mocap >= 0 and to_mocap >= 0:
             data.mocap_pos[to_mocap] = self._data.mocap_pos[from_mocap]

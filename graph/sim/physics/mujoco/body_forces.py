@@ -1,0 +1,65 @@
+"""Forces on bodies: those that users set, and those that the stage authors, which may turn with their bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from graph.sim import transforms
+from graph.sim.physics.model import BodyForce
+from graph.sim.transforms import Floats
+
+from .library import mujoco
+
+
+class BodyForces:
+    """The external forces of a model; the user's are added to the stage's."""
+
+    def __init__(self, model: Any, data: Any, numbers: dict[str, int], forces: Sequence[BodyForce]) -> None:
+        """numbers: of the model's bodies by path."""
+        self._model, self._data, self._numbers = model, data, numbers
+        self.own: Floats = np.zeros((model.nbody, 6))
+        """(n, 6) what users have set, by the model's bodies: force [N], torque [N m]."""
+        self.set_authored(forces)
+
+    def set_authored(self, forces: Sequence[BodyForce]) -> None:
+        """Let other forces of the stage act."""
+        model = self._model
+        known = [force for force in forces if force.path in self._numbers]
+        self._bodies = np.array([self._numbers[force.path] for force in known], dtype=np.intp)
+        self._local = np.array([force.local for force in known], dtype=np.bool_)
+        accelerates = np.array([force.acceleration for force in known], dtype=np.bool_)
+        self._forces = np.array([force.force for force in known]).reshape(-1, 3)
+        self._forces = np.where(accelerates[:, None], self._forces * model.body_mass[self._bodies, None], self._forces)
+        self._torques = np.array([force.torque for force in known]).reshape(-1, 3)
+        axes = transforms.rotation_matrices(model.body_iquat[self._bodies]).reshape(-1, 3, 3)
+        inertias = np.einsum("bij,bj,bkj->bik", axes, model.body_inertia[self._bodies], axes)
+        self._inertias = np.where(accelerates[:, None, None], inertias, np.eye(3))
+        self.turning = bool(self._local.any() or (accelerates & self._torques.any(axis=1)).any())
+        """Whether they depend on how their bodies are turned, so that `step` has something to do."""
+        self.step(self._data)
+
+    def set_own(self, bodies: Sequence[int], forces: Floats) -> None:
+        """Let users' forces (n, 6) act on bodies of the model."""
+        self.own[list(bodies)] = forces
+        self._write(self._data)
+
+    def step(self, data: Any) -> None:
+        """After a step: turn what turns with its body."""
+        mujoco.mj_kinematics(self._model, data)
+        self._write(data)
+
+    def _write(self, data: Any) -> None:
+        data.xfrc_applied[:] = self.own
+        if not len(self._bodies):
+            return
+        turns = data.xmat[self._bodies].reshape(-1, 3, 3)
+        forces, torques = (
+            np.where(self._local[:, None], vectors, np.einsum("bji,bj->bi", turns, vectors))
+            for vectors in (self._forces, self._torques)
+        )
+        torques = np.einsum("bij,bj->bi", self._inertias, torques)  # along the body's axes
+        data.xfrc_applied[self._bodies, :3] += np.einsum("bij,bj->bi", turns, forces)
+        data.xfrc_applied[self._bodies, 3:] += np.einsum("bij,bj->bi", turns, torques)
