@@ -8,6 +8,7 @@ import sys
 import pytest
 
 from graph.cli.main import COMMANDS, main
+from graph.sim.fidelity import KNOBS, Fidelity
 from tests.support.places import ROOT
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -59,3 +60,21 @@ def test_the_test_file_passes(tmp_path, capsys):
 @pytest.mark.parametrize("command", COMMANDS)
 def test_every_command_has_its_line(command):
     assert f"`graph {command}" in README
+
+
+KNOB = re.compile(r"(?<![\w./])((?:physics|lidar|radar|camera|mesh)\.[a-z_]+|(?:fabric|tlas)(?==))(?:=([^\s,]+))?")
+"""A fidelity knob, and its value where one is given: `lidar.motion=frozen`, `mesh.tolerance`."""
+
+
+def test_every_knob_that_is_named_exists_and_takes_the_value_that_stands_there():
+    found = [match for code in re.findall(r"`([^`\n]+)`", README) for match in KNOB.findall(code)]
+    assert {"lidar.motion", "lidar.subrays", "mesh.tolerance", "fabric", "tlas"} <= {name for name, _ in found}
+    for name, value in found:
+        Fidelity.from_mapping({name: value or KNOBS[name].default})
+
+
+def test_the_defaults_in_brackets_are_those_of_the_knobs():
+    """As in "`lidar.bins` (8)"."""
+    found = re.findall(r"`([a-z]+\.[a-z]+)` \((\d+)\)", README)
+    assert found
+    assert {name: KNOBS[name].default for name, _ in found} == {name: int(value) for name, value in found}

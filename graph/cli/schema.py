@@ -3,20 +3,8 @@
 from __future__ import annotations
 
 import argparse
-from typing import TYPE_CHECKING, Any
 
 from .printing import say_json
-
-if TYPE_CHECKING:
-    from graph.sim.fidelity import Knob
-
-_KINDS: dict[str, dict[str, Any]] = {
-    "rate": {"anyOf": [{"type": "number", "exclusiveMinimum": 0}, {"type": "string"}]},
-    "count": {"type": "integer", "minimum": 1},
-    "length": {"type": "number", "exclusiveMinimum": 0},
-    "number": {"type": "number", "exclusiveMinimum": 0},
-    "switch": {"enum": [True, False, "on", "off"]},
-}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -31,7 +19,7 @@ def run(args: argparse.Namespace) -> int:
     from graph.sim.fidelity import KNOBS
     from graph.sim.settings import DEFAULTS
 
-    knobs = {name: _knob(knob) for name, knob in KNOBS.items()}
+    knobs = {name: knob.schema for name, knob in KNOBS.items()}
     settings = {path: {"default": value} for path, value in DEFAULTS.items()}
     schema = json_schema(registry.all(), knobs, settings)
     if args.tests:
@@ -40,8 +28,3 @@ def run(args: argparse.Namespace) -> int:
         schema = tests_schema(schema)
     say_json(schema)
     return 0
-
-
-def _knob(knob: Knob) -> dict[str, Any]:
-    value = {"enum": [*knob.choices]} if knob.choices else _KINDS[knob.kind]
-    return {"description": knob.doc, **value}

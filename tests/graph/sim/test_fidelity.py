@@ -2,18 +2,58 @@
 
 from __future__ import annotations
 
+import re
+from dataclasses import fields
 from fractions import Fraction
 
 import pytest
 
 from graph.base.errors import Mark, UserError
 from graph.sim.fidelity import KNOBS, Fidelity
+from graph.sim.physics.solver import CHOICES, SolverOptions
 from graph.sim.warnings import WarningList
+from tests.support.places import ROOT
 
 
 def test_every_knob_of_the_table_has_a_value():
     assert set(Fidelity().as_dict()) == set(KNOBS)
     assert Fidelity()["lidar.motion"] == "frozen"
+
+
+def test_a_knob_takes_what_its_field_holds():
+    """Rate [Hz]: a fraction; count: a whole number; number: a float; switch: a bool; choice: one of the words."""
+    kinds = {name: KNOBS[name].kind for name in ("physics.hz", "lidar.bins", "mesh.tolerance", "fabric", "tlas")}
+    assert list(kinds.values()) == ["rate", "count", "number", "switch", "choice"]
+    assert KNOBS["physics.cone"].choices == ("pyramidal", "elliptic")
+    assert (KNOBS["lidar.bins"].default, KNOBS["physics.cone"].default) == (8, None)
+
+
+@pytest.mark.parametrize("name", KNOBS)
+def test_every_knob_says_its_cost_and_error_and_takes_its_own_default(name):
+    knob = KNOBS[name]
+    assert knob.doc
+    assert knob.cost
+    assert knob.error
+    if knob.default is not None:
+        assert knob.checked(knob.default) == knob.default
+
+
+@pytest.mark.parametrize("name", [name for name, knob in KNOBS.items() if knob.available is None])
+def test_the_module_that_a_knob_names_reads_it(name):
+    reader = KNOBS[name].read_by
+    if reader == "graph.sim.physics.solver":
+        assert name.removeprefix("physics.") in {one.name for one in fields(SolverOptions)}
+    else:
+        source = (ROOT / f"{reader.replace('.', '/')}.py").read_text(encoding="utf8")
+        assert re.search(rf"\b(?:fidelity|knobs)\.{name.replace('.', '_')}\b", source)
+
+
+def test_the_solvers_choices_are_the_knobs():
+    assert {name: tuple(words) for name, words in CHOICES.items()} == {
+        name.removeprefix("physics."): knob.choices
+        for name, knob in KNOBS.items()
+        if knob.choices and knob.read_by == "graph.sim.physics.solver"
+    }
 
 
 def test_knobs_are_typed_from_text_as_from_values():

@@ -1,0 +1,98 @@
+"""A fidelity knob: what it means, which values it takes, and what a wrong one is answered."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from typing import Any, Literal, get_args
+
+from graph.base import exact
+
+Kind = Literal["rate", "count", "number", "switch", "choice"]
+
+_KINDS: dict[Any, Kind] = {Fraction: "rate", int: "count", float: "number", bool: "switch"}
+
+
+@dataclass(frozen=True, slots=True)
+class Knob:
+    """What a knob means.
+
+    cost, error: how run time and error depend on it. read_by: the module that acts on it; "" where there is one value.
+    available: the values that can be run, where that is not all of them, and what is `missing` for the others.
+    kind: what it takes: a rate [Hz], a count from 1, a number above 0 (of `unit`), on/off, or one of `choices`.
+    """
+
+    doc: str
+    cost: str
+    error: str
+    read_by: str = ""
+    unit: str = ""
+    available: tuple[Any, ...] | None = None
+    missing: str = ""
+    kind: Kind = "number"
+    choices: tuple[str, ...] = ()
+    default: Any = None
+
+    def of(self, hint: Any, default: Any) -> Knob:
+        """This knob with the kind, the choices and the default of a field: `Literal["a", "b"] | None`, `int` ..."""
+        plain = next((part for part in get_args(hint) if type(None) in get_args(hint)), hint)
+        choices = get_args(plain)
+        return replace(self, kind="choice" if choices else _KINDS[plain], choices=choices, default=default)
+
+    def checked(self, value: Any) -> Any:
+        """The value that a typed value, or text as on the command line, stands for. Raises ValueError."""
+        known: Any
+        if self.kind == "choice":
+            known = _choice(value, self.choices)
+        elif self.kind == "switch":
+            known = value if isinstance(value, bool) else _choice(value, ("on", "off")) == "on"
+        else:
+            known = _positive(value, self.kind)
+        if self.available is not None and known not in self.available:
+            missing = f": {self.missing}" if self.missing else " yet"
+            allowed = [_word(one) for one in self.available]
+            advice = f"use {' or '.join(allowed)}" if allowed else "leave it out"
+            raise ValueError(f"{value!r} is not available{missing}; {advice}")
+        return known
+
+    @property
+    def schema(self) -> dict[str, Any]:
+        """JSON Schema of its values, for editors."""
+        values: dict[str, Any]
+        match self.kind:
+            case "choice":
+                values = {"enum": [*self.choices]}
+            case "switch":
+                values = {"enum": [True, False, "on", "off"]}
+            case "count":
+                values = {"type": "integer", "minimum": 1}
+            case "number":
+                values = {"type": "number", "exclusiveMinimum": 0}
+            case "rate":
+                values = {"anyOf": [{"type": "number", "exclusiveMinimum": 0}, {"type": "string"}]}
+        about = f"{self.doc}{f' [{self.unit}]' if self.unit else ''}. Cost: {self.cost}. Error: {self.error}."
+        return {"description": about, **values, **({} if self.default is None else {"default": self.default})}
+
+
+def _word(value: Any) -> str:
+    return {True: "on", False: "off"}[value] if isinstance(value, bool) else str(value)
+
+
+def _choice(value: Any, choices: tuple[str, ...]) -> str:
+    if value not in choices:
+        raise ValueError(f"{value!r} is not one of {', '.join(choices)}")
+    return str(value)
+
+
+def _positive(value: Any, kind: Kind) -> Fraction | int | float:
+    try:
+        number = exact.rate(value)
+    except (ValueError, TypeError):
+        raise ValueError(f"{value!r} is not a number") from None
+    if number <= 0:
+        raise ValueError(f"{value!r} is not above 0")
+    if kind == "count":
+        if number.denominator != 1:
+            raise ValueError(f"{value!r} is not a whole number")
+        return int(number)
+    return number if kind == "rate" else float(number)
