@@ -51,12 +51,19 @@ TYPES: Mapping[str, str] = {
 }
 """Ids that follow no rule."""
 
+_GRIPPER = (
+    *("ParentRigidBody", "GripPosition", "GripThreshold", "ForceLimit", "TorqueLimit", "BendAngle"),
+    *("Stiffness", "Damping", "DisableGravity", "RetryClose", "onStep", "Delta"),
+)
+"""Inputs of SurfaceGripper up to Isaac Sim 4.5; since then they are attributes of an IsaacSurfaceGripper prim."""
+
 RENAMED: Mapping[str, Mapping[str, str]] = {
     "isaacsim.core.nodes.IsaacReadSimulationTime": {},
     "isaacsim.ros2.bridge.ROS2Context": {"inputs:domainId": "inputs:domain_id"},
     "isaacsim.ros2.bridge.ROS2PublishTransformTree": {"inputs:targetPrim": "inputs:targetPrims"},
     "isaacsim.core.nodes.IsaacArticulationController": {"inputs:usePath": ""},
     "isaacsim.core.nodes.IsaacComputeOdometry": {"inputs:robotPrim": "inputs:chassisPrim"},
+    "isaacsim.robot.surface_gripper.SurfaceGripper": {f"inputs:{name}": "" for name in _GRIPPER},
     "omni.graph.nodes.ConstructArray": {f"inputs:{old}": f"inputs:input{new}" for new, old in enumerate("abcde")},
 }
 """Attributes by new type id: old full name to the new one, "" for one that is gone."""
@@ -66,6 +73,8 @@ REMOVED: Mapping[str, str] = {
     "inputs:resetSimulationTimeOnStop": "set resetOnStop of the node that reads the time",
     "inputs:viewport": "connect renderProductPath",
     "inputs:forceUSDRead": "values are always read as they are now",
+    "inputs:ParentRigidBody": "author an IsaacSurfaceGripper prim and name it in SurfaceGripper",
+    "inputs:GripPosition": "author isaac:attachmentPoints of an IsaacSurfaceGripper prim",
     "inputs:nodeType": "it has no meaning any more",
 }
 """Attributes that old type versions had, wherever the present type has none of that name, and what to do instead."""

@@ -131,3 +131,33 @@ def test_many_nodes_of_a_renamed_type_are_migrated_in_one_pass(registry):
 
     seconds(100)
     assert seconds(20_000) < 40 * max(seconds(2_000), 0.01)
+
+
+def test_the_old_inputs_of_a_surface_gripper_are_left_out_in_files_and_scripts(tmp_path):
+    """A public script's edit: the node of Isaac Sim 4.5 with the inputs that it had then."""
+    from graph import Controller, load_graph
+
+    old = {"GripPosition": "/World/Point", "ParentRigidBody": "/World/Arm", "Stiffness": 10.0, "RetryClose": True}
+    told = []
+    keys = Controller.Keys
+    controller = Controller()
+    controller.graphs.context.warn = lambda *warning: told.append(warning)
+    controller.edit(
+        "/World/Grip",
+        {
+            keys.CREATE_NODES: [("grip", "omni.isaac.surface_gripper.SurfaceGripper"), ("go", "OnImpulseEvent")],
+            keys.SET_VALUES: [(f"grip.inputs:{name}", value) for name, value in old.items()],
+            keys.CONNECT: [("go.outputs:execOut", "grip.inputs:onStep")],
+        },
+    )
+    text = "".join(f"{name}: {str(value).lower() if value is True else value}, " for name, value in old.items())
+    file = tmp_path / "grip.yaml"
+    file.write_text(
+        "tickgraph: 1\ngraphs:\n  /World/Grip:\n    nodes:\n"
+        f"      grip: {{type: omni.isaac.surface_gripper.SurfaceGripper, inputs: {{{text}}}}}\n"
+        "      go: OnImpulseEvent\n    connections: [go.execOut -> grip.onStep]\n"
+    )
+    notes = load_graph(file).spec.notes
+    for found in (told, notes):
+        assert [code for code, _, _ in found].count("attribute-removed") == len(old) + 1
+        assert any("name it in SurfaceGripper" in message for _, _, message in found)
