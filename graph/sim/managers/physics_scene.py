@@ -252,7 +252,7 @@ class PhysicsScene:
 
     def _stored_only(self, name: str, why: str) -> None:
         if self._setup is not None:
-            message = f"{name} is kept on the prim and changes nothing: {why}"
+            message = f"it is kept on the prim and changes nothing: {why}"
             self._setup.warn("physics-setting-stored", f"{self.path}.{name}", message)
 
 

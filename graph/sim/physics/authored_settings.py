@@ -75,7 +75,8 @@ class StoredSettings:
             also = f"; so {'do' if len(others) > 1 else 'does'} {_listed(others)}" if others else ""
             several = f" ({len(prims):,} prims)" if len(prims) > 1 else ""
             end = "" if f"{why}{also}".endswith("?") else "."
-            yield place, f"{first} is kept on the prim and changes nothing{several}: {why}{also}{end}"
+            what = "it" if ":" in first else first
+            yield place, f"{what} is kept on the prim and changes nothing{several}: {why}{also}{end}"
 
     def tell(self, warn: Warn) -> None:
         """Warn of each line, `physics-setting-stored`."""
@@ -118,14 +119,12 @@ def _look(
     prim: Any, apis: list[str], names: list[str], mirrors: bool, stored: StoredSettings, problems: list[Problem]
 ) -> None:
     path, kind = str(prim.GetPath()), str(prim.GetTypeName())
-    for schema in dict.fromkeys([kind, *(api.partition(":")[0] for api in apis)]):
-        if not schema.startswith(SCHEMAS) or schema in QUIET_SCHEMAS or (mirrors and schema.startswith("Mjc")):
-            continue
-        row = stored_as(schema)
-        stored.add(path, schema, row.why)
-        if schema == kind and row is not UNKNOWN:  # its attributes say how, not what
-            return
-    roles = _roles(prim, kind, apis) if names else frozenset()
+    schemas, by_type, roles = _read_as(kind, tuple(apis))
+    for schema in schemas:
+        if not (mirrors and schema.startswith("Mjc")):
+            stored.add(path, schema, stored_as(schema).why)
+    if by_type and not mirrors:  # its attributes say how, not what
+        return
     for name in names:
         if mirrors and name.startswith("mjc:"):
             continue
@@ -136,11 +135,16 @@ def _look(
             stored.add(path, name, _why(known, instance, roles).why)
 
 
-def _roles(prim: Any, kind: str, apis: list[str]) -> frozenset[str]:
-    found = {role for api in apis if (role := _API_ROLES.get(api.partition(":")[0]))}
+@lru_cache(maxsize=4096)
+def _read_as(kind: str, apis: tuple[str, ...]) -> tuple[tuple[str, ...], bool, frozenset[str]]:
+    """Of prims of a type with API schemas: what of these is not simulated, whether the type is not, their roles."""
+    names = [api.partition(":")[0] for api in apis]
+    every = dict.fromkeys([kind, *names])
+    schemas = tuple(name for name in every if name.startswith(SCHEMAS) and name not in QUIET_SCHEMAS)
+    found = {role for name in names if (role := _API_ROLES.get(name))}
     if role := _type_role(kind):
         found.add(role)
-    return frozenset(found)
+    return schemas, kind in schemas and stored_as(kind) is not UNKNOWN, frozenset(found)
 
 
 @lru_cache(maxsize=1024)
@@ -227,16 +231,18 @@ def _type_problem(prim: Any, name: str, known: str) -> str:
     wanted = _wanted(known)
     if wanted is None:
         return ""
+    if wanted != "rel":
+        value = prim.GetAttribute(name).Get(EARLIEST) if prim.GetAttribute(name).HasAuthoredValue() else None
+        if value is not None and _fits(value, wanted):  # specs take far longer to ask
+            return ""
     where = f"{prim.GetPath()}.{name}"
     for spec in prim.GetProperty(name).GetPropertyStack(EARLIEST):
         is_relationship = isinstance(spec, Sdf.RelationshipSpec)
         if wanted == "rel" and not is_relationship:
             return f"{where} is an attribute; it must be a relationship: `rel {name} = </Path/Of/Prim>`"
-        if wanted == "rel":
-            continue
-        if is_relationship:
+        if wanted != "rel" and is_relationship:
             return f"{where} is a relationship; it must be an attribute: `{wanted} {name} = ...`"
-        if spec.HasDefaultValue() and not _fits(spec.default, wanted):
+        if wanted != "rel" and spec.HasDefaultValue() and not _fits(spec.default, wanted):
             return f"{where} is a {spec.typeName}; it must be a {wanted}"
     return ""
 

@@ -86,7 +86,7 @@ def test_settings_that_ask_for_the_same_are_one_line_at_the_first_of_them():
     text = body(*lines) + f'def Cube "B" {{ {lines[0]}\n}}\n'
     ((where, message),) = told(text)
     assert where == "/A.physxCollision:contactOffset"
-    assert message.startswith("physxCollision:contactOffset is kept on the prim and changes nothing (2 prims): ")
+    assert message.startswith("it is kept on the prim and changes nothing (2 prims): ")
     assert message.endswith("; so does physxCollision:restOffset.")
 
 
@@ -109,7 +109,7 @@ def test_a_setting_on_a_prim_where_it_does_not_count_says_where_it_would():
     assert told(text) == [
         (
             "/X.physics:velocity",
-            "physics:velocity is kept on the prim and changes nothing: it counts on a rigid body (PhysicsRigidBodyAPI) "
+            "it is kept on the prim and changes nothing: it counts on a rigid body (PhysicsRigidBodyAPI) "
             "or a deformable.",
         )
     ]
@@ -187,7 +187,7 @@ def test_numbers_of_another_width_are_taken():
 def test_check_explain_and_run_tell_it_once(tmp_path, capsys):
     file = tmp_path / "scene.usda"
     file.write_text(METRES + body("bool physxRigidBody:enableCCD = 1"))
-    line = "physics-setting-stored: /A.physxRigidBody:enableCCD: physxRigidBody:enableCCD is kept on the prim"
+    line = "physics-setting-stored: /A.physxRigidBody:enableCCD: it is kept on the prim"
     for command in (("check",), ("explain",), ("run", "--updates", "2")):
         assert main([command[0], str(file), *command[1:]]) == 0
         assert "".join(capsys.readouterr()).count(line) == 1, command
