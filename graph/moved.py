@@ -6,6 +6,9 @@ Only modules of the former flat layout are here; what the README names has not m
 from __future__ import annotations
 
 MOVED = {
+    "graph.controller.errors": "graph.editing.errors",
+    "graph.controller.graph_set": "graph.editing.graph_set",
+    "graph.controller.model": "graph.editing.model",
     "graph.assembly": "graph.session.open",
     "graph.brief": "graph.base.shorten",
     "graph.cli.silence": "graph.cli.silent_outputs",

@@ -19,6 +19,7 @@ GROUND = "graph.base"
 
 JOINTS = {
     "graph.session",
+    "graph.controller",
     "graph.cli",
     "graph.testing",
     "graph.__main__",

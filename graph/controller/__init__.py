@@ -3,11 +3,11 @@
 from graph import Controller
 """
 
+from graph.editing.errors import OmniGraphError, OmniGraphValueError
+from graph.editing.graph_set import GraphSet
 from graph.evaluate.omnigraph_names import Variable
 
 from .controller import Controller, get_graph_by_path, get_node_by_path, get_registered_nodes
-from .errors import OmniGraphError, OmniGraphValueError
-from .graph_set import GraphSet
 from .handles import Compound
 from .keys import GraphEvaluationMode, GraphPipelineStage, Keys, TypedValue
 

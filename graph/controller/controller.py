@@ -18,19 +18,21 @@ from typing import Any, Concatenate, Generic, ParamSpec, TypeVar, overload
 
 from graph.base.gc_pause import collector_paused
 from graph.base.suggest import did_you_mean
+from graph.editing.errors import OmniGraphError, OmniGraphValueError
+from graph.editing.graph_set import GraphSet
+from graph.editing.model import Model
 from graph.evaluate import Graph, Node
 from graph.evaluate.omnigraph_names import AttributeOf, Variable
 from graph.node.registry import Registry
+from graph.session.runner import graphs_of
 from graph.spec.file_spec import GraphSpec
 
 from . import find
 from .edit import Edit, plain_value
-from .errors import OmniGraphError, OmniGraphValueError
 from .evaluating import evaluate_all
-from .graph_set import GraphSet, graphs_of, present_set
 from .handles import Compound
 from .keys import GraphEvaluationMode, GraphPipelineStage, Keys, PrimExposureType, TypedValue
-from .model import Model
+from .present import present_set
 from .specs import new_spec
 
 P = ParamSpec("P")

@@ -7,6 +7,9 @@ from typing import Any
 
 from graph.base.errors import Mark, Problem, UserError
 from graph.base.suggest import did_you_mean
+from graph.editing.errors import OmniGraphError, OmniGraphValueError
+from graph.editing.graph_set import GraphSet
+from graph.editing.model import PREFIXES, SUBGRAPH, Model, NodeModel, Side
 from graph.evaluate import Graph, Node
 from graph.node.declaration import NodeType
 from graph.node.registry import UnknownNodeTypeError
@@ -15,10 +18,7 @@ from graph.spec.migration import changed_attribute, migrated_type
 from graph.values.coercion import shown
 from graph.values.types import concrete_type
 
-from .errors import OmniGraphError, OmniGraphValueError
-from .graph_set import GraphSet
 from .keys import FORMS, ORDER, PrimExposureType, TypedValue
-from .model import PREFIXES, SUBGRAPH, Model, NodeModel, Side
 from .names import end_text, listed, node_text
 from .prims import PrimPlan
 

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from graph.editing.errors import OmniGraphError
+from graph.editing.graph_set import GraphSet
 from graph.evaluate import Graph
-
-from .errors import OmniGraphError
-from .graph_set import GraphSet
 
 _RENDERED = ("pre_render", "post_render")
 

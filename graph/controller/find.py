@@ -6,13 +6,13 @@ from collections.abc import Mapping
 from typing import Any
 
 from graph.base.suggest import did_you_mean
+from graph.editing.errors import OmniGraphError
+from graph.editing.graph_set import GraphSet
+from graph.editing.model import SUBGRAPH
 from graph.evaluate import Graph, Node
 from graph.evaluate.omnigraph_names import AttributeOf
 
-from .errors import OmniGraphError
-from .graph_set import GraphSet
 from .handles import Compound
-from .model import SUBGRAPH
 from .names import attribute_text, end_text, node_text
 
 

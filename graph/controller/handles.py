@@ -5,11 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from graph.base.suggest import did_you_mean
+from graph.editing.errors import OmniGraphError
+from graph.editing.model import PREFIXES
 from graph.evaluate import Graph, Node
 from graph.evaluate.omnigraph_names import AttributeOf
-
-from .errors import OmniGraphError
-from .model import PREFIXES
 
 
 class Compound:

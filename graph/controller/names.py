@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from graph.editing.errors import OmniGraphError
 from graph.evaluate import Graph, Node
-
-from .errors import OmniGraphError
 
 
 def node_text(spec: Any, what: str = "node") -> str:

@@ -7,11 +7,11 @@ from importlib import import_module
 from typing import Any
 
 from graph.base.suggest import did_you_mean
+from graph.editing.errors import OmniGraphError
+from graph.editing.graph_set import GraphSet
 from graph.values.coercion import coerce, shown
 from graph.values.types import TYPES
 
-from .errors import OmniGraphError
-from .graph_set import GraphSet
 from .names import node_text
 
 

@@ -7,14 +7,14 @@ from importlib import import_module
 from typing import Any
 
 from graph.base.suggest import did_you_mean
+from graph.editing.errors import OmniGraphError
+from graph.editing.graph_set import GraphSet
+from graph.editing.model import SUBGRAPH
 from graph.spec.file_spec import GraphSpec
 from graph.values.coercion import shown
 
-from .errors import OmniGraphError
 from .find import graph_path
-from .graph_set import GraphSet
 from .keys import EVALUATORS, MODES, STAGES
-from .model import SUBGRAPH
 
 _KEYS = ("graph_path", "evaluator_name", "pipeline_stage", "evaluation_mode", "fc_backing_type")
 

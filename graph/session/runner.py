@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Literal
 
-from graph.controller.graph_set import GraphSet, bind, unbind
+from graph.editing.graph_set import GraphSet, bind, bound_to, unbind
 from graph.node.context import Context
 from graph.node.declaration import CLOSING
 
@@ -219,3 +219,8 @@ def runs_by_itself(graph: Graph) -> bool:
     return graph.evaluator != "execution" or any(
         node.type.event is not None and node.type.phase != CLOSING for node in graph.nodes.values()
     )
+
+
+def graphs_of(app: App) -> GraphSet:
+    """The set of an App's graphs; an App that has none gets an empty one, evaluated in its phases."""
+    return bound_to(app) or GraphRunner(app, []).set

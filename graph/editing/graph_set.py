@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from importlib import import_module
 from typing import Any
 from weakref import WeakKeyDictionary
 
@@ -224,7 +223,11 @@ class GraphSet:
 
 
 _OF_APP: WeakKeyDictionary[Any, GraphSet] = WeakKeyDictionary()
-_WITHOUT_APP = GraphSet()
+
+
+def bound_to(app: Any) -> GraphSet | None:
+    """The set that an App's graphs are edited in; None before anything was bound."""
+    return _OF_APP.get(app)
 
 
 def bind(app: Any, graphs: GraphSet) -> None:
@@ -236,23 +239,3 @@ def unbind(app: Any, graphs: GraphSet) -> None:
     """Forgets an App that is closed, so that it can be freed; another set than the one it has is left alone."""
     if _OF_APP.get(app) is graphs:
         del _OF_APP[app]
-
-
-def graphs_of(app: Any) -> GraphSet:
-    """The set of an App's graphs; an App that has none gets an empty one, evaluated in its phases."""
-    if app not in _OF_APP:
-        import_module("graph.session.runner").GraphRunner(app, [])
-    return _OF_APP[app]
-
-
-def present_set() -> GraphSet:
-    """The graphs of the most recently entered App; without one, those of this process."""
-    import sys
-
-    module = sys.modules.get("graph.sim.app")
-    if module is not None:
-        try:
-            return graphs_of(module.App.current())
-        except UserError:
-            pass
-    return _WITHOUT_APP
