@@ -376,12 +376,15 @@ class App:
             self.simulation.close,
             self.bus.close,
             self.world.close,
+            self.phases.clear,
+            self.settings.close,
+            self.timeline.close,
+            self.rendering.close,
         ):
             try:
                 action()
             except BaseException as error:
                 failure = failure or error
-        self.phases.clear()
         if failure is not None:
             raise failure
 

@@ -33,13 +33,14 @@ class Subscribers:
 
     def add(self, callback: Callback, order: int = 0) -> Unsubscribe:
         """Subscribes `callback`; returns what ends it (calling that twice is harmless)."""
-        entry = (order, next(self._serial), callback)
-        self._entries.append(entry)
+        number = next(self._serial)
+        self._entries.append((order, number, callback))
         self._freeze()
 
-        def unsubscribe() -> None:
-            if entry in self._entries:
-                self._entries.remove(entry)
+        def unsubscribe() -> None:  # knows the number, not the callback, whose owner often keeps it
+            left = [entry for entry in self._entries if entry[1] != number]
+            if len(left) < len(self._entries):
+                self._entries = left
                 self._freeze()
 
         return unsubscribe

@@ -162,6 +162,10 @@ class Settings:
 
         return unsubscribe
 
+    def close(self) -> None:
+        """Ends all subscriptions."""
+        self._subscribers.clear()
+
     def __iter__(self) -> Iterator[str]:
         return iter(sorted(self._values))
 

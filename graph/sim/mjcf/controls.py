@@ -97,6 +97,11 @@ def serve(scene: MjcfScene, world: PlayingWorld, phases: Phases) -> None:
 
         listener = Tf.Notice.Register(Usd.Notice.ObjectsChanged, changed, world.stage)
         scene.listeners.append(changed)
-        phases.on("close", listener.Revoke)
+
+        def end() -> None:
+            listener.Revoke()
+            scene.listeners.remove(changed)
+
+        phases.on("close", end)
     if sensors:
         world.fabric.live[VALUE] = Sensing(world, sensors)

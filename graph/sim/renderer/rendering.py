@@ -171,6 +171,11 @@ class Rendering(SensorScheduler):
         """Ends all callbacks."""
         self._callbacks.clear()
 
+    def close(self) -> None:
+        """Callbacks and updates end; products can still be read."""
+        self._callbacks.clear()
+        self.updates = None
+
     def hand_over(self) -> None:
         """Gives this update's frames to the NEW_FRAME callbacks and then to the products' writers."""
         if self._callbacks:

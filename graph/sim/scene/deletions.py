@@ -15,12 +15,13 @@ class Deletions:
         self._stage = stage
         self._on_deleted = on_deleted
         self._known = {str(prim.GetPath()) for prim in self._prims(stage.GetPseudoRoot())}
-        self._callback = self._changed  # USD holds it weakly
+        self._callback: Callable[[Any, Any], None] | None = self._changed  # USD holds it weakly
         self._listener = Tf.Notice.Register(Usd.Notice.ObjectsChanged, self._callback, stage)
 
     def close(self) -> None:
         """Stops listening."""
         self._listener.Revoke()
+        self._callback = None
 
     def _changed(self, notice: Any, sender: Any) -> None:
         gone: list[str] = []

@@ -94,6 +94,7 @@ class StageWatch:
     def close(self) -> None:
         """Stop listening."""
         self._listener.Revoke()
+        self._placed = _nobody
 
     def notice(self, notice: Any) -> None:
         """One notice of USD."""
@@ -156,6 +157,10 @@ def describe(stage: Any, roles: StageRoles, structure: list[str]) -> tuple[list[
             for path in other
         ]
     return words, paths
+
+
+def _nobody(path: str, surely: bool) -> None:
+    """Nobody is told of transforms any more."""
 
 
 def _weak(watch: StageWatch) -> Callable[[Any, Any], None]:

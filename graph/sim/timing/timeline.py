@@ -30,7 +30,7 @@ DEFAULT_END_TIME_CODE = 1_000_000
 class Timeline(Playhead):
     """Timeline of one App. `on_change` is called with each state change at the moment it takes effect."""
 
-    def __init__(self, settings: Settings, on_change: Callable[[Change], None] = lambda change: None) -> None:
+    def __init__(self, settings: Settings, on_change: Callable[[Change], None] | None = None) -> None:
         self.delta = Fraction(0)
         """What the last update added to the time [s]; 0 while not playing and in updates that were skipped."""
         self.overwritten_rate_limit: Fraction | None = None
@@ -38,7 +38,7 @@ class Timeline(Playhead):
         self.silent = False
         """Whether the change that takes effect right now does so without events (`commit_silently`)."""
         self._settings = settings
-        self.on_change = on_change
+        self.on_change = on_change or _ignore
         self._state: State = "stopped"
         self._pending: list[State] = []
         self._rate = settings.rate(keys.TIME_CODES_PER_SECOND)
@@ -69,6 +69,10 @@ class Timeline(Playhead):
         """Applies what was asked for now, with its callbacks."""
         while self._pending:
             self._enter(self._pending.pop(0))
+
+    def close(self) -> None:
+        """Nobody hears of changes any more."""
+        self.on_change = _ignore
 
     def commit_silently(self) -> None:
         """Applies what was asked for now; `silent` is True while the changes are told."""
@@ -237,6 +241,10 @@ _CHANGES: dict[tuple[State | None, State], Change] = {
     (None, "paused"): "pause",
     (None, "stopped"): "stop",
 }
+
+
+def _ignore(change: Change) -> None:
+    """Nobody wants to know."""
 
 
 def _positive(rate: float | Fraction, what: str) -> Fraction:
