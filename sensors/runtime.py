@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import weakref
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -10,7 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
 
 import numpy as np
 
-from graph.base.errors import UserError
+from graph.base.errors import RunError, UserError
 from graph.base.exact import nanoseconds
 from graph.sim import settings as keys
 from graph.sim.renderer.schedule import EveryUpdate, Tick, TickSchedule
@@ -68,9 +69,16 @@ class SensorRuntime(ABC, Generic[Config]):
     def __init__(self, app: App, prim_path: str) -> None:
         self.path = prim_path
         self.demand = Demand()
-        self._app = app
+        self._owner = weakref.ref(app)  # the App keeps its sensors; they must not keep it
         self._authored: Any = None
         self.refresh()
+
+    @property
+    def _app(self) -> App:
+        app = self._owner()
+        if app is None:
+            raise RunError(f"{self.path}: the App of this sensor is gone; keep a reference to it")
+        return app
 
     # -- what a modality supplies ------------------------------------------------------------------------------------
 

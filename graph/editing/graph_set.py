@@ -54,6 +54,10 @@ class GraphSet:
         """How many edits are compiled before one is tried in place again, by path."""
         self._touched: dict[str, set[str]] = {}
 
+    def close(self) -> None:
+        """Ends what the set and its App know of each other, so that a closed App is freed with its last reference."""
+        self.app = self.context.app = self._prepare = None
+
     def latest(self, path: str) -> Graph | None:
         """The graph of that path as edited last: edits made while it runs count already."""
         return self._waiting.get(path) or self.graphs.get(path)

@@ -108,7 +108,7 @@ class GraphRunner:
         for graph in self.graphs.values():
             graph.close()
         unbind(self._app, self.set)
-        self._context.app = self.set.app = None  # a closed App is freed with its last reference
+        self.set.close()
 
     def _prepare(self, graph: Graph) -> None:
         graph.context, graph.on_error = self._context, self._on_error

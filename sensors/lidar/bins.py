@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import weakref
 from collections.abc import Iterator
 from fractions import Fraction
 from typing import TYPE_CHECKING
@@ -11,7 +12,7 @@ import numpy as np
 from graph.base.exact import nanoseconds
 from sensors.motion.history import history_of
 from sensors.motion.trajectory import Trajectory
-from sensors.raycast.shared import cast_world
+from sensors.raycast.shared import cast_world, present_app
 
 from .aim import RayPoses
 from .returns import Shot
@@ -33,7 +34,7 @@ class Bins:
     """
 
     def __init__(self, app: App, path: str, turns: Turns) -> None:
-        self._app, self._path, self._turns = app, path, turns
+        self._app, self._path, self._turns = weakref.ref(app), path, turns
         self._count = app.fidelity.lidar_bins
         self._history = history_of(app)
         self._history.keep(2 * turns.period)
@@ -43,7 +44,7 @@ class Bins:
     ) -> tuple[list[Shot], np.ndarray, np.ndarray]:
         """The shots that make up the firings of `slices` in [start, end) [s], and the sensor's poses at both ends."""
         track = self._history.trajectory(self._path, start, end)
-        still = not cast_world(self._app).bodies or self._history.rests(start, end)
+        still = not cast_world(present_app(self._app)).bodies or self._history.rests(start, end)
         pieces = [
             (turn, low, high, piece)
             for turn, rows in slices

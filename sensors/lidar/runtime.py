@@ -14,7 +14,14 @@ from graph.base.exact import nanoseconds
 from graph.sim import settings as keys
 from graph.sim.renderer.schedule import EveryUpdate, Tick, TickSchedule
 from sensors.channels import CHANNELS
-from sensors.raycast.shared import cast_world, surface_classes, surface_ids, surface_materials, surface_optics
+from sensors.raycast.shared import (
+    cast_world,
+    present_app,
+    surface_classes,
+    surface_ids,
+    surface_materials,
+    surface_optics,
+)
 from sensors.runtime import Measurement, SensorRuntime
 
 from .bins import Bins
@@ -172,23 +179,23 @@ class LidarRuntime(SensorRuntime[LidarConfig]):
         return found
 
     def _new_scanner(self, pattern: Pattern) -> Scanner:
-        app, config = self._app, self.config
+        app, weak, config = self._app, self._owner, self.config
         return Scanner(
             pattern,
-            lambda: cast_world(app),
+            lambda: cast_world(present_app(weak)),
             frame=config.output_frame_of_reference,
             exclude=self.exclude,
             keep_invalid=config.skip_dropping_invalid_points,
             velocities=surface_velocities(app, self.path, config.output_frame_of_reference == "WORLD"),
             receiver=Receiver(config),
             noise=Noise(config, pattern, app.seed, self.path) if app.fidelity.lidar_noise else None,
-            optics=lambda: surface_optics(app),
+            optics=lambda: surface_optics(present_app(weak)),
             config=config,
             subrays=app.fidelity.lidar_subrays,
             tables={
-                "matId": lambda: surface_materials(app),
-                "objId": lambda: surface_ids(app),
-                "classId": lambda: surface_classes(app),
+                "matId": lambda: surface_materials(present_app(weak)),
+                "objId": lambda: surface_ids(present_app(weak)),
+                "classId": lambda: surface_classes(present_app(weak)),
             },
         )
 

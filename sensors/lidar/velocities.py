@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import weakref
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sensors.raycast.shared import cast_world
+from sensors.raycast.shared import cast_world, present_app
 
 from .returns import Velocities
 
@@ -21,10 +22,12 @@ def surface_velocities(app: App, sensor_path: str, in_world: bool) -> Velocities
     in_world: the points' velocities in the world; otherwise relative to the sensor, its own motion and turning
     included (the rate of change of the point's sensor-frame coordinates, along world axes).
     """
+    weak = weakref.ref(app)
 
     def measure(
         surfaces: np.ndarray, levers: Callable[[], np.ndarray], origin: np.ndarray, poses: Any
     ) -> tuple[np.ndarray, np.ndarray] | None:
+        app = present_app(weak)
         world = cast_world(app)
         poses = poses or app.fabric.capture()
         body = np.take(world.body_of, surfaces, mode="clip")

@@ -14,7 +14,7 @@ from sensors.surfaces.materials import PREFIX, PREFIX_SETTING, material_of
 from sensors.surfaces.optics import Optics, optics_of
 from sensors.surfaces.semantics import Labels, numbered, surface_label
 
-from .world import CastWorld
+from .world import CastWorld, bodies_of
 
 if TYPE_CHECKING:
     from graph.sim import App
@@ -30,16 +30,16 @@ def cast_world(app: App) -> CastWorld:
     soft = frozenset(app.physics.deformable_paths if app.physics is not None else ())
     if known is not None and known[0] is geometry and known[1].soft == soft:
         return known[1]
-    world: CastWorld
+    bodies = bodies_of(geometry)
     weak = weakref.ref(app)  # what the world holds must not keep alive the App that it is kept for
 
     def poses(snapshot: Any) -> np.ndarray:
-        return np.asarray(_alive(weak).fabric.rigid_matrices(world.bodies, snapshot))
+        return np.asarray(present_app(weak).fabric.rigid_matrices(bodies, snapshot))
 
     followers: dict[str, Following] = {}
 
     def points(mesh: Mesh, snapshot: Any) -> np.ndarray:
-        app = _alive(weak)
+        app = present_app(weak)
         now = (snapshot or app.fabric.capture()).points(mesh.source)
         if now is None or app.physics is None:
             return mesh.vertices
@@ -47,16 +47,17 @@ def cast_world(app: App) -> CastWorld:
             followers[mesh.path] = Following(mesh.vertices, app.physics.deformable_start(mesh.source))
         return followers[mesh.path].vertices(now)
 
-    world = CastWorld(geometry, poses, lambda: int(_alive(weak).settings.get(RAY_THREADS)), soft, points)
+    world = CastWorld(geometry, poses, lambda: int(present_app(weak).settings.get(RAY_THREADS)), soft, points)
     if app not in _worlds:
         app.on("close", lambda: _worlds.pop(app, None))
     _worlds[app] = (geometry, world)
     return world
 
 
-def _alive(weak: weakref.ref[App]) -> App:
+def present_app(weak: weakref.ref[App]) -> App:
+    """The App of a sensor or cast world that renders. Both belong to their App and know it weakly."""
     app = weak()
-    assert app is not None, "a cast world outlives its App only unused"
+    assert app is not None, "what an App renders with outlives it only unused"
     return app
 
 

@@ -28,6 +28,11 @@ KEPT_SCENES = 32
 """Static scenes kept for (anchor, exclude) pairs; the one not used for longest goes first."""
 
 
+def bodies_of(geometry: Sequence[Mesh | Plane]) -> tuple[str, ...]:
+    """The bodies that geometry moves with, in the order in which they come first."""
+    return tuple(dict.fromkeys(str(surface.body) for surface in geometry if surface.body is not None))
+
+
 class CastWorld:
     """Casts against one collection of geometry.
 
@@ -46,7 +51,7 @@ class CastWorld:
         points: PointsOf | None = None,
     ) -> None:
         self.surfaces = tuple(geometry)
-        self.bodies = tuple(dict.fromkeys(str(surface.body) for surface in geometry if surface.body is not None))
+        self.bodies = bodies_of(geometry)
         number = {body: index for index, body in enumerate(self.bodies)}
         self.body_of = np.array([number.get(str(s.body), -1) if s.body else -1 for s in geometry] or [-1], np.int32)
         self.cache: dict[str, Any] = {}

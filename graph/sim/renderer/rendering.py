@@ -53,6 +53,10 @@ class Updates(Protocol):
         """Waits for the next update and makes it run."""
 
 
+def _ignored(product: RenderProduct) -> None:
+    """Nobody schedules it any more."""
+
+
 class Rendering(SensorScheduler):
     """Render products and their schedule, dt of the run loop, NEW_FRAME callbacks."""
 
@@ -175,6 +179,8 @@ class Rendering(SensorScheduler):
         """Callbacks and updates end; products can still be read."""
         self._callbacks.clear()
         self.updates = None
+        for product in self.history:
+            product.on_enabled = _ignored
 
     def hand_over(self) -> None:
         """Gives this update's frames to the NEW_FRAME callbacks and then to the products' writers."""
