@@ -386,13 +386,11 @@ class MujocoEngine(PhysicsEngine):
 
     def close(self) -> None:
         """Free the engine's memory."""
-        self._positions, self._quaternions = self._positions.copy(), self._quaternions.copy()
-        self._rotations, self._surfaces = self._rotations.copy(), None
         self._motion.close()
         self._counters.release()
         self._monitor.close()
+        vars(self).clear()  # several parts know the engine: without them its memory goes now, not when it is collected
         self.closed = True
-        del self.data, self.model
 
     def _divergence(self) -> str:
         kind = next(kind for kind in _BAD if self._counters[kind])
