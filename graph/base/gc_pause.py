@@ -6,7 +6,6 @@ import gc
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-
 LARGE = 50_000
 """Objects from which on what was made is spared the walk through the young generations."""
 
