@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -38,9 +39,11 @@ class Frame:
     """A finished reading.
 
     timestamp_ns: start of the frame on the simulation clock; element time = timestamp_ns + timeOffsetNs.
+    reference: the time [s], on the same clock, that its messages carry: that of the pose to transform it with.
     frame_id counts the sensor's frames from 0. start, end: poses at both ends. frame_of_reference: SENSOR, WORLD or
     CUSTOM, what xyz, azimuth, elevation, distance, normals and velocities are given in. coords: SPHERICAL or CARTESIAN,
     what x, y, z of a GenericModelOutput hold. arrays: channel name -> array of `count` rows; only demanded channels.
+    one_instant: the whole frame shows the state of its reference time, whatever the elements' own times say.
     config: the sensor's configuration (a LidarConfig for lidars).
     """
 
@@ -59,6 +62,8 @@ class Frame:
     frame_of_reference: str = "SENSOR"
     motion_compensation: str = "NONCOMPENSATED"
     azimuth_offset_deg: float = 0.0
+    reference: Fraction = Fraction(0)
+    one_instant: bool = False
     cache: dict[str, Any] = field(default_factory=dict, repr=False)
 
     def channel(self, name: str) -> np.ndarray:

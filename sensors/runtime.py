@@ -101,6 +101,10 @@ class SensorRuntime(ABC, Generic[Config]):
         """Begin and end [s] of what the frame of a tick covers."""
         return tick.time, tick.time
 
+    def reference(self, tick: Tick) -> Fraction:
+        """The time [s] that messages of a tick's frame carry: that of its pose, here the time of the update."""
+        return tick.time
+
     @property
     def rule(self) -> str:
         """The name of the rule that says when frames come."""
@@ -169,6 +173,7 @@ class SensorRuntime(ABC, Generic[Config]):
             aux_level=self._aux,
             modality=self.modality,
             coords=self.coords,
+            reference=self.reference(tick),
             **self.frame_facts,
         )
         self._frames += 1

@@ -66,6 +66,7 @@ class Context:
     nodes and scripts send each other; room: what their large values may take.
     warn: takes code, where and message of a warning. scripts: what a node does that would run code of the graph file:
     fail, nothing, or run it (see `graph.evaluate.script_permission`). closing: whether the App is about to close.
+    frame_time: the time, on the renderer's clock, of the frame whose post-render graphs are evaluated; None in others.
     """
 
     app: App | None = None
@@ -82,6 +83,7 @@ class Context:
     room: Room = field(default_factory=Room)
     scripts: Scripts = "refuse"
     closing: bool = False
+    frame_time: Fraction | None = None
 
     @classmethod
     def standalone(cls, loop_hz: float | str | Fraction = 60) -> Context:

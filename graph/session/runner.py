@@ -151,7 +151,11 @@ class GraphRunner:
             for graph, entries in self._stages.after_frames:
                 activations = [(node, port) for node, port, name in entries if node.get(name) == product.path]
                 if activations:
-                    graph.evaluate(self._context, activations)
+                    self._context.frame_time = product.frame.reference
+                    try:
+                        graph.evaluate(self._context, activations)
+                    finally:
+                        self._context.frame_time = None
         for graph, entries in self._stages.after_frames if new else ():
             if not entries and runs_by_itself(graph):
                 graph.evaluate(self._context)

@@ -37,6 +37,9 @@ BARE_LIDAR_TICK_RATE = "/tickgraph/bareLidarTickRate"
 FRAMES_LATER = "/tickgraph/framesOneUpdateLater"
 FULL_SCAN_WARNS = "/tickgraph/fullScanWarnsWhen"
 SCAN_EMPTY_MINUS_ONE = "/tickgraph/laserScanEmptyIsMinusOne"
+LIDAR_HEADER = "/tickgraph/lidarHeader"
+HEADER_FRAME, HEADER_SCAN_START, HEADER_UPDATE = "frame", "scanStart", "update"
+SCAN_BINS = "/tickgraph/laserScanBinsOfFieldOfView"
 SCAN_END_BEYOND = "/tickgraph/laserScanEndsBeyondLastBeam"
 NODE_ERRORS_STOP = "/tickgraph/nodeErrorsStop"
 ID_MAP_EXTENSION = "/tickgraph/idMapExtension"
@@ -76,6 +79,8 @@ DEFAULTS: dict[str, Any] = {
     FULL_SCAN_WARNS: False,
     SCAN_EMPTY_MINUS_ONE: False,
     SCAN_END_BEYOND: False,
+    LIDAR_HEADER: HEADER_FRAME,
+    SCAN_BINS: False,
     NODE_ERRORS_STOP: True,
     ID_MAP_EXTENSION: True,
 }
@@ -86,6 +91,7 @@ DEFAULTS: dict[str, Any] = {
 
 _RATES = {RATE_LIMIT_FREQUENCY, TARGET_FRAMERATE, TIME_CODES_PER_SECOND}
 _NOT_NEGATIVE = {BARE_LIDAR_TICK_RATE, PLAY_DELAY}
+_CHOICES = {LIDAR_HEADER: (HEADER_FRAME, HEADER_SCAN_START, HEADER_UPDATE)}
 _COUNTS = {MIN_FRAME_RATE, RAY_THREADS, WARM_UP_STEPS, TICKS_PER_FRAME}
 _TRUTH = {"true": True, "false": False, "1": True, "0": False, "on": True, "off": False, "yes": True, "no": False}
 
@@ -247,6 +253,8 @@ def _checked(path: str, value: Any) -> Any:
     if path not in DEFAULTS:
         return value
     default = DEFAULTS[path]
+    if path in _CHOICES and value not in _CHOICES[path]:
+        raise UserError(f"setting {path}: {value!r} is not one of {', '.join(_CHOICES[path])}")
     if path in _RATES or path in _COUNTS or path in _NOT_NEGATIVE:
         return _checked_number(path, value)
     if isinstance(default, bool):

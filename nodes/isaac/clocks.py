@@ -41,6 +41,7 @@ def _reference(db: Database) -> Fraction | None:
 def read_simulation_time(db: Database) -> None:
     """Read the physics clock: the number of steps divided by the steps per second.
 
+    In a graph that a frame starts (post_render) it is the time of that frame's pose, which its messages carry.
     In a test without a world the time of the updates stands in for it.
     """
     context, moment = db.context, _reference(db)
@@ -48,10 +49,12 @@ def read_simulation_time(db: Database) -> None:
         db.outputs.simulationTime = float(context.exact_time if db.inputs.resetOnStop else context.absolute)
         return
     simulation = db.app.simulation
+    since = 0 if context.frame_time is None else db.app.rendering.time - context.frame_time
     if db.inputs.resetOnStop:
-        time = simulation.time if moment is None else simulation.get_simulation_time_at_time(moment)
+        time = simulation.time - since if moment is None else simulation.get_simulation_time_at_time(moment)
     else:
-        time = simulation.monotonic_time if moment is None else simulation.get_simulation_time_monotonic_at_time(moment)
+        now = simulation.monotonic_time - since
+        time = now if moment is None else simulation.get_simulation_time_monotonic_at_time(moment)
     db.outputs.simulationTime = float(time)
 
 

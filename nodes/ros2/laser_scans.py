@@ -21,17 +21,20 @@ LASER_SCAN = "sensor_msgs/msg/LaserScan"
 
 @dataclass(frozen=True, slots=True)
 class ScanStyle:
-    """The range of an empty beam [m]; whether angle_max is the last beam's angle or one increment beyond it."""
+    """The range of an empty beam [m]; whether angle_max is the last beam's angle or one increment beyond it; whether
+    the beams are bins of the field of view, ascending, or the lidar's own in the order of firing.
+    """
 
     empty: float = math.inf
     ends_beyond: bool = False
+    bins: bool = False
 
 
 def scan_style(app: App) -> ScanStyle:
     """What an App's settings ask for."""
     settings = app.settings
     empty = -1.0 if settings.get(keys.SCAN_EMPTY_MINUS_ONE) else math.inf
-    return ScanStyle(empty, bool(settings.get(keys.SCAN_END_BEYOND)))
+    return ScanStyle(empty, bool(settings.get(keys.SCAN_END_BEYOND)), bool(settings.get(keys.SCAN_BINS)))
 
 
 def laser_scan(
@@ -46,11 +49,12 @@ def laser_scan(
     nanoseconds: int,
     frame_id: str,
     style: ScanStyle = ScanStyle(),
+    time_increment: float | None = None,
 ) -> Any:
     """A scan by the message's own convention, unless `style` says otherwise; an empty beam is one below 0.
 
     ranges: (N,) [m]; intensities: (N,), any number type; rotation_rate [Hz], 0 gives scan_time 0.
-    time_increment = fov / 360 x scan_time / N, as in Isaac Sim.
+    time_increment [s]: between beams; None: fov / 360 x scan_time / N, as in Isaac Sim.
     """
     import numpy as np
 
@@ -59,12 +63,14 @@ def laser_scan(
     count = len(ranges)
     start, increment = math.radians(start_deg), math.radians(resolution_deg)
     scan_time = 1.0 / rotation_rate if rotation_rate > 0 else 0.0
+    if time_increment is None:
+        time_increment = horizontal_fov_deg / 360.0 * scan_time / count if count else 0.0
     return message_type(LASER_SCAN)(
         header(nanoseconds, frame_id),
         start,
         start + (count if style.ends_beyond else max(count - 1, 0)) * increment,
         increment,
-        horizontal_fov_deg / 360.0 * scan_time / count if count else 0.0,
+        time_increment,
         scan_time,
         float(depth_range[0]),
         float(depth_range[1]),

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
+from graph.base.exact import nanoseconds
+
 from .point_clouds import CLOUD_FIELDS, point_cloud
 
 if TYPE_CHECKING:
@@ -38,7 +40,11 @@ def column(frame: Frame, name: str) -> NDArray[np.generic]:
     if channel not in frame.arrays:
         return np.empty(0)
     array = frame.channel(channel)
-    return array.astype(np.int64) + frame.timestamp_ns if name == "Timestamp" else array
+    if name == "Timestamp":
+        return array.astype(np.int64) + frame.timestamp_ns
+    if name == "Time":
+        return array.astype(np.int64) + (frame.timestamp_ns - nanoseconds(frame.reference))
+    return array
 
 
 def frame_scan(frame: Frame, nanoseconds: int, frame_id: str, style: ScanStyle) -> Any:
@@ -59,4 +65,5 @@ def frame_scan(frame: Frame, nanoseconds: int, frame_id: str, style: ScanStyle) 
         nanoseconds=nanoseconds,
         frame_id=frame_id,
         style=style,
+        time_increment=0.0 if frame.one_instant and not style.bins else None,
     )

@@ -93,7 +93,8 @@ def rtx_lidar_helper(db: Database) -> bool:
     """Publish every frame of a lidar's render product as PointCloud2 or LaserScan.
 
     Settings are read when the publisher is attached; a new product path attaches it anew. A cloud's fields are
-    x, y, z and those of selectedMetadata that the sensor delivers; the stamp is the start of the scan.
+    x, y, z and those of selectedMetadata that the sensor delivers. The stamp is the time that the frame's pose belongs
+    to (of a laser scan: of its first ray), so that a transform as of the stamp is right.
     """
     inputs, memory = db.inputs, db.memory
     if not inputs.enabled:
@@ -130,6 +131,8 @@ def _attach(db: Database, path: str) -> bool:
         db.fail(f"input type is {kind!r}; it must be one of {', '.join(_MESSAGES)}")
     _warn_about_settings(db)
     metadata = _metadata(db) if kind == "point_cloud" else ()
+    if "Time" in metadata:
+        _warn_of_nominal_times(db, product)
     memory.product, memory.writers = product, _writers(db, product, kind, metadata)
     memory.demand, memory.demanding = _needs(db, kind, metadata), False
     for writer in memory.writers:
@@ -165,6 +168,17 @@ def _metadata(db: Database) -> tuple[str, ...]:
     return tuple(db.inputs.selectedMetadata)
 
 
+def _warn_of_nominal_times(db: Database, product: RenderProduct) -> None:
+    """A frozen scan of a lidar that is carried about shows one instant: its points' times are those of a still one."""
+    app = db.app
+    if app.fidelity.lidar_motion == "frozen" and product.is_frozen and app.fabric.body_of(product.camera_path):
+        db.warn(
+            "frozen-times-nominal",
+            f"{product.camera_path} moves and lidar.motion is frozen: a scan shows one instant, its field time is "
+            "nominal; do not deskew by it, or use --fidelity lidar.motion=continuous",
+        )
+
+
 def _warn_about_settings(db: Database) -> None:
     # Deprecated inputs are told under codes of their own, and only where their value says something.
     inputs = db.inputs
@@ -183,7 +197,12 @@ def _writers(db: Database, product: RenderProduct, kind: str, metadata: tuple[st
     """What publishes each frame: scans or clouds and, if wanted, what their object ids stand for."""
     inputs, app = db.inputs, db.app
     frame_id, camera = inputs.frameId, product.camera_path
-    stamp = stamps(app.simulation, system_time=inputs.useSystemTime, reset_on_stop=inputs.resetSimulationTimeOnStop)
+    stamp = stamps(
+        app,
+        system_time=inputs.useSystemTime,
+        reset_on_stop=inputs.resetSimulationTimeOnStop,
+        first_ray=kind == "laser_scan",
+    )
     every = inputs.frameSkipCount + 1
     topic = topic_name(db, camera)
     if kind == "laser_scan":

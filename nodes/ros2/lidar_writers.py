@@ -8,10 +8,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from graph.base.exact import NANOSECONDS, nanoseconds
+from graph.sim import settings as keys
 
 from .messages import stamp
 
 if TYPE_CHECKING:
+    from graph.sim import App
     from sensors.frame import Frame
 
 STRING = "std_msgs/msg/String"
@@ -40,13 +42,22 @@ class FrameWriter:
             self.bus.publish(self.topic, self.type_name, self.make(frame, at), at)
 
 
-def stamps(simulation: Any, *, system_time: bool, reset_on_stop: bool) -> Callable[[Frame], int]:
-    """Frame -> stamp [ns]: wall time of the last physics step, time since play, or the time that no stop resets."""
+def stamps(app: App, *, system_time: bool, reset_on_stop: bool, first_ray: bool = False) -> Callable[[Frame], int]:
+    """Frame -> stamp [ns]: wall time of the last physics step, else the simulation time of the frame's pose, counted
+    from play or so that no stop resets it. first_ray: the time of the first ray, as a LaserScan's header has it.
+    """
+    simulation = app.simulation
     if system_time:
         return lambda frame: round(simulation.system_time * NANOSECONDS)
-    if reset_on_stop:
-        return lambda frame: frame.timestamp_ns
-    return lambda frame: frame.timestamp_ns + nanoseconds(simulation.monotonic_time - simulation.time)
+
+    def stamp_of(frame: Frame) -> int:
+        clock = simulation.time if reset_on_stop else simulation.monotonic_time
+        off = clock - app.rendering.time
+        if first_ray and not frame.one_instant and app.settings.get(keys.LIDAR_HEADER) != keys.HEADER_UPDATE:
+            return frame.timestamp_ns + nanoseconds(off)
+        return nanoseconds(frame.reference + off)
+
+    return stamp_of
 
 
 def class_labels(labels: dict[int, dict[str, str]], at: int) -> Any:

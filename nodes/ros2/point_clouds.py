@@ -54,7 +54,7 @@ def point_cloud(
 
     points: (N, 3) x, y, z [m]. values: by name of `CLOUD_FIELDS`, each with N rows: Timestamp uint64 absolute [ns]
     (low word first in the message), HitNormal and Velocity (N, 3), ObjectId (N, 16) bytes or (N, 4) uint32,
-    Time int32 [ns] after the header's stamp (seconds in the message); the others (N,).
+    Time integers [ns] after the header's stamp (seconds in the message); the others (N,).
     A quantity whose array is empty while there are points is left out: the sensor did not deliver it.
     Raises ValueError where an array's length is not N.
     """

@@ -88,6 +88,7 @@ class LidarRuntime(SensorRuntime[LidarConfig]):
             self._warn_partial()
         self.coords = config.elements_coords_type
         self.wants_updates = self._whole and app.fidelity.lidar_motion == "update"
+        self._casts_one_state = app.fidelity.lidar_motion == "frozen" and self._whole
         self._compensates = config.output_motion_compensation_state == "COMPENSATED" and not self.wants_updates
         if self.wants_updates and config.output_motion_compensation_state == "COMPENSATED":
             app.warn(
@@ -99,6 +100,7 @@ class LidarRuntime(SensorRuntime[LidarConfig]):
             "frame_of_reference": config.output_frame_of_reference,
             "motion_compensation": "COMPENSATED" if self._compensates else "NONCOMPENSATED",
             "azimuth_offset_deg": config.start_azimuth_offset_deg,
+            "one_instant": self._casts_one_state,
         }
         self._bins = Bins(app, self.path, self.turns) if app.fidelity.lidar_motion == "continuous" else None
         if app.fidelity.lidar_motion == "update":
@@ -125,6 +127,17 @@ class LidarRuntime(SensorRuntime[LidarConfig]):
         if self._whole:
             return tick.start, tick.end
         return max(tick.start, tick.end - self.turns.period), tick.end
+
+    def reference(self, tick: Tick) -> Fraction:
+        """The time of the one state that was cast, else the end of the scan, or for a part of one the time of the
+        update; the setting lidarHeader may ask for the scan's start, or the update, instead.
+        """
+        header = self._app.settings.get(keys.LIDAR_HEADER)
+        if header == keys.HEADER_SCAN_START:
+            return self.interval(tick)[0]
+        if header == keys.HEADER_UPDATE or not self._whole:
+            return tick.time
+        return tick.seen if self._casts_one_state else tick.end
 
     # -- measuring ---------------------------------------------------------------------------------------------------
 

@@ -16,6 +16,7 @@ class Instant(Tick):
         super().__init__(tick.index, tick.rate, tick.time, tick.start, tick.end, tick.poses)
         self.tick = tick
         self.timestamp_ns = nanoseconds(tick.time)
+        self.reference = tick.time
 
 
 class NotingSensor:

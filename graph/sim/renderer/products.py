@@ -32,6 +32,8 @@ class RenderProduct:
         self.advanced_to = Fraction(0)
         """External time [s] up to which a sensor that wants updates has been advanced."""
         self.capture: Any = None
+        self.captured_at = Fraction(0)
+        """External time [s] of the state in `capture`."""
         self.capture_index = 0
         self.clear()
 

@@ -22,10 +22,10 @@ class Tick:
     """One output of a sensor: the interval it covers and the external time of the update that renders it.
 
     `index` is k on the sensor's grid (0 for a sensor that renders every update); `poses` is the captured state that a
-    frozen sensor looks at, None where that is the current state.
+    frozen sensor looks at, None where that is the current state; `seen` is the external time [s] of that state.
     """
 
-    __slots__ = ("_end", "_start", "index", "poses", "rate", "time")
+    __slots__ = ("_end", "_start", "index", "poses", "rate", "seen", "time")
 
     def __init__(
         self,
@@ -42,6 +42,7 @@ class Tick:
         self._start = start
         self._end = end
         self.poses = poses
+        self.seen = time
 
     @property
     def start(self) -> Fraction:

@@ -117,7 +117,8 @@ class SensorScheduler(ProductList):
         poses = self.capture_state()
         captures, step = self._captures, self.next_capture
         while captures and captures[-1][0] == step:
-            captures.pop()[2].capture = poses
+            product = captures.pop()[2]
+            product.capture, product.captured_at = poses, self._clock.time
         self.next_capture = captures[-1][0] if captures else NEVER
 
     def render_due(self, *, playing: bool = True) -> None:
@@ -195,7 +196,7 @@ class SensorScheduler(ProductList):
             tick = schedule.advance_steps(steps)
             if tick is not None:
                 if product.capture_index == tick.index:
-                    tick.poses = product.capture
+                    tick.poses, tick.seen = product.capture, product.captured_at
                 product.capture = None
                 self._deliver(product, tick)
 

@@ -29,6 +29,10 @@ class SensorFrame(Protocol):
     def timestamp_ns(self) -> int:
         """Start of the time it covers, on the simulation clock [ns]."""
 
+    @property
+    def reference(self) -> Fraction:
+        """The time [s] that its messages carry: that of its pose, unless a setting says otherwise."""
+
 
 class Sensor(Protocol):
     """One sensor of a render product.

@@ -73,6 +73,18 @@ DIFFERENCES: tuple[Difference, ...] = (
     Difference(
         keys.SCAN_END_BEYOND, True, "angle_max of a LaserScan is the last beam's angle, or one increment beyond it"
     ),
+    Difference(
+        keys.LIDAR_HEADER,
+        keys.HEADER_UPDATE,
+        "messages of a lidar carry the time that the frame's pose belongs to, or that of the update that rendered it "
+        "(scanStart: the scan's start)",
+    ),
+    Difference(
+        keys.SCAN_BINS,
+        True,
+        "a LaserScan has one cell for each beam, in the order of firing, and a flat scan one for each emitter of a "
+        "solid-state lidar; or both cut the field of view into as many bins as there are beams, ascending",
+    ),
     Difference(keys.NODE_ERRORS_STOP, False, "a compute that raises stops the run, or is logged and the run goes on"),
     Difference(
         keys.ID_MAP_EXTENSION,

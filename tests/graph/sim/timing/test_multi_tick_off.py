@@ -134,7 +134,7 @@ settings: {/rtx/hydra/supportMultiTickRate: false}
 """
 
 
-def test_a_real_lidar_emits_whole_scans_stamped_by_the_loop(tmp_path):
+def test_a_real_lidar_emits_whole_scans_by_the_loop_and_stamps_them_with_the_simulation_time(tmp_path):
     file = tmp_path / "g.yaml"
     file.write_text(BEFORE_A_WALL + lidar_graph())
     from graph.sim import MemorySink
@@ -149,9 +149,14 @@ def test_a_real_lidar_emits_whole_scans_stamped_by_the_loop(tmp_path):
         app.update(10)
         app.play()
         app.update(12)
-        # turns of 6/60 s from 6/60 on; after the pause (31/60) the first whole one begins at 36/60
+        # Turns of 6/60 s of the loop: the first begins at 6/60 and is cast at 12/60, when 9/60 s are simulated; after
+        # the pause (31/60) the first whole one begins at 36/60 and is cast at 42/60, when 29/60 s are.
         stamps = [message.message.header.stamp for message in sink["points"]]
-        assert [(stamp.sec, stamp.nanosec) for stamp in stamps] == [(0, n * 100_000_000) for n in (1, 2, 6)]
+        assert [(stamp.sec, stamp.nanosec) for stamp in stamps] == [
+            (0, 150_000_000),
+            (0, 250_000_000),
+            (0, 483_333_333),
+        ]
 
 
 # -- perSensorTickTlas = fidelity tlas -----------------------------------------------------------------------------
