@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 from typing import Any, get_args
 
 from graph.spec.file_spec import EvaluationMode, Evaluator, PipelineStage
@@ -11,6 +10,7 @@ from graph.spec.file_spec import EvaluationMode, Evaluator, PipelineStage
 from .instances import GRAPHS, Users
 from .node_prims import COMPOUND_TYPE, GRAPH_TYPES, KEY, NODE_TYPES, PREFIXES, RawNode, Tell, schemas_of, some
 from .properties import LoneLayer, RawAttribute, lone_layer, properties_of
+from .raw_graph import RawGraph
 from .variables import VARIABLE, variable_name, variable_type
 
 COMPOUND = "omni.graph.nodes.CompoundSubgraph"
@@ -24,29 +24,6 @@ _STAGES: dict[str, PipelineStage] = {
     "pipelineStagePostRender": "post_render",
     "pipelineStageOnDemand": "on_demand",
 }
-
-
-@dataclass(slots=True)
-class RawGraph:
-    """A graph prim with everything below it that is a node; nodes inside compounds are among `nodes`."""
-
-    path: str
-    stage: Any
-    """The stage, without which nothing of it could be read."""
-    lone: LoneLayer | None = None
-    """Its `lone_layer`."""
-    evaluator: Evaluator = "push"
-    pipeline_stage: PipelineStage = "simulation"
-    variables: list[RawAttribute] = field(default_factory=list)
-    nodes: list[RawNode] = field(default_factory=list)
-    compounds: list[RawNode] = field(default_factory=list)
-    custom: dict[str, Any] = field(default_factory=dict)
-    """Our own customData of the prim."""
-    evaluation_mode: EvaluationMode = "automatic"
-    instances: dict[str, dict[str, Any]] = field(default_factory=dict)
-    """Prims that have the graph, each with the variable values it gives."""
-    overs: list[str] = field(default_factory=list)
-    """Paths of prims below it that only override nodes which nothing defines."""
 
 
 def read_graphs(stage: Any, tell: Tell) -> list[RawGraph]:

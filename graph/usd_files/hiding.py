@@ -13,11 +13,12 @@ from typing import Any
 from graph.spec.file_spec import FileSpec, GraphSpec, NodeSpec
 
 from .custom_data import texts
-from .graph_prims import RawGraph, read_graphs
+from .graph_prims import read_graphs
 from .json_values import kept
 from .node_prims import KEY, RawNode
 from .noted_order import noted
 from .properties import RawAttribute
+from .raw_graph import RawGraph
 from .values import from_usd
 from .variables import VARIABLE, variable_name
 

@@ -12,7 +12,7 @@ from .node_prims import Tell, schemas_of, some
 from .variables import variable_name, variables_of
 
 if TYPE_CHECKING:
-    from .graph_prims import RawGraph
+    from .raw_graph import RawGraph
 
 GRAPHS = "omniGraphs"
 _API = "OmniGraphAPI"

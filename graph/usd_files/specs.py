@@ -13,12 +13,12 @@ from graph.spec.file_spec import ConnectionSpec, GraphSpec, NodeSpec, VariableSp
 from graph.spec.migration import meant_nothing, migrated_type, upgraded
 from graph.values.types import Type
 
-from .graph_prims import RawGraph
 from .json_values import decoded, restored
 from .node_prims import KEY, PREFIXES, RawNode, Tell, ogn_type, some
 from .noted_order import in_noted_order
 from .ports import Ports, sources_of, targets_of
 from .properties import RawAttribute, extended_in
+from .raw_graph import RawGraph
 from .variables import variable_name, variable_type
 
 MarkOf = Callable[[str], Mark]
