@@ -26,6 +26,7 @@ IMPORTS = {
     "PIL.Image": ("pillow",),
     "libusb_package": ("libusb-package",),
     "lz4.frame": ("lz4",),
+    "mapbox_earcut": ("mapbox-earcut",),
     "mcap.writer": ("mcap",),
     "mujoco": ("mujoco-core", "mujoco"),
     "networkx": ("networkx",),

@@ -6,18 +6,12 @@ import numpy as np
 
 from graph.sim.transforms import Floats
 
-from .ears import clip_ears, clip_ears_of_many
+from .ears import clip_ears
 from .polygons import Complain, Integers, Polygons, usable_faces
 from .tessellation import Triangles
 
-MANY_CORNERS = 32
-"""Concave polygons with up to so many corners are cut together, larger ones each by itself."""
-
 BLOCK = 32768
 """Polygons that are looked at together: what fits into the caches."""
-
-_AT_ONCE = 1_000_000
-"""Numbers that cutting polygons together may hold at a time."""
 
 
 def triangulate(
@@ -98,20 +92,8 @@ def _cut_at_hollow(quads: Integers, turns: Floats, concave: Integers) -> Integer
 
 def _cut(points: Floats, polygons: Integers) -> Integers:
     """(f, n) concave polygons to (f, n - 2, 3)."""
-    count, corners = polygons.shape
-    out = np.empty((count, corners - 2, 3), np.int64)
-    if corners > MANY_CORNERS:
-        for face, polygon in enumerate(polygons):
-            out[face] = polygon[clip_ears(points[polygon])]
-        return out
-    together = max(1, _AT_ONCE // corners**2)
-    for start in range(0, count, together):
-        some = polygons[start : start + together]
-        local = clip_ears_of_many(points[some])
-        out[start : start + together] = np.take_along_axis(some, local.reshape(len(some), -1), axis=1).reshape(
-            local.shape
-        )
-    return out
+    local = clip_ears(points[polygons])
+    return np.take_along_axis(polygons, local.reshape(len(polygons), -1), axis=1).reshape(local.shape)
 
 
 def _turns(points: Floats, polygons: Integers) -> Floats:

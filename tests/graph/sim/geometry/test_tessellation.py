@@ -2,6 +2,8 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from graph.sim.geometry import tessellation
 from graph.sim.geometry.triangulation import triangulate
@@ -93,6 +95,79 @@ def test_a_concave_quad_is_cut_at_its_hollow_corner():
     arrow = np.array([[0, 0, 0], [1, -1, 0], [0, 2, 0], [-1, -1, 0]], dtype=np.float64)
     triangles, _ = triangulate(arrow, np.array([4]), np.array([0, 1, 2, 3]))
     assert sorted(map(sorted, triangles.tolist())) == [[0, 1, 2], [0, 2, 3]]
+
+
+def areas_of(corners, triangles):
+    """Signed areas in the xy plane."""
+    a, b, c = (corners[triangles[:, i], :2] for i in range(3))
+    return ((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]) / 2
+
+
+@st.composite
+def stars(draw):
+    """A star-shaped polygon on a grid of 1/8, its outline with corners on straight edges, and its area by shoelace."""
+    size = draw(st.integers(4, 12))
+    radii = draw(st.lists(st.integers(8, 40), min_size=size, max_size=size))
+    angles = [2 * math.pi * number / size for number in range(size)]
+    outline = [(round(r * math.cos(a)), round(r * math.sin(a))) for r, a in zip(radii, angles, strict=True)]
+    corners = []
+    for (x, y), (u, v) in zip(outline, outline[1:] + outline[:1], strict=True):
+        between = draw(st.integers(0, 2))
+        corners += [(x + (u - x) * k / (between + 1), y + (v - y) * k / (between + 1)) for k in range(between + 1)]
+    area = sum(x * v - y * u for (x, y), (u, v) in zip(outline, outline[1:] + outline[:1], strict=True)) / 2
+    return np.array([(x, y, 0.0) for x, y in corners]), area
+
+
+@given(stars(), st.booleans(), st.integers(0, 40))
+def test_any_polygon_is_covered_once_and_meets_its_neighbours_at_every_corner(star, backwards, start):
+    """Areas add up and have one sign; each edge of the outline is an edge of one triangle, straight corners or not."""
+    outline, area = star
+    corners = np.roll(outline, start, axis=0)[:: -1 if backwards else 1]
+    size = len(corners)
+    triangles, _ = triangulate(corners, np.array([size]), np.arange(size))
+    assert len(triangles) == size - 2
+    areas = areas_of(corners, triangles) * (-1 if backwards else 1)
+    assert areas.sum() == pytest.approx(area, rel=1e-12)
+    assert areas.min() >= -1e-9
+    edges = {(t[i], t[(i + 1) % 3]) for t in triangles.tolist() for i in range(3)}
+    assert {(corner, (corner + 1) % size) for corner in range(size)} <= edges
+
+
+def test_a_hole_that_a_bridge_joins_to_the_outline_stays_open():
+    """As modellers export holes: in along a bridge, round the hole the other way, back. 8 x 8 minus 2 x 2 is 60."""
+    outline = [(0, 0), (3, 3), (3, 4), (3, 5), (5, 5), (5, 3), (3, 3), (0, 0), (4, 0), (8, 0), (8, 8), (0, 8)]
+    corners = np.array([(x, y, 0.0) for x, y in outline])
+    areas = areas_of(corners, triangulate(corners, np.array([12]), np.arange(12))[0])
+    assert areas.sum() == 60
+    assert areas.min() >= 0
+
+
+def test_two_corners_at_one_place_leave_a_triangle_without_area():
+    corners = np.array([(x, y, 0.0) for x, y in [(0, 0), (2, 0), (2, 0), (2, 2), (1, 1), (0, 2)]])
+    areas = areas_of(corners, triangulate(corners, np.array([6]), np.arange(6))[0])
+    assert len(areas) == 4
+    assert areas.sum() == 3  # the square of 4 minus the notch of 1
+    assert areas.min() == 0
+
+
+@pytest.mark.parametrize("scale", [1e-6, 1.0, 1e9])
+def test_a_comb_of_20_002_corners_keeps_its_area(scale):
+    """10,000 teeth of base 2 and height 1 on a back of height 1: areas 10,000 + 20,000."""
+    teeth = [(2 * k + odd, 2 - odd) for k in range(10_000) for odd in (0, 1)]
+    corners = np.array([(x * scale, y * scale, 0.0) for x, y in [*teeth, (20_000, 2), (20_000, 0), (0, 0)]])
+    triangles, _ = triangulate(corners, np.array([len(corners)]), np.arange(len(corners)))
+    assert len(triangles) == len(corners) - 2
+    assert np.abs(areas_of(corners, triangles)).sum() == pytest.approx(30_000 * scale**2, rel=1e-9)
+
+
+def test_a_polygon_that_crosses_itself_a_thousand_times_is_cut_all_the_same():
+    """Its triangles count as any polygon's; the same ones each time."""
+    corners = np.random.default_rng(1).uniform(size=(1000, 3))
+    first, _ = triangulate(corners, np.array([1000]), np.arange(1000))
+    again, _ = triangulate(corners, np.array([1000]), np.arange(1000))
+    assert len(first) == 998
+    assert first.max() < 1000
+    assert first.tobytes() == again.tobytes()
 
 
 def test_faces_keep_their_order_holes_are_left_out_and_the_winding_turns():
