@@ -19,7 +19,7 @@ def exclude(sensor: Any, paths: str | Iterable[str], *, app: App | None = None) 
     """Lets a sensor never hit these prims and what lies below them; an empty list ends that.
 
     sensor: path of its prim, or an authoring object such as `Lidar`. app: None is the App entered last. It counts from
-    the next play. Raises SensorValueError for a prim that is no sensor, and for paths where there is no prim.
+    the next play. Raises SensorValueError for a prim that is not a sensor, and for paths where there is no prim.
     """
     from graph.sim import App
 
@@ -27,7 +27,7 @@ def exclude(sensor: Any, paths: str | Iterable[str], *, app: App | None = None) 
     path = str(getattr(sensor, "path", sensor))
     prim = stage.GetPrimAtPath(path)
     if not prim or prim.GetTypeName() not in {*sensor_types(), *NOT_YET}:
-        raise SensorValueError(f"{path} is no sensor prim; give the path of one")
+        raise SensorValueError(f"{path} is not a sensor prim; give the path of one")
     listed = (paths,) if isinstance(paths, str) else tuple(map(str, paths))
     for target in listed:
         if not target.startswith("/") or not stage.GetPrimAtPath(target):

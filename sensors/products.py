@@ -95,7 +95,7 @@ def sensor_problem(stage: Usd.Stage, prim_path: str) -> str | None:
         return None
     if name in NOT_YET:
         return f"{prim_path}: {NOT_YET[name]} are not available yet; {' and '.join(known)} prims are"
-    return f"{prim_path}: a {name or 'typeless prim'} is no sensor; give the path of an {' or '.join(known)}"
+    return f"{prim_path}: a {name or 'typeless prim'} is not a sensor; give the path of an {' or '.join(known)}"
 
 
 def _sensor(app: App, prim_path: str) -> Sensor:
@@ -117,7 +117,7 @@ def _free_name(app: App, wanted: str) -> str:
 
 
 def _author(app: App, path: str, camera: str, size: tuple[int, int]) -> None:
-    """The product as a RenderProduct prim, in the session layer: it is no part of the scene."""
+    """The product as a RenderProduct prim, in the session layer: it is not a part of the scene."""
     from graph.sim.usd import Gf, Usd, UsdRender
 
     with Usd.EditContext(app.stage, app.stage.GetSessionLayer()):

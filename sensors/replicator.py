@@ -43,7 +43,7 @@ def create_render_product(
     """The render product of a sensor at a resolution (width, height); an equal one is used again.
 
     camera: path of a sensor prim, a prim, or an authoring object such as `Lidar`. Raises SensorValueError (a UserError
-    and a ValueError) for a prim that is not there or is no sensor.
+    and a ValueError) for a prim that is not there or is not a sensor.
     """
     from graph.sim import App
 

@@ -56,7 +56,7 @@ class SensorRuntime(ABC, Generic[Config]):
     A subclass names its `type_name` and supplies `read` (its prim -> a configuration) and `measure` (a tick -> arrays
     of the channels in demand). By default it renders at the ticks of its rate, or in every update at rate 0, and
     a frame shows one instant: the time of the update. `schedule_for`, `interval`, `configure`, `advance` and `reset`
-    change that. Raises UserError for a prim that is no such sensor or cannot be one.
+    change that. Raises UserError for a prim that is not such a sensor or cannot be one.
     """
 
     type_name: ClassVar[str]
@@ -131,7 +131,7 @@ class SensorRuntime(ABC, Generic[Config]):
         """
         prim = self._app.stage.GetPrimAtPath(self.path)
         if not prim or prim.GetTypeName() != self.type_name:
-            raise UserError(f"{self.path} is no {self.type_name} prim; give the path of one")
+            raise UserError(f"{self.path} is not a {self.type_name} prim; give the path of one")
         self._aux = read_aux_level(prim)
         self._known_demand = -1
         rate = self._read_rate(prim)

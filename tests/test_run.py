@@ -211,7 +211,7 @@ def test_a_topic_that_ros_does_not_allow_is_found_before_anything_is_written(tmp
     error = capsys.readouterr().err
     line = next(n for n, text in enumerate(SMALL.splitlines(), 1) if "topicName: points" in text)
     assert f"{small}:{line}:" in error
-    assert "cloud.inputs:topicName: '/a b!' is no ROS 2 topic name" in error
+    assert "cloud.inputs:topicName: '/a b!' is not a ROS 2 topic name" in error
     assert not (tmp_path / "out").exists()
 
 
@@ -222,7 +222,7 @@ def test_a_namespace_that_ros_does_not_allow_is_found_where_a_bad_topic_is(small
         assert main([command, str(small)]) == 2
         error = capsys.readouterr().err
         assert f"{small}:{line}:" in error
-        assert "cloud.inputs:nodeNamespace: '1abc' is no ROS 2 namespace" in error
+        assert "cloud.inputs:nodeNamespace: '1abc' is not a ROS 2 namespace" in error
 
 
 def test_a_path_that_is_none_is_one_line_of_ours_and_none_of_usds(small, capfd):
@@ -231,7 +231,7 @@ def test_a_path_that_is_none_is_one_line_of_ours_and_none_of_usds(small, capfd):
         assert main([command, str(small)]) == 2
         [line] = capfd.readouterr().err.splitlines()
         assert line.endswith(
-            "inputs:cameraPrim: /Wo-rld/a b is no path of a prim; write / and names of letters, digits and _"
+            "inputs:cameraPrim: /Wo-rld/a b is not a path of a prim; write / and names of letters, digits and _"
         )
 
 
@@ -241,7 +241,7 @@ def test_a_camera_prim_that_is_no_sensor_is_found_before_anything_is_written(tmp
     error = capsys.readouterr().err
     line = next(n for n, text in enumerate(SMALL.splitlines(), 1) if "cameraPrim: /World/Lidar" in text)
     assert f"{small}:{line}:" in error
-    assert "inputs:cameraPrim: /World/Ball: a Sphere is no sensor; give the path of an OmniLidar" in error
+    assert "inputs:cameraPrim: /World/Ball: a Sphere is not a sensor; give the path of an OmniLidar" in error
     assert not (tmp_path / "out").exists()
 
 

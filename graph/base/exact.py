@@ -14,7 +14,7 @@ def rate(value: int | float | str | Fraction, *, stored_as_float32: bool = False
     """The rate [Hz] a user meant: the shortest decimal that round-trips the stored type.
 
     29.97 gives 2997/100, also when it was stored as float32; text such as "60000/1001" is accepted.
-    Raises ValueError for anything that is no finite number.
+    Raises ValueError for anything that is not a finite number.
     """
     if isinstance(value, bool):
         raise ValueError(f"{value!r} is not a number")
@@ -29,7 +29,7 @@ def rate(value: int | float | str | Fraction, *, stored_as_float32: bool = False
 def duration(value: int | float | str | Fraction) -> Fraction:
     """A time step or duration [s]; floats are taken as the nearest fraction of denominator <= 10**9 (1/60 stays 1/60).
 
-    Raises ValueError for anything that is no finite number.
+    Raises ValueError for anything that is not a finite number.
     """
     if isinstance(value, bool):
         raise ValueError(f"{value!r} is not a number")

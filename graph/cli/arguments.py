@@ -34,7 +34,7 @@ def folder(text: str) -> Path:
     """The folder of that name. Raises ArgumentTypeError where there is none."""
     path = Path(text)
     if not path.is_dir():
-        raise argparse.ArgumentTypeError(f"{text} is no folder")
+        raise argparse.ArgumentTypeError(f"{text} is not a folder")
     return path
 
 

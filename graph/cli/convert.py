@@ -30,7 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Runs the command."""
     if Path(args.target).resolve() == Path(args.source).resolve():
-        raise UserError(f"{args.target} is the file to convert; name another one to write.")
+        raise UserError(f"{args.target} is the file to convert; name another one to write")
     for note in convert(args.source, args.target, allow=args.allow):
         tell(note_line(note))
     return 0
@@ -44,10 +44,10 @@ def convert(source: str, target: str, *, allow: Sequence[Path] = ()) -> tuple[No
     """
     kind = _FORMATS.get(Path(target).suffix.lower())
     if kind is None:
-        raise UserError(f"{target}: the format is told by the name; it ends in {', '.join(_FORMATS)}.")
+        raise UserError(f"{target}: unknown extension; use one of {', '.join(_FORMATS)}")
     folder = Path(target).absolute().parent
     if not folder.is_dir():
-        raise UserError(f"{target}: there is no folder {folder}; make it first.")
+        raise UserError(f"{target}: there is no folder {folder}; make it first")
     from graph.files import examine
     from graph.session.partial_compile import without_untyped
 
@@ -56,7 +56,7 @@ def convert(source: str, target: str, *, allow: Sequence[Path] = ()) -> tuple[No
         raise UserError(examined.problems)
     spec = without_untyped(examined.spec)
     if spec.scene.usd is not None and spec.scene.usd.resolve() == Path(target).resolve():
-        raise UserError(f"{target} is the scene of {source}; name another file to write.")
+        raise UserError(f"{target} is the scene of {source}; name another file to write")
     if _FORMATS.get(Path(source).suffix.lower()) == "usd":
         document, comments, text = _of_usd(source, spec)
     else:

@@ -28,7 +28,7 @@ class _Hung:
 class FrameSink:
     """Takes every message; of transforms it keeps each frame's parent, and where there are two at a time.
 
-    A frame that moves from one parent to another, once and for all, is none of these: TF knows that.
+    A frame that moves from one parent to another, once and for all, is not one of these: TF knows that.
     """
 
     def __init__(self) -> None:

@@ -88,7 +88,7 @@ def test_files(paths: Sequence[Path]) -> list[Path]:
         elif not path.exists():
             problems.append(Problem(f"{path}: no such file or folder"))
         elif not is_test_file(path) and path.suffix.lower() != ".ogn":
-            problems.append(Problem(f"{path} is no test file; {_advice(path)}"))
+            problems.append(Problem(f"{path} is not a test file; {_advice(path)}"))
         else:
             found.append(path)
     if problems:

@@ -161,7 +161,7 @@ class Controller:
 
     @OnEither
     def connect(self: Any, src_spec: Any, dst_spec: Any) -> None:
-        """Connects two attributes; a connection that is there already is no mistake."""
+        """Connects two attributes; a connection that is there already is not a mistake."""
         graph = find.graph_of_end(self.graphs, dst_spec)
         self.edit(graph, {Keys.CONNECT: [(src_spec, dst_spec)]})
 

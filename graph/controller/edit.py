@@ -52,10 +52,12 @@ class Edit:
     def collect(self, operations: Mapping[str, Any], scope: str = "") -> None:
         """Works all entries into the models; `scope` is the beginning of the names inside a compound."""
         if not isinstance(operations, Mapping):
-            raise OmniGraphError(f"{shown(operations)} is no edit; write a dict, of lists by key: {', '.join(ORDER)}")
+            raise OmniGraphError(
+                f"{shown(operations)} is not an edit; write a dict, of lists by key: {', '.join(ORDER)}"
+            )
         unknown = [key for key in operations if key not in ORDER]
         for key in unknown:
-            self._problems.append(Problem(f'"{key}" is no key of an edit{did_you_mean(str(key), ORDER)}'))
+            self._problems.append(Problem(f'"{key}" is not a key of an edit{did_you_mean(str(key), ORDER)}'))
         for key in ORDER:
             if key not in operations:
                 continue
@@ -71,7 +73,7 @@ class Edit:
                 except UserError as error:
                     self._problems += [Problem(one.message, one.mark or mark) for one in error.problems]
                 except (TypeError, ValueError):
-                    message = f"{shown(entry)} is no entry of {key.upper()}; write {FORMS[key]}"
+                    message = f"{shown(entry)} is not an entry of {key.upper()}; write {FORMS[key]}"
                     self._problems.append(Problem(message, mark))
 
     def apply_in_place(self) -> tuple[Graph, list[Any]] | None:
@@ -164,14 +166,14 @@ class Edit:
                 name = model.local_name(path)
                 if name in model.nodes or name in model.compounds:
                     return model, name
-            raise OmniGraphError(f'"{written}" is not a legal node; there is none of that path')
+            raise OmniGraphError(f'"{written}" is not a legal node; no node has that path')
         for name in (scope + written, self.names.get(written, ""), written):
             if name in main.nodes or name in main.compounds:
                 return main, name
             if name in self._broken:
                 raise _ToldError
         near = did_you_mean(written, (*self.names, *main.nodes))
-        raise OmniGraphError(f'"{written}" is not a legal node; graph {main.path} has none of that name{near}')
+        raise OmniGraphError(f'"{written}" is not a legal node; graph {main.path} does not contain it{near}')
 
     def _ends(self, spec: Any, scope: str, side: Side) -> list[tuple[Model, str, str]]:
         """The model, node and full attribute of an end; several behind an input of a compound."""
@@ -301,7 +303,7 @@ class Edit:
         kind, prim, name = entry
         known = {getattr(PrimExposureType, one): one for one in vars(PrimExposureType) if one.isupper()}
         if kind not in known:
-            raise OmniGraphError(f"{shown(kind)} is none of {', '.join(known.values())} of PrimExposureType")
+            raise OmniGraphError(f"{shown(kind)} is not one of {', '.join(known.values())} of PrimExposureType")
         self._create_nodes((name, kind), scope, mark)
         full = self._new_name(name, scope)
         self._main.nodes[full].inputs["inputs:prim"] = [node_text(prim, "prim")]
@@ -345,7 +347,7 @@ class Edit:
 
     def _pairs(self, entry: Any, scope: str) -> list[tuple[tuple[Model, str, str], tuple[Model, str, str]]]:
         if not isinstance(entry, Sequence) or isinstance(entry, str) or len(entry) != 2:
-            raise OmniGraphError(f"{shown(entry)} is no connection; write (source, destination)")
+            raise OmniGraphError(f"{shown(entry)} is not a connection; write (source, destination)")
         sources = self._ends(entry[0], scope, "source")
         targets = self._targets(entry[1], scope)
         return [(sources[0], target) for target in targets]
@@ -393,7 +395,7 @@ def plain_value(value: Any, kind: Any = None) -> Any:
         return {"type": type_name(kind), "value": plain_value(value)}
     if isinstance(value, (Node, Graph)):
         return value.path
-    if type(value).__name__ == "Path":  # Sdf.Path, pathlib is no value
+    if type(value).__name__ == "Path":  # Sdf.Path; a pathlib path is not a value
         return str(value)
     if isinstance(value, list) and any(type(one).__name__ in ("Path", "Node") for one in value):
         return [plain_value(one) for one in value]

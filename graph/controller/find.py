@@ -85,7 +85,7 @@ def node(graphs: GraphSet, node_id: Any, graph_id: Any = None, *, missing: bool 
         return None
     near = did_you_mean(path, [one.path for one in owner.nodes.values()]) if owner is not None else ""
     hint = "" if path.startswith("/") else "; write its path, or name the graph too"
-    raise OmniGraphError(f'"{path}" is not a legal node; there is none of that path{near or hint}')
+    raise OmniGraphError(f'"{path}" is not a legal node; no node has that path{near or hint}')
 
 
 def attribute(graphs: GraphSet, attribute_id: Any, node_id: Any = None, graph_id: Any = None) -> AttributeOf:

@@ -35,7 +35,7 @@ class PrimPlan:
             raise OmniGraphError(f"prim {path} needs a stage; edit the graphs of an App")
         usd = import_module("graph.sim.usd")
         if not usd.Sdf.Path.IsValidPathString(path) or not path.startswith("/"):
-            raise OmniGraphError(f'"{path}" is no absolute prim path')
+            raise OmniGraphError(f'"{path}" is not an absolute prim path')
         if path in self._entries or self._app.stage.GetPrimAtPath(path):
             raise OmniGraphError(f"prim {path} already exists")
         if path == self._graph_path or self._graphs.latest(path) is not None or self._graphs.node(path) is not None:
@@ -96,7 +96,7 @@ def _typed(usd: Any, path: str, name: str, given: Any) -> tuple[Any, Any]:
 
 
 def _usd_name(written: str) -> str:
-    """`point3d` for pointd[3]; what is no OGN name may be a name of USD."""
+    """`point3d` for pointd[3]; what is not an OGN name may be a name of USD."""
     if written not in TYPES:
         return written
     return str(import_module("graph.usd_files.values").sdf_name(TYPES[written]))

@@ -58,5 +58,5 @@ def _choice(path: str, settings: Mapping[str, Any], key: str, choices: Mapping[s
     if written not in choices:
         near = did_you_mean(str(written), choices)
         known = ", ".join(dict.fromkeys(choices.values()))
-        raise OmniGraphError(f"graph {path}: {key}: {shown(written)} is none of {known}{near}")
+        raise OmniGraphError(f"graph {path}: {key}: {shown(written)} is not one of {known}{near}")
     return choices[written]

@@ -224,7 +224,7 @@ def _node_spec(name: str, node: NodeModel) -> NodeSpec:
 
 
 def ports_of(compounds: Mapping[str, Mapping[str, tuple[str, ...]]], end: str) -> tuple[str, ...] | None:
-    """The ends inside that a compound's port stands for; None if `end` is no port of a compound."""
+    """The ends inside that a compound's port stands for; None if `end` is not a port of a compound."""
     owner, _, attribute = end.rpartition(".")
     ports = compounds.get(owner)
     if ports is None:

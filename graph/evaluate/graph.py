@@ -183,7 +183,9 @@ class Graph(FamiliarGraph):
         """Makes it be evaluated in another stage from the next update on."""
         if stage not in get_args(PipelineStage):
             known = ", ".join(get_args(PipelineStage))
-            raise ValueError(f'"{stage}" is no pipeline stage{did_you_mean(stage, get_args(PipelineStage))} ({known})')
+            raise ValueError(
+                f'"{stage}" is not a pipeline stage{did_you_mean(stage, get_args(PipelineStage))} ({known})'
+            )
         self.pipeline_stage = stage
 
     def when_idle(self, action: Callable[[], None]) -> None:

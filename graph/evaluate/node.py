@@ -143,7 +143,7 @@ class Node(FamiliarNode):
         return value
 
     def set(self, name: str, value: Any) -> None:
-        """Sets an input or state attribute, now and for every start after a stop. A value that it has is no change.
+        """Sets an input or state attribute, now and for every start after a stop; the same value changes nothing.
 
         Raises KeyError for an unknown name and ValueError for a value that is not of its type or that a connection
         would overwrite.

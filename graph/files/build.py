@@ -48,9 +48,9 @@ class Builder:
 
     def _scene(self, scene: model.Scene) -> SceneSpec:
         if scene.usd is not None and scene.mjcf is not None:
-            self._wrong(("scene", "mjcf"), "scene: give usd or mjcf, not both.", key=True)
+            self._wrong(("scene", "mjcf"), "scene: give usd or mjcf, not both", key=True)
         if scene.keyframe is not None and scene.mjcf is None:
-            self._wrong(("scene", "keyframe"), "scene.keyframe: only an MJCF model (scene.mjcf) has any.", key=True)
+            self._wrong(("scene", "keyframe"), "scene.keyframe: only an MJCF model (scene.mjcf) has any", key=True)
         prims = self.root.get("scene")
         prims = prims.get("prims") if isinstance(prims, Map) else None
         return SceneSpec(
@@ -67,7 +67,7 @@ class Builder:
             return None
         suffixes = _SCENE_SUFFIXES[key]
         if not text.lower().endswith(suffixes):
-            self._wrong(("scene", key), f"scene.{key}: {quoted(text)} does not end in {' or '.join(suffixes)}.")
+            self._wrong(("scene", key), f"scene.{key}: {quoted(text)} does not end in {' or '.join(suffixes)}")
             return None
         return self._file(("scene", key), f"scene.{key}", text)
 
@@ -103,7 +103,7 @@ class Builder:
         if clock.experience == "zero_delay" and None not in both and both[0] != both[1]:
             self._wrong(
                 ("clock", "physics_hz"),
-                f"clock: zero_delay needs physics_hz = loop_hz, found {both[0]} and {both[1]}; give one of them.",
+                f"clock: zero_delay needs physics_hz = loop_hz, found {both[0]} and {both[1]}; give one of them",
                 key=True,
             )
             clock = clock.model_copy(update={"physics_hz": None})  # one mistake, one line
@@ -158,13 +158,13 @@ class Builder:
             at = written.places[key][0] if written else 0
             name = key.removeprefix(prefix)
             if not name or name.startswith("outputs:") or (prefix == "state:" and name.startswith("inputs:")):
-                message = f"node {quoted(node)}: {quoted(key)} cannot be set; only inputs and state can."
+                message = f"node {quoted(node)}: {quoted(key)} cannot be set; only inputs and state can"
                 self.problems.append(self.source.problem(at, message))
                 continue
             if prefix == "state:" or name.startswith("state:"):
                 name = f"state:{name.removeprefix('state:')}"
             if name in values:
-                message = f"node {quoted(node)}: {quoted(key)} is set twice; remove one."
+                message = f"node {quoted(node)}: {quoted(key)} is set twice; remove one"
                 self.problems.append(self.source.problem(at, message))
                 continue
             values[name] = value

@@ -14,7 +14,7 @@ PATTERN = rf"^\s*{_END}\s*->\s*({_END}|\[\s*{_END}(\s*,\s*{_END})*\s*,?\s*\])\s*
 """The same as a regular expression, for the JSON Schema."""
 
 _END_ONLY = re.compile(_END)
-_FORM = 'write "node.output -> node.input", or "node.output -> [node.input, other.input]".'
+_FORM = 'write "node.output -> node.input", or "node.output -> [node.input, other.input]"'
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +64,7 @@ def _end(part: str, text: str) -> str:
     if _END_ONLY.fullmatch(end):
         return end
     if not end:
-        raise ValueError(f"connection {quoted(text)} lacks one of its ends; {_FORM}")
+        raise ValueError(f"connection {quoted(text)} has only one end; {_FORM}")
     if "." not in end:
-        raise ValueError(f'connection end {quoted(end)} names no attribute; write "{end[:40]}.attribute".')
+        raise ValueError(f'connection end {quoted(end)} names no attribute; write "{end[:40]}.attribute"')
     raise ValueError(f"connection end {quoted(end)} is not of the form node.attribute; {_FORM}")

@@ -140,7 +140,7 @@ class _Reader:
         try:
             return scalars.number(found[0], "int" if found[1] is None and found[2] is None else "float")
         except ValueError as error:
-            self.problems.append(self.source.problem(at, f"{error}."))
+            self.problems.append(self.source.problem(at, str(error)))
             return scalars.STAND_IN
 
     def _string(self, at: int) -> tuple[str, int]:
@@ -155,7 +155,7 @@ class _Reader:
 
     def _repeated(self, node: Map, key: str, key_at: int) -> None:
         first = self.source.mark(node.places[key][0])
-        message = f"key {quoted(key)} is repeated; it is already in line {first.line}."
+        message = f"key {quoted(key)} is repeated; it is already in line {first.line}"
         self.problems.append(self.source.problem(key_at, message))
 
     def _skip(self, at: int) -> int:
@@ -163,4 +163,4 @@ class _Reader:
         return found.end() if found else at
 
     def _broken(self, at: int, what: str) -> UserError:
-        return UserError(self.source.problem(at, f"this is not JSON: {what}."))
+        return UserError(self.source.problem(at, f"this is not JSON: {what}"))

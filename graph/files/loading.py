@@ -130,9 +130,7 @@ def _examine(source: Source, kind: str, path: Path | None, folder: Path, allow: 
         return Examined(None, (*problems, *error.problems))
     if not isinstance(root, tree.Map):
         found = described(root)
-        problems.append(
-            source.problem(at, f'a graph file is a mapping that starts with "tickgraph: 1", found {found}.')
-        )
+        problems.append(source.problem(at, f'a graph file is a mapping that starts with "tickgraph: 1", found {found}'))
         return Examined(None, tuple(problems))
     if other := _another_format(root):
         problems.append(source.problem(tree.offset(root, ("tickgraph",)), other))
@@ -148,10 +146,10 @@ def _another_format(root: tree.Map) -> str | None:
     """Why none of the keys can be judged: no graph file at all, or one of a newer format."""
     version = root.get("tickgraph")
     if "tickgraph" not in root and not any(key in model.GraphFile.model_fields for key in root):
-        return 'this is no graph file: there is no "tickgraph" key; a graph file starts with "tickgraph: 1".'
+        return 'this is not a graph file: there is no "tickgraph" key; a graph file starts with "tickgraph: 1"'
     if isinstance(version, int) and not isinstance(version, bool) and version > model.VERSION:
         number = described(version).removeprefix("number ")
-        return f"format {number} is newer than this tickgraph reads ({model.VERSION}); update it."
+        return f"format {number} is newer than this tickgraph reads ({model.VERSION}); update it"
     return None
 
 

@@ -25,7 +25,7 @@ _WANTED = {
     "float_type": "a number",
     "bool_type": "true or false",
 }
-_NO_VERSION = 'there is no "tickgraph" key; a graph file starts with "tickgraph: 1".'
+_NO_VERSION = 'there is no "tickgraph" key; a graph file starts with "tickgraph: 1"'
 
 
 def problems_of(errors: Iterable[ErrorDetails], source: Source, root: Map) -> list[Problem]:
@@ -61,7 +61,7 @@ def _problem(error: ErrorDetails, root: Map) -> tuple[int, str]:
         return offset(root, location, key=True), _unknown_key(location)
     if kind == "missing":
         parent, name = location[:-1], location[-1]
-        return offset(root, parent, key=True), f'{label(parent)}: "{name}" is missing; add it.'
+        return offset(root, parent, key=True), f'{label(parent)}: "{name}" is missing; add it'
     value = value_at(root, location)
     name = label(location)
     at = offset(root, location, key=about_key)
@@ -71,11 +71,11 @@ def _problem(error: ErrorDetails, root: Map) -> tuple[int, str]:
     if kind == "literal_error":
         return at, f"{name}: {_choice(value, error.get('ctx', {}).get('expected', ''), location)}"
     if kind == "string_too_short":
-        return at, f"{name} is empty; give it a value."
+        return at, f"{name} is empty; give it a value"
     wanted = _WANTED.get(kind)
     if wanted is None:  # a kind of error that the models cannot give today
-        return at, f"{name}: {error['msg']}."
-    return at, f"{name} must be {wanted}, found {described(value)}."
+        return at, f"{name}: {error['msg']}"
+    return at, f"{name} must be {wanted}, found {described(value)}"
 
 
 def _joined(name: str, text: str) -> str:
@@ -92,7 +92,7 @@ def _tree_location(location: Sequence[str | int]) -> tuple[Location, bool]:
 def _version(kind: str, value: Any) -> str:
     if kind == "missing":
         return _NO_VERSION
-    return f"tickgraph must be {model.VERSION}, the version of the file format, found {described(value)}."
+    return f"tickgraph must be {model.VERSION}, the version of the file format, found {described(value)}"
 
 
 def _unknown_key(location: Location) -> str:
@@ -106,7 +106,7 @@ def _choice(value: Any, expected: str, location: Location) -> str:
     choices = [str(choice) for choice in get_args(field.annotation)] if field is not None else [expected]
     if isinstance(value, str):
         return f"{quoted(value)} is not a choice{suggestion(value, choices, listed='choose one of')}"
-    return f"found {described(value)}; choose one of {', '.join(choices)}."
+    return f"found {described(value)}; choose one of {', '.join(choices)}"
 
 
 def _fields(location: Sequence[str | int]) -> Mapping[str, Any]:

@@ -36,7 +36,7 @@ def problem(message: str) -> PydanticCustomError:
 
 def _whole(value: Any) -> Any:
     if type(value) is not int:  # true and 1.0 are equal to 1, and no version
-        raise problem("must be a whole number.")
+        raise problem("must be a whole number")
     return value
 
 
@@ -51,38 +51,38 @@ def _duration(value: Any) -> Fraction:
 def _positive(value: Any, convert: Callable[[int | float | str], Fraction], limit: int, meaning: str) -> Fraction:
     """An exact number above 0 and at most `limit`; `meaning` says in messages what it should be."""
     if isinstance(value, bool) or not isinstance(value, (int, float, str)):
-        raise problem(f"must be {meaning}, found {described(value)}.")
+        raise problem(f"must be {meaning}, found {described(value)}")
     try:
         number = convert(value)
     except ValueError:
-        raise problem(f"must be {meaning}, found {described(value)}.") from None
+        raise problem(f"must be {meaning}, found {described(value)}") from None
     if number <= 0:
-        raise problem(f"must be above 0, found {described(value)}; give {meaning}.")
+        raise problem(f"must be above 0, found {described(value)}; give {meaning}")
     if number > limit:
-        raise problem(f"must be at most {limit:,}, found {described(value)}; give {meaning}.")
+        raise problem(f"must be at most {limit:,}, found {described(value)}; give {meaning}")
     return number
 
 
 def _identifier(name: str) -> str:
     if not name.isidentifier():
-        raise problem(f"{quoted(name)} cannot be a name; use letters, digits and _, not starting with a digit.")
+        raise problem(f"{quoted(name)} cannot be a name; use letters, digits and _, not starting with a digit")
     return name
 
 
 def _attribute_name(name: str) -> str:
     prefix, _, rest = name.partition(":")
     if prefix not in ("inputs", "outputs", "state") or not rest or not _ATTRIBUTE.fullmatch(rest):
-        raise problem(f"{quoted(name)} cannot be an attribute; write inputs:name, outputs:name or state:name.")
+        raise problem(f"{quoted(name)} cannot be an attribute; write inputs:name, outputs:name or state:name")
     return name
 
 
 def _attribute_type(value: Any) -> str:
     if not isinstance(value, str):
-        raise problem(f"must be the name of a type such as double or float[3], found {described(value)}.")
+        raise problem(f"must be the name of a type such as double or float[3], found {described(value)}")
     try:
         parse_type(value)
     except ValueError as error:
-        raise problem(f"{error}.") from None
+        raise problem(str(error)) from None
     return value
 
 
@@ -95,12 +95,12 @@ def _node_name(name: str) -> str:
 
 def _prim_path(path: str) -> str:
     if not path.startswith("/"):
-        raise problem(f'{quoted(path)} is no prim path; it starts with "/", such as /World/{_safe(path)}.')
+        raise problem(f'{quoted(path)} is not a prim path; it starts with "/", such as /World/{_safe(path)}')
     for part in path[1:].split("/"):
         if not part.isidentifier():
             raise problem(
-                f"{quoted(path)} is no prim path; {quoted(part)} cannot be a prim name: "
-                "use letters, digits and _, not starting with a digit."
+                f"{quoted(path)} is not a prim path; {quoted(part)} cannot be a prim name: "
+                "use letters, digits and _, not starting with a digit"
             )
     return path
 
@@ -112,7 +112,7 @@ def _safe(text: str) -> str:
 
 def _setting_path(path: str) -> str:
     if not path.startswith("/") or path.endswith("/") or "//" in path or any(c.isspace() for c in path):
-        raise problem(f'{quoted(path)} is no setting; settings are paths such as "/app/name".')
+        raise problem(f'{quoted(path)} is not a setting; settings are paths such as "/app/name"')
     return path
 
 
@@ -121,13 +121,13 @@ def _setting(value: Any) -> Any:
         return value
     if isinstance(value, list) and all(isinstance(item, (bool, int, float, str)) for item in value):
         return value
-    raise problem(f"must be a number, text, true, false or a list of these, found {described(value)}.")
+    raise problem(f"must be a number, text, true, false or a list of these, found {described(value)}")
 
 
 def _knob(value: Any) -> Any:
     if isinstance(value, (bool, int, float, str)):
         return value
-    raise problem(f"must be a number, text, true or false, found {described(value)}.")
+    raise problem(f"must be a number, text, true or false, found {described(value)}")
 
 
 def _empty_if_null(value: Any) -> Any:
@@ -140,7 +140,7 @@ def _type_or_mapping(value: Any) -> Any:
         return {"type": value}
     if isinstance(value, dict):
         return value
-    raise problem(f"must be a type id or a mapping with a type, found {described(value)}.")
+    raise problem(f"must be a type id or a mapping with a type, found {described(value)}")
 
 
 _SCALAR_SCHEMA = {"type": ["number", "string", "boolean"]}

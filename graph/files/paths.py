@@ -25,7 +25,7 @@ def confined(text: str, folder: Path, allow: Sequence[Path] = ()) -> Path:
     Raises ValueError, with a sentence for the user, for a missing file and for one outside `folder` and `allow`.
     """
     if _URL.match(text):
-        raise ValueError(f"{quoted(text)} is a URL; only files below the graph file's folder are read.")
+        raise ValueError(f"{quoted(text)} is a URL; only files below the graph file's folder are read")
     path = _resolved(text, folder)
     roots = [root.resolve() for root in (folder, *allow)]
     if not any(path.is_relative_to(root) for root in roots):
@@ -34,7 +34,7 @@ def confined(text: str, folder: Path, allow: Sequence[Path] = ()) -> Path:
             f"--allow {shlex.quote(str(path.parent))}"
         )
     if path.is_dir():
-        raise ValueError(f"{quoted(text)} is a folder, not a file.")
+        raise ValueError(f"{quoted(text)} is a folder, not a file")
     if not path.is_file():
         raise ValueError(f"there is no file {quoted(text)} (relative to the graph file){_near(text, folder)}")
     return path
@@ -44,25 +44,25 @@ def output_name(text: str) -> str:
     """The name of a file to write below the output folder. Raises ValueError for one that could leave it."""
     path = Path(text)
     if not path.name or "\0" in text or text.endswith("/"):
-        raise ValueError(f"{quoted(text)} is no file name.")
+        raise ValueError(f"{quoted(text)} is not a file name")
     if any(len(part.encode(errors="replace")) > _LONGEST_NAME for part in path.parts):
-        raise ValueError(f"{quoted(text)} is longer than {_LONGEST_NAME} bytes.")
+        raise ValueError(f"{quoted(text)} is longer than {_LONGEST_NAME} bytes")
     if len(text) > _LONGEST_PATH:
-        raise ValueError(f"{quoted(text)} is longer than {_LONGEST_PATH} characters.")
+        raise ValueError(f"{quoted(text)} is longer than {_LONGEST_PATH} characters")
     if path.as_posix() in (REPORT, "report.previous.json"):
-        raise ValueError(f"{quoted(text)} is where the report goes; give another name such as run.mcap.")
+        raise ValueError(f"{quoted(text)} is where the report goes; give another name such as run.mcap")
     if path.is_absolute() or ".." in path.parts or "\\" in text or _URL.match(text):
-        raise ValueError(f"{quoted(text)} could leave the output folder; give a plain name such as run.mcap.")
+        raise ValueError(f"{quoted(text)} could leave the output folder; give a plain name such as run.mcap")
     return text
 
 
 def _resolved(text: str, folder: Path) -> Path:
     if not text or "\0" in text:
-        raise ValueError(f"{quoted(text)} is no file name.")
+        raise ValueError(f"{quoted(text)} is not a file name")
     try:
         return (folder / text).resolve()
     except (OSError, RuntimeError, ValueError) as error:  # too long a name, a loop of links
-        raise ValueError(f"{quoted(text)} is no usable file name.") from error
+        raise ValueError(f"{quoted(text)} is not a usable file name") from error
 
 
 def _near(text: str, folder: Path) -> str:

@@ -124,7 +124,7 @@ def _read(
     seconds = Fraction(0)
     try:
         if time is None or isinstance(time, bool):
-            raise ValueError(f"{time!r} is no time")
+            raise ValueError(f"{time!r} is not a time")
         seconds = duration(time)
         if seconds < 0:
             raise ValueError("a time before the start")

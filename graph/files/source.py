@@ -62,21 +62,21 @@ def is_usd(name: str) -> bool:
 
 
 def read(path: Path, name: str) -> Source:
-    """Reads a graph file from disk; raises UserError for what is no readable text of a sensible size."""
+    """Reads a graph file from disk; raises UserError for what is not a readable text of a sensible size."""
     kind = file_format(path.name)
     try:
         if path.is_dir():
-            raise UserError(f"{name} is a folder; name a graph file (.yaml, .json or .usda) in it.")
+            raise UserError(f"{name} is a folder; name a graph file (.yaml, .json or .usda) in it")
         if not path.exists():
             raise UserError(f"{name}: no such file{_near(path) or '.'}")
         if kind is None:
             raise UserError(f"{name}: {_no_graph_file(path)}")
         if not path.is_file():
-            raise UserError(f"{name} is no regular file; a graph file is text on disk.")
+            raise UserError(f"{name} is not a regular file; a graph file is text on disk")
         with path.open("rb") as stream:
             data = stream.read((JSON_LIMIT if kind == "json" else YAML_LIMIT) + 1)
     except OSError as error:
-        raise UserError(f"{name} cannot be read: {error.strerror or error}.") from error
+        raise UserError(f"{name} cannot be read: {error.strerror or error}") from error
     return decode(data, name, kind)
 
 
@@ -84,12 +84,12 @@ def decode(data: bytes | str, name: str, kind: str) -> Source:
     """Bytes (UTF-8, with or without byte order mark) or text as a Source; raises UserError with the reason."""
     limit = JSON_LIMIT if kind == "json" else YAML_LIMIT
     if len(data) > limit:
-        advice = "" if kind == "json" else " Write it as JSON (up to 64 MB)."
-        raise UserError(f"{name} is larger than {limit >> 20} MB, the most that is read of {kind.upper()}.{advice}")
+        advice = "" if kind == "json" else "; write it as JSON (up to 64 MB)"
+        raise UserError(f"{name} is larger than {limit >> 20} MB, the most that is read of {kind.upper()}{advice}")
     text = data if isinstance(data, str) else _decode_bytes(data, name)
     source = Source(name, text.removeprefix("\ufeff"))
     if not source.text.strip():
-        raise UserError(source.problem(0, 'the file is empty; a graph file starts with "tickgraph: 1".'))
+        raise UserError(source.problem(0, 'the file is empty; a graph file starts with "tickgraph: 1"'))
     if found := _NOT_TEXT.search(source.text):
         message = f"character U+{ord(found[0]):04X} is not allowed here; is this a text file?"
         raise UserError(source.problem(found.start(), message))
@@ -99,22 +99,22 @@ def decode(data: bytes | str, name: str, kind: str) -> Source:
 def _decode_bytes(data: bytes, name: str) -> str:
     for mark, encoding in _OTHER_ENCODINGS:
         if data.startswith(mark):
-            raise UserError(Source(name, "").problem(0, f"this is {encoding} text; save it as UTF-8."))
+            raise UserError(Source(name, "").problem(0, f"this is {encoding} text; save it as UTF-8"))
     if b"\0" in data[:4096]:
-        raise UserError(Source(name, "").problem(0, "this is a binary file; a graph file is YAML or JSON text."))
+        raise UserError(Source(name, "").problem(0, "this is a binary file; a graph file is YAML or JSON text"))
     try:
         return data.decode("utf-8")
     except UnicodeDecodeError as error:
         before = Source(name, data[: error.start].decode("utf-8"))
-        message = f"byte 0x{data[error.start]:02X} is not UTF-8; save the file as UTF-8."
+        message = f"byte 0x{data[error.start]:02X} is not UTF-8; save the file as UTF-8"
         raise UserError(before.problem(len(before.text), message)) from error
 
 
 def _no_graph_file(path: Path) -> str:
     suffix = path.suffix.lower()
     if suffix == ".xml":
-        return "this is no graph file; name an MJCF model in a graph file: scene: {mjcf: ...}."
-    return "a graph file ends in .yaml, .yml, .json, .usda, .usd or .usdc."
+        return "this is not a graph file; name an MJCF model in a graph file: scene: {mjcf: ...}"
+    return "a graph file ends in .yaml, .yml, .json, .usda, .usd or .usdc"
 
 
 def _near(path: Path) -> str:

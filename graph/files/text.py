@@ -45,4 +45,4 @@ def suggestion(wrong: str, known: Iterable[str], *, listed: str = "known are") -
     names = [*known]
     if near := did_you_mean(wrong, names):
         return near
-    return f"; {listed} {', '.join(names)}." if names else "."
+    return f"; {listed} {', '.join(names)}" if names else "."

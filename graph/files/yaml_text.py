@@ -55,7 +55,7 @@ def _events(source: Source) -> Iterator[Event]:
         raise _broken(source, error) from error
     except (YAMLError, ValueError, OverflowError) as error:  # the last two: escapes such as "\UFFFFFFFF"
         first = (str(error).splitlines() or ["unreadable text"])[0]
-        raise UserError(source.problem(getattr(error, "position", 0) or 0, f"this is not YAML: {first}.")) from error
+        raise UserError(source.problem(getattr(error, "position", 0) or 0, f"this is not YAML: {first}")) from error
 
 
 class _Open:
@@ -98,24 +98,24 @@ class _Composer:
                 documents += 1
                 self._start(event, documents)
         if self.root is None:
-            raise UserError(self.source.problem(0, 'the file is empty; a graph file starts with "tickgraph: 1".'))
+            raise UserError(self.source.problem(0, 'the file is empty; a graph file starts with "tickgraph: 1"'))
         return self.root
 
     def _start(self, event: Event, documents: int) -> None:
         at = event.start_mark.index
         if documents > 1:
-            raise UserError(self.source.problem(at, "a second document starts here; a graph file holds one."))
+            raise UserError(self.source.problem(at, "a second document starts here; a graph file holds one"))
         if event.version is not None and tuple(event.version) != (1, 2):
             version = ".".join(map(str, event.version))
-            raise UserError(self.source.problem(at, f"graph files are YAML 1.2, not {version}; remove the directive."))
+            raise UserError(self.source.problem(at, f"graph files are YAML 1.2, not {version}; remove the directive"))
 
     def _open(self, node: Map | Seq, event: Event, tag: str) -> None:
         if event.tag is not None and str(event.tag) not in ("!", _CORE + tag):
             self._foreign_tag(event)
         if len(self.stack) >= DEPTH_LIMIT:
-            raise UserError(self.source.problem(node.at, f"nested deeper than {DEPTH_LIMIT}."))
+            raise UserError(self.source.problem(node.at, f"nested deeper than {DEPTH_LIMIT}"))
         if self.stack and isinstance(self.stack[-1].node, Map) and self.stack[-1].key is _NO_KEY:
-            message = "a key must be text, not a list or a mapping; quote it if it is meant as text."
+            message = "a key must be text, not a list or a mapping; quote it if it is meant as text"
             raise UserError(self.source.problem(node.at, message))
         if event.anchor is not None:
             self.anchors[event.anchor] = None
@@ -143,7 +143,7 @@ class _Composer:
             key, parent.key = parent.key, _NO_KEY
             if key in node:
                 first = self.source.mark(node.places[key][0])
-                self._problem(parent.key_at, f"key {quoted(key)} is repeated; it is already in line {first.line}.")
+                self._problem(parent.key_at, f"key {quoted(key)} is repeated; it is already in line {first.line}")
             else:
                 node.add(key, parent.key_at, value, at)
 
@@ -151,11 +151,11 @@ class _Composer:
         text: str = event.value
         plain = event.implicit[0]
         if not is_unicode(text):
-            self._problem(event.start_mark.index, f"{quoted(text)} holds half a surrogate pair; write the character.")
+            self._problem(event.start_mark.index, f"{quoted(text)} holds half a surrogate pair; write the character")
         parent = self.stack[-1] if self.stack else None
         if parent is not None and parent.key is _NO_KEY and isinstance(parent.node, Map):
             if text == "<<" and plain:
-                self._problem(event.start_mark.index, "YAML 1.2 has no merge keys (<<); write the keys out.")
+                self._problem(event.start_mark.index, "YAML 1.2 has no merge keys (<<); write the keys out")
             return text
         tag = None if event.tag is None else str(event.tag)
         if tag is not None and tag not in ("!", f"{_CORE}str") and tag not in _SCALAR_KINDS:
@@ -166,11 +166,11 @@ class _Composer:
         try:
             value = scalars.resolve(text)
         except ValueError as error:
-            self._problem(event.start_mark.index, f"{error}.")
+            self._problem(event.start_mark.index, str(error))
             return scalars.STAND_IN
         if tag in _SCALAR_KINDS:
             if not isinstance(value, _SCALAR_KINDS[tag]) or (isinstance(value, bool) and not tag.endswith("bool")):
-                self._problem(event.start_mark.index, f"{quoted(text)} is no {tag.removeprefix(_CORE)}.")
+                self._problem(event.start_mark.index, f"{quoted(text)} is not a {tag.removeprefix(_CORE)}")
             elif tag.endswith("float"):
                 return float(value)  # type: ignore[arg-type]  # int or float, just tested
         return value
@@ -185,22 +185,22 @@ class _Composer:
     def _alias(self, event: Event) -> None:
         at = event.start_mark.index
         if event.anchor not in self.anchors:
-            raise UserError(self.source.problem(at, f"alias *{event.anchor} has no anchor &{event.anchor} above it."))
+            raise UserError(self.source.problem(at, f"alias *{event.anchor} has no anchor &{event.anchor} above it"))
         target = self.anchors[event.anchor]
         if target is None:
-            raise UserError(self.source.problem(at, f"alias *{event.anchor} stands inside its own anchor."))
+            raise UserError(self.source.problem(at, f"alias *{event.anchor} stands inside its own anchor"))
         value, size = target
         parent = self.stack[-1] if self.stack else None
         if parent is not None and parent.key is _NO_KEY and isinstance(parent.node, Map) and not isinstance(value, str):
-            raise UserError(self.source.problem(at, "a key must be text; this alias stands for something else."))
+            raise UserError(self.source.problem(at, "a key must be text; this alias stands for something else"))
         self.aliased += size
         if self.aliased > ALIASED_LIMIT:
-            message = f"the aliases of this file stand for more than {ALIASED_LIMIT:,} values; write fewer of them."
+            message = f"the aliases of this file stand for more than {ALIASED_LIMIT:,} values; write fewer of them"
             raise UserError(self.source.problem(at, message))
         self._take(value, at, size, None)
 
     def _foreign_tag(self, event: Event) -> None:
-        message = f"tag {quoted(str(event.tag))} is not read; graph files are plain data. Remove the tag."
+        message = f"tag {quoted(str(event.tag))} is not read; graph files are plain data. Remove the tag"
         self._problem(event.start_mark.index, message)
 
     def _problem(self, at: int, message: str) -> None:
@@ -211,13 +211,13 @@ def _broken(source: Source, error: MarkedYAMLError) -> UserError:
     mark = error.problem_mark or error.context_mark
     at = 0 if mark is None else mark.index
     if source.text[at : at + 1] == "\t":
-        return UserError(source.problem(at, "a tab cannot indent YAML; use spaces."))
+        return UserError(source.problem(at, "a tab cannot indent YAML; use spaces"))
     what = _one_line(error.problem or error.context or "unreadable text")
     if error.context and error.problem:
         began = error.context_mark
         since = f" from line {began.line + 1} on" if began is not None and mark and began.line != mark.line else ""
         what = f"{_one_line(error.context)}{since}, {what}"
-    return UserError(source.problem(at, f"this is not YAML: {what}."))
+    return UserError(source.problem(at, f"this is not YAML: {what}"))
 
 
 def _one_line(text: str) -> str:

@@ -96,7 +96,7 @@ class Attribute:
             from graph.base.suggest import did_you_mean
 
             choices = ", ".join(f'"{token}"' for token in self.allowed_tokens)
-            return f"{shown(value)} is none of {choices}{did_you_mean(str(value), self.allowed_tokens)}"
+            return f"{shown(value)} is not one of {choices}{did_you_mean(str(value), self.allowed_tokens)}"
         if isinstance(value, int | float):
             if self.minimum is not None and not value >= self.minimum:
                 return f"{shown(value)} is below the minimum {self.minimum}"

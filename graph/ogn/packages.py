@@ -56,7 +56,7 @@ def _ogn_files(folder: Traversable, package: str) -> Iterator[tuple[str, str, Tr
 def _text(file: Traversable, name: str) -> str:
     data = file.read_bytes()
     if len(data) > MAX_BYTES:
-        raise UserError(f"{name}: larger than {MAX_BYTES} bytes; that is no declaration")
+        raise UserError(f"{name}: larger than {MAX_BYTES} bytes; that is not a declaration")
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:

@@ -85,7 +85,7 @@ class _Reader:
         name, body = names[0], root[names[0]]
         name_at, body_at = root.places[name]
         if not re.fullmatch(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*", name):
-            self._wrong(name_at, f'"{name}" is no type name; use letters, digits, underscores and dots')
+            self._wrong(name_at, f'"{name}" is not a type name; use letters, digits, underscores and dots')
         if not isinstance(body, Map):
             self._wrong(body_at, f"expected a mapping, found {described(body)}")
             return None
@@ -111,7 +111,7 @@ class _Reader:
                 continue
             key_at, value_at = declared.places[name]
             if not _NAME.fullmatch(name):
-                self._wrong(key_at, f'"{name}" is no attribute name; use letters, digits, underscores and ":"')
+                self._wrong(key_at, f'"{name}" is not an attribute name; use letters, digits, underscores and ":"')
             elif not isinstance(one, Map):
                 self._wrong(value_at, f"{group}.{name}: expected a mapping, found {described(one)}")
             else:

@@ -140,7 +140,7 @@ def _draft_nodes(
             report(f'node "{node.name}" is written twice in graph {spec.path}; rename one', node.mark)
             continue
         if not _NODE_NAME.fullmatch(node.name):
-            report(f'"{node.name}" is no node name; use letters, digits and underscores', node.mark)
+            report(f'"{node.name}" is not a node name; use letters, digits and underscores', node.mark)
         names.append(node.name)
         node_type = types.get(node.type) or types.setdefault(node.type, _node_type(node.type, nodes, registry))
         if isinstance(node_type, str):

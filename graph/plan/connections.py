@@ -135,7 +135,7 @@ def _end(
 ) -> tuple[Draft, str] | None:
     name, dot, attribute = text.rpartition(".")
     if not dot or not name or not attribute:
-        report(f'"{text}" is no end of a connection; write node.attribute', mark)
+        report(f'"{text}" is not an end of a connection; write node.attribute', mark)
         return None
     draft = nodes.drafts.get(f"{graph}/{name}") or nodes.find(graph, name)
     if isinstance(draft, str):

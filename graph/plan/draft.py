@@ -144,7 +144,7 @@ def _add_attribute(draft: Draft, full: str, type_name: str, report: Report) -> N
     prefix, _, name = full.partition(":")
     if prefix not in PREFIXES or not name:
         report(
-            f'{draft.label}: "{full}" is no attribute; write inputs:, outputs: or state: before the name',
+            f'{draft.label}: "{full}" is not an attribute; write inputs:, outputs: or state: before the name',
             draft.spec.mark,
         )
         return
@@ -212,7 +212,7 @@ def _untypable(attribute: Attribute, raw: Any, explicit: tuple[Type, Any] | None
     given = explicit[0] if explicit else next(iter(natural_type(raw)), None)
     if given is None or not isinstance(declared, Extended) or declared.accepts(given):
         return f"cannot tell the type of {shown(raw)}; write {{type: ..., value: ...}}"
-    return f"{shown(value)} ({given}) is none of its types ({declared}){way_between(given, declared)}"
+    return f"{shown(value)} ({given}) is not one of its types ({declared}){way_between(given, declared)}"
 
 
 def all_names(draft: Draft, shape: Shape) -> Mapping[str, tuple[str, ...]]:

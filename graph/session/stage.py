@@ -105,7 +105,7 @@ def missing_targets(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Graph]) -
         for name in (name for name, attribute in node.type.inputs.items() if attribute.type == "target"):
             for target in node.get(name) or ():
                 if not is_prim_path(target):
-                    wrong = f"{target} is no path of a prim; write / and names of letters, digits and _"
+                    wrong = f"{target} is not a path of a prim; write / and names of letters, digits and _"
                 elif target in graph_paths or target.startswith("/Render/") or stage.GetPrimAtPath(target):
                     continue
                 else:
@@ -116,7 +116,7 @@ def missing_targets(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Graph]) -
 
 
 def unrenderable_cameras(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Graph]) -> list[Problem]:
-    """A line for each sensor input that the file gives whose prim is there and is no sensor that can be rendered."""
+    """A line for each sensor input that the file gives whose prim is there and is not a sensor that can be rendered."""
     from graph.sim.scene.prim_paths import prim_at
     from sensors.products import sensor_problem
 

@@ -41,13 +41,13 @@ def import_open3d() -> ModuleType:
         return already
     missing = missing_system_libraries()
     if missing:
-        raise UserError(f"Open3D needs {', '.join(missing)}, which this machine lacks. Run: {INSTALL_HINT}")
+        raise UserError(f"Open3D needs {', '.join(missing)}, which is missing on this machine. Run: {INSTALL_HINT}")
     load_libusb()
     try:
         with _later("open3d.visualization.draw_plotly"):  # a web server with IPython: half of Open3D's import
             return importlib.import_module("open3d")
     except ImportError as error:
-        raise UserError(f"Open3D does not import ({error}). Run `graph doctor` to see what is missing.") from error
+        raise UserError(f"Open3D does not import ({error}). Run `graph doctor` to see what is missing") from error
 
 
 class _Later(ModuleType):

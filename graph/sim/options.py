@@ -84,7 +84,9 @@ def _rate(value: float | str | Fraction | None, what: str) -> Fraction | None:
     try:
         rate = exact.rate(value)
     except (ValueError, TypeError):
-        raise UserError(f"{what}: {value!r} is no rate; give a number of Hz or a fraction such as 60000/1001") from None
+        raise UserError(
+            f"{what}: {value!r} is not a rate; give a number of Hz or a fraction such as 60000/1001"
+        ) from None
     return checked_rate(rate, what)
 
 

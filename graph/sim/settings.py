@@ -122,7 +122,7 @@ class Settings:
     def set(self, path: str, value: Any) -> None:
         """Sets a value (a dict sets the leaves below `path`) and tells the subscribers if it changed.
 
-        Raises UserError if the path is no path or a known setting cannot take the value.
+        Raises UserError if the path is not a path or a known setting cannot take the value.
         """
         path = normalised(path)
         if isinstance(value, Mapping):
@@ -226,7 +226,7 @@ def normalised(path: str) -> str:
     """The path with one leading slash and none at the end. Raises UserError if it is none."""
     parts = path.strip().strip("/").split("/")
     if not all(parts) or any(part != part.strip() for part in parts):
-        raise UserError(f"setting {path!r} is no path; write it as /path/to/setting")
+        raise UserError(f"setting {path!r} is not a path; write it as /path/to/setting")
     return "/" + "/".join(parts)
 
 

@@ -71,7 +71,7 @@ def read_cases(path: str | Path, allow: Iterable[str | Path] = ()) -> CaseFile:
         with path.open("rb") as stream:
             data = stream.read((JSON_LIMIT if file_format(name) == "json" else YAML_LIMIT) + 1)
     except OSError as error:
-        return CaseFile(name, (), (Problem(f"{name} cannot be read: {error.strerror or error}."),))
+        return CaseFile(name, (), (Problem(f"{name} cannot be read: {error.strerror or error}"),))
     return parse_cases(data, name, path.absolute(), allow)
 
 
@@ -88,14 +88,14 @@ def parse_cases(data: bytes, name: str, path: Path, allow: Iterable[str | Path] 
     except UserError as error:
         return CaseFile(name, (), (*problems, *error.problems))
     if not isinstance(root, Map):
-        problems.append(source.problem(at, f"{_start()}, found {described(root)}."))
+        problems.append(source.problem(at, f"{_start()}, found {described(root)}"))
         return CaseFile(name, (), tuple(problems))
     if ogn:
         root = test_tree(source, root, problems)
         if not root["cases"]:
             return CaseFile(name, (), tuple(problems))
     if model.KEY not in root and not any(key in model.CaseFile.model_fields for key in root):
-        problems.append(source.problem(at, f'this is no test file: there is no "{model.KEY}" key; {_start()}.'))
+        problems.append(source.problem(at, f'this is not a test file: there is no "{model.KEY}" key; {_start()}'))
         return CaseFile(name, (), tuple(problems))
     root = _valid_part(source, root, problems)
     folder = path.parent
@@ -108,7 +108,7 @@ def _start() -> str:
 
 
 def _empty() -> str:
-    return f"the file is empty; {_start()}."
+    return f"the file is empty; {_start()}"
 
 
 def _valid_part(source: Source, root: Map, problems: list[Problem]) -> Map:
@@ -186,7 +186,7 @@ def _case(
     written_out = setup.graph is not None and not isinstance(setup.graph, str)
     file: Path | None = None
     if setup.graph is not None and setup.node is not None:
-        wrong("give graph or node, not both.", "node")
+        wrong("give graph or node, not both", "node")
         return None
     if isinstance(setup.graph, str):
         try:
@@ -197,13 +197,13 @@ def _case(
     elif setup.graph is None and setup.node is None:
         file = sibling
         if file is None:
-            wrong('names neither graph nor node, and no graph file of this name stands beside; add "graph" or "node".')
+            wrong('names neither graph nor node, and no graph file of this name stands beside; add "graph" or "node"')
             return None
     if file is not None and setup.scene is not None:
-        wrong("scene: the graph file has its own; leave it out.", "scene")
+        wrong("scene: the graph file has its own; leave it out", "scene")
     for key in ("connect", "variables") if setup.node is None else ():
         if getattr(setup, key):
-            wrong(f"{key}: only the test of a node takes it; leave it out.", key)
+            wrong(f"{key}: only the test of a node takes it; leave it out", key)
     graph_file = messages.graph_tree(tree, tree["graph"] if written_out else None)
     spec = Builder(source, graph_file, problems, None, folder, allow).build(
         file_model.GraphFile.model_validate(graph_file)

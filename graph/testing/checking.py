@@ -74,16 +74,12 @@ def _check(case: Case, graphs: tuple[GraphSpec, ...], registry: Registry) -> Ite
         except UnsettledError:
             continue
         if message:
-            yield Problem(f"{'.'.join(map(str, location[:-1]))}: {_sentence(message)}", case.at(*location))
+            yield Problem(f"{'.'.join(map(str, location[:-1]))}: {message}", case.at(*location))
     for reference in expect.computes:
         try:
             names.node(reference)
         except KeyError as error:
-            yield Problem(f"expect.computes: {_sentence(error.args[0])}", case.at("expect", "computes", reference))
-
-
-def _sentence(text: str) -> str:
-    return text if text.endswith("?") else f"{text}."
+            yield Problem(f"expect.computes: {error.args[0]}", case.at("expect", "computes", reference))
 
 
 def _late(case: Case) -> Iterator[Problem]:
@@ -96,12 +92,12 @@ def _late(case: Case) -> Iterator[Problem]:
         late = [update for update in updates if update >= total]
         if late:
             yield Problem(
-                f"pulses: {reference} is to be triggered in update {late[0]}, but {runs}.", case.at("pulses", reference)
+                f"pulses: {reference} is to be triggered in update {late[0]}, but {runs}", case.at("pulses", reference)
             )
     for key in case.setup.changes:
         span = read_range(key, 10**9)
         if span is not None and span[0] >= total:
-            yield Problem(f"changes: update {key} never comes: {runs}.", case.at("changes", key))
+            yield Problem(f"changes: update {key} never comes: {runs}", case.at("changes", key))
 
 
 def _settable(full: str, attribute: Attribute) -> str | None:
@@ -113,17 +109,17 @@ def _settable(full: str, attribute: Attribute) -> str | None:
 def _triggerable(full: str, attribute: Attribute) -> str | None:
     if full.startswith("inputs:") and attribute.is_execution:
         return None
-    return "is no execution input; set it by inputs"
+    return "is not an execution input; set it by inputs"
 
 
 def _data_input(full: str, attribute: Attribute) -> str | None:
-    return None if full.startswith("inputs:") and not attribute.is_execution else "is no data input"
+    return None if full.startswith("inputs:") and not attribute.is_execution else "is not a data input"
 
 
 def _follows(full: str, attribute: Attribute) -> str | None:
     if full.startswith("outputs:") and attribute.is_execution:
         return None
-    return "is no execution output; look at its values"
+    return "is not an execution output; look at its values"
 
 
 def _has_value(full: str, attribute: Attribute) -> str | None:

@@ -88,5 +88,5 @@ def _input(trace: GraphTrace, reference: str) -> tuple[Node, str]:
 def _execution_input(trace: GraphTrace, reference: str) -> tuple[Node, str]:
     node, full = trace.attribute(reference, "inputs")
     if not full.startswith("inputs:") or not node.attribute(full).is_execution:
-        raise KeyError(f'"{reference}" ({node.type.id}) is no execution input; set it by inputs')
+        raise KeyError(f'"{reference}" ({node.type.id}) is not an execution input; set it by inputs')
     return node, full.partition(":")[2]

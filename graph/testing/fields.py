@@ -19,23 +19,23 @@ MOST_UPDATES = 1_000_000
 def whole(value: Any) -> Any:
     """A whole number; true and 1.0 are none."""
     if type(value) is not int:
-        raise problem("must be a whole number.")
+        raise problem("must be a whole number")
     return value
 
 
 def _update_list(value: Any) -> UpdateList:
     if not isinstance(value, list):
-        raise problem(f"must be a list of updates such as [0, 3, 6..9], found {described(value)}.")
+        raise problem(f"must be a list of updates such as [0, 3, 6..9], found {described(value)}")
     updates = UpdateList(tuple(map(_range, value)))
     if len(updates) > MOST_UPDATES:
-        raise problem(f"names more than {MOST_UPDATES:,} updates; write fewer.")
+        raise problem(f"names more than {MOST_UPDATES:,} updates; write fewer")
     return updates
 
 
 def _range(item: Any) -> range:
     found = read_range(item, MOST_UPDATES)
     if found is None:
-        raise problem(f"{_shown(item)} is no update; write its index, 0 or more, or a range such as 0..11.")
+        raise problem(f"{_shown(item)} is not an update; write its index, 0 or more, or a range such as 0..11")
     return found
 
 
@@ -45,11 +45,11 @@ def _shown(item: Any) -> str:
 
 def _by_update(value: Any) -> Any:
     if not isinstance(value, dict):
-        raise problem(f"must be a mapping from updates to values by attribute, found {described(value)}.")
+        raise problem(f"must be a mapping from updates to values by attribute, found {described(value)}")
     for key, changes in value.items():
         _range(key)
         if not isinstance(changes, dict):
-            raise problem(f"update {key}: must be a mapping from attributes to values, found {described(changes)}.")
+            raise problem(f"update {key}: must be a mapping from attributes to values, found {described(changes)}")
     return value
 
 
@@ -60,7 +60,7 @@ def _values(value: Any) -> Any:
     elif not isinstance(value, list):
         raise problem(
             f"must be a list with the value after each update, or a mapping from updates to values, "
-            f"found {described(value)}."
+            f"found {described(value)}"
         )
     return value
 
@@ -70,7 +70,7 @@ def _count_or_updates(value: Any) -> Any:
         return value
     if isinstance(value, list):
         return _update_list(value)
-    raise problem(f"must be a count or a list of updates such as [0, 3, 6..9], found {described(value)}.")
+    raise problem(f"must be a count or a list of updates such as [0, 3, 6..9], found {described(value)}")
 
 
 def _playing(value: Any) -> Any:
@@ -85,14 +85,14 @@ def _tolerance(value: Any) -> Any:
 
 def _one_tolerance(value: Any) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not value >= 0:
-        raise problem(f"must be a number of 0 or more, or a mapping from attributes to such, found {described(value)}.")
+        raise problem(f"must be a number of 0 or more, or a mapping from attributes to such, found {described(value)}")
     return float(value)
 
 
 def _texts(value: Any) -> tuple[str, ...]:
     texts = value if isinstance(value, list) else [value]
     if not texts or not all(isinstance(text, str) and text for text in texts):
-        raise problem(f"must be a piece of the error's text, or a list of such, found {described(value)}.")
+        raise problem(f"must be a piece of the error's text, or a list of such, found {described(value)}")
     return tuple(texts)
 
 
@@ -110,7 +110,7 @@ def name_or_graph(value: Any, graph: Callable[[Any], Any]) -> Any:
     """A file's name stays text, a mapping becomes a graph."""
     if isinstance(value, str):
         if not value:
-            raise problem("is empty; give it a value.")
+            raise problem("is empty; give it a value")
         return value
     return graph(value)
 

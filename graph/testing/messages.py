@@ -131,7 +131,7 @@ def _problem(error: ErrorDetails, case: str | None, rest: Location, root: Map) -
         known = suggestion(str(key), _fields(case, parents))
         return offset(root, location, key=True), named(case, f"unknown key {quoted(str(key))}{place}{known}")
     if kind == "missing":
-        message = f'"{rest[-1]}" is missing; add it.'
+        message = f'"{rest[-1]}" is missing; add it'
         where = f"{label(rest[:-1])}: " if rest[:-1] else ""
         return offset(root, location[:-1], key=True), named(case, where + message)
     at = offset(root, location)
@@ -141,25 +141,25 @@ def _problem(error: ErrorDetails, case: str | None, rest: Location, root: Map) -
         return at, named(case, f"{name} {text}" if text.startswith(("must ", "is ", "names ")) else f"{name}: {text}")
     limits = error.get("ctx", {})
     if kind == "greater_than_equal":
-        return at, named(case, f"{name} must be {limits['ge']} or more, found {described(value)}.")
+        return at, named(case, f"{name} must be {limits['ge']} or more, found {described(value)}")
     if kind == "less_than_equal":
-        return at, named(case, f"{name} must be at most {limits['le']:,}, found {described(value)}.")
+        return at, named(case, f"{name} must be at most {limits['le']:,}, found {described(value)}")
     if kind == "literal_error":
-        return at, named(case, f"{name} must be {limits['expected']}, found {described(value)}.")
+        return at, named(case, f"{name} must be {limits['expected']}, found {described(value)}")
     if kind in ("string_too_short", "too_short"):
-        return at, named(case, f"{name} is empty; give it a value.")
+        return at, named(case, f"{name} is empty; give it a value")
     wanted = _WANTED.get(kind)
     if wanted is None and not rest and case is not None:
         wanted = "a mapping"
     if wanted is None:
-        return at, named(case, f"{name}: {error['msg']}.")
-    return at, named(case, f"{name} must be {wanted}, found {described(value)}.")
+        return at, named(case, f"{name}: {error['msg']}")
+    return at, named(case, f"{name} must be {wanted}, found {described(value)}")
 
 
 def _version(kind: str, value: Any) -> str:
     if kind == "missing":
-        return f'there is no "{model.KEY}" key; a test file starts with "{model.KEY}: {model.VERSION}".'
-    return f"{model.KEY} must be {model.VERSION}, the version of the format, found {described(value)}."
+        return f'there is no "{model.KEY}" key; a test file starts with "{model.KEY}: {model.VERSION}"'
+    return f"{model.KEY} must be {model.VERSION}, the version of the format, found {described(value)}"
 
 
 def _fields(case: str | None, parents: Sequence[str | int]) -> Mapping[str, Any]:

@@ -53,7 +53,7 @@ class Trace:
         """The updates in which this execution output was followed, one entry each time."""
         if f"outputs:{output}" not in self.node.types or not self.node.attribute(f"outputs:{output}").is_execution:
             self.node.full_name(f"outputs:{output}")
-            raise KeyError(f'"{output}" of {self.node.type.id} is no execution output; ask for its values')
+            raise KeyError(f'"{output}" of {self.node.type.id} is not an execution output; ask for its values')
         return [update for update, name in self.fires if name == output]
 
     def values(self, name: str) -> list[Any]:
@@ -251,7 +251,7 @@ def _build(
             ]
             raise UserError(f'pulses: {kind.id} has no input "{name}"{one_of(name, execution)}')
         if not trace.node.attribute(f"inputs:{name}").is_execution:
-            raise UserError(f'pulses: "{name}" of {kind.id} is no execution input; set it by inputs')
+            raise UserError(f'pulses: "{name}" of {kind.id} is not an execution input; set it by inputs')
     for full, attribute in trace.node.attributes():
         if not attribute.is_execution:
             trace.recorded[full] = []
@@ -274,7 +274,7 @@ def _declare_probes(registry: Registry, probed: _Probed, connect: Mapping[str, s
             db.memory.fires.append((db.memory.update, db.active.removeprefix("fires_")))
 
     sources = {name.removeprefix("inputs:"): Attribute(type_, "feeds an input") for name, type_ in connect.items()}
-    declare(_SOURCE, "Feeds inputs that the test calls connected.", outputs=sources, registry=registry)
+    declare(_SOURCE, "Feeds inputs that the test calls connected", outputs=sources, registry=registry)
 
 
 def _input(name: str) -> str:

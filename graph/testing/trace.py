@@ -61,7 +61,7 @@ class GraphTrace:
         """The updates in which this execution output was followed, one entry each time."""
         node, full = self.attribute(reference)
         if not full.startswith("outputs:") or not node.attribute(full).is_execution:
-            raise KeyError(f'"{reference}" ({node.type.id}) is no execution output; ask for its values')
+            raise KeyError(f'"{reference}" ({node.type.id}) is not an execution output; ask for its values')
         return self._fires[node, full.partition(":")[2]]
 
     def values(self, reference: str) -> list[Any]:

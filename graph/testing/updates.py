@@ -46,17 +46,17 @@ def read_range(item: Any, most: int) -> range | None:
 
 
 def count_updates(times: Iterable[int]) -> dict[int, int]:
-    """How often each update stands in a list. Raises ValueError for what is no index of an update."""
+    """How often each update stands in a list. Raises ValueError for what is not an index of an update."""
     counted: dict[int, int] = {}
     for update in times:
         if not _is_count(update):
-            raise ValueError(f"updates are numbered 0, 1, 2 ...; {shown(update)} is none of them")
+            raise ValueError(f"updates are numbered 0, 1, 2 ...; {shown(update)} is not one of them")
         counted[update] = counted.get(update, 0) + 1
     return counted
 
 
 def check_length(updates: int) -> None:
-    """Raises UserError for what is no number of updates."""
+    """Raises UserError for what is not a number of updates."""
     if not _is_count(updates):
         raise UserError(f"updates: expected a whole number from 0, got {shown(updates)}")
 

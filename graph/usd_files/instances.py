@@ -59,7 +59,7 @@ class Users:
                 message = f"{path} gives values to {listed(sorted(names))}, which no graph of it has; they are left out"
                 tell("usd-instance-variable", path, message)
         for graph, users in self.of.items():
-            message = f"{graph}, named in omniGraphs of {some(list(users), 'prim')}, is no graph that runs"
+            message = f"{graph}, named in omniGraphs of {some(list(users), 'prim')}, is not a graph that runs"
             tell("usd-instance-lost", next(iter(users)), message)
         if self._bare:
             message = f"omniGraphs of {some(self._bare, 'prim')} counts, though the API schema {_API} is not applied"

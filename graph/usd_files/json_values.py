@@ -35,7 +35,7 @@ def decoded(ours: Mapping[str, Any], name: str) -> Any:
 
 
 def loaded(text: str) -> Any:
-    """What a JSON text of ours says. Raises ValueError for what is no JSON, or nested deeper than a graph file may."""
+    """What a JSON text of ours says. Raises ValueError for what is not JSON, or nested deeper than a graph file may."""
     try:
         value = json.loads(text)
     except RecursionError:

@@ -29,7 +29,7 @@ class Ports:
         return path in self._ports
 
     def behind(self, path: str) -> tuple[str, ...]:
-        """The attributes of real nodes that feed `path`: itself where it is no port, none where nothing feeds it."""
+        """The attributes of real nodes that feed `path`: itself where it is not a port, none where nothing feeds it."""
         if path not in self._ports:
             return (path,)
         if path not in self._origins:

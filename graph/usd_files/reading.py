@@ -87,19 +87,19 @@ def check_text(path: Path, name: str) -> None:
         if start.startswith((b"PXR-USDC", b"PK\x03\x04")):
             return
         if size > TEXT_LIMIT:
-            raise UserError(f"{name} is larger than {TEXT_LIMIT >> 20} MB, the most that is read of USD text.")
+            raise UserError(f"{name} is larger than {TEXT_LIMIT >> 20} MB, the most that is read of USD text")
         data = start + stream.read()
     if not data.strip():
-        raise UserError(Problem('the file is empty; a USD text file starts with "#usda 1.0".', Mark(name, 1, 1)))
+        raise UserError(Problem('the file is empty; a USD text file starts with "#usda 1.0"', Mark(name, 1, 1)))
     if not data.startswith(b"#"):
-        raise UserError(Problem('this is no USD text; it must start with "#usda 1.0".', Mark(name, 1, 1)))
+        raise UserError(Problem('this is not USD text; it must start with "#usda 1.0"', Mark(name, 1, 1)))
     _decoded(data, name)
     if b"\0" in data:
         before = data[: data.index(0)]
         place = Mark(name, before.count(b"\n") + 1, len(before) - before.rfind(b"\n"))
-        raise UserError(Problem("U+0000 cannot stand in a text file; remove it.", place))
+        raise UserError(Problem("U+0000 cannot stand in a text file; remove it", place))
     if depth(path.resolve()) > DEPTH_LIMIT:
-        raise UserError(f"{name} is nested deeper than {DEPTH_LIMIT} levels; a graph file need not be.")
+        raise UserError(f"{name} is nested deeper than {DEPTH_LIMIT} levels; a graph file need not be")
 
 
 def _decoded(data: bytes, name: str) -> None:
@@ -109,7 +109,7 @@ def _decoded(data: bytes, name: str) -> None:
         before = data[: error.start]
         place = Mark(name, before.count(b"\n") + 1, error.start - before.rfind(b"\n"))
         raise UserError(
-            Problem(f"byte 0x{data[error.start]:02X} is not UTF-8; save the file as UTF-8.", place)
+            Problem(f"byte 0x{data[error.start]:02X} is not UTF-8; save the file as UTF-8", place)
         ) from None
 
 
@@ -192,5 +192,5 @@ def _layer(path: Path) -> Any:
 
     layer = Sdf.Layer.FindOrOpen(str(path.absolute()))
     if layer is None:
-        raise UserError(f"{path}: USD cannot read this file.")
+        raise UserError(f"{path}: USD cannot read this file")
     return layer

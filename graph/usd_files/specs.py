@@ -223,7 +223,7 @@ def _connections(
             owner, _, name = source.rpartition(".")
             home = homes.get(owner)
             if home is None or not name.startswith(PREFIXES):
-                reason = "that is no node of a graph" if home is None else "that is no attribute of a node"
+                reason = "that is not a node of a graph" if home is None else "that is not an attribute of a node"
                 tell("usd-lost-connection", place, f"{node.path}.{attribute} is fed by {source}, but {reason}")
                 continue
             if attribute.startswith("outputs:"):

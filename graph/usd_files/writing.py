@@ -84,9 +84,9 @@ def _refuse_clashes(spec: FileSpec) -> None:
             *((f"{graph.path}/{node.name}", f'node "{node.name}" of {graph.path}', node.mark) for node in graph.nodes),
         ):
             if not Sdf.Path.IsValidPathString(path):
-                problems.append(Problem(f"{what} cannot be a prim of USD; rename it.", mark))
+                problems.append(Problem(f"{what} cannot be a prim of USD; rename it", mark))
             elif path in owner:
-                problems.append(Problem(f"{what} and {owner[path]} would be one prim in USD; rename one.", mark))
+                problems.append(Problem(f"{what} and {owner[path]} would be one prim in USD; rename one", mark))
             owner[path] = what
     if problems:
         raise UserError(problems)
@@ -149,7 +149,7 @@ def _instances(layer: Any, graph: GraphSpec) -> None:
 
     for path, values in graph.instances.items():
         if not Sdf.Path.IsValidPathString(path):
-            raise UserError(Problem(f"graph {graph.path}: {path} cannot be a prim of USD; rename it.", graph.mark))
+            raise UserError(Problem(f"graph {graph.path}: {path} cannot be a prim of USD; rename it", graph.mark))
         prim = layer.GetPrimAtPath(path) or Sdf.CreatePrimInLayer(layer, path)
         prim.SetInfo("apiSchemas", Sdf.TokenListOp.Create(prependedItems=["OmniGraphAPI"]))
         relationship = prim.relationships.get("omniGraphs") or Sdf.RelationshipSpec(prim, "omniGraphs")

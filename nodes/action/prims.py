@@ -71,7 +71,7 @@ def add_prim_relationship(db: Database) -> None:
     if not inputs.name:
         db.lack("input name is empty; give it the name of a relationship")
     if not Sdf.Path.IsValidPathString(inputs.target) or not inputs.target.startswith("/"):
-        db.fail(f'input target is "{inputs.target}", which is no absolute path')
+        db.fail(f'input target is "{inputs.target}", which is not an absolute path')
     prim = find_prim(db, inputs.path)
     db.outputs.isSuccessful = prim is not None
     if prim is None:

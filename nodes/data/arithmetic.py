@@ -80,7 +80,7 @@ def divide(db: Database) -> None:
     """Divide element by element; a zero anywhere in b fails."""
     a, b = aligned(db, "ab", settled(db, "result"))
     if not (b.all() if hasattr(b, "all") else b):
-        db.fail("input b holds a 0; it must not")
+        db.fail("input b contains 0; division by zero")
     db.outputs.result = quietly(lambda: a / b)
 
 
@@ -95,7 +95,7 @@ def modulo(db: Database) -> None:
     """Give the remainder of whole numbers, as C does: -7 modulo 3 is -1."""
     a, b = db.inputs.a, db.inputs.b
     if b == 0:
-        db.fail("input b is 0; it must not")
+        db.fail("input b is 0; division by zero")
     remainder = abs(a) % abs(b)
     db.outputs.result = -remainder if a < 0 else remainder
 

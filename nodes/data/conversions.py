@@ -75,7 +75,7 @@ def _to_whole(name: str, storage: str, *more: str) -> None:
         try:
             value = np.asarray(float(given) if isinstance(given, str) else given)
         except ValueError:
-            db.fail(f'input value is "{given}", which is no number')
+            db.fail(f'input value is "{given}", which is not a number')
         whole = np.trunc(value) if value.dtype.kind == "f" else value
         if value.size and not (np.isfinite(whole).all() and whole.min() >= 0 and int(whole.max()) <= highest):
             db.fail(f"input value is {given}, which has no whole number from 0 to {highest}")

@@ -261,7 +261,7 @@ def _turned(db: Database, value: Any, kind: str) -> Any:
         given = np.asarray(value, float)
         length = np.linalg.norm(given, axis=-1, keepdims=True)
         if not length.all():
-            db.fail("a quaternion of length 0 is no rotation; give it 0, 0, 0, 1 for none")
+            db.fail("a quaternion of length 0 is not a rotation; give it 0, 0, 0, 1 for none")
         columns = rotation_matrices(from_xyzw(given / length))
     elif kind.startswith("vector"):
         given = np.asarray(value, float)

@@ -18,7 +18,7 @@ from .stage_prims import find_prim, only_target
     outputs={"execOut": Attribute("execution", "follows once it is bound")},
 )
 def write_prim_material(db: Database) -> bool:
-    """Bind a material to a prim; a path that is no Material fails, a missing prim is passed by."""
+    """Bind a material to a prim; a path that is not a Material fails, a missing prim is passed by."""
     from graph.sim.usd import UsdShade
 
     prim = find_prim(db, db.inputs.primPath)
@@ -26,7 +26,7 @@ def write_prim_material(db: Database) -> bool:
     if prim is None or material is None:
         return False
     if not material.IsA(UsdShade.Material):
-        db.fail(f"{material.GetPath()} is no Material but {material.GetTypeName() or 'a prim without type'}")
+        db.fail(f"{material.GetPath()} is not a Material but {material.GetTypeName() or 'a prim without type'}")
     UsdShade.MaterialBindingAPI.Apply(prim).Bind(UsdShade.Material(material))
     db.fire("execOut")
     return True

@@ -94,7 +94,7 @@ def two_numbers(operation: Operation, output: str, *, nonzero: str = "") -> Spec
 
         def compute_checked(db: Database) -> None:
             if nonzero and not getattr(inputs, nonzero):
-                db.fail(f"input {nonzero} holds a 0; it must not")
+                db.fail(f"input {nonzero} contains 0; division by zero")
             value = operation(inputs.a, inputs.b)
             setattr(outputs, output, value if low <= value <= high else fitting(db, value, result))
 

@@ -17,12 +17,12 @@ CHANGED = Attribute("target", "the prims that come of it")
 
 
 def _each(db: Database, value: Any, function: Callable[[Any], Any]) -> Any:
-    """function(path) for one path, or for each of an array. Fails the node for what is no absolute path."""
+    """function(path) for one path, or for each of an array. Fails the node for what is not an absolute path."""
     from graph.sim.usd import Sdf
 
     def of(text: str) -> str:
         if not Sdf.Path.IsValidPathString(text) or not text.startswith("/"):
-            db.fail(f'"{text}" is no absolute path; begin it with /')
+            db.fail(f'"{text}" is not an absolute path; begin it with /')
         return str(function(Sdf.Path(text)))
 
     return of(value) if isinstance(value, str) else [of(one) for one in value]
@@ -130,7 +130,7 @@ def append_target_paths(db: Database) -> None:
     [length] = lengths or {1}
     for suffix in itertools.chain.from_iterable(lists[1:]):
         if not Sdf.Path.IsValidPathString(suffix) or suffix.startswith("/"):
-            db.fail(f'"{suffix}" is no relative path; give it one such as Cube')
+            db.fail(f'"{suffix}" is not a relative path; give it one such as Cube')
     stretched = [one * length if len(one) == 1 else one for one in lists]
     db.outputs.targets = ["/".join([row[0].rstrip("/"), *row[1:]]) for row in zip(*stretched, strict=True)]
 

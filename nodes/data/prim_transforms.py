@@ -82,7 +82,7 @@ def write_prim_local_transform(db: Database) -> bool:
         return False
     matrix = db.inputs.value.T
     if not transforms.usable(matrix):
-        db.fail("input value is no place: it is flat, not affine, or holds a number that is not finite")
+        db.fail("input value is not a place: it is flat, not affine, or holds a number that is not finite")
     rigid = transforms.rigid_part(matrix)
     rest = (transforms.inverse_rigid(rigid) @ matrix)[:3, :3]
     if np.abs(rest - np.diag(np.diag(rest))).max() > 1e-9 * np.abs(rest).max():

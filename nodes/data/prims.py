@@ -47,12 +47,12 @@ def get_prim_paths(db: Database) -> None:
     outputs={"converted": Attribute("target", "the prims of these paths")},
 )
 def to_target(db: Database) -> None:
-    """Make a target of paths; one that is no absolute path fails."""
+    """Make a target of paths; one that is not an absolute path fails."""
     value = db.inputs.value
     paths = [value] if isinstance(value, str) else list(value)
     for path in paths:
         if path and not path.startswith("/"):
-            db.fail(f'input value holds "{path}", which is no absolute path; begin it with /')
+            db.fail(f'input value holds "{path}", which is not an absolute path; begin it with /')
     db.outputs.converted = [path for path in paths if path]
 
 

@@ -62,6 +62,6 @@ def edited_layer(db: Database) -> AbstractContextManager[Any]:
     layers = [one for one in stage.GetLayerStack() if wanted in (one.identifier, one.GetDisplayName())]
     layer = named.get(wanted) or next(iter(layers), None)
     if layer is None:
-        db.fail(f'input layerIdentifier is "{wanted}", which is no layer of the stage; clear it or correct it')
+        db.fail(f'input layerIdentifier is "{wanted}", which is not a layer of the stage; clear it or correct it')
     edit: AbstractContextManager[Any] = Usd.EditContext(stage, Usd.EditTarget(layer))
     return edit

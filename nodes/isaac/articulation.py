@@ -22,7 +22,7 @@ class _Robot:
 def robot_at(db: Database, path: str) -> Any:
     """The articulation at a path. The node lacks it where nothing moves there, as where a robot's asset is missing."""
     if db.app.physics is None:
-        db.lack(f"{path} is no robot: nothing on the stage can move")
+        db.lack(f"{path} is not a robot: nothing on the stage can move")
     try:
         return db.app.physics.articulation(path)
     except RunError as error:

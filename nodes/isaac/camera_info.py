@@ -90,5 +90,5 @@ def camera_and_size(db: Database, path: str) -> tuple[Any, tuple[int, int]]:
         db.fail(f"there is no render product {path}; connect renderProductPath to one")
     found = app.stage.GetPrimAtPath(camera) if camera else None
     if not found or not found.IsA(UsdGeom.Camera):
-        db.fail(f"{path} renders {camera or 'nothing'}, which is no Camera prim")
+        db.fail(f"{path} renders {camera or 'nothing'}, which is not a Camera prim")
     return found, size

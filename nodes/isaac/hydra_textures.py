@@ -53,7 +53,7 @@ def _attached(db: Database, path: str) -> Any:
 
     prim = UsdRender.Product(prim_at(db.app.stage, path))
     if not prim:
-        db.fail(f"{path} is no RenderProduct prim on the stage; correct renderProductPrim")
+        db.fail(f"{path} is not a RenderProduct prim on the stage; correct renderProductPrim")
     cameras = prim.GetCameraRel().GetTargets()
     if not cameras:
         db.fail(f"{path} has no camera; set its camera relationship")

@@ -59,7 +59,7 @@ def buffer_of(db: Database, dtype: str, width: int, height: int, channels: int) 
         db.fail(f"input cudaDeviceIndex is {inputs.cudaDeviceIndex}; buffers are in host memory, leave it at -1")
     found = resolve(inputs.dataPtr)
     if not isinstance(found, np.ndarray):
-        db.lack("input dataPtr is no handle of a buffer; connect it to what makes one")
+        db.lack("input dataPtr is not a handle of a buffer; connect it to what makes one")
     flat = np.ascontiguousarray(found).reshape(-1).view(np.uint8)
     wanted = width * height * channels * np.dtype(dtype).itemsize
     if flat.size != wanted:

@@ -60,5 +60,5 @@ def _overrides(db: Database, robot: str) -> dict[str, str]:
         if override:
             real.setdefault(str(override), each.GetName())
     if not rooted:
-        db.fail(f"{robot} is no robot: no articulation root is there or below it")
+        db.fail(f"{robot} is not a robot: no articulation root is there or below it")
     return real

@@ -101,4 +101,4 @@ def _body(db: Database) -> str:
     for _, link in links_of(app.stage, targets[0]):
         if link in bodies:
             return link
-    db.lack(f"{targets[0]} is no rigid body that can move; give chassisPrim a body or an articulation")
+    db.lack(f"{targets[0]} is not a rigid body that can move; give chassisPrim a body or an articulation")

@@ -63,7 +63,7 @@ def read_file_path(db: Database) -> bool:
     try:
         db.outputs.fileContents = path.read_text(encoding="utf-8")
     except UnicodeDecodeError:
-        db.fail(f"{wanted} is no UTF-8 text")
+        db.fail(f"{wanted} is not UTF-8 text")
     except OSError as error:
         db.fail(f"{wanted} cannot be read: {error.strerror}")
     return True

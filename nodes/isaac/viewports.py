@@ -141,7 +141,7 @@ def set_viewport_resolution(db: Database) -> bool:
     if viewport is None:
         return False
     if not all(size):
-        db.fail(f"{size[0]} x {size[1]} pixels are no size; give width and height above 0")
+        db.fail(f"{size[0]} x {size[1]} pixels are not a size; give width and height above 0")
     viewport.size = size
     product = product_of(db.app, viewport)
     if product.resolution != size:

@@ -79,7 +79,7 @@ def frame_of_handle(db: Database, handle: int) -> Any:
 
     frame = resolve(handle)
     if not isinstance(frame, Frame):
-        db.lack("input dataPtr is no handle of a frame; connect it to what makes one, or leave it unset")
+        db.lack("input dataPtr is not a handle of a frame; connect it to what makes one, or leave it unset")
     return frame
 
 

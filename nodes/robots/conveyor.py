@@ -66,7 +66,7 @@ def _set(db: Database, path: str, motion: tuple[float, ...], curved: bool) -> No
     app = db.app
     prim = prim_at(app.stage, path)
     if not prim or not prim.HasAPI(UsdPhysics.RigidBodyAPI):
-        db.fail(f"{path} is no rigid body; give it a RigidBodyAPI, kinematic for a belt that stays")
+        db.fail(f"{path} is not a rigid body; give it a RigidBodyAPI, kinematic for a belt that stays")
     if app.physics is None:  # nothing moves, so nothing is carried
         return
     still, vector = np.zeros(3), np.array(motion)

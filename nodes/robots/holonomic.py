@@ -144,7 +144,7 @@ def _read(db: Database) -> Platform:
         numbers.append(np.broadcast_to(values, (count,)))
     radii, angles = numbers
     if not (np.isfinite(radii).all() and (radii > 0).all()):
-        db.fail("wheelRadius has an entry that is no positive length")
+        db.fail("wheelRadius has an entry that is not a positive length")
     vectors = (orientations, inputs.wheelAxis[None], inputs.upAxis[None])
     if not all((np.linalg.norm(each, axis=1) > 0).all() for each in vectors):
         db.fail("wheelOrientations, wheelAxis and upAxis must not be zero")

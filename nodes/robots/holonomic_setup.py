@@ -60,7 +60,7 @@ def holonomic_robot_usd_setup(db: Database) -> bool:
         db.warn("wheels-missing", f"{robot} has no wheels: give their revolute joints {RADIUS} and {ANGLE}")
         return False
     if not all(joints):
-        db.fail(f"a prim below {robot} has {ANGLE} and is no revolute joint; give it to the wheels' joints")
+        db.fail(f"a prim below {robot} has {ANGLE} and is not a revolute joint; give it to the wheels' joints")
     outputs.wheelRadius = [_number(db, joint, RADIUS) for joint in joints]
     outputs.mecanumAngles = [_number(db, joint, ANGLE) for joint in joints]
     outputs.wheelPositions, outputs.wheelOrientations = wheel_frames(stage, center or robot, joints)

@@ -26,7 +26,7 @@ def surface_gripper(db: Database) -> bool:
         return False
     path = str(inputs.SurfaceGripper[0])
     if app.physics is None:
-        db.lack(f"{path} is no gripper: nothing on the stage can move")
+        db.lack(f"{path} is not a gripper: nothing on the stage can move")
     gripper = app.physics.gripper(path)
     if db.triggered("Close") or (db.triggered("Toggle") and gripper.status == "Open"):
         gripper.close()

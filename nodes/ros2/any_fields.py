@@ -44,7 +44,7 @@ def field_types(known: KnownTypes, parts: Mapping[str, str]) -> dict[str, str]:
     """Types of the attributes that a file adds; for a node type's `resolve`.
 
     parts: what attribute names begin with ("outputs:", "inputs:Request:") -> message type. Raises ValueError for an
-    attribute that is no field of its message type.
+    attribute that is not a field of its message type.
     """
     found: dict[str, str] = {}
     for prefix, message in parts.items():
@@ -57,7 +57,8 @@ def field_types(known: KnownTypes, parts: Mapping[str, str]) -> dict[str, str]:
             if not full.startswith(prefix) or field not in fields:
                 listed = ", ".join(list(fields)[:12]) or "none"
                 raise ValueError(
-                    f"{full} is no field of {message}{did_you_mean(field, fields)}; its fields are {prefix}... {listed}"
+                    f"{full} is not a field of {message}{did_you_mean(field, fields)}; "
+                    f"its fields are {prefix}... {listed}"
                 )
             found[full] = fields[field]
     return found

@@ -93,7 +93,7 @@ def publish_boxes_3d(db: Database) -> bool:
 
 
 def _rows(db: Database, layout: Any) -> Any:
-    """The boxes of the input data. Fails the node for a number of bytes that is no number of boxes."""
+    """The boxes of the input data. Fails the node for a number of bytes that is not a number of boxes."""
     import numpy as np
 
     data, kind = np.ascontiguousarray(db.inputs.data), np.dtype(layout)

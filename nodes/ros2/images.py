@@ -82,7 +82,7 @@ def pixels(db: Database) -> Any:
         return as_bytes(inputs.data)
     found = handles.resolve(inputs.dataPtr)
     if found is None:
-        db.fail(f"dataPtr {inputs.dataPtr} stands for nothing (any more); connect it to the node that makes the image")
+        db.fail(f"dataPtr {inputs.dataPtr} refers to no live image; connect it to the node that makes the image")
     return as_bytes(found)
 
 
@@ -130,7 +130,7 @@ def publish_compressed_image(db: Database) -> bool:
         "r": Attribute("double[]", "rectification matrix 3 x 3, row by row; empty is the identity"),
         "p": Attribute("double[]", "projection matrix 3 x 4, row by row; empty is k without rectification", unit="px"),
         "physicalDistortionModel": Attribute("token", f"distortion model; empty is {PLUMB_BOB}"),
-        "physicalDistortionCoefficients": Attribute("float[]", "its coefficients; empty is no distortion"),
+        "physicalDistortionCoefficients": Attribute("float[]", "its coefficients; empty means no distortion"),
     },
     memory=partial(Publisher, CAMERA_INFO),
 )

@@ -52,9 +52,9 @@ def _content(db: Database) -> dict[str, Any]:
         try:
             content: Any = json.loads(inputs.idToLabels)
         except ValueError as error:
-            db.fail(f"idToLabels is no JSON ({error})")
+            db.fail(f"idToLabels is not JSON ({error})")
         if not isinstance(content, dict):
-            db.fail("idToLabels is no JSON object of ids to labels")
+            db.fail("idToLabels is not a JSON object of ids to labels")
         return dict(content)
     ids, labels = inputs.ids.tolist(), inputs.labels
     if len(ids) != len(labels):

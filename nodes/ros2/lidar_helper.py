@@ -124,7 +124,7 @@ def _attach(db: Database, path: str) -> bool:
     if product is None:
         db.fail(f"there is no render product {path}; connect renderProductPath to one")
     if not is_lidar(app.stage.GetPrimAtPath(product.camera_path)):
-        db.warn("not-a-lidar", f"{product.camera_path} is no {PRIM_TYPE} with {CORE_API}; nothing is published")
+        db.warn("not-a-lidar", f"{product.camera_path} is not a {PRIM_TYPE} with {CORE_API}; nothing is published")
         return False
     kind = inputs.type
     if kind not in _MESSAGES:

@@ -34,8 +34,8 @@ def stamp(nanoseconds: int) -> Any:
     seconds, rest = divmod(nanoseconds, NANOSECONDS)
     if not -MOST_SECONDS <= seconds <= MOST_SECONDS:
         raise RunError(
-            f"{seconds} s is no time of a ROS 2 message, whose stamps end at 2**31 - 1 s (68 years); stop and play to "
-            "restart the clock, or publish nothing"
+            f"{seconds} s is not a time of a ROS 2 message, whose stamps end at 2**31 - 1 s (68 years); stop "
+            "and play to restart the clock, or publish nothing"
         )
     return _type("builtin_interfaces/msg/Time")(seconds, rest)
 

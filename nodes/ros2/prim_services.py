@@ -143,7 +143,7 @@ SERVICES: tuple[tuple[str, str, Callable[[Any, Any], Answer]], ...] = (
 
 
 def _prim(stage: Any, path: str) -> Any:
-    """The prim at a path; None if there is none or it is no path."""
+    """The prim at a path; None if there is none or it is not a path."""
     return prim_at(stage, path) or None
 
 

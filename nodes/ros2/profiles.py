@@ -37,9 +37,9 @@ PRESETS: Mapping[str, Mapping[str, Any]] = {
 
 
 def queue_depth(db: Database) -> int:
-    """How many messages a subscriber's queue holds; 0 is no limit. From qosProfile where it is set, else queueSize.
+    """How many messages a subscriber's queue holds; 0 means no limit. From qosProfile where it is set, else queueSize.
 
-    Fails the node where qosProfile is no profile.
+    Fails the node where qosProfile is not a profile.
     """
     try:
         profile = _profile(db.inputs.qosProfile)
@@ -53,8 +53,8 @@ def queue_depth(db: Database) -> int:
 def offered_quality(db: Database, *, latched: bool = False) -> Quality:
     """What a publisher offers: its qosProfile where that is set, else ROS 2's default with queueSize.
 
-    latched: the last message is kept for late subscribers, as of /tf_static. A qosProfile that is no profile is warned
-    of (`qos-profile-unknown`) and offers the default, as does a node without that input.
+    latched: the last message is kept for late subscribers, as of /tf_static. An invalid qosProfile is warned of
+    (`qos-profile-unknown`) and offers the default, as does a node without that input.
     """
     profile: Mapping[str, Any] = {}
     if "qosProfile" not in db.node.type.inputs:
@@ -77,7 +77,7 @@ def offered_quality(db: Database, *, latched: bool = False) -> Quality:
 
 
 def _profile(text: str) -> Mapping[str, Any]:
-    """What the text of a profile says; nothing if it is empty. Raises ValueError for one that is no profile."""
+    """What the text of a profile says; nothing if it is empty. Raises ValueError for one that is not a profile."""
     if not text:
         return {}
     try:
@@ -85,14 +85,14 @@ def _profile(text: str) -> Mapping[str, Any]:
     except ValueError:
         profile = None
     if not isinstance(profile, dict) or not profile.keys() <= set(POLICY):
-        raise ValueError(f"qosProfile {text!r:.60} is no profile")
+        raise ValueError(f"qosProfile {text!r:.60} is not a profile")
     depth = profile.get("depth", 0)
     if not isinstance(depth, int) or isinstance(depth, bool) or depth < 0:
-        raise ValueError(f"qosProfile: depth {depth!r} is no number of messages")
+        raise ValueError(f"qosProfile: depth {depth!r} is not a number of messages")
     return profile
 
 
 def _nanoseconds(seconds: Any) -> int:
-    """A time of a profile; 0, no limit, for anything that is no span of time."""
+    """A time of a profile; 0, no limit, for anything that is not a span of time."""
     usual = isinstance(seconds, int | float) and 0 < seconds < 2**33
     return round(seconds * 10**9) if usual else 0

@@ -89,5 +89,5 @@ def _buffer(db: Database, name: str) -> Any:
 
     array = resolve(getattr(db.inputs, name))
     if not isinstance(array, np.ndarray):
-        db.lack(f"input {name} is no handle of a buffer; connect it to what makes one in the same evaluation")
+        db.lack(f"input {name} is not a handle of a buffer; connect it to what makes one in the same evaluation")
     return array

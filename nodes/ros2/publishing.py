@@ -98,13 +98,13 @@ def absolute_topic(name: str, namespace: str = "") -> str:
 
 
 def topic_problem(name: str, namespace: str = "") -> str | None:
-    """Why a name is no topic, as one line; None for one that is."""
+    """Why a name is not a topic, as one line; None for one that is."""
     if not name.strip().strip("/"):
         return "input topicName is empty; give it a topic"
     topic = absolute_topic(name.strip(), namespace)
     if _TOPIC.fullmatch(topic):
         return None
-    return f"{topic!r} is no ROS 2 topic name; its parts are letters, digits and _, and start with no digit"
+    return f"{topic!r} is not a ROS 2 topic name; its parts are letters, digits and _, and start with no digit"
 
 
 def namespace_problem(namespace: str) -> str | None:
@@ -112,7 +112,7 @@ def namespace_problem(namespace: str) -> str | None:
     below = absolute_topic("topic", namespace)
     if _TOPIC.fullmatch(below):
         return None
-    return f"{namespace!r} is no ROS 2 namespace; its parts are letters, digits and _, and start with no digit"
+    return f"{namespace!r} is not a ROS 2 namespace; its parts are letters, digits and _, and start with no digit"
 
 
 def check_names(node: NodeAtLoad) -> Iterator[tuple[str, str]]:

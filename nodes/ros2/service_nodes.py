@@ -45,7 +45,7 @@ def _resolving(parts: Mapping[str, str]) -> Any:
 def _service_type(db: Database) -> str:
     name = required_type(db)
     if db.inputs.messageSubfolder != "srv":
-        db.fail(f'{name} is no service type; messageSubfolder is "srv" for services')
+        db.fail(f'{name} is not a service type; messageSubfolder is "srv" for services')
     return name
 
 

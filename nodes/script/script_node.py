@@ -132,7 +132,7 @@ def _text(db: Database, path: Path, _: int) -> str:
     """The text of the script's file."""
     try:
         if path.stat().st_size > MAX_BYTES:
-            db.fail(f"{path} is larger than {MAX_BYTES} bytes; that is no script")
+            db.fail(f"{path} is larger than {MAX_BYTES} bytes; that is not a script")
         return path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"

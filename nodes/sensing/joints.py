@@ -46,7 +46,7 @@ def read_effort_sensor(db: Database) -> None:
     articulation = _mechanism(db, prim)
     path = str(prim.GetPath())
     if path not in articulation.joint_paths:
-        db.fail(f"{path} is no joint; give prim one of {', '.join(articulation.joint_paths)}")
+        db.fail(f"{path} is not a joint; give prim one of {', '.join(articulation.joint_paths)}")
     outputs.value = float(articulation.efforts[articulation.joint_paths.index(path)])
     outputs.sensorTime = float(app.simulation.time)
     db.fire("execOut")

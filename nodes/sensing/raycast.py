@@ -143,7 +143,7 @@ def _read(db: Database) -> _Rays:
             db.fail(f"{path}.{name} has {len(found)} elements; give it {count}, one for each ray of numRays")
     lengths = np.linalg.norm(directions, axis=1)
     if not (np.isfinite(lengths) & (lengths > 0)).all():
-        db.fail(f"{path}.rayDirections holds a vector of length 0 or one that is not finite; correct it")
+        db.fail(f"{path}.rayDirections holds a vector of length 0 or a vector that is not finite; correct it")
     nearest, farthest = (float(attribute_of(prim, name, default)) for name, default in _RANGES)
     if not 0 <= nearest < farthest:
         db.fail(f"{path} has minRange {nearest} and maxRange {farthest}; minRange must be the smaller, 0 or more")

@@ -201,7 +201,7 @@ def parse_generic_model_output_data(data: Any) -> GenericModelOutput:
         if isinstance(found, Frame):
             return GenericModelOutput(pack(found))
         if not isinstance(found, np.ndarray):
-            return _empty(f"{int(data)} is no buffer handle; pass the array itself (addresses are never read)")
+            return _empty(f"{int(data)} is not a buffer handle; pass the array itself (addresses are never read)")
         data = found
     if data is None:
         return _empty("no data yet")

@@ -108,7 +108,7 @@ class Lidar:
         for name, value, kinds in (("config", config, (str,)), ("variant", variant, (str, Mapping))):
             if value is not None and not isinstance(value, kinds):
                 also = ", or a mapping of variant sets to names" if Mapping in kinds else ""
-                raise SensorValueError(f"{path}: {name} {value!r} is no name{also}")
+                raise SensorValueError(f"{path}: {name} {value!r} is not a name{also}")
         if config is not None:
             _write_config(app.stage, path, config, variant)
         elif usd_path is not None:

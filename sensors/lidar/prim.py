@@ -30,7 +30,7 @@ def is_lidar(prim: Usd.Prim) -> bool:
 def write_config(prim: Usd.Prim, config: LidarConfig, *, tick_rate: float | Fraction | None = None) -> None:
     """Authors a whole configuration: applied schemas, core attributes, emitter states, and the tick rate.
 
-    tick_rate: the scan rate unless given. A rate or pulse time that is no whole number does not fit the schema's
+    tick_rate: the scan rate unless given. A rate or pulse time that is not a whole number does not fit the schema's
     uint: its exact value stands beside it, in `tickgraph:scanRateBaseHz` and the like.
     """
     from graph.sim.usd import Sdf

@@ -60,7 +60,7 @@ class LidarRuntime(SensorRuntime[LidarConfig]):
     (the frame's poses are those at both ends of the scan),
     `continuous` fires each ray from where the sensor then was, at bodies where they then were (see `Bins`).
     Any other gives, in every update, the firings since its last output, from the state of that update or, `continuous`,
-    of their own times; rates that differ warn `lidar-partial-scan`. Raises UserError for a prim that is no lidar or
+    of their own times; rates that differ warn `lidar-partial-scan`. Raises UserError for a prim that is not a lidar or
     cannot be one.
     """
 

@@ -122,7 +122,7 @@ _BYTES = (bytes, bytearray, memoryview)
 def _bytes_of(data: Any) -> np.ndarray:
     array = np.ascontiguousarray(data.numpy() if hasattr(data, "numpy") else data)
     if array.dtype.kind not in "uib":
-        raise ValueError(f"a {array.dtype} array is no StableIdMap")
+        raise ValueError(f"a {array.dtype} array is not a StableIdMap")
     return array.reshape(-1).view(np.uint8)
 
 

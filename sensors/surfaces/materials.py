@@ -33,7 +33,7 @@ def decode(number: int) -> tuple[str, str, tuple[str, ...]]:
     Raises ValueError outside 0 to 65535.
     """
     if not 0 <= number <= 0xFFFF:
-        raise ValueError(f"{number} is no encoded material: it does not fit into 16 bits")
+        raise ValueError(f"{number} is not an encoded material: it does not fit into 16 bits")
     base, coating, bits = number & 0xFF, number >> 8 & 0x7, number >> 11
     attributes = tuple(name for name, bit in ATTRIBUTES.items() if bit and bits & bit)
     return (

@@ -372,7 +372,7 @@ def test_exclude_hides_prims_from_a_sensor_and_refuses_what_is_not_there(app):
     assert relationship.GetTargets() == []
     with pytest.raises(UserError, match='exclude: there is no prim /World/Bal; did you mean "/World/Ball"'):
         sensors.exclude("/World/Lidar", "/World/Bal", app=app)
-    with pytest.raises(UserError, match="/World/Ball is no sensor prim"):
+    with pytest.raises(UserError, match="/World/Ball is not a sensor prim"):
         sensors.exclude("/World/Ball", "/World/Lidar", app=app)
 
 

@@ -66,7 +66,7 @@ class Collector:
         for number, (prim, path) in enumerate(prims):
             if not good[number]:
                 self.complaints.add(
-                    "bad-transform", path, "its transform is flat, not finite or not affine; rays do not see it."
+                    "bad-transform", path, "its transform is flat, not finite or not affine; rays do not see it"
                 )
             elif prim.IsA(UsdGeom.Plane) and endless(prim):
                 self.found.append((_endless_plane(prim, path, bodies[number], frames[number]), prim))
@@ -88,7 +88,7 @@ class Collector:
         world = base @ copies.matrices
         good = transforms.all_usable(world)
         if not good.all():
-            few = f"{int((~good).sum())} of its copies are flat, not finite or not affine; rays do not see them."
+            few = f"{int((~good).sum())} of its copies are flat, not finite or not affine; rays do not see them"
             self.complaints.add("bad-transform", path, few)
         frames, numbers = self._to_frame(world[good], body), copies.numbers[good]
         if not len(frames):
@@ -125,11 +125,11 @@ class Collector:
         if self.triangles > MOST_TRIANGLES:
             raise UserError(
                 f"{path}: the scene comes to more than {MOST_TRIANGLES} triangles with this one; thin out its "
-                "instancers, or raise mesh.tolerance."
+                "instancers, or raise mesh.tolerance"
             )
         vertices, triangles = transforms.transformed(where[0], part.vertices), part.triangles
         if not np.abs(where[0][:3, 3]).max() < FARTHEST:
-            self.complaints.add("bad-geometry", path, f"it is farther than {FARTHEST:g} m away; rays do not see it.")
+            self.complaints.add("bad-geometry", path, f"it is farther than {FARTHEST:g} m away; rays do not see it")
             return
         if where[1]:
             triangles = np.ascontiguousarray(triangles[:, ::-1])
@@ -156,11 +156,11 @@ class Collector:
             return ()
         size = _size(surface.vertices) * scale
         if not size:
-            complain("its faces have no area; nothing can hit it.")
+            complain("its faces have no area; nothing can hit it")
         if size and not SANE_SIZES[0] <= size <= SANE_SIZES[1]:
             size = _size(surface.vertices[np.unique(surface.triangles)]) * scale  # without points that no face uses
             if size and not SANE_SIZES[0] <= size <= SANE_SIZES[1]:
-                about = f"it is about {size:.2g} m large; check metersPerUnit and the scales above it."
+                about = f"it is about {size:.2g} m large; check metersPerUnit and the scales above it"
                 self.complaints.add("odd-scale", path, about)
         return parts_of(prim, surface, complain)
 
@@ -169,7 +169,7 @@ class Collector:
         names = [name for name in SHAPE_ATTRIBUTES if prim.HasAttribute(name)]
         varying = [name for name in names if prim.GetAttribute(name).ValueMightBeTimeVarying()]
         if varying:
-            text = f"its {', '.join(varying)} have time samples; rays see the first of them."
+            text = f"its {', '.join(varying)} have time samples; rays see the first of them"
             self.complaints.add("animated-shape", path, text)
 
     def _bound(self, prim: Any, part: Part) -> Any:

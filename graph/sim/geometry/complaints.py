@@ -32,8 +32,8 @@ class Complaints:
             others = list(dict.fromkeys(other for other, _ in entries[1:]))
             if others:
                 more = f" and {len(others) - NAMED} more" if len(others) > NAMED else ""
-                message = f"{message} So it is with {', '.join(others[:NAMED])}{more}."
+                message = f"{message}; the same holds for {', '.join(others[:NAMED])}{more}"
             lines.setdefault((code, path), []).append(message)
         for (code, path), messages in lines.items():
-            self._warn(code, path, " ".join(messages))
+            self._warn(code, path, "; ".join(messages))
         self._kinds.clear()

@@ -43,18 +43,18 @@ def curves(prim: Any, tolerance: float, time: Any, complain: Complain) -> tuple[
     counts = array_of(schema.GetCurveVertexCountsAttr(), np.int64, time=time)
     widths = array_of(schema.GetWidthsAttr(), np.float64, time=time)
     if not len(points) or not len(counts):
-        complain("the curves have no points or no counts; nothing can hit them.")
+        complain("the curves have no points or no counts; nothing can hit them")
         return None
     if not len(widths) or not (widths > 0).any():
-        complain("the curves have no widths, so they have no surface; nothing can hit them.")
+        complain("the curves have no widths, so they have no surface; nothing can hit them")
         return None
     if (counts < 0).any() or counts.sum() > len(points):
-        complain(f"curveVertexCounts asks for {int(counts.sum())} points, there are {len(points)}; it is left out.")
+        complain(f"curveVertexCounts asks for {int(counts.sum())} points, there are {len(points)}; it is left out")
         return None
     lines = _Lines(prim, schema, points, counts, widths, tolerance, time).sampled()
     wrong = sum(line is None for line in lines)
     if wrong:
-        complain(f"{wrong} curves have too few points, points that are not finite or widths that do not fit.")
+        complain(f"{wrong} curves have too few points, points that are not finite or widths that do not fit")
     found = [line for line in lines if line is not None]
     return _tubes(found, tolerance) if found else None
 

@@ -46,7 +46,7 @@ def copies_of(prim: Any, complain: Complain, above: tuple[str, ...] = ()) -> lis
     """
     path = str(prim.GetPath())
     if path in above:
-        complain(path, "the instancer copies itself; that copy is left out.")
+        complain(path, "the instancer copies itself; that copy is left out")
         return []
     instancer = UsdGeom.PointInstancer(prim)
     prototypes = instancer.GetPrototypesRel().GetForwardedTargets()
@@ -61,7 +61,7 @@ def copies_of(prim: Any, complain: Complain, above: tuple[str, ...] = ()) -> lis
         complain(
             path,
             f"{int(bad.sum())} of its points name prototypes that do not exist and {int((~finite).sum())} are not "
-            "finite; they are left out.",
+            "finite; they are left out",
         )
     shown &= finite
     found = []
@@ -69,7 +69,7 @@ def copies_of(prim: Any, complain: Complain, above: tuple[str, ...] = ()) -> lis
         points = np.flatnonzero(shown & (which == number))
         root = prim.GetStage().GetPrimAtPath(target)
         if not root:
-            complain(path, f"its prototype {target} does not exist; it is left out.")
+            complain(path, f"its prototype {target} does not exist; it is left out")
         elif len(points):
             found += _placed(root, points, matrices[points], complain, (*above, path))
     return found
@@ -82,7 +82,7 @@ def _placed(root: Any, points: Integers, matrices: Floats, complain: Complain, a
     for part, name, local in parts:
         count = len(points) * len(local)
         if count > MOST_COPIES:
-            complain(above[-1], f"its {count} copies of {part.GetPath()} are too many; they are left out.")
+            complain(above[-1], f"its {count} copies of {part.GetPath()} are too many; they are left out")
             continue
         placed = np.einsum("kij,mjl->kmil", matrices, local).reshape(-1, 4, 4)
         found.append(Copies(part, "" if single else name, np.repeat(points, len(local)), placed))
@@ -147,7 +147,7 @@ def _matrices(instancer: Any, which: Integers, complain: Callable[[str], None]) 
     if len(positions) != count or len(scales) not in (0, count) or len(turns) not in (0, count):
         complain(
             f"it has {count} prototype indices, {len(positions)} positions, {len(turns)} orientations and "
-            f"{len(scales)} scales, which do not fit together; rays do not see it."
+            f"{len(scales)} scales, which do not fit together; rays do not see it"
         )
         return None
     out = np.zeros((count, 4, 4))
@@ -167,7 +167,7 @@ def _matrices(instancer: Any, which: Integers, complain: Callable[[str], None]) 
 def _visible(instancer: Any, count: int, complain: Callable[[str], None]) -> NDArray[np.bool_]:
     ids = array_of(instancer.GetIdsAttr(), np.int64)
     if len(ids) not in (0, count):
-        complain(f"it has {len(ids)} ids for {count} points; its points are numbered instead.")
+        complain(f"it has {len(ids)} ids for {count} points; its points are numbered instead")
         ids = ids[:0]
     if not len(ids):
         ids = np.arange(count)

@@ -31,7 +31,7 @@ def mesh_surface(prim: Any, tolerance: float, refined: bool, time: Any, complain
     points = array_of(schema.GetPointsAttr(), np.float64, 3, time)
     counts = array_of(schema.GetFaceVertexCountsAttr(), np.int64, time=time)
     if not len(points) or not len(counts):
-        complain("the mesh has no points or no faces; nothing can hit it.")
+        complain("the mesh has no points or no faces; nothing can hit it")
         return None
     indices = array_of(schema.GetFaceVertexIndicesAttr(), np.int64, time=time)
     faces = usable_faces(points, counts, indices, complain)
@@ -55,7 +55,7 @@ def tet_mesh_surface(prim: Any, time: Any, complain: Complain) -> FromMesh | Non
     if not len(named):
         named = _outside(array_of(schema.GetTetVertexIndicesAttr(), np.int64, 4, time))
     if not len(points) or not len(named):
-        complain("the tetrahedral mesh has no points or no tetrahedra; nothing can hit it.")
+        complain("the tetrahedral mesh has no points or no tetrahedra; nothing can hit it")
         return None
     faces = usable_faces(points, np.full(len(named), 3), named.ravel(), complain)
     flip = schema.GetOrientationAttr().Get(EARLIEST) == UsdGeom.Tokens.leftHanded
@@ -115,7 +115,7 @@ def _sharp(schema: Any, points: int, time: Any, complain: Complain) -> Sharp:
     fits = (lengths >= 2).all() and lengths.sum() == len(indices)
     segments = int((lengths - 1).sum())
     if not fits or len(sharpness) not in (len(lengths), segments) or not _within(indices, points):
-        complain("its creases do not fit together or to its points; they are left out.")
+        complain("its creases do not fit together or to its points; they are left out")
     elif len(lengths):
         inner = np.ones(len(indices), bool)
         inner[np.cumsum(lengths) - 1] = False  # the last point of a crease begins no edge
@@ -125,7 +125,7 @@ def _sharp(schema: Any, points: int, time: Any, complain: Complain) -> Sharp:
     corners = array_of(schema.GetCornerIndicesAttr(), np.int64, time=time)
     corner_sharpness = array_of(schema.GetCornerSharpnessesAttr(), np.float64, time=time)
     if len(corners) != len(corner_sharpness) or not _within(corners, points):
-        complain("its corners do not fit together or to its points; they are left out.")
+        complain("its corners do not fit together or to its points; they are left out")
         corners, corner_sharpness = corners[:0], corner_sharpness[:0]
     hard, pointed = edge_sharpness > 0, corner_sharpness > 0
     return Sharp(edges[hard], edge_sharpness[hard], corners[pointed], corner_sharpness[pointed])

@@ -34,10 +34,10 @@ def patch(prim: Any, tolerance: float, time: Any, complain: Complain) -> tuple[F
             weights.reshape(rows, columns) if len(weights) else None,
         )
     if grid is None:
-        complain("its points, weights, orders and knots do not fit together; nothing can hit it.")
+        complain("its points, weights, orders and knots do not fit together; nothing can hit it")
         return None
     if len(array_of(schema.GetTrimCurveCountsAttr(), np.int64, time=time)):
-        complain("its trim curves are not applied; rays meet the whole patch.")
+        complain("its trim curves are not applied; rays meet the whole patch")
     height, width = grid.shape[:2]
     corner = (np.arange(height - 1)[:, None] * width + np.arange(width - 1)).ravel()
     quads = np.stack([corner, corner + 1, corner + width + 1, corner + width], axis=1)

@@ -41,7 +41,7 @@ def usable_faces(points: Floats, counts: Integers, indices: Integers, complain: 
     indices = indices[:total]
     usable = counts >= 3
     if not usable.all():
-        complain(f"{int((~usable).sum())} faces have fewer than 3 corners; they are left out.")
+        complain(f"{int((~usable).sum())} faces have fewer than 3 corners; they are left out")
     missing = np.asarray((indices < 0) | (indices >= len(points)))
     bad = [(missing, "points that do not exist")]
     strange = np.asarray(~np.isfinite(points).all(axis=1))
@@ -52,23 +52,23 @@ def usable_faces(points: Floats, counts: Integers, indices: Integers, complain: 
             faces = np.zeros(len(counts), bool)
             faces[np.repeat(np.arange(len(counts)), counts)[corners]] = True
             usable &= ~faces
-            complain(f"{int(faces.sum())} faces have {what}; they are left out.")
+            complain(f"{int(faces.sum())} faces have {what}; they are left out")
     return Polygons(counts, indices, np.arange(len(counts))).only(usable)
 
 
 def _fitting(counts: Integers, available: int, complain: Complain) -> tuple[Integers, int]:
     if (counts < 0).any():
-        complain("faceVertexCounts holds negative numbers; those faces are left out.")
+        complain("faceVertexCounts holds negative numbers; those faces are left out")
         counts = np.maximum(counts, 0)
     ends = np.cumsum(counts)
     total = int(ends[-1]) if len(ends) else 0
     if total > available:
         fit = int(np.searchsorted(ends, available, side="right"))
         complain(
-            f"faceVertexCounts asks for {total} indices, there are {available}; {len(counts) - fit} faces are left out."
+            f"faceVertexCounts asks for {total} indices, there are {available}; {len(counts) - fit} faces are left out"
         )
         counts = counts[:fit]
         total = int(ends[fit - 1]) if fit else 0
     elif total < available:
-        complain(f"faceVertexCounts asks for {total} indices, there are {available}; those left over are ignored.")
+        complain(f"faceVertexCounts asks for {total} indices, there are {available}; those left over are ignored")
     return counts, total

@@ -69,7 +69,7 @@ def surface_of(
     elif kind in SOLIDS:
         found = _solid(prim, kind, tolerance, time, complain)
     else:
-        complain(f"rays do not see a {kind}; it has no surface that they could meet.")
+        complain(f"rays do not see a {kind}; it has no surface that they could meet")
         return None
     return None if found is None else Surface(*found)
 
@@ -89,14 +89,14 @@ def _solid(prim: Any, kind: str, tolerance: float, time: Any, complain: Complain
     for name in _SIZES[kind]:
         sizes[name] = number_of(prim.GetAttribute(name), time)
     if not all(0 <= value < math.inf for value in sizes.values()):
-        complain(f"its sizes {sizes} are not all finite and positive; it is left out.")
+        complain(f"its sizes {sizes} are not all finite and positive; it is left out")
         return None
     if not any(sizes.values()):
-        complain("its size is 0; nothing can hit it.")
+        complain("its size is 0; nothing can hit it")
         return None
     axis = "Z" if kind in ("Cube", "Sphere") else str(prim.GetAttribute("axis").Get(EARLIEST))
     if axis not in ("X", "Y", "Z"):
-        complain(f"its axis {axis!r} is none of X, Y, Z; it is taken as Z.")
+        complain(f"its axis {axis!r} is not one of X, Y, Z; Z is used")
         axis = "Z"
     return solid(kind, sizes, axis, tolerance, complain)
 
@@ -111,14 +111,14 @@ def solid(kind: str, sizes: dict[str, float], axis: str, tolerance: float, compl
     round_parts = tessellation.sphere_parts if kind[:3] in ("Sph", "Cap") else tessellation.circle_parts
     parts = round_parts(radius, tolerance)
     if parts == tessellation.MOST_PARTS:
-        complain(f"mesh.tolerance would need more than {parts} parts for its radius {radius:g}; it has {parts}.")
+        complain(f"mesh.tolerance would need more than {parts} parts for its radius {radius:g}; it has {parts}")
     if kind == "Sphere":
         return tessellation.sphere(radius, parts)
     bottom = sizes.get("radiusBottom", sizes.get("radius", 0.0))
     top = sizes.get("radiusTop", 0.0 if kind == "Cone" else bottom)
     height = sizes["height"]
     if radius == 0:
-        complain("its radius is 0; nothing can hit it.")
+        complain("its radius is 0; nothing can hit it")
         return None
     if kind.startswith("Capsule"):
         return tessellation.capsule(bottom, top, height, axis, parts)
@@ -134,21 +134,21 @@ def points_surface(prim: Any, tolerance: float, time: Any, complain: Complain) -
     points = array_of(schema.GetPointsAttr(), np.float64, 3, time)
     widths = array_of(schema.GetWidthsAttr(), np.float64, time=time)
     if not len(points) or not len(widths):
-        complain("the points have no places or no widths, so they have no surface; nothing can hit them.")
+        complain("the points have no places or no widths, so they have no surface; nothing can hit them")
         return None
     if len(widths) not in (1, len(points)):
-        complain(f"there are {len(points)} points and {len(widths)} widths; it is left out.")
+        complain(f"there are {len(points)} points and {len(widths)} widths; it is left out")
         return None
     radii = np.broadcast_to(widths / 2, len(points))
     good = np.isfinite(points).all(axis=1) & np.isfinite(radii) & (radii > 0)
     if not good.all():
-        complain(f"{int((~good).sum())} points are not finite or have no width; they are left out.")
+        complain(f"{int((~good).sum())} points are not finite or have no width; they are left out")
     points, radii = points[good], radii[good]
     if not len(points):
         return None
     vertices, triangles = tessellation.sphere(1.0, tessellation.sphere_parts(float(radii.max()), tolerance))
     if len(points) * len(triangles) > MOST_TRIANGLES:
-        complain(f"{len(points)} spheres of {len(triangles)} triangles are too many; raise mesh.tolerance.")
+        complain(f"{len(points)} spheres of {len(triangles)} triangles are too many; raise mesh.tolerance")
         return None
     every = points[:, None] + radii[:, None, None] * vertices
     first = (np.arange(len(points)) * len(vertices)).astype(np.uint32)

@@ -57,7 +57,7 @@ def refine(
     triangles in a Loop mesh (the cage comes back), and a tolerance that `MOST_LEVELS` or `MOST_FACES` do not reach.
     """
     if scheme == "loop" and (cage.counts != 3).any():
-        complain("a Loop subdivision surface has triangles only; its faces are used as they are.")
+        complain("a Loop subdivision surface has triangles only; its faces are used as they are")
         return cage
     if levels == 0 or not len(cage.counts):
         return cage
@@ -69,7 +69,7 @@ def refine(
     at = step.limit(level)
     while done < (MOST_LEVELS if levels is None else levels):
         if len(level.cage.counts) * 4 > MOST_FACES:
-            complain(f"mesh.tolerance would need more than {MOST_FACES} faces; it is refined {done} times.")
+            complain(f"mesh.tolerance would need more than {MOST_FACES} faces; it is refined {done} times")
             break
         finer = step.refined(level)
         there = step.limit(finer)
@@ -81,7 +81,7 @@ def refine(
             break
     else:
         if levels is None:
-            complain(f"mesh.tolerance would need more than {done} levels of refinement; it has {done}.")
+            complain(f"mesh.tolerance would need more than {done} levels of refinement; it has {done}")
     fine = replace(level.cage, points=at)
     return fine if shown is None else _only(fine, np.isin(fine.source, cage.source[shown]))
 

@@ -47,10 +47,10 @@ def parts_of(prim: Any, surface: Surface, complain: Complain) -> tuple[Part, ...
         indices = array_of(UsdGeom.Subset(subset).GetIndicesAttr(), np.int64)
         good = indices[(indices >= 0) & (indices < total)]
         if len(good) < len(indices):
-            complain(f"its subset {subset.GetName()} names {len(indices) - len(good)} faces that do not exist.")
+            complain(f"its subset {subset.GetName()} names {len(indices) - len(good)} faces that do not exist")
         free = good[owner[good] < 0]
         if len(free) < len(np.unique(good)):
-            complain(f"its subset {subset.GetName()} shares faces with another one, which keeps them.")
+            complain(f"its subset {subset.GetName()} shares faces with another one, which keeps them")
         owner[free] = number
     of_triangle = owner[surface.faces]
     return tuple(

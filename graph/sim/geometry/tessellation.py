@@ -97,7 +97,7 @@ def rectangle(width: float, length: float, axis: str) -> tuple[Floats, Triangles
 
 
 def axis_vector(axis: str) -> Floats:
-    """The unit vector of X, Y or Z; of Z for what is no axis."""
+    """The unit vector of X, Y or Z; of Z for what is not an axis."""
     vector: Floats = np.eye(3)["XYZ".index(axis) if axis in ("X", "Y", "Z") else 2]
     return vector
 

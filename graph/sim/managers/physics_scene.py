@@ -102,7 +102,7 @@ class PhysicsScene:
             prim = _scene_at(setup, str(prim))
         if not prim or not prim.IsA(UsdPhysics.Scene):
             name = f"{prim.GetPath()}: a prim of type {prim.GetTypeName() or 'none'}" if prim else "an expired prim"
-            raise ValueError(f"{name} is no PhysicsScene")
+            raise ValueError(f"{name} is not a PhysicsScene")
         self._prim = prim
         self._setup = setup
 
@@ -267,7 +267,7 @@ def _scene_at(setup: Setup, path: str) -> Any:
     from graph.sim.usd import Sdf, UsdPhysics
 
     if not (Sdf.Path.IsValidPathString(path) and Sdf.Path(path).IsAbsolutePath() and Sdf.Path(path).IsPrimPath()):
-        raise ValueError(f"{path!r} is no prim path; give one such as {DEFAULT_PATH}")
+        raise ValueError(f"{path!r} is not a prim path; give one such as {DEFAULT_PATH}")
     prim = setup.stage.GetPrimAtPath(path)
     if prim:
         return prim

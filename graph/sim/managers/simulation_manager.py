@@ -258,7 +258,7 @@ class ManagedSimulation:
         PHYSICS_PRE_STEP and PHYSICS_POST_STEP call it with (dt [s], `StepContext`) around each substep, not during
         warm-up; PRIM_DELETED with (path); all others with (event). Lower order first, ties as registered; post-step
         callbacks below order 0 see the clocks before the step. A bound method is held weakly: it ends with its object.
-        `name=` is ignored with a warning. Raises ValueError for what is no event, and where both changed places.
+        `name=` is ignored with a warning. Raises ValueError for what is not an event, and where both changed places.
         """
         if "name" in options:
             options.pop("name")

@@ -42,7 +42,7 @@ class BagSource:
     """The CDR messages of the file `path` (.db3), by time; read as they are needed.
 
     Types that this project does not know come from the file's own definitions, where it has them. `skipped` says which
-    topics cannot be read, and why. Raises UserError if the file is no readable rosbag2 file.
+    topics cannot be read, and why. Raises UserError if the file is not a readable rosbag2 file.
     """
 
     def __init__(self, path: str | Path) -> None:

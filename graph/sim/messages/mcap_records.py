@@ -129,7 +129,7 @@ def _records(within: _Within, *, skip_magic: bool = True) -> Iterator[Any]:
 def _chunk(within: _Within) -> Chunk:
     stream = ReadDataStream(within)  # type: ignore[arg-type]
     if stream.read1() != Opcode.CHUNK:
-        raise ValueError("its index leads to what is no chunk")
+        raise ValueError("its index leads to what is not a chunk")
     length = stream.read8()
     check("recording.record", length, f"a chunk of it has {length:,} bytes")
     chunk: Chunk = Chunk.read(stream)

@@ -23,7 +23,7 @@ class McapSource:
     """The CDR messages of the MCAP file `path`, by log time; read as they are needed, never all at once.
 
     Types that this project does not know come from the file's own definitions. `skipped` tells of topics that cannot
-    be read, and why. Raises UserError if the file is no readable MCAP file.
+    be read, and why. Raises UserError if the file is not a readable MCAP file.
     """
 
     def __init__(self, path: str | Path) -> None:

@@ -15,7 +15,7 @@ _INFINITE = 2**63 - 1
 
 @dataclass(frozen=True, slots=True)
 class Quality:
-    """A quality of service profile in the words of ROS2QoSProfile; times in nanoseconds, 0 is no limit."""
+    """A quality of service profile in the words of ROS2QoSProfile; times in nanoseconds, 0 means no limit."""
 
     history: str = "keepLast"
     depth: int = 10

@@ -93,7 +93,7 @@ def finish(path: Path, *, drop: int = 0) -> Finished:
     """Ends the MCAP file at `path` with index and summary, in place; a finished one stays as it is.
 
     drop: how many of its last chunks to give up; where the summary finds no room, more are given up, but never the only
-    one. Raises UserError for a file that is no MCAP recording or has messages outside chunks, OSError where the file
+    one. Raises UserError for a file that is not a MCAP recording or has messages outside chunks, OSError where the file
     cannot be written: then its whole chunks are left.
     """
     with path.open("r+b", buffering=0) as file:

@@ -151,7 +151,7 @@ def _number(value: Any, dtype: Any) -> Any:
     if issubclass(dtype, np.integer):
         number, info = int(value), np.iinfo(dtype)
         if number != value:
-            raise ValueError(f"{value!r} is no whole number")
+            raise ValueError(f"{value!r} is not a whole number")
         if not info.min <= number <= info.max:
             raise ValueError(f"{number} does not fit into {np.dtype(dtype).name}")
         return number
@@ -191,7 +191,7 @@ def _from_json(type_name: str, text: Any) -> Any:
     try:
         data = json.loads(text) if text else {}
     except ValueError as error:
-        raise ValueError(f"{text!r:.60} is no JSON ({error})") from None
+        raise ValueError(f"{text!r:.60} is not JSON ({error})") from None
     return from_plain(type_name, data)
 
 
@@ -217,13 +217,13 @@ def _plain_field(path: str, kind: int, content: Any, value: Any) -> Any:
         return from_plain(content, value, f"{path}.")
     if kind != _BASE:
         if isinstance(value, str | bytes) or not hasattr(value, "__len__"):
-            raise ValueError(f"field {path}: {value!r:.60} is no list")
+            raise ValueError(f"field {path}: {value!r:.60} is not a list")
         (inner_kind, inner), length = content
         if inner_kind == _NAME:
             items = [from_plain(inner, one, f"{path}.") for one in value]
             return _sized(items, length if kind == _ARRAY else None, length or None, lambda: zero(inner))
     elif isinstance(value, str) != (content[0] not in NUMBERS) or isinstance(value, list | dict):
-        raise ValueError(f"field {path}: {value!r:.60} is no {content[0]}")
+        raise ValueError(f"field {path}: {value!r:.60} is not a {content[0]}")
     try:
         return _leaf(path, kind, content).to_field(value)
     except (ValueError, OverflowError, TypeError) as error:

@@ -52,12 +52,12 @@ def type_names() -> list[str]:
 def register(name: str, text: str) -> None:
     """Adds the message type `name` by its definition; further types may follow in it after a line of ===.
 
-    Types that are there already stay. Raises ValueError for a text that is no definition or needs an unknown type.
+    Types that are there already stay. Raises ValueError for a text that is not a definition or needs an unknown type.
     """
     if name in _STORE.types:
         return
     if not _TYPE_NAME.fullmatch(name):
-        raise ValueError(f"{name!r:.80} is no type name; one reads package/msg/Name")
+        raise ValueError(f"{name!r:.80} is not a type name; one reads package/msg/Name")
     package, kind, stem = name.split("/")
     # The parser puts every type below msg; services keep their srv.
     alias = f"{package}/msg/{stem}"
@@ -81,10 +81,10 @@ def register(name: str, text: str) -> None:
 def _check(part: str, fields: Any, fresh: Any) -> None:
     """Refuses names that are none, unknown types, types that hold themselves; what is left is safe to make code of."""
     if not _TYPE_NAME.fullmatch(part):
-        raise ValueError(f"{part!r:.80} is no type name")
+        raise ValueError(f"{part!r:.80} is not a type name")
     for field, content in fields:
         if not _FIELD_NAME.fullmatch(field):
-            raise ValueError(f"{part}: {field!r:.80} is no field name")
+            raise ValueError(f"{part}: {field!r:.80} is not a field name")
         for inner in _named_types(content):
             if inner not in fresh and not known(inner):
                 raise ValueError(f"{part}: field {field} is of the unknown type {inner}")

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from graph.sim.app import App
 
 WALL_CLOCK_NS = 365 * 86_400 * 10**9
-"""Times from here on count from 1970, not from the start of a run: a year of simulation is no run's length."""
+"""Times from here on count from 1970, not from the start of a run: a year of simulation is longer than any run."""
 
 
 @dataclass(frozen=True, slots=True)

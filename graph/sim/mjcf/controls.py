@@ -40,7 +40,7 @@ class Actuation:
         self._world, self._names, self._what = world, names, what
 
     def read(self, path: str) -> Any:
-        """The value of now; None while nothing plays and of what is no actuator."""
+        """The value of now; None while nothing plays and of what is not an actuator."""
         engine = _engine(self._world)
         if engine is None or engine.motors is None or path not in self._names:
             return None
@@ -64,7 +64,7 @@ class Sensing:
         self._world, self._names = world, names
 
     def read(self, path: str) -> Any:
-        """(n,) numbers; None while nothing plays and of what is no sensor."""
+        """(n,) numbers; None while nothing plays and of what is not a sensor."""
         engine = _engine(self._world)
         if engine is None or path not in self._names:
             return None

@@ -44,13 +44,13 @@ def _check_numbers(document: Document, model: Any) -> None:
     """MuJoCo takes a time step of 0 and places that are no numbers."""
     step = float(model.opt.timestep)
     if not 0 < step < math.inf:
-        raise UserError(f"{shown(document.file)}: option timestep is {step:g}; it must be above 0.")
+        raise UserError(f"{shown(document.file)}: option timestep is {step:g}; it must be above 0")
     for kind, names in (("body", model.body), ("geom", model.geom)):
         places = np.concatenate([getattr(model, f"{kind}_pos"), getattr(model, f"{kind}_quat")], axis=1)
         bad = np.flatnonzero(~np.isfinite(places).all(axis=1))
         if len(bad):
             name = names(int(bad[0])).name
-            raise UserError(f"{shown(document.file)}: the place of {kind} {name} is not finite; correct it.")
+            raise UserError(f"{shown(document.file)}: the place of {kind} {name} is not finite; correct it")
 
 
 def _name_all(spec: Any) -> None:

@@ -199,7 +199,7 @@ class _Mirror:
         model, asset = self.model, int(self.model.geom_dataid[number])
         field = model.geom_type[number] == _GEOM.mjGEOM_HFIELD
         if asset < 0:
-            self.warn("mjcf-geom-unseen", self.paths.geoms[number], "it has no mesh; rays do not see it.")
+            self.warn("mjcf-geom-unseen", self.paths.geoms[number], "it has no mesh; rays do not see it")
             return
         source = f"{LIBRARY}/{'hfield' if field else 'mesh'}{asset}"
         if source not in self.meshes:
@@ -257,7 +257,7 @@ class _Mirror:
         triangles = surfaces.flex(model, number)
         path = self.paths.flexes[number]
         if triangles is None:
-            self.warn("mjcf-geom-unseen", path, "it is a thread without faces; rays do not see it.")
+            self.warn("mjcf-geom-unseen", path, "it is a thread without faces; rays do not see it")
             return
         first, count = model.flex_vertadr[number], model.flex_vertnum[number]
         spec = self._named(path, "Mesh", flex_name(model, number))

@@ -128,7 +128,7 @@ class MjcfScene:
                 warn(
                     "mjcf-body-held",
                     self.paths.bodies[number],
-                    f"a joint holds this body, so it stays where the model has it; place {self.paths.bodies[root]}.",
+                    f"a joint holds this body, so it stays where the model has it; place {self.paths.bodies[root]}",
                 )
             self._put(number, wanted)
         self._last = {number: self._pose(number) for number in range(1, model.nbody) if number not in self.paths.points}
@@ -200,7 +200,7 @@ class MjcfScene:
         for path, keys in prims.items():
             wrong = [key for key in IGNORED if key in keys] if path in self.parts else []
             if wrong:
-                warn("mjcf-key-ignored", path, f"{', '.join(wrong)}: the model itself says that; change it there.")
+                warn("mjcf-key-ignored", path, f"{', '.join(wrong)}: the model itself says that; change it there")
 
 
 def open_mjcf(
@@ -215,7 +215,7 @@ def open_mjcf(
     """
     file = Path(path).expanduser().absolute()
     if not file.is_file():
-        raise UserError(f"{path}: no such MJCF file.")
+        raise UserError(f"{path}: no such MJCF file")
     roots = [file.parent] if allow_roots is None else [Path(root) for root in allow_roots]
     return MjcfScene(read_model(file, roots), keyframe, warn)
 

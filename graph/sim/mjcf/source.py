@@ -39,7 +39,7 @@ class Element:
 
 
 def parse(file: Path, name: str) -> Element:
-    """The root element of a file, called `name` in messages. Raises UserError, with the place, for what is no XML."""
+    """The root element of a file, called `name` in messages. Raises UserError, with the place, for what is not XML."""
     try:
         data = file.read_bytes() if file.stat().st_size <= MAX_TEXT else None
     except OSError as error:
@@ -72,7 +72,7 @@ class _Builder:
             parser.Parse(data, True)
         except expat.ExpatError as error:
             place = Mark(self.name, error.lineno, error.offset + 1)
-            raise UserError(Problem(f"this is no XML: {expat.ErrorString(error.code)}", place)) from error
+            raise UserError(Problem(f"this is not XML: {expat.ErrorString(error.code)}", place)) from error
         assert self.root is not None
         return self.root
 

@@ -169,9 +169,9 @@ class Articulation:
             return None
         out = np.asarray(values, dtype=np.float64)
         if out.shape != (width,):
-            raise ValueError(f"{self.path}: {name} have shape {out.shape}; there are {width} joints to command.")
+            raise ValueError(f"{self.path}: {name} have shape {out.shape}; there are {width} joints to command")
         if np.isinf(out).any():
-            raise ValueError(f"{self.path}: {name} hold an infinite value.")
+            raise ValueError(f"{self.path}: {name} hold an infinite value")
         return out
 
 

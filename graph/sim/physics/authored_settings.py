@@ -74,9 +74,8 @@ class StoredSettings:
             first, *others = names
             also = f"; so {'do' if len(others) > 1 else 'does'} {_listed(others)}" if others else ""
             several = f" ({len(prims):,} prims)" if len(prims) > 1 else ""
-            end = "" if f"{why}{also}".endswith("?") else "."
             what = "it" if ":" in first else first
-            yield place, f"{what} is kept on the prim and changes nothing{several}: {why}{also}{end}"
+            yield place, f"{what} is kept on the prim and changes nothing{several}: {why}{also}"
 
     def tell(self, warn: Warn) -> None:
         """Warn of each line, `physics-setting-stored`."""

@@ -158,7 +158,7 @@ def _merged(
             "collision-groups",
             where,
             f"collision groups and filtered pairs tell {len(rows)} kinds of colliders apart; {MOST_MASKS} can be, so "
-            "that the rest collide with everything.",
+            "that the rest collide with everything",
         )
         masks = {path: min(kind, MOST_MASKS - 1) for path, kind in masks.items()}
         out = out[:MOST_MASKS, :MOST_MASKS]

@@ -105,14 +105,14 @@ def body_of(app: App, path: str) -> str | None:
 
     prim = app.stage.GetPrimAtPath(path) if path.startswith("/") else None
     if not prim:
-        raise RunError(f"{path}: no such prim on the stage.")
+        raise RunError(f"{path}: no such prim on the stage")
     while prim and not prim.IsPseudoRoot():
         if app.fabric.is_body(str(prim.GetPath())):
             return str(prim.GetPath())
         if prim.HasAPI(UsdPhysics.RigidBodyAPI):
             return None
         prim = prim.GetParent()
-    raise RunError(f"{path}: it is on no rigid body; put it on one, or below.")
+    raise RunError(f"{path}: it is on no rigid body; put it on one, or below")
 
 
 def gravity_of(app: App) -> Floats:

@@ -169,6 +169,6 @@ def _snapped(child: Body, parent_pose: Floats, joint: Joint, reverse: bool, warn
         warn(
             "joint-frames-apart",
             joint.path,
-            f"its two frames do not meet ({apart:.4g} m, {turned:.4g} rad); {child.path} starts where they do.",
+            f"its two frames do not meet ({apart:.4g} m, {turned:.4g} rad); {child.path} starts where they do",
         )
     return replace(child, pose=pose) if max(apart, turned) > 1e-9 else child

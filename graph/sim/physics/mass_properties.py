@@ -52,7 +52,7 @@ def body_inertia(body: Body, parts: Sequence[tuple[Collider, Volume]], warn: War
             "impossible-inertia",
             body.path,
             f"no body has moments of inertia {', '.join(f'{moment:.6g}' for moment in moments)} kg m2: the greatest is "
-            "more than the others together; their mean is taken for all.",
+            "more than the others together; their mean is taken for all",
         )
     elif moments[2] > sum_of_lesser * (1 - TRIMMED):
         moments[2] = sum_of_lesser * (1 - TRIMMED)
@@ -79,7 +79,7 @@ def _body_inertia(body: Body, parts: Sequence[tuple[Collider, Volume]], warn: Wa
             warn(
                 "body-without-volume",
                 body.path,
-                f"no collider gives it an inertia; it has that of a {SMALL_SPHERE} m ball.",
+                f"no collider gives it an inertia; it has that of a {SMALL_SPHERE} m ball",
             )
     if body.mass is not None:
         out = Inertia(body.mass, out.center, out.tensor * (body.mass / out.mass))

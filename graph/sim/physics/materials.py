@@ -103,7 +103,7 @@ def read_material(api: Any, warn: Warn) -> Material:
             return default
         if not math.isfinite(value) or not 0 <= value <= most:
             said = "a number from 0" + (f" to {most:g}" if most < math.inf else "")
-            warn("bad-material", path, f"{attribute.GetName()} is {value:g}, not {said}; {default:g} is taken.")
+            warn("bad-material", path, f"{attribute.GetName()} is {value:g}, not {said}; {default:g} is taken")
             return default
         return float(value)
 
@@ -115,9 +115,7 @@ def read_material(api: Any, warn: Warn) -> Material:
         attribute = material.GetAttribute(f"physxMaterial:{name}CombineMode")
         value = attribute.Get(EARLIEST) if attribute else None
         if value is not None and value not in MODES:
-            warn(
-                "bad-material", path, f"{attribute.GetName()} is {value!r}, not one of {', '.join(MODES)}; average is."
-            )
+            warn("bad-material", path, f"{attribute.GetName()} is {value!r}, not one of {', '.join(MODES)}; average is")
         return next((each for each in MODES if each == value), "average")
 
     return Material(

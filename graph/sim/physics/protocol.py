@@ -222,7 +222,7 @@ class PhysicsEngine(Protocol):
         if root not in self._articulations:
             found = Articulation(self, root, self.meters_per_unit)
             if not found.joint_paths:
-                raise RunError(f"{root}: no revolute or prismatic joint is there.")
+                raise RunError(f"{root}: no revolute or prismatic joint is there")
             self._articulations[root] = found
         return self._articulations[root]
 
@@ -242,7 +242,7 @@ class PhysicsEngine(Protocol):
 
     def gripper(self, path: str) -> SurfaceGripper:
         """The surface gripper at a path. Raises RunError where there is none."""
-        raise RunError(f"{path}: the physics engine {self.name} has no surface grippers.")
+        raise RunError(f"{path}: the physics engine {self.name} has no surface grippers")
 
     def set_surface_velocity(self, path: str, pose: Floats, velocity: Floats, turn: Floats) -> bool:
         """Let the surfaces of the colliders at and below a prim move while their body stays, as a belt does.
@@ -251,7 +251,7 @@ class PhysicsEngine(Protocol):
         prim's rigid frame now [m]. Returns whether the engine had to change its integrator. Raises ValueError where the
         prim has no colliders.
         """
-        raise RunError(f"{path}: the physics engine {self.name} has no moving surfaces.")
+        raise RunError(f"{path}: the physics engine {self.name} has no moving surfaces")
 
     @property
     def deformable_paths(self) -> tuple[str, ...]:

@@ -78,14 +78,14 @@ class _Reader:
 
     def read(self) -> list[Collider]:
         if not transforms.usable(self.frame):
-            self.warn("bad-transform", self.path, "the collider's transform is flat or not finite; nothing hits it.")
+            self.warn("bad-transform", self.path, "the collider's transform is flat or not finite; nothing hits it")
             return []
         kind = str(self.prim.GetTypeName())
         if self.prim.IsA(UsdGeom.Mesh):
             return self._mesh()
         if kind not in SOLIDS:
             self.warn(
-                "bad-collider", self.path, f"a {kind or 'prim without type'} cannot be a collider; nothing hits it."
+                "bad-collider", self.path, f"a {kind or 'prim without type'} cannot be a collider; nothing hits it"
             )
             return []
         return self._plane() if kind == "Plane" else self._solid(kind)
@@ -152,7 +152,7 @@ class _Reader:
         pose = _facing(normal / np.linalg.norm(normal), self.frame[:3, 3])
         if endless(self.prim):
             if self.body is not None:
-                self.warn("bad-collider", self.path, "an endless Plane cannot move with a body; give it a width.")
+                self.warn("bad-collider", self.path, "an endless Plane cannot move with a body; give it a width")
                 return []
             return [self._make("plane", pose)]
         shape = shape_of(self.prim, 1.0, self._complain)
@@ -209,7 +209,7 @@ class _Reader:
                 "concave-collider",
                 self.path,
                 f"{hulls} of its connected parts are not convex and take more than {MOST_PIECES} convex pieces; bodies "
-                "hit their convex hulls, while rays see the true surface. Use a coarser mesh for collisions.",
+                "hit their convex hulls, while rays see the true surface. Use a coarser mesh for collisions",
             )
         if len(shapes) == 1:
             return [self._make("mesh", np.eye(4), vertices=shapes[0])]

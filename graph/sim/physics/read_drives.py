@@ -40,7 +40,7 @@ def drive_of(scan: Scan, prim: JointPrim, name: str, warn: Warn) -> Drive | None
         if value is None or (lowest <= value <= highest and abs(value) <= highest):
             return float(value or 0.0)
         wanted = f"a number from {lowest:g}" if lowest == 0 else "a finite number"
-        text = f"{attribute.GetName()} is {value:g}, not {wanted}; 0 is taken."
+        text = f"{attribute.GetName()} is {value:g}, not {wanted}; 0 is taken"
         warn("bad-joint", f"{prim.path}.{attribute.GetName()}", text)
         return 0.0
 
@@ -83,7 +83,7 @@ def efforts_of(scan: Scan, prim: JointPrim, name: str, warn: Warn) -> dict[str, 
             if value is None:
                 continue
             if math.isnan(value) or value < 0 or (math.isinf(value) and key != "max_speed"):
-                text = f"{attribute} is {value:g}, not a number from 0; it counts as not written."
+                text = f"{attribute} is {value:g}, not a number from 0; it counts as not written"
                 warn("bad-joint", f"{prim.path}.{attribute}", text)
                 continue
             if not value and key != "max_speed":  # PhysX's way not to say anything
@@ -97,6 +97,6 @@ def efforts_of(scan: Scan, prim: JointPrim, name: str, warn: Warn) -> dict[str, 
         if value is not None and math.isfinite(value):
             out[key] = float(value) * step
         elif value is not None:
-            text = f"{attribute} is {value:g}, not finite; the joint starts where its bodies are."
+            text = f"{attribute} is {value:g}, not finite; the joint starts where its bodies are"
             warn("bad-joint", f"{prim.path}.{attribute}", text)
     return out

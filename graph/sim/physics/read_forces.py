@@ -79,10 +79,10 @@ def start_surfaces(physics: PhysicsEngine, warn: Warn) -> None:
         try:
             changed = physics.set_surface_velocity(surface.path, surface.pose, surface.velocity, surface.turn)
         except (RunError, ValueError) as error:
-            warn("bad-surface-velocity", where, f"nothing is carried: {error}.")
+            warn("bad-surface-velocity", where, f"nothing is carried: {error}")
             continue
         if changed:
-            warn("belt-integrator", where, "physics.integrator is implicitfast: discrete cannot move surfaces.")
+            warn("belt-integrator", where, "physics.integrator is implicitfast: discrete cannot move surfaces")
 
 
 def _vector(prim: Any, name: str, warn: Warn) -> Floats:
@@ -91,5 +91,5 @@ def _vector(prim: Any, name: str, warn: Warn) -> Floats:
     out = np.zeros(3) if value is None else np.array(value, dtype=np.float64)
     if np.isfinite(out).all():
         return out
-    warn("bad-force", f"{prim.GetPath()}.{name}", f"{name} is not finite; 0 is taken.")
+    warn("bad-force", f"{prim.GetPath()}.{name}", f"{name} is not finite; 0 is taken")
     return np.zeros(3)

@@ -31,9 +31,9 @@ def _gripper(scan: Scan, prim: Any, warn: Warn) -> Gripper:
         joint = scan.stage.GetPrimAtPath(target.GetPrimPath())
         point = _point(scan, joint) if joint and joint.IsA(UsdPhysics.Joint) else None
         if point is None:
-            warn("bad-gripper", path, f"{target} is no joint whose first body can move; it holds nothing.")
+            warn("bad-gripper", path, f"{target} is not a joint whose first body can move; it holds nothing")
         elif not np.isfinite([*point.place, *point.direction]).all():
-            warn("bad-gripper", path, f"localPos0 or localRot0 of {target} is not finite; it holds nothing.")
+            warn("bad-gripper", path, f"localPos0 or localRot0 of {target} is not finite; it holds nothing")
         else:
             points.append(point)
     newton = kilograms_per_unit(scan.stage) * scan.meters_per_unit
@@ -76,6 +76,6 @@ def _number(prim: Any, name: str, default: float) -> float:
 
 
 def _limit(prim: Any, name: str) -> float:
-    """A force; not authored or not above 0 is no limit."""
+    """A force; not authored or not above 0 means no limit."""
     value = _number(prim, name, 0.0)
     return value if value > 0 else FREE

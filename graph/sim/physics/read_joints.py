@@ -53,7 +53,7 @@ def _say_friction(scan: Scan, joints: Sequence[Joint], warn: Warn) -> None:
             "joint-friction-effort",
             f"{loaded[0]}.{name}",
             f"it is taken as dry friction in N or N m, whatever the joint carries{others}; PhysX multiplies it by the "
-            "joint's load. Write newton:friction to mean an effort.",
+            "joint's load. Write newton:friction to mean an effort",
         )
 
 
@@ -62,25 +62,25 @@ def _joint(scan: Scan, prim: JointPrim, warn: Warn) -> Joint | None:
     if first is None and second is None:
         return None
     if first == second:
-        warn("bad-joint", prim.path, f"the joint ties {first} to itself; it is left out.")
+        warn("bad-joint", prim.path, f"the joint ties {first} to itself; it is left out")
         return None
     name = str(prim.prim.GetTypeName())
     if name not in _NAMED:
-        warn("joint-not-supported", prim.path, f"a {name} is not simulated; its bodies are not tied.")
+        warn("joint-not-supported", prim.path, f"a {name} is not simulated; its bodies are not tied")
         return None
     kind = next(kind for schema, kind in _KINDS if prim.prim.IsA(schema))
     for target in prim.targets:
         if target is not None and not scan.stage.GetPrimAtPath(target):
-            warn("bad-joint", prim.path, f"there is no prim {target}; that end of the joint is tied to the world.")
+            warn("bad-joint", prim.path, f"there is no prim {target}; that end of the joint is tied to the world")
     frames = _frame(scan, prim, 0, first), _frame(scan, prim, 1, second)
     if not all(np.isfinite(frame).all() for frame in frames):
-        warn("bad-joint", prim.path, "localPos or localRot is not finite; the joint is left out.")
+        warn("bad-joint", prim.path, "localPos or localRot is not finite; the joint is left out")
         return None
     schema = UsdPhysics.Joint(prim.prim)
     for attribute in (schema.GetLocalRot0Attr(), schema.GetLocalRot1Attr()):
         if not attribute.Get(EARLIEST).GetLength():
             name = attribute.GetName()
-            warn("bad-joint", f"{prim.path}.{name}", f"{name} has the length 0; it counts as no turn.")
+            warn("bad-joint", f"{prim.path}.{name}", f"{name} has the length 0; it counts as no turn")
     _say_unbreakable(schema, prim.path, warn)
     joint = Joint(
         path=prim.path,
@@ -104,7 +104,7 @@ def _say_unbreakable(schema: Any, path: str, warn: Warn) -> None:
     finite = [name for name, attribute in named if attribute.Get(EARLIEST) < NEVER_BREAKS]
     if finite:
         are = "are" if len(finite) > 1 else "is"
-        warn("break-force", path, f"{' and '.join(finite)} {are} not simulated: the joint never breaks.")
+        warn("break-force", path, f"{' and '.join(finite)} {are} not simulated: the joint never breaks")
 
 
 def _single(scan: Scan, prim: JointPrim, joint: Joint, warn: Warn) -> Joint:
@@ -114,7 +114,11 @@ def _single(scan: Scan, prim: JointPrim, joint: Joint, warn: Warn) -> Joint:
     lower = _limit(typed.GetLowerLimitAttr(), unit, -FREE, prim.path, warn)
     upper = _limit(typed.GetUpperLimitAttr(), unit, FREE, prim.path, warn)
     if lower > upper:
-        warn("bad-joint", prim.path, f"its lower limit is above its upper one ({lower:g} > {upper:g}); it has none.")
+        warn(
+            "bad-joint",
+            prim.path,
+            f"its lower limit is above its upper one ({lower:g} > {upper:g}); neither is applied",
+        )
         lower, upper = -FREE, FREE
     axis = _axis(typed.GetAxisAttr(), prim.path, warn)
     start = _start(scan, joint, axis)
@@ -135,7 +139,7 @@ def _axis(attribute: Any, path: str, warn: Warn) -> int:
     name = str(attribute.Get(EARLIEST))
     axis = "XYZ".find(name) if len(name) == 1 else -1
     if axis < 0:
-        warn("bad-joint", path, f"physics:axis is {name}, not X, Y or Z; X is taken.")
+        warn("bad-joint", path, f"physics:axis is {name}, not X, Y or Z; X is taken")
     return max(axis, 0)
 
 
@@ -160,7 +164,7 @@ def _distance(scan: Scan, prim: JointPrim, joint: Joint, warn: Warn) -> Joint | 
     lower = low * scan.meters_per_unit if math.isfinite(low) and low > 0 else 0.0
     upper = high * scan.meters_per_unit if math.isfinite(high) and high >= 0 else FREE
     if lower > upper:
-        warn("bad-joint", prim.path, f"its minDistance is above its maxDistance ({low:g} > {high:g}); it is left out.")
+        warn("bad-joint", prim.path, f"its minDistance is above its maxDistance ({low:g} > {high:g}); it is left out")
         return None
     return replace(joint, lower=lower, upper=upper, collide=joint.collide)
 
@@ -180,7 +184,7 @@ def _d6(scan: Scan, prim: JointPrim, joint: Joint, warn: Warn) -> Joint:
         drive = drive_of(scan, prim, name, warn)
         axes.append(Axis(number, lower, upper, drive, efforts_of(scan, prim, name, warn)))
     if prim.prim.HasAPI(UsdPhysics.LimitAPI, "distance"):
-        warn("joint-not-supported", prim.path, "its limit of the distance has no effect; use a PhysicsDistanceJoint.")
+        warn("joint-not-supported", prim.path, "its limit of the distance has no effect; use a PhysicsDistanceJoint")
     if not axes:
         return replace(joint, kind="fixed")
     turning = [axis for axis in axes if axis.number >= 3]
@@ -194,7 +198,7 @@ def _limit(attribute: Any, unit: float, free: float, path: str, warn: Warn) -> f
     value = float(attribute.Get(EARLIEST))
     if math.isnan(value):
         name = attribute.GetName()
-        warn("bad-joint", f"{path}.{name}", f"{name} is nan, not a number; it counts as no limit.")
+        warn("bad-joint", f"{path}.{name}", f"{name} is nan, not a number; it counts as no limit")
         return free
     return value * unit if math.isfinite(value) else math.copysign(FREE, value)
 
@@ -235,7 +239,7 @@ def read_mimics(scan: Scan, joints: tuple[Joint, ...], warn: Warn) -> tuple[Mimi
         axis, target, leader_axis, offset, ratio = found
         paths = [_dof_path(singles, prim.path, axis), _dof_path(singles, target, leader_axis)]
         if None in paths or paths[0] == paths[1]:
-            warn("bad-mimic", prim.path, f"it cannot follow {target or 'nothing'}; both must be joints of one axis.")
+            warn("bad-mimic", prim.path, f"it cannot follow {target or 'nothing'}; both must be joints of one axis")
             continue
         units = [math.pi / 180 if singles[str(path)].kind == "revolute" else scan.meters_per_unit for path in paths]
         out.append(Mimic(str(paths[0]), str(paths[1]), offset * units[0], ratio * units[0] / units[1]))

@@ -51,7 +51,7 @@ def read_mass(prim: Any, warn: Warn) -> AuthoredMass:
 
     def complain(attribute: Any, what: str) -> None:
         name = attribute.GetName()
-        warn("bad-mass", f"{prim.GetPath()}.{name}", f"{name} {what}; it counts as not written.")
+        warn("bad-mass", f"{prim.GetPath()}.{name}", f"{name} {what}; it counts as not written")
 
     inertia = vector(api.GetDiagonalInertiaAttr())
     if inertia is not None and not (inertia > 0).all():

@@ -48,13 +48,13 @@ def _soft(scan: Scan, prim: Any, held: list[tuple[Any, ...]], warn: Warn) -> Sof
         if value_of(prim, name) is False:
             return None
     if schemas & PARTICLES and value_of(prim, "physxParticle:fluid"):
-        warn("fluid-not-simulated", path, "fluids are not simulated; its particles stay where they are.")
+        warn("fluid-not-simulated", path, "fluids are not simulated; its particles stay where they are")
         return None
     points = array_of(UsdGeom.PointBased(prim).GetPointsAttr(), np.float64, 3)
     frame = scan.world_matrix(prim)
     frame[:3] *= scan.meters_per_unit
     if not len(points) or not np.isfinite(points).all() or not np.isfinite(frame).all():
-        warn("bad-deformable", path, "it has no points, or they are not finite; it does not move.")
+        warn("bad-deformable", path, "it has no points, or they are not finite; it does not move")
         return None
     places = transforms.transformed(frame, points)
     if schemas & PARTICLES:
@@ -81,7 +81,7 @@ def _cloth(
 ) -> Soft | None:
     path = str(prim.GetPath())
     if len(triangles) == 0 or triangles.max() >= len(places) or triangles.min() < 0:
-        warn("bad-deformable", path, "its faces do not fit its points; it does not move.")
+        warn("bad-deformable", path, "its faces do not fit its points; it does not move")
         return None
     unique, number = np.unique(places, axis=0, return_inverse=True)
     number = number.reshape(-1)
@@ -114,7 +114,7 @@ def _solid(
             "bad-deformable",
             path,
             "a soft body needs tetrahedra: a TetMesh, or physxDeformable:simulationRestPoints and :simulationIndices; "
-            "it does not move.",
+            "it does not move",
         )
         return None
     used, tets = np.unique(tets, return_inverse=True)
@@ -124,7 +124,7 @@ def _solid(
     volumes = np.abs(volumes)
     tets, volumes = tets[volumes > 0], volumes[volumes > 0]
     if not len(tets):
-        warn("bad-deformable", path, "all its tetrahedra are flat; it does not move.")
+        warn("bad-deformable", path, "all its tetrahedra are flat; it does not move")
         return None
     density = said.density((f"{_BODY}:density", f"{_OMNI}:density"))
     inside, weights = _embedded(places, corners, tets)
@@ -153,7 +153,7 @@ def _particles(scan: Scan, prim: Any, places: Floats, warn: Warn) -> Soft | None
     widths = array_of(prim.GetAttribute("widths"), np.float64)
     radius = float(np.median(widths)) / 2 * scan.meters_per_unit if len(widths) else 0.05
     if not radius > 0:
-        warn("bad-deformable", said.path, "its particles have no size; they do not move.")
+        warn("bad-deformable", said.path, "its particles have no size; they do not move")
         return None
     density = said.density(("physxPBDMaterial:density",))
     mass = density * 4 / 3 * math.pi * radius**3
@@ -249,7 +249,7 @@ def _attachments(scan: Scan, warn: Warn) -> dict[str, list[tuple[Any, ...]]]:
         ends = [_target(prim, name) for name in names]
         soft = scan.stage.GetPrimAtPath(ends[0]) if ends[0] else None
         if not soft:
-            warn("bad-attachment", path, f"{names[0]} names no prim; it holds nothing.")
+            warn("bad-attachment", path, f"{names[0]} names no prim; it holds nothing")
             continue
         body = scan.moving_body_of(ends[1]) if ends[1] else None
         back = np.eye(4) if body is None else transforms.inverse_rigid(scan.body_pose(body))
@@ -259,9 +259,7 @@ def _attachments(scan: Scan, warn: Warn) -> dict[str, list[tuple[Any, ...]]]:
         frame[:3] *= scan.meters_per_unit
         spots = list(transforms.transformed(frame, local)) if len(local) else []
         if not numbers and not spots:
-            warn(
-                "bad-attachment", path, "it names no points (points0 or omniphysics:vtxIndicesSrc0); it holds nothing."
-            )
+            warn("bad-attachment", path, "it names no points (points0 or omniphysics:vtxIndicesSrc0); it holds nothing")
             continue
         out.setdefault(ends[0], []).append((numbers, spots, body, back))
     return out
@@ -284,7 +282,7 @@ class _Said:
 
     def too_many(self, count: int) -> None:
         """Says that the prim is too large."""
-        self._warn("bad-deformable", self.path, f"{count} points are more than {MOST_POINTS}; it does not move.")
+        self._warn("bad-deformable", self.path, f"{count} points are more than {MOST_POINTS}; it does not move")
 
     def number(self, names: tuple[str, ...], default: float) -> float:
         """The first authored number above 0, or 0."""
@@ -296,7 +294,7 @@ class _Said:
                 if math.isfinite(value) and value >= 0:
                     return float(value)
                 self._warn(
-                    "bad-deformable", self.path, f"{name} is {value:g}, not a number from 0; {default:g} is taken."
+                    "bad-deformable", self.path, f"{name} is {value:g}, not a number from 0; {default:g} is taken"
                 )
         return default
 

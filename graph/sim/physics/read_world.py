@@ -102,7 +102,7 @@ def _say_several_scenes(scan: Scan, warn: Warn) -> None:
             "several-physics-scenes",
             str(scan.scenes[0].GetPath()),
             f"one physics scene is simulated, this one; {others} has no effect, and what names it as its "
-            "physics:simulationOwner moves here with everything else.",
+            "physics:simulationOwner moves here with everything else",
         )
 
 
@@ -123,10 +123,10 @@ def read_gravity(scan: Scan, warn: Warn = ignore_warning) -> Floats:
     length = float(np.linalg.norm(direction))
     path = str(scan.scenes[0].GetPath())
     if not math.isfinite(length):
-        text = f"physics:gravityDirection is not finite; gravity is down the {up_axis(scan.stage)} axis."
+        text = f"physics:gravityDirection is not finite; gravity is down the {up_axis(scan.stage)} axis"
         warn("bad-gravity", f"{path}.physics:gravityDirection", text)
     if math.isnan(magnitude) or magnitude == math.inf:
-        text = f"physics:gravityMagnitude is {magnitude:g}, not finite; it is {EARTH_GRAVITY} m/s2."
+        text = f"physics:gravityMagnitude is {magnitude:g}, not finite; it is {EARTH_GRAVITY} m/s2"
         warn("bad-gravity", f"{path}.physics:gravityMagnitude", text)
     if not math.isfinite(length) or length == 0:
         direction, length = down, 1.0
@@ -138,11 +138,11 @@ def _body(scan: Scan, prim: BodyPrim, warn: Warn) -> Body:
     unit, mass_unit = scan.meters_per_unit, kilograms_per_unit(scan.stage)
     world = scan.world_matrix(prim.prim)
     if not np.isfinite(world).all():
-        raise UserError(f"{prim.path}: the body's transform is not finite; correct its xformOps.")
+        raise UserError(f"{prim.path}: the body's transform is not finite; correct its xformOps")
     pose = scan.body_pose(prim.path)
     rigid = UsdPhysics.RigidBodyAPI(prim.prim)
     if not transforms.usable(world):
-        warn("bad-transform", prim.path, "the body's transform is flat; its rotation is not to be trusted.")
+        warn("bad-transform", prim.path, "the body's transform is flat; its rotation is not to be trusted")
     local_scale = (transforms.inverse_rigid(transforms.rigid_part(world)) @ world)[:3, :3]
     said = read_mass(prim.prim, warn)
     turned = _parent_rotation(scan, prim.prim)
@@ -170,7 +170,7 @@ def _speed(attribute: Any, path: str, warn: Warn) -> Floats:
     if value is not None:
         return value
     if attribute.HasAuthoredValue():
-        warn("bad-velocity", path, f"{attribute.GetName()} is not finite; the body starts without it.")
+        warn("bad-velocity", path, f"{attribute.GetName()} is not finite; the body starts without it")
     return np.zeros(3)
 
 
@@ -179,7 +179,7 @@ def _share(prim: BodyPrim, kind: str, warn: Warn) -> float:
     value = value_of(prim.prim, name)
     if value is None or (math.isfinite(value) and value >= 0):
         return float(value or 0.0)
-    warn("bad-damping", prim.path, f"{name} is {value:g}, not a number from 0; there is none.")
+    warn("bad-damping", prim.path, f"{name} is {value:g}; it must be 0 or more; damping is ignored")
     return 0.0
 
 
@@ -190,7 +190,11 @@ def _max_speed(prim: BodyPrim, unit: float, warn: Warn) -> tuple[float, float]:
         name = f"physxRigidBody:max{kind}Velocity"
         value = value_of(prim.prim, name)
         if value is not None and not value >= 0:
-            warn("bad-velocity", f"{prim.path}.{name}", f"{name} is {value:g}, not a number from 0; there is no limit.")
+            warn(
+                "bad-velocity",
+                f"{prim.path}.{name}",
+                f"{name} is {value:g}; it must be 0 or more; the limit is ignored",
+            )
         out.append(math.inf if value is None or not value >= 0 else float(value) * factor)
     return out[0], out[1]
 

@@ -83,7 +83,7 @@ def authored_options(scan: Scan, warn: Warn) -> SolverOptions:
     found: dict[str, Any] = {}
 
     def complain(name: str, value: Any, wanted: str) -> None:
-        warn("bad-scene-option", path, f"{name} is {value!r}, not {wanted}; it has no effect.")
+        warn("bad-scene-option", path, f"{name} is {value!r}, not {wanted}; it has no effect")
 
     iterations = value_of(scene, "newton:maxSolverIterations")
     if iterations is not None and iterations > 0:
@@ -118,6 +118,6 @@ def authored_options(scan: Scan, warn: Warn) -> SolverOptions:
             "no-continuous-collision",
             path,
             "physxScene:enableCCD has no effect: collisions are looked for at every physics step and not between. "
-            "Raise physics_hz where fast bodies pass through thin ones.",
+            "Raise physics_hz where fast bodies pass through thin ones",
         )
     return SolverOptions(**found)

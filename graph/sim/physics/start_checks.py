@@ -27,12 +27,12 @@ def tell_start(physics: PhysicsEngine, warn: Warn) -> None:
             "bodies-overlap",
             first,
             f"it and {second} overlap by {-distance:.3g} m when play begins{others}; they are thrown apart. Move them "
-            "apart, or name one in physics:filteredPairs of the other.",
+            "apart, or name one in physics:filteredPairs of the other",
         )
     held = list(_lost_velocities(physics))
     for path, text in held[:1]:
         others = f" ({len(held) - 1:,} other bodies likewise)" if len(held) > 1 else ""
-        warn("velocity-not-possible", path, f"{text}: its joints allow no other{others}. Author what the joints allow.")
+        warn("velocity-not-possible", path, f"{text}: its joints allow no other{others}. Author what the joints allow")
 
 
 def _overlaps(physics: PhysicsEngine) -> dict[tuple[str, str], float]:

@@ -133,7 +133,7 @@ class Animation:
         broken = np.flatnonzero(~np.isfinite(now).all(axis=(1, 2)))
         for number in broken.tolist():
             path = paths[number]
-            text = "its time samples make its transform flat or not finite; it stays where it was."
+            text = "its time samples make its transform flat or not finite; it stays where it was"
             self._world.warn("bad-transform", path, text)
             now[number] = self._last.get(path, np.eye(4))
         lost = np.asarray(~np.isfinite(before).all(axis=(1, 2)))
@@ -201,7 +201,7 @@ def _warn_of_idle_samples(warn: Warn, scan: Scan) -> None:
                 "animated-body",
                 path,
                 "its transform has time samples, but forces move it; it starts at the first. Make it kinematic "
-                "(physics:kinematicEnabled) to have it follow them.",
+                "(physics:kinematicEnabled) to have it follow them",
             )
         elif body is not None or path in scan.riders:
             _warn_of_scale(warn, path, (body or scan.riders[path]).prim)
@@ -215,5 +215,5 @@ def _warn_of_scale(warn: Warn, path: str, prim: Any) -> None:
         linear = np.array(xform.GetLocalTransformation(code))[:3, :3]
         # Rotation leaves the lengths of, and angles between, the rows as they are.
         if np.abs(linear @ linear.T - first @ first.T).max() > 1e-5 * np.abs(first @ first.T).max():
-            warn("animated-scale", path, "its scale has time samples; rays see it in the size of the first.")
+            warn("animated-scale", path, "its scale has time samples; rays see it in the size of the first")
             return

@@ -32,7 +32,7 @@ _OLD = b"\0\7\0"
 
 
 def crate_entries(path: Path) -> int:
-    """The most entries that a table or value of a crate file says it has; 0 for what is no crate file, or too short.
+    """The most entries that a table or value of a crate file says it has; 0 for what is not a crate file, or too short.
 
     A table, block or unpacked value that cannot be in the file counts as so many entries as it says.
     """

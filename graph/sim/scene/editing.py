@@ -68,7 +68,7 @@ class EditStage:
             return stage
         raise RunError(
             'the world cannot be edited while it plays; stop first, or say app.edit(when_playing="restart") to begin '
-            'anew or app.edit(when_playing="recompile") to have it compiled in place'
+            'again or app.edit(when_playing="recompile") to have it compiled in place'
         )
 
     def __exit__(
@@ -91,7 +91,7 @@ def remove_prims(stage: Any, paths: Sequence[str]) -> None:
     for path in paths:
         valid = Sdf.Path.IsValidPathString(path) and path.startswith("/") and path != "/"
         if not valid or not stage.GetPrimAtPath(path):
-            raise UserError(f"{path}: no such prim on the stage.")
+            raise UserError(f"{path}: no such prim on the stage")
     for path in paths:
         for layer in stage.GetLayerStack():
             spec = layer.GetPrimAtPath(path)

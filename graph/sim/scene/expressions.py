@@ -39,7 +39,7 @@ def evaluated(asset: str, variables: Variables) -> tuple[str, str]:
     if result.value is None or result.value == "":
         return "", ""
     if not isinstance(result.value, str):
-        return "", f"the variable expression {asset} gives {result.value!r}, which is no path"
+        return "", f"the variable expression {asset} gives {result.value!r}, which is not a path"
     unset = sorted(set(result.usedVariables) - set(variables))
     why = f"; no expressionVariables give {', '.join(unset)}" if unset else ""
     return result.value, f"{result.value} does not exist (the variable expression {asset}{why})"

@@ -54,7 +54,7 @@ class Checked:
         for layer in stage.GetUsedLayers(includeClipLayers=True):
             name = layer.identifier
             if name not in own and (name not in self.files or self.files[name] != _identity(layer.realPath)):
-                raise UserError(f"{name}: USD opened this file, which was not checked; the scene is refused.")
+                raise UserError(f"{name}: USD opened this file, which was not checked; the scene is refused")
 
 
 def _identity(path: str) -> tuple[int, int] | None:
@@ -88,24 +88,24 @@ def check_scene(
     from .composed_size import too_many_prims
 
     if _has_arguments(str(file)):
-        raise UserError(f"{file}: USD reads {_ARGUMENTS} in a name as arguments; rename the file or its folder.")
+        raise UserError(f"{file}: USD reads {_ARGUMENTS} in a name as arguments; rename the file or its folder")
     if not file.is_file():
-        raise UserError(f"{file}: no such scene file.")
+        raise UserError(f"{file}: no such scene file")
     if file.suffix.lower() not in SCENE_SUFFIXES:
-        raise UserError(f"{file}: not a USD file; its name must end in {', '.join(SCENE_SUFFIXES)}.")
+        raise UserError(f"{file}: not a USD file; its name must end in {', '.join(SCENE_SUFFIXES)}")
     walk = _Walk([root.expanduser().resolve() for root in roots], warn, skip_outside=skip_outside)
     walk.through(_Wanted(str(file), "", variables or {}, sublayer))
     if walk.problems:
         raise UserError([*walk.problems, *walk.advice()])
     for path, wanted_by in walk.outside.items():
-        warn("usd-outside-skipped", path, f"it lies outside the allowed folders ({wanted_by} asks for it); left out.")
+        warn("usd-outside-skipped", path, f"it lies outside the allowed folders ({wanted_by} asks for it); left out")
     for wanted_by, assets in walk.missing.items():
         left_out = "it is" if len(assets) == 1 else "they are"
-        warn("usd-missing-asset", wanted_by, f"{listed(list(assets.values()))}; {left_out} left out.")
+        warn("usd-missing-asset", wanted_by, f"{listed(list(assets.values()))}; {left_out} left out")
     if any(contents.arcs for contents in walk.contents.values()):
         prims = too_many_prims(walk.layers[str(file)], walk.expressions)
         if prims:
-            raise UserError(f"{file}: its references multiply into about {float(prims):.0e} prims; remove some.")
+            raise UserError(f"{file}: its references multiply into about {float(prims):.0e} prims; remove some")
     return Checked(list(walk.layers.values()), walk.files, [path for path in walk.outside if os.path.isabs(path)])
 
 
@@ -172,7 +172,7 @@ class _Walk:
                     paths.add(more.path)
                     queue.append(more)
             if len(seen) > MOST_WAYS * len(paths):
-                raise UserError(f"{first.path}: its expression variables make its references multiply; remove some.")
+                raise UserError(f"{first.path}: its expression variables make its references multiply; remove some")
 
     def _read(self, wanted: _Wanted) -> bool:
         """Opens a layer if that may be; else notes why not."""
@@ -196,7 +196,7 @@ class _Walk:
         if not by:
             raise UserError(said)
         if on_disk.suffix.lower() in SCENE_SUFFIXES:
-            text = f"{said.rstrip('.')} ({by} asks for it). Repair it, or take out what names it."
+            text = f"{said.rstrip('.')} ({by} asks for it). Repair it, or take out what names it"
             self.problems[Problem(text)] = None
         else:
             self.missing.setdefault(by, {})[path] = f"{path} cannot be read as a USD layer ({reason})"
@@ -294,7 +294,7 @@ def _climbs_out(asset: str, layer: Path, allowed: Sequence[Path], wanted_by: str
     if any((layer.parent / asset).resolve().is_relative_to(root) for root in allowed):
         return None
     folders = ", ".join(map(str, allowed)) or "no folder"
-    return f"{asset} leads out of {folders} ({wanted_by} asks for it). Allow its folder with --allow DIR."
+    return f"{asset} leads out of {folders} ({wanted_by} asks for it). Allow its folder with --allow DIR"
 
 
 def _open_layer(path: str) -> tuple[Any, str]:
@@ -323,7 +323,7 @@ def _outside(path: Path, allowed: Sequence[Path], wanted_by: str) -> str | None:
         return None
     by = f" ({wanted_by} asks for it)" if wanted_by else ""
     folders = ", ".join(map(str, allowed)) or "no folder"
-    return f"{path} lies outside {folders}{by}. Move it there, or allow its folder with --allow DIR."
+    return f"{path} lies outside {folders}{by}. Move it there, or allow its folder with --allow DIR"
 
 
 def _refused(path: Path, wanted_by: str) -> str | None:
@@ -332,16 +332,14 @@ def _refused(path: Path, wanted_by: str) -> str | None:
     by = f" ({wanted_by} asks for it)" if wanted_by else ""
     try:
         if longest_text(real) > MAX_TEXT:
-            return (
-                f"{path} is larger than {MAX_TEXT >> 20} MB, the most that is read of USD text{by}. Save it as .usdc."
-            )
+            return f"{path} is larger than {MAX_TEXT >> 20} MB, the most that is read of USD text{by}. Save it as .usdc"
         entries = crate_entries(real)
         if entries > limits.most("usd.entries"):
             return f"{path} says that it has {entries:,} entries{by}; {limits.allowed('usd.entries')}"
         deep = depth(real) > MAX_NESTING
     except (OSError, RuntimeError, EOFError, zipfile.BadZipFile, zlib.error) as error:
-        return f"{path} cannot be read: {error}."
-    return f"{path} nests deeper than {MAX_NESTING} levels{by}; USD cannot read it safely." if deep else None
+        return f"{path} cannot be read: {error}"
+    return f"{path} nests deeper than {MAX_NESTING} levels{by}; USD cannot read it safely" if deep else None
 
 
 def _contents(layer: Any) -> _Contents:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 ADVICE = (
     'Undo it, or stop; to change the world while it plays, edit inside `with app.edit(when_playing="recompile"):` (or '
-    '"restart"), make App(when_playing="recompile"), or run with --/tickgraph/whenPlaying=recompile.'
+    '"restart"), make App(when_playing="recompile"), or run with --/tickgraph/whenPlaying=recompile'
 )
 
 
@@ -290,7 +290,7 @@ class LiveStage:
                 "fabric-parent-moved",
                 path,
                 f"it was moved on the stage; {_listed(left)} below it stays where physics has it. Move the body "
-                "itself, or switch Fabric off (fidelity fabric: off).",
+                "itself, or switch Fabric off (fidelity fabric: off)",
             )
 
     def _moved_part(self, path: str) -> None:

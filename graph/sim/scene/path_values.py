@@ -52,6 +52,6 @@ def _clean(layer: Any, warn: Callable[[str, str, str], None]) -> None:
     layer.Traverse("/", visit)
     for spec in found:
         if not spec.owner.typeName.startswith("OmniGraph"):
-            text = f"its value is the path <{spec.default}>, not of type {spec.typeName}; it is left out."
+            text = f"its value is the path <{spec.default}>, not of type {spec.typeName}; it is left out"
             warn("path-as-value", f"{layer.identifier}: {spec.path}", text)
             spec.ClearDefaultValue()

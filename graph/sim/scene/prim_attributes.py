@@ -36,7 +36,7 @@ def set_property(prim: Any, name: str, value: Any) -> None:
 
 
 def apply_schema(prim: Any, name: str) -> None:
-    """Apply an API schema, `Name` or `Name:instance`. Raises ValueError if there is none of that name."""
+    """Apply an API schema, `Name` or `Name:instance`. Raises ValueError if there is not one of that name."""
     schema, _, instance = name.partition(":")
     known = _api_schemas()
     if schema not in known:
@@ -58,7 +58,7 @@ def convert(type_name: Any, value: Any) -> Any:
 
 
 def number(value: Any, finite: bool = True) -> float:
-    """A number that is none of bool, text or NaN. Raises ValueError."""
+    """A number that is not one of bool, text or NaN. Raises ValueError."""
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         raise ValueError(f"{value!r} is not a number")
     if math.isnan(value) or (finite and math.isinf(value)):

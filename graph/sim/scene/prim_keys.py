@@ -119,7 +119,7 @@ def _compare_units(context: PrimContext, prim: Any, layer: Any, name: str) -> No
             "units-mismatch",
             str(prim.GetPath()),
             f"{name} has {unit:g} m per unit and {up} up, the stage {ours[0]:g} and {ours[1]}; USD does not convert. "
-            "Scale or turn the prim.",
+            "Scale or turn the prim",
         )
 
 
@@ -160,7 +160,7 @@ def _transform(context: PrimContext, prim: Any, keys: Keys, name: str, done: set
     if name == "orient":
         length = math.hypot(*parts)
         if length == 0:
-            raise ValueError("a quaternion of zeros is no rotation")
+            raise ValueError("a quaternion of zeros is not a rotation")
         parts = [part / length for part in parts]
     set_transform(prim, **{name: parts})
 

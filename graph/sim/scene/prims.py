@@ -59,7 +59,7 @@ def author_prims(
 
 def _author(context: PrimContext, path: str, keys: Any, where: Where) -> list[Problem]:
     if not isinstance(keys, Mapping):
-        return [Problem(f"{path}: a prim is written as a mapping such as {{type: Cube, size: 1.0}}.", where(path))]
+        return [Problem(f"{path}: a prim is written as a mapping such as {{type: Cube, size: 1.0}}", where(path))]
     problem = _path_problem(path)
     if problem:
         return [Problem(problem, where(path))]
@@ -77,7 +77,7 @@ def _author(context: PrimContext, path: str, keys: Any, where: Where) -> list[Pr
     if not isinstance(attributes, Mapping):
         return [
             *problems,
-            Problem(f"{path}: attributes: write them as a mapping of name to value.", where(path, "attributes")),
+            Problem(f"{path}: attributes: write them as a mapping of name to value", where(path, "attributes")),
         ]
     for name, value in attributes.items():
         problems += _attempt(where, path, "attributes", partial(context.set_property, prim, name, value))
@@ -99,11 +99,11 @@ def _path_problem(path: str) -> str | None:
     from graph.sim.usd import Sdf
 
     if not isinstance(path, str) or not Sdf.Path.IsValidPathString(path):
-        return f"{path!r} is not the path of a prim; write it as /World/Box (letters, digits and _)."
+        return f"{path!r} is not the path of a prim; write it as /World/Box (letters, digits and _)"
     sdf = Sdf.Path(path)
     if not sdf.IsAbsolutePath() or not sdf.IsPrimPath():
-        return f"{path!r} is not the path of a prim; write it as /World/Box, from the root."
-    return f"{path[:80]}... is deeper than {MAX_DEPTH} prims." if sdf.pathElementCount > MAX_DEPTH else None
+        return f"{path!r} is not the path of a prim; write it as /World/Box, from the root"
+    return f"{path[:80]}... is deeper than {MAX_DEPTH} prims" if sdf.pathElementCount > MAX_DEPTH else None
 
 
 def _unknown(path: str, key: str, value: Any, prim: Any) -> str:
@@ -111,5 +111,5 @@ def _unknown(path: str, key: str, value: Any, prim: Any) -> str:
         shown = json.dumps(value) if isinstance(value, (bool, int, float)) else "..."
         hint = f'; did you mean attributes: {{"{attribute}": {shown}}}?'
     else:
-        hint = did_you_mean(str(key), KEYS, "set USD attributes under attributes.")
+        hint = did_you_mean(str(key), KEYS, "set USD attributes under attributes")
     return f'{path}: there is no key "{key}"{hint}'

@@ -285,7 +285,7 @@ def _joint(scan: Scan, prim: Any) -> JointPrim | None:
 
 
 def _moving(scan: Scan) -> frozenset[str]:
-    """All bodies but those that a chain of fixed joints ties to something that is no body."""
+    """All bodies but those that a chain of fixed joints ties to something that is not a body."""
     tied: dict[str | None, set[str | None]] = {}
     for joint in scan.joints:
         if joint.prim.IsA(UsdPhysics.FixedJoint):

@@ -30,7 +30,7 @@ def register_schemas() -> None:
     if not Usd.SchemaRegistry().FindConcretePrimDefinition("OmniLidar"):
         raise RunError(
             "USD was used before the sensor schemas were registered, so OmniLidar is unknown to it. "
-            "Call graph.sim.register_schemas() before the first stage is opened or created."
+            "Call graph.sim.register_schemas() before the first stage is opened or created"
         )
 
 
@@ -73,7 +73,7 @@ def open_stage(
     with quiet(warn, str(path)):
         scene = Sdf.Layer.FindOrOpen(str(file))
         if scene is None:
-            raise UserError(f"{path}: USD cannot read this file.")
+            raise UserError(f"{path}: USD cannot read this file")
         _copy_metadata(scene, root)
         if not checked.outside:
             root.subLayerPaths.append(scene.identifier)
@@ -105,7 +105,7 @@ def add_scene(
     with quiet(warn, str(path)):
         layer = Sdf.Layer.FindOrOpen(str(path))
         if layer is None:
-            raise UserError(f"{path}: USD cannot read this file.")
+            raise UserError(f"{path}: USD cannot read this file")
         before = stage.GetUsedLayers()
         stage.MuteAndUnmuteLayers(list(checked.outside), [])
         stage.GetRootLayer().subLayerPaths.insert(0, layer.identifier)
@@ -120,7 +120,7 @@ def _copy_metadata(scene: Any, root: Any) -> None:
                 root.pseudoRoot.SetInfo(key, scene.pseudoRoot.GetInfo(key))
             except TypeError:  # the text format takes any value
                 wrong = scene.pseudoRoot.GetInfo(key)
-                raise UserError(f"{scene.identifier}: its {key} cannot be {wrong!r}; correct its metadata.") from None
+                raise UserError(f"{scene.identifier}: its {key} cannot be {wrong!r}; correct its metadata") from None
 
 
 def meters_per_unit(stage: Any) -> float:
@@ -129,7 +129,7 @@ def meters_per_unit(stage: Any) -> float:
 
     value = float(UsdGeom.GetStageMetersPerUnit(stage))
     if not 0 < value < float("inf"):
-        raise UserError(f"{scene_name(stage)}: metersPerUnit is {value:g}; it must be greater than 0.")
+        raise UserError(f"{scene_name(stage)}: metersPerUnit is {value:g}; it must be greater than 0")
     return value
 
 
@@ -156,7 +156,7 @@ def up_axis(stage: Any) -> str:
 
     axis = str(UsdGeom.GetStageUpAxis(stage))
     if axis not in ("Y", "Z"):
-        raise UserError(f"{scene_name(stage)}: upAxis is {axis}; it must be Y or Z.")
+        raise UserError(f"{scene_name(stage)}: upAxis is {axis}; it must be Y or Z")
     return axis
 
 

@@ -21,7 +21,7 @@ def check_metadata(stage: Any) -> None:
             problems.extend(error.problems)
     rate = float(stage.GetTimeCodesPerSecond())
     if not 0 < rate < math.inf:
-        text = f"{scene_name(stage)}: timeCodesPerSecond is {rate:g}; it must be greater than 0."
+        text = f"{scene_name(stage)}: timeCodesPerSecond is {rate:g}; it must be greater than 0"
         problems.append(Problem(text))
     if problems:
         raise UserError(problems)
@@ -43,7 +43,7 @@ def tell_assumed_units(stage: Any, warn: Warn) -> None:
             "units-assumed",
             scene_name(stage),
             f"its root layer authors no {names}, so USD takes {' and '.join(assumed.values())}; author what is meant "
-            f"in its metadata, such as {', '.join(assumed)}.",
+            f"in its metadata, such as {', '.join(assumed)}",
         )
 
 
@@ -70,7 +70,7 @@ def repair_transforms(stage: Any, warn: Warn) -> None:
         if bad:
             prim.GetAttribute("xformOpOrder").Set([op for op in order if op not in bad])
             left_out = ", ".join(dict.fromkeys(map(str, bad)))
-            warn("bad-transform-op", str(prim.GetPath()), f"its transform names {left_out}; that is left out.")
+            warn("bad-transform-op", str(prim.GetPath()), f"its transform names {left_out}; that is left out")
 
 
 _ANGLES = ("X", "Y", "Z", "XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX")

@@ -100,7 +100,7 @@ class BodyWriter:
         if prim.IsInstanceProxy():
             raise UserError(
                 f"{path}: it lies in an instance, where no transform can be written while Fabric is off; switch "
-                "fidelity fabric on, or clear instanceable above it."
+                "fidelity fabric on, or clear instanceable above it"
             )
         parent = prim.GetParent()
         if UsdGeom.Xformable(prim).GetResetXformStack() or parent.IsPseudoRoot():
@@ -183,7 +183,7 @@ def _set_order(spec: Any, names: list[str]) -> None:
 
 
 def _even(matrix: Floats) -> bool:
-    """Whether a matrix scales alike in all directions, so that turning below it is no shear."""
+    """Whether a matrix scales alike in all directions, so that turning below it causes no shear."""
     gram = matrix[:3, :3].T @ matrix[:3, :3]
     return bool(np.abs(gram - np.eye(3) * gram[0, 0]).max() <= 1e-9 * abs(gram[0, 0]))
 

@@ -140,11 +140,11 @@ class Fabric(PrimPoses):
     def outdated_on_stage(self, path: str) -> str | None:
         """Why the transform that the stage holds of a prim is not where it is now; None if it is."""
         if path in self._stamps:
-            return "a user has placed it in Fabric; the stage keeps its old xformOps. Read omni:fabric:worldMatrix."
+            return "a user has placed it in Fabric; the stage keeps its old xformOps. Read omni:fabric:worldMatrix"
         physics = self._physics
         if self.steps and physics is not None and path in physics.body_paths and path not in physics.kinematic:
             return (
                 "physics moves it in Fabric; the stage keeps the xformOps of play. Read omni:fabric:worldMatrix, or "
-                "switch Fabric off (fidelity fabric: off)."
+                "switch Fabric off (fidelity fabric: off)"
             )
         return None

@@ -55,7 +55,7 @@ class FabricAttribute:
             return self._matrix()
         value = self._fabric.get_raw(self._path, self._name)
         if value is None:
-            raise RunError(f"{self.get_path()}: there is no such attribute in Fabric or on the stage, or no value.")
+            raise RunError(f"{self.get_path()}: there is no such attribute in Fabric or on the stage, or no value")
         if self._name.startswith("xformOp") and self._fabric.change_stamp(self._path, self._name) < 0:
             reason = self._fabric.outdated_on_stage(self._path)
             if reason is not None:
@@ -65,14 +65,14 @@ class FabricAttribute:
     def set(self, value: Any) -> None:
         """Set the value in Fabric; the stage is not touched. A matrix moves the prim, and none below it.
 
-        Matrices: `Gf.Matrix4d` or (4, 4) row vectors. Raises RunError for what is no matrix.
+        Matrices: `Gf.Matrix4d` or (4, 4) row vectors. Raises RunError for what is not a matrix.
         """
         if self._name not in (WORLD, LOCAL):
             self._fabric.set(self._path, self._name, value)
             return
         matrix = np.array(value, dtype=np.float64)
         if matrix.shape != (4, 4):
-            raise RunError(f"{self.get_path()}: a matrix is (4, 4), not {matrix.shape}.")
+            raise RunError(f"{self.get_path()}: a matrix is (4, 4), not {matrix.shape}")
         world = matrix.T
         if self._name == LOCAL:
             world = self._parent() @ world
@@ -94,7 +94,7 @@ class FabricAttribute:
 
     def _world(self, path: str) -> Any:
         if not self._fabric.has_place(path):
-            raise RunError(f"{path}: it has no transform; there is no such prim on the stage, or it has no place.")
+            raise RunError(f"{path}: it has no transform; there is no such prim on the stage, or it has no place")
         cause = self._fabric.stale_because_of(path)
         if cause is not None:
             raise StaleReadError(f"{self.get_path()}: {stale_message(cause)}")
@@ -151,5 +151,5 @@ def stale_message(cause: str) -> str:
     """What is wrong with the matrix of a prim below `cause`, and what to do."""
     return (
         f"{cause}, above it, was placed in Fabric after it, which moves that prim alone; this one keeps its old place. "
-        "Place it too, or call app.fabric.update_world_xforms()."
+        "Place it too, or call app.fabric.update_world_xforms()"
     )

@@ -240,7 +240,7 @@ class PrimPoses(ABC):
         return out
 
     def velocities(self, paths: Sequence[str], poses: Poses | None = None) -> Floats:
-        """(n, 6) of bodies' origins: linear [m/s], angular [rad/s], world axes; 0 for what is no moving body."""
+        """(n, 6) of bodies' origins: linear [m/s], angular [rad/s], world axes; 0 for what is not a moving body."""
         return (poses or self.capture()).velocities(paths)
 
     # -- still prims that users move ---------------------------------------------------------------------------------
@@ -290,7 +290,7 @@ class PrimPoses(ABC):
         """A world matrix that a user gives. Raises RunError for one that is none."""
         out = np.array(matrix, dtype=np.float64)
         if out.shape != (4, 4) or not transforms.usable(out):
-            raise RunError(f"{path}: a world matrix must be (4, 4), finite and not flat.")
+            raise RunError(f"{path}: a world matrix must be (4, 4), finite and not flat")
         return out
 
     def place_body(self, path: str, matrix: Floats) -> None:
@@ -361,7 +361,7 @@ class PrimPoses(ABC):
         for number, path in enumerate(paths):
             prim = self.stage.GetPrimAtPath(path) if path.startswith("/") else None
             if not prim:
-                raise RunError(f"{path}: no such prim on the stage.")
+                raise RunError(f"{path}: no such prim on the stage")
             body = self.body_of(path)
             if body is None:
                 offsets[number] = transforms.from_usd(xforms.GetLocalToWorldTransform(prim))

@@ -69,7 +69,7 @@ class StageTransforms(PrimPoses):
         matrix = self.checked(path, matrix)
         prim = self.stage.GetPrimAtPath(path) if path.startswith("/") else None
         if not prim:
-            raise RunError(f"{path}: no such prim on the stage.")
+            raise RunError(f"{path}: no such prim on the stage")
         if path in self._layout or (self.body_of(path) is None and self.promote is not None and self.promote(path)):
             self.place_body(path, matrix)
         else:
@@ -147,7 +147,7 @@ class StageTransforms(PrimPoses):
 
         schema = UsdGeom.Xformable(prim)
         if not schema:
-            raise RunError(f"{prim.GetPath()}: a {prim.GetTypeName() or 'prim without type'} has no transform.")
+            raise RunError(f"{prim.GetPath()}: a {prim.GetTypeName() or 'prim without type'} has no transform")
         parent, above = prim.GetParent(), np.eye(4)
         if not schema.GetResetXformStack() and not parent.IsPseudoRoot():
             path = parent.GetPath().pathString

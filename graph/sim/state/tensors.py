@@ -71,7 +71,7 @@ class Tensors:
         physics, rows = self._chosen(bodies)
         held = [physics.body_paths[row] for row in rows if not physics.can_place(physics.body_paths[row])]
         if held:
-            raise RunError(f"{held[0]}: a joint holds this body; set the joint's position instead of its pose.")
+            raise RunError(f"{held[0]}: a joint holds this body; set the joint's position instead of its pose")
         places = _rows("positions", positions, physics.positions[rows], 3)
         turns = _rows("orientations", orientations, physics.quaternions[rows], 4)
         lengths = np.linalg.norm(turns, axis=1, keepdims=True)
@@ -250,12 +250,12 @@ def _select(which: Which, paths: Sequence[str], what: str) -> list[int]:
     if isinstance(which, str):
         rows = [row for row, path in enumerate(paths) if path == which or fnmatch.fnmatchcase(path, which)]
         if not rows:
-            raise RunError(f"{which}: there is no {what} of that path or pattern.")
+            raise RunError(f"{which}: there is no {what} of that path or pattern")
         return rows
     number = {path: row for row, path in enumerate(paths)}
     for path in which:
         if path not in number:
-            raise RunError(f"{path}: there is no {what} of that path.")
+            raise RunError(f"{path}: there is no {what} of that path")
     return [number[path] for path in which]
 
 

@@ -92,7 +92,7 @@ DIFFERENCES: tuple[Difference, ...] = (
         "StableIdMap buffers hold ids without an entry too, for resolve_all, or not",
     ),
 )
-"""All differences, in the order of an update. Interrupting sleeping latent nodes is no difference: both profiles
+"""All differences, in the order of an update. Interrupting sleeping latent nodes makes no difference: both profiles
 ignore the trigger, `/ext/omni.graph.action/disableInterrupts = false` lets it interrupt."""
 
 

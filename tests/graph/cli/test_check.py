@@ -206,7 +206,7 @@ UNFIT = {
     "Add, inputs: {b: 1, a: {type: token, value: x}}": f"a: 'x' (token) is {NUMERICS}",
     "Add, inputs: {b: 1, a: hello}": f"a: 'hello' (token) is {NUMERICS}",
     "SelectIf, inputs: {ifTrue: 1, ifFalse: 2, condition: 7}": (
-        "condition: 7 (int) is none of its types (bool | bool[]); give it bool or bool[]"
+        "condition: 7 (int) is not one of its types (bool | bool[]); give it bool or bool[]"
     ),
     "Add, inputs: {b: 1, a: {x: 1}}": "a: cannot tell the type of {'x': 1}; write {type: ..., value: ...}",
 }

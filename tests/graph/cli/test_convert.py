@@ -225,9 +225,9 @@ def test_compounds_become_nodes_of_the_graph_and_that_is_said(source, graph):
     [
         (
             ("a.yaml", "b.txt"),
-            "b.txt: the format is told by the name; it ends in .yaml, .yml, .json, .usda, .usd, .usdc.",
+            "b.txt: unknown extension; use one of .yaml, .yml, .json, .usda, .usd, .usdc.",
         ),
-        (("a.yaml", "a.yaml"), "a.yaml is the file to convert; name another one to write."),
+        (("a.yaml", "a.yaml"), "a.yaml is the file to convert; name another one to write"),
         (("none.yaml", "b.json"), "none.yaml: no such file; did you mean"),
         (("a.yaml", "nowhere/b.json"), "nowhere/b.json: there is no folder"),
     ],
@@ -244,7 +244,7 @@ def test_two_things_that_would_be_one_prim_are_told(folder, graph):
     (folder / "a.yaml").write_text("tickgraph: 1\ngraphs: {/A: {nodes: {b: OnTick}}, /A/b: {nodes: {c: OnTick}}}\n")
     result = graph("convert", "a.yaml", "b.usda")
     assert result.code == 2
-    assert result.err == 'a.yaml:2:36: graph /A/b and node "b" of /A would be one prim in USD; rename one.\n'
+    assert result.err == 'a.yaml:2:36: graph /A/b and node "b" of /A would be one prim in USD; rename one\n'
     assert not (folder / "b.usda").exists()
 
 

@@ -104,7 +104,7 @@ def test_the_text_has_a_line_for_each_channel(room, graph):
         (["--sensor", "/World/Lidr"], 2, 'there is no such sensor; did you mean "/World/Lidar"?'),
         (["--sensor", "/World/Lidar/"], 2, 'there is no such sensor; did you mean "/World/Lidar"?'),
         (["--sensor", "radar"], 2, "there is no such sensor; there are /World/Lidar"),
-        (["--sensor", "/World/East"], 2, "/World/East: a Cube is no sensor"),
+        (["--sensor", "/World/East"], 2, "/World/East: a Cube is not a sensor"),
         (["--aux", "MOST"], 2, "invalid choice: 'MOST'"),
         (["--updates", "0"], 2, "--updates 0: give a number of updates above 0"),
         (["--updates", "3"], 1, "no frame in 3 updates: at 10 Hz its first scan ends at 0.1 s; give --updates 6"),

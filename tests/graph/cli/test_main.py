@@ -185,5 +185,5 @@ def test_a_folder_to_allow_must_be_there(graph, folder):
     done = graph("check", "a.yaml", "--allow", "nosuch")
     assert (done.code, done.err.strip()) == (
         2,
-        "graph check: argument --allow: nosuch is no folder; see graph check --help",
+        "graph check: argument --allow: nosuch is not a folder; see graph check --help",
     )

@@ -53,7 +53,7 @@ def test_messages_come_in_the_order_of_their_times(tmp_path):
         ("a.yaml", "- {at: 1, topic: a, typ: b}", 'a.yaml:1:21: unknown key "typ"; did you mean "type"?'),
         ("a.yaml", "- {at: soon, topic: a, type: std_msgs/msg/Empty}", "a.yaml:1:8: at: "),
         ("a.yaml", "- {at: -1, topic: a, type: std_msgs/msg/Empty}", "a.yaml:1:8: at: a time before the start"),
-        ("a.yaml", "- {topic: a, type: std_msgs/msg/Empty}", "a.yaml:1:3: at: None is no time; give seconds"),
+        ("a.yaml", "- {topic: a, type: std_msgs/msg/Empty}", "a.yaml:1:3: at: None is not a time; give seconds"),
         ("a.yaml", "- {at: 1, type: std_msgs/msg/Empty}", "a.yaml:1:3: topic is missing"),
         ("a.yaml", "- {at: 1, topic: a}", "a.yaml:1:3: type is missing; the first message on a says its type"),
         (

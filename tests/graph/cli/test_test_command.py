@@ -86,8 +86,8 @@ def test_a_mistake_in_one_file_stops_all_before_anything_runs(graph, tests):
     [
         (["nowhere"], "graph: nowhere: no such file or folder"),
         (["empty"], "graph: empty: there is no test file (*.test.yaml) in this folder"),
-        (["deep/graph.yaml"], "graph: deep/graph.yaml is no test file; its name ends in .test.yaml"),
-        (["a.yaml"], "graph: a.yaml is no test file; did you mean a.test.yaml?"),
+        (["deep/graph.yaml"], "graph: deep/graph.yaml is not a test file; its name ends in .test.yaml"),
+        (["a.yaml"], "graph: a.yaml is not a test file; did you mean a.test.yaml?"),
         (["a.test.yaml", "--junit", "."], "graph: --junit . is a folder; name a file in it"),
         (["a.test.yaml", "--junit", "a.yaml/x.xml"], "graph: --junit a.yaml/x.xml: "),
         ([], "graph test: the following arguments are required: FILE; see graph test --help"),

@@ -252,8 +252,8 @@ MISTAKES = [
     ({K.CREATE_ATTRIBUTES: ("inc.inputs:a", "double")}, "inc.inputs:a already exists"),
     ({K.CREATE_PRIMS: ("/World/Box", "Cube")}, "prim /World/Box needs a stage; edit the graphs of an App"),
     ({K.PROMOTE_ATTRIBUTES: ("inc.inputs:a", "x")}, "PROMOTE_ATTRIBUTES stands inside the dict of a compound"),
-    ({"create_node": []}, r'"create_node" is no key of an edit; did you mean "create_nodes"\?'),
-    ({K.CREATE_NODES: [("only_a_name",)]}, "is no entry of CREATE_NODES"),
+    ({"create_node": []}, r'"create_node" is not a key of an edit; did you mean "create_nodes"\?'),
+    ({K.CREATE_NODES: [("only_a_name",)]}, "is not an entry of CREATE_NODES"),
 ]
 
 
@@ -303,7 +303,7 @@ def test_a_dict_for_a_graph_that_exists_is_a_mistake(control):
     with pytest.raises(OmniGraphError, match="graph /World/G already exists; give its path instead of a dict"):
         made(control)
     with pytest.raises(
-        OmniGraphError, match="graph /H: evaluator_name: 'pusch' is none of execution, push, dirty_push"
+        OmniGraphError, match="graph /H: evaluator_name: 'pusch' is not one of execution, push, dirty_push"
     ):
         control.edit({"graph_path": "/H", "evaluator_name": "pusch"})
     with pytest.raises(OmniGraphError, match='"no path" is not a legal graph'):

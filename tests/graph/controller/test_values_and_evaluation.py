@@ -50,7 +50,7 @@ def test_nodes_attributes_and_graphs_are_found_by_all_their_names(control):
     [
         (lambda c: c.graph("/World/H"), 'there is no graph "/World/H"; did you mean "/World/G"?'),
         (lambda c: c.node("/World/G/ink"), 'is not a legal node; .* did you mean "/World/G/inc"'),
-        (lambda c: c.node("inc"), "is not a legal node; there is none of that path; write its path, or name the graph"),
+        (lambda c: c.node("inc"), "is not a legal node; no node has that path; write its path, or name the graph"),
         (lambda c: c.attribute("/World/G/inc.inputs:b"), '"inputs:b" is not a legal attribute: .* has no attribute'),
         (lambda c: c.variable("v", "/World/G"), 'graph /World/G has no variable "v"'),
         (lambda c: c.get(), "name an attribute"),
@@ -103,7 +103,7 @@ def test_everything_means_the_graphs_of_the_simulation_stage(control):
     control.graph("/World/pre_render").change_pipeline_stage("simulation")
     control.evaluate_sync()
     assert control.node("/World/pre_render/inc").computes == 1
-    with pytest.raises(ValueError, match='"render" is no pipeline stage'):
+    with pytest.raises(ValueError, match='"render" is not a pipeline stage'):
         control.graph("/World/G").change_pipeline_stage("render")
 
 

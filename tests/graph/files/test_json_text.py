@@ -57,32 +57,32 @@ def test_a_repeated_key_is_a_problem_at_its_second_place_and_the_first_stands():
     root, problems = tree('{\n "a": 1,\n "b": {"x": 1, "x": 2},\n "a": 3}')
     assert root == {"a": 1, "b": {"x": 1}}
     assert problems == [
-        'a.json:3:16: key "x" is repeated; it is already in line 3.',
-        'a.json:4:2: key "a" is repeated; it is already in line 2.',
+        'a.json:3:16: key "x" is repeated; it is already in line 3',
+        'a.json:4:2: key "a" is repeated; it is already in line 2',
     ]
 
 
 def test_escapes_in_keys_count_as_what_they_mean():
-    assert tree('{"a": 1, "\\u0061": 2}')[1] == ['a.json:1:10: key "a" is repeated; it is already in line 1.']
+    assert tree('{"a": 1, "\\u0061": 2}')[1] == ['a.json:1:10: key "a" is repeated; it is already in line 1']
 
 
 @pytest.mark.parametrize(
     ("text", "line"),
     [
-        ('{"a": 1,}', 'a.json:1:8: this is not JSON: remove the comma before "}".'),
-        ("[1, 2,\n]", 'a.json:1:6: this is not JSON: remove the comma before "]".'),
-        ('{"a" 1}', 'a.json:1:6: this is not JSON: expected ":" after key "a".'),
-        ('{"a": 1 "b": 2}', 'a.json:1:9: this is not JSON: expected "," or "}".'),
-        ("{a: 1}", "a.json:1:2: this is not JSON: expected a key in double quotes."),
-        ('{"a": tru}', "a.json:1:7: this is not JSON: expected a value."),
-        ('{"a": "x', "a.json:1:7: this is not JSON: unterminated string."),
-        ('{"a": "\\q"}', "a.json:1:8: this is not JSON: invalid \\escape."),
-        ('{"a": "x\ny"}', "a.json:1:9: this is not JSON: invalid control character."),
-        ('{"a": ', "a.json:1:7: this is not JSON: the text ends too early."),
-        ('{"a": 1', 'a.json:1:8: this is not JSON: expected "," or "}".'),
-        ('{"a": 1} x', "a.json:1:10: this is not JSON: more text after the end of the document."),
-        ("[" * 101 + "]" * 101, "a.json:1:101: this is not JSON: nested deeper than 100."),
-        ('{"a": // x\n1}', "a.json:1:7: this is not JSON: expected a value."),
+        ('{"a": 1,}', 'a.json:1:8: this is not JSON: remove the comma before "}"'),
+        ("[1, 2,\n]", 'a.json:1:6: this is not JSON: remove the comma before "]"'),
+        ('{"a" 1}', 'a.json:1:6: this is not JSON: expected ":" after key "a"'),
+        ('{"a": 1 "b": 2}', 'a.json:1:9: this is not JSON: expected "," or "}"'),
+        ("{a: 1}", "a.json:1:2: this is not JSON: expected a key in double quotes"),
+        ('{"a": tru}', "a.json:1:7: this is not JSON: expected a value"),
+        ('{"a": "x', "a.json:1:7: this is not JSON: unterminated string"),
+        ('{"a": "\\q"}', "a.json:1:8: this is not JSON: invalid \\escape"),
+        ('{"a": "x\ny"}', "a.json:1:9: this is not JSON: invalid control character"),
+        ('{"a": ', "a.json:1:7: this is not JSON: the text ends too early"),
+        ('{"a": 1', 'a.json:1:8: this is not JSON: expected "," or "}"'),
+        ('{"a": 1} x', "a.json:1:10: this is not JSON: more text after the end of the document"),
+        ("[" * 101 + "]" * 101, "a.json:1:101: this is not JSON: nested deeper than 100"),
+        ('{"a": // x\n1}', "a.json:1:7: this is not JSON: expected a value"),
     ],
 )
 def test_broken_text_is_one_line_with_its_place(text, line):
@@ -94,8 +94,8 @@ def test_nesting_of_a_hundred_is_read():
 
 
 def test_numbers_beyond_a_double_are_problems():
-    assert tree('{"a": 1e999}')[1] == ["a.json:1:7: 1e999 is larger than any double."]
-    assert tree(f'{{"a": 1{"0" * 309}}}')[1] == ["a.json:1:7: a number of 310 digits is larger than any double."]
+    assert tree('{"a": 1e999}')[1] == ["a.json:1:7: 1e999 is larger than any double"]
+    assert tree(f'{{"a": 1{"0" * 309}}}')[1] == ["a.json:1:7: a number of 310 digits is larger than any double"]
 
 
 def test_nan_and_infinity_are_values():

@@ -73,23 +73,23 @@ def test_allow_widens_what_may_be_read(folder, tmp_path):
         ),
         (
             "scene: {mjcf: zzz.xml}",
-            'a.yaml:2:15: scene.mjcf: there is no file "zzz.xml" (relative to the graph file).',
+            'a.yaml:2:15: scene.mjcf: there is no file "zzz.xml" (relative to the graph file)',
         ),
-        ("scene: {usd: scenes}", 'a.yaml:2:14: scene.usd: "scenes" does not end in .usd or .usda or .usdc or .usdz.'),
-        ("scene: {usd: folder.usd}", 'a.yaml:2:14: scene.usd: "folder.usd" is a folder, not a file.'),
+        ("scene: {usd: scenes}", 'a.yaml:2:14: scene.usd: "scenes" does not end in .usd or .usda or .usdc or .usdz'),
+        ("scene: {usd: folder.usd}", 'a.yaml:2:14: scene.usd: "folder.usd" is a folder, not a file'),
         (
             "scene: {usd: omniverse://localhost/yard.usd}",
             'a.yaml:2:14: scene.usd: "omniverse://localhost/yard.usd" is a URL; only files below the graph file\'s '
-            "folder are read.",
+            "folder are read",
         ),
         (
             "scene: {usd: robot.xml}",
-            'a.yaml:2:14: scene.usd: "robot.xml" does not end in .usd or .usda or .usdc or .usdz.',
+            'a.yaml:2:14: scene.usd: "robot.xml" does not end in .usd or .usda or .usdc or .usdz',
         ),
-        ("scene: {usd: loop.usda}", 'a.yaml:2:14: scene.usd: "loop.usda" is no usable file name.'),
+        ("scene: {usd: loop.usda}", 'a.yaml:2:14: scene.usd: "loop.usda" is not a usable file name'),
         (
             "scene: {usd: scenes/yard.usda, mjcf: robot.xml}",
-            "a.yaml:2:32: scene: give usd or mjcf, not both.",
+            "a.yaml:2:32: scene: give usd or mjcf, not both",
         ),
         (
             "scene: {prims: {/L: {type: OmniLidar, config: lidr.json}}}",
@@ -103,16 +103,15 @@ def test_allow_widens_what_may_be_read(folder, tmp_path):
         ),
         (
             "record: {mcap: /tmp/x.mcap}",
-            'a.yaml:2:16: record.mcap: "/tmp/x.mcap" could leave the output folder; give a plain name such as '
-            "run.mcap.",
+            'a.yaml:2:16: record.mcap: "/tmp/x.mcap" could leave the output folder; give a plain name such as run.mcap',
         ),
         (
             "record: {mcap: a/../../x.mcap}",
             'a.yaml:2:16: record.mcap: "a/../../x.mcap" could leave the output folder; give a plain name such as '
-            "run.mcap.",
+            "run.mcap",
         ),
-        ("record: {mcap: ''}", 'a.yaml:2:16: record.mcap: "" is no file name.'),
-        ("record: {mcap: logs/}", 'a.yaml:2:16: record.mcap: "logs/" is no file name.'),
+        ("record: {mcap: ''}", 'a.yaml:2:16: record.mcap: "" is not a file name'),
+        ("record: {mcap: logs/}", 'a.yaml:2:16: record.mcap: "logs/" is not a file name'),
     ],
 )
 def test_a_file_name_that_does_not_work_is_one_line(folder, body, line):

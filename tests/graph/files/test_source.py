@@ -42,30 +42,30 @@ def test_offsets_become_lines_and_columns_from_one_for_every_line_break():
 def test_a_missing_file_is_named_with_its_nearest_neighbour(folder):
     write(folder, SMALL, "yard.yaml")
     assert problems("yrad.yaml") == ['yrad.yaml: no such file; did you mean "yard.yaml"?']
-    assert problems("nowhere/x.yaml") == ["nowhere/x.yaml: no such file."]
+    assert problems("nowhere/x.yaml") == ["nowhere/x.yaml: no such file"]
 
 
 def test_a_folder_is_no_file(folder):
     (folder / "sub.yaml").mkdir()
-    assert problems("sub.yaml") == ["sub.yaml is a folder; name a graph file (.yaml, .json or .usda) in it."]
+    assert problems("sub.yaml") == ["sub.yaml is a folder; name a graph file (.yaml, .json or .usda) in it"]
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may read everything")
 def test_a_file_that_may_not_be_read_says_so(folder):
     (folder / write(folder, SMALL)).chmod(0)
-    assert problems("a.yaml") == ["a.yaml cannot be read: Permission denied."]
+    assert problems("a.yaml") == ["a.yaml cannot be read: Permission denied"]
 
 
 def test_a_pipe_is_refused_without_being_opened(folder):
     os.mkfifo(folder / "p.yaml")
-    assert problems("p.yaml") == ["p.yaml is no regular file; a graph file is text on disk."]
+    assert problems("p.yaml") == ["p.yaml is not a regular file; a graph file is text on disk"]
 
 
 @pytest.mark.parametrize(
     ("name", "reason"),
     [
-        ("robot.xml", "this is no graph file; name an MJCF model in a graph file: scene: {mjcf: ...}."),
-        ("notes.txt", "a graph file ends in .yaml, .yml, .json, .usda, .usd or .usdc."),
+        ("robot.xml", "this is not a graph file; name an MJCF model in a graph file: scene: {mjcf: ...}"),
+        ("notes.txt", "a graph file ends in .yaml, .yml, .json, .usda, .usd or .usdc"),
     ],
 )
 def test_other_files_are_told_apart(folder, name, reason):
@@ -77,17 +77,17 @@ def test_other_files_are_told_apart(folder, name, reason):
 @pytest.mark.parametrize("data", [b"", b" \n\t\n", b"\xef\xbb\xbf"])
 def test_an_empty_file_says_how_a_graph_file_starts(folder, name, data):
     assert problems(write(folder, data, name)) == [
-        f'{name}:1:1: the file is empty; a graph file starts with "tickgraph: 1".'
+        f'{name}:1:1: the file is empty; a graph file starts with "tickgraph: 1"'
     ]
 
 
 @pytest.mark.parametrize(
     ("data", "line"),
     [
-        (b"\x7fELF\x02\x01\x01\0\0", "a.yaml:1:1: this is a binary file; a graph file is YAML or JSON text."),
-        ("tickgraph: 1".encode("utf-16"), "a.yaml:1:1: this is UTF-16 text; save it as UTF-8."),
-        ("tickgraph: 1".encode("utf-32"), "a.yaml:1:1: this is UTF-32 text; save it as UTF-8."),
-        ("a: 1\nb: ü\n".encode("latin-1"), "a.yaml:2:4: byte 0xFC is not UTF-8; save the file as UTF-8."),
+        (b"\x7fELF\x02\x01\x01\0\0", "a.yaml:1:1: this is a binary file; a graph file is YAML or JSON text"),
+        ("tickgraph: 1".encode("utf-16"), "a.yaml:1:1: this is UTF-16 text; save it as UTF-8"),
+        ("tickgraph: 1".encode("utf-32"), "a.yaml:1:1: this is UTF-32 text; save it as UTF-8"),
+        ("a: 1\nb: ü\n".encode("latin-1"), "a.yaml:2:4: byte 0xFC is not UTF-8; save the file as UTF-8"),
         (b"a: 1\nb: \x1b[31m\n", "a.yaml:2:4: character U+001B is not allowed here; is this a text file?"),
     ],
 )
@@ -97,14 +97,14 @@ def test_what_is_not_utf8_text_is_refused(folder, data, line):
 
 def test_a_byte_order_mark_and_windows_line_ends_change_nothing(folder):
     plain = problems(write(folder, SMALL))
-    assert plain == ['a.yaml:2:26: node "n" must be a type id or a mapping with a type, found number 5.']
+    assert plain == ['a.yaml:2:26: node "n" must be a type id or a mapping with a type, found number 5']
     assert problems(write(folder, b"\xef\xbb\xbf" + SMALL.replace(b"\n", b"\r\n"))) == plain
 
 
 def test_files_above_the_limits_are_refused_before_they_are_parsed(folder):
     for name, limit, text in (
-        ("a.yaml", YAML_LIMIT, "8 MB, the most that is read of YAML. Write it as JSON (up to 64 MB)."),
-        ("a.json", JSON_LIMIT, "64 MB, the most that is read of JSON."),
+        ("a.yaml", YAML_LIMIT, "8 MB, the most that is read of YAML. Write it as JSON (up to 64 MB)"),
+        ("a.json", JSON_LIMIT, "64 MB, the most that is read of JSON"),
     ):
         with (folder / name).open("wb") as stream:
             stream.write(b"[[[[")

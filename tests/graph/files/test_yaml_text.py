@@ -68,11 +68,11 @@ def test_whole_float_stays_a_float():
 def test_a_repeated_key_is_a_problem_at_its_second_place_and_the_first_stands():
     root, problems = tree("a: 1\nb: 2\na: 3\n")
     assert root == {"a": 1, "b": 2}
-    assert problems == ['a.yaml:3:1: key "a" is repeated; it is already in line 1.']
+    assert problems == ['a.yaml:3:1: key "a" is repeated; it is already in line 1']
 
 
 def test_a_key_written_in_two_ways_is_repeated():
-    assert tree("'on': 1\non: 2\n")[1] == ['a.yaml:2:1: key "on" is repeated; it is already in line 1.']
+    assert tree("'on': 1\non: 2\n")[1] == ['a.yaml:2:1: key "on" is repeated; it is already in line 1']
 
 
 def test_aliases_share_the_value_of_their_anchor():
@@ -86,11 +86,11 @@ def test_an_anchor_may_be_set_anew():
 
 
 def test_an_alias_without_anchor_is_named():
-    assert only_problem("a: *gone\n") == "a.yaml:1:4: alias *gone has no anchor &gone above it."
+    assert only_problem("a: *gone\n") == "a.yaml:1:4: alias *gone has no anchor &gone above it"
 
 
 def test_an_alias_inside_its_own_anchor_is_refused():
-    assert only_problem("a: &x [1, *x]\n") == "a.yaml:1:11: alias *x stands inside its own anchor."
+    assert only_problem("a: &x [1, *x]\n") == "a.yaml:1:11: alias *x stands inside its own anchor"
 
 
 def test_an_alias_bomb_is_refused_at_the_alias_that_goes_too_far():
@@ -102,7 +102,7 @@ def test_an_alias_bomb_is_refused_at_the_alias_that_goes_too_far():
 
 def test_merge_keys_are_refused_with_the_reason():
     assert tree("a: &a {x: 1}\nb:\n  <<: *a\n")[1] == [
-        "a.yaml:3:3: YAML 1.2 has no merge keys (<<); write the keys out."
+        "a.yaml:3:3: YAML 1.2 has no merge keys (<<); write the keys out"
     ]
 
 
@@ -110,35 +110,35 @@ def test_merge_keys_are_refused_with_the_reason():
 def test_foreign_tags_are_refused(tag):
     _, problems = tree(f"a: {tag} x\n")
     shown = tag.replace("!!", "tag:yaml.org,2002:")
-    assert problems == [f'a.yaml:1:4: tag "{shown}" is not read; graph files are plain data. Remove the tag.']
+    assert problems == [f'a.yaml:1:4: tag "{shown}" is not read; graph files are plain data. Remove the tag']
 
 
 def test_a_tag_that_does_not_fit_its_value_is_a_problem():
-    assert tree("a: !!int x\n")[1] == ['a.yaml:1:4: "x" is no int.']
+    assert tree("a: !!int x\n")[1] == ['a.yaml:1:4: "x" is not an int']
 
 
 @pytest.mark.parametrize(
     ("text", "line"),
     [
-        ("a:\n\tb: 1\n", "a.yaml:2:1: a tab cannot indent YAML; use spaces."),
+        ("a:\n\tb: 1\n", "a.yaml:2:1: a tab cannot indent YAML; use spaces"),
         (
             "a: [1, 2\nb: 3\n",
             "a.yaml:2:2: this is not YAML: while parsing a flow sequence from line 1 on, "
-            "expected ',' or ']', but got ':'.",
+            "expected ',' or ']', but got ':'",
         ),
-        ("a: 1\n---\nb: 2\n", "a.yaml:2:1: a second document starts here; a graph file holds one."),
-        ("%YAML 1.1\n---\na: 1\n", "a.yaml:2:1: graph files are YAML 1.2, not 1.1; remove the directive."),
+        ("a: 1\n---\nb: 2\n", "a.yaml:2:1: a second document starts here; a graph file holds one"),
+        ("%YAML 1.1\n---\na: 1\n", "a.yaml:2:1: graph files are YAML 1.2, not 1.1; remove the directive"),
         (
             "? [a, b]\n: 1\n",
-            "a.yaml:1:3: a key must be text, not a list or a mapping; quote it if it is meant as text.",
+            "a.yaml:1:3: a key must be text, not a list or a mapping; quote it if it is meant as text",
         ),
-        ("x: &a [1]\n*a : 2\n", "a.yaml:2:1: a key must be text; this alias stands for something else."),
+        ("x: &a [1]\n*a : 2\n", "a.yaml:2:1: a key must be text; this alias stands for something else"),
         (
             'a: "\\q"\n',
-            "a.yaml:1:6: this is not YAML: while scanning a double-quoted scalar, found unknown escape character 'q'.",
+            "a.yaml:1:6: this is not YAML: while scanning a double-quoted scalar, found unknown escape character 'q'",
         ),
-        ("# nothing\n", 'a.yaml:1:1: the file is empty; a graph file starts with "tickgraph: 1".'),
-        ("[" * 101 + "]" * 101, "a.yaml:1:101: nested deeper than 100."),
+        ("# nothing\n", 'a.yaml:1:1: the file is empty; a graph file starts with "tickgraph: 1"'),
+        ("[" * 101 + "]" * 101, "a.yaml:1:101: nested deeper than 100"),
     ],
 )
 def test_text_that_cannot_be_read_is_one_line_with_its_place(text, line):
@@ -146,7 +146,7 @@ def test_text_that_cannot_be_read_is_one_line_with_its_place(text, line):
 
 
 def test_block_nesting_is_limited_as_well():
-    assert only_problem("- " * 101 + "x\n") == "a.yaml:1:201: nested deeper than 100."
+    assert only_problem("- " * 101 + "x\n") == "a.yaml:1:201: nested deeper than 100"
     tree("- " * 100 + "x\n")
 
 

@@ -93,7 +93,7 @@ def test_all_problems_of_a_file_come_at_once_in_its_order():
         "OgnX.ogn:2:3: description: give it a text, or a list of lines",
         "OgnX.ogn:3:16: version: expected a whole number from 1, found number 0",
         'OgnX.ogn:4:5: unknown key "descriptin"; did you mean "description"?',
-        'OgnX.ogn:6:7: "a b" is no attribute name; use letters, digits, underscores and ":"',
+        'OgnX.ogn:6:7: "a b" is not an attribute name; use letters, digits, underscores and ":"',
         'OgnX.ogn:7:21: inputs.c: no attribute type "doubel"; did you mean "double"?',
         "OgnX.ogn:8:59: inputs.d: default: expected a whole number (int), got 'no'",
         "OgnX.ogn:9:7: inputs.e: give it a type, such as double, or a list of types",

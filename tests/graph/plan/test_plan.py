@@ -165,8 +165,8 @@ def test_an_open_input_that_nobody_sets_is_reported(library, make_spec):
         ({"a": ("Inc", {"a": "x"})}, [], "1:1: node \"a\": a: expected a number (double), got 'x'"),
         ({"a": ("Inc", {"a": 1, "inputs:a": 2})}, [], '1:1: node "a": inputs:a is set twice; keep one'),
         ({"a": ("Step", {"execIn": True})}, [], '1:1: node "a": execIn: execution attributes hold no value'),
-        ({"a.b": "Inc"}, [], '1:1: "a.b" is no node name; use letters, digits and underscores'),
-        ({"a": "Inc"}, ["a -> a.a"], '101:1: "a" is no end of a connection; write node.attribute'),
+        ({"a.b": "Inc"}, [], '1:1: "a.b" is not a node name; use letters, digits and underscores'),
+        ({"a": "Inc"}, ["a -> a.a"], '101:1: "a" is not an end of a connection; write node.attribute'),
         ({"abc": "Inc"}, ["abd.y -> abc.a"], '101:1: no node "abd" in graph /World/G; did you mean "abc"?'),
         ({"a": "Inc"}, ["/World/H/a.y -> a.a"], '101:1: no node "/World/H/a"; did you mean "/World/G/a"?'),
         (
@@ -277,7 +277,8 @@ def test_bounds_and_choices_are_held_against_what_is_written(library, make_spec)
     assert problems(library, make_spec(nodes, ["w.value -> fine.fixed"])) == [
         'g.yaml:1:1: node "low": n: 0 is below the minimum 1',
         'g.yaml:2:1: node "high": n: 10 is above the maximum 9',
-        'g.yaml:3:1: node "kind": kind: \'cloud\' is none of "laser_scan", "point_cloud"; did you mean "point_cloud"?',
+        'g.yaml:3:1: node "kind": kind: \'cloud\' is not one of "laser_scan", "point_cloud"; '
+        'did you mean "point_cloud"?',
         "g.yaml:101:1: fine.inputs:fixed cannot be connected; write its value under inputs",
     ]
 

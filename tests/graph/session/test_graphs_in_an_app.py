@@ -149,7 +149,7 @@ def test_prims_are_made_with_their_attributes_after_the_whole_edit_was_checked(a
         Controller.edit(graph, wrong)
     lines = str(caught.value).splitlines()
     assert "prim /World/Box already exists" in lines[0]
-    assert '"no path" is no absolute prim path' in lines[1]
+    assert '"no path" is not an absolute prim path' in lines[1]
     assert 'no attribute type "doubel"; did you mean "double' in lines[2]
     assert "prim /World/Worse: size: expected a number (double), got 'big'" in lines[3]
     assert not app.stage.GetPrimAtPath("/World/Other")

@@ -305,8 +305,8 @@ def test_what_stands_beside_the_cases_holds_for_all(run_tests):
 def test_a_case_of_its_own_graph_must_get_along_with_what_is_shared(run_tests):
     problems = run_tests(SHARED + "  other: {graph: {nodes: {tick: OnTick}}, pulses: null}\n").problems
     assert problems == [
-        'small.test.yaml:3:10: case "other": inputs: "duration" names no attribute; write node.attribute.',
-        'small.test.yaml:3:23: case "other": inputs: "period" names no attribute; write node.attribute.',
+        'small.test.yaml:3:10: case "other": inputs: "duration" names no attribute; write node.attribute',
+        'small.test.yaml:3:23: case "other": inputs: "period" names no attribute; write node.attribute',
     ]  # of the pulses null is left
 
 

@@ -134,10 +134,10 @@ def test_a_failure_is_raised_or_kept_with_what_came_before():
         ({"inputs": {"duration": 1}}, 'inputs: "duration" names no attribute; write node.attribute'),
         ({"inputs": {"wait.duraton": 1}}, '"duraton"; did you mean "duration"'),
         ({"inputs": {"wait.alpha": lambda u: u}}, "alpha"),
-        ({"pulses": {"wait.duration": [0]}}, '"wait.duration" (omni.graph.action.Countdown) is no execution input'),
+        ({"pulses": {"wait.duration": [0]}}, '"wait.duration" (omni.graph.action.Countdown) is not an execution input'),
         ({"pulses": {"wait.execOut": [0]}}, 'pulses: node /World/G/wait (Countdown) has no attribute "execOut"'),
         ({"pulses": {"/World/G/wiat.execIn": [0]}}, 'there is no node "/World/G/wiat"; did you mean "/World/G/wait"?'),
-        ({"pulses": {"wait.execIn": [-1]}}, "pulses: updates are numbered 0, 1, 2 ...; -1 is none of them"),
+        ({"pulses": {"wait.execIn": [-1]}}, "pulses: updates are numbered 0, 1, 2 ...; -1 is not one of them"),
         ({"updates": -1}, "updates: expected a whole number from 0, got -1"),
         ({"inputs": {"wait.duration": "many"}}, "duration"),
         (

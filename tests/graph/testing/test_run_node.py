@@ -124,9 +124,11 @@ def test_mistakes_in_the_test_are_told(run):
         run("test.Wait", inputs={"update": 1})
     with pytest.raises(UserError, match=r'^pulses: test.Wait has no input "execInn"; did you mean "execIn"\?$'):
         run("test.Wait", pulses={"execInn": [0]})
-    with pytest.raises(UserError, match=r'^pulses: "updates" of test.Wait is no execution input; set it by inputs$'):
+    with pytest.raises(
+        UserError, match=r'^pulses: "updates" of test.Wait is not an execution input; set it by inputs$'
+    ):
         run("test.Wait", pulses={"updates": [0]})
-    with pytest.raises(UserError, match=r"^pulses: execIn: updates are numbered 0, 1, 2 ...; -1 is none of them$"):
+    with pytest.raises(UserError, match=r"^pulses: execIn: updates are numbered 0, 1, 2 ...; -1 is not one of them$"):
         run("test.Wait", pulses={"execIn": [0, -1]})
     with pytest.raises(UserError, match=r"^pulses: execIn: 'int' object is not iterable$"):
         run("test.Wait", pulses={"execIn": 3})
@@ -134,7 +136,7 @@ def test_mistakes_in_the_test_are_told(run):
         with pytest.raises(UserError, match=rf"^updates: expected a whole number from 0, got {updates}$"):
             run("test.Wait", updates=updates)
     trace = run("test.Count", pulses={"execIn": [0]})
-    with pytest.raises(KeyError, match=r"is no execution output"):
+    with pytest.raises(KeyError, match=r"is not an execution output"):
         trace.fired("count")
     with pytest.raises(KeyError, match=r'has no attribute "outputs:execuot"'):
         trace.fired("execuot")

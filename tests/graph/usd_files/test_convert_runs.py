@@ -45,7 +45,7 @@ PARTS = {
         EXEC.format("tick.outputs:tick") + "\nstring inputs:text.connect = </G/text.outputs:converted>",
     ),
     "source that is gone": a_node("lost", COUNTER, EXEC.format("gone.outputs:x")),
-    "source that is no attribute": a_node("lost2", COUNTER, EXEC.format("tick.outputs:tock")),
+    "source that is not an attribute": a_node("lost2", COUNTER, EXEC.format("tick.outputs:tock")),
     "prim that is gone": a_node(
         "product",
         "isaacsim.core.nodes.IsaacCreateRenderProduct",

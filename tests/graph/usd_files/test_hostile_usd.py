@@ -49,7 +49,7 @@ def our_own_data(key, text):
 
 HOSTILE = {
     "empty": ("", "1:1: the file is empty"),
-    "no USD": ("tickgraph: 1\n", "1:1: this is no USD text; it must start with"),
+    "no USD": ("tickgraph: 1\n", "1:1: this is not USD text; it must start with"),
     "not UTF-8": (HEAD.encode() + b'def "\xff" {\n}\n', "2:6: byte 0xFF is not UTF-8"),
     "deep prims": (HEAD + 'def "A" {\n' * 5000, "is nested deeper than 100 levels"),
     "deep lists": (HEAD + "[" * 60_000, "is nested deeper than 100 levels"),
@@ -111,7 +111,7 @@ def test_text_above_the_limit_is_refused_before_it_is_parsed(tmp_path, monkeypat
     path = tmp_path / "x.usda"
     path.write_text(HEAD + "#" * 2**20)
     [problem] = examine(path).problems
-    assert str(problem) == f"{path} is larger than 1 MB, the most that is read of USD text."
+    assert str(problem) == f"{path} is larger than 1 MB, the most that is read of USD text"
 
 
 PIECES = st.sampled_from(
@@ -183,7 +183,7 @@ def test_a_nul_is_refused_with_its_place(tmp_path):
     file = tmp_path / "a.usda"
     file.write_bytes(b'#usda 1.0\ndef "a\0b" {\n}\n')
     (problem,) = examine(file).problems
-    assert str(problem) == f"{file}:2:7: U+0000 cannot stand in a text file; remove it."
+    assert str(problem) == f"{file}:2:7: U+0000 cannot stand in a text file; remove it"
 
 
 def test_allowed_folders_hold_for_what_the_files_own_keys_name(tmp_path):

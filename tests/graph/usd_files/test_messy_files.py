@@ -83,10 +83,10 @@ CASES = {
         "usd-no-instances",
         "3:1: /G runs for the prims that have it (evaluationMode Instanced), and none has",
     ),
-    "prim that has what is no graph": (
+    "prim that has what is not a graph": (
         graph_text(a_node("tick", TICK)) + user("A", "[</G>, </A>]") + user("B", "</A>"),
         "usd-instance-lost",
-        "13:1: /A, named in omniGraphs of 2 prims (A, B), is no graph that runs",
+        "13:1: /A, named in omniGraphs of 2 prims (A, B), is not a graph that runs",
     ),
     "prim that has a graph without the API schema": (
         graph_text(a_node("tick", TICK)) + 'def Xform "A"\n{\nrel omniGraphs = </G>\n}\n',
@@ -121,7 +121,7 @@ CASES = {
     "connection to a missing prim": (
         graph_text(a_node("n", COUNTER, "uint inputs:execIn.connect = </G/gone.outputs:tick>")),
         "usd-lost-connection",
-        "9:6: /G/n.inputs:execIn is fed by /G/gone.outputs:tick, but that is no node of a graph",
+        "9:6: /G/n.inputs:execIn is fed by /G/gone.outputs:tick, but that is not a node of a graph",
     ),
     "two sources on one data input": (
         graph_text(
@@ -367,7 +367,7 @@ def test_a_robot_without_joints_does_not_end_the_run_of_a_saved_scene(usda, caps
     assert main(["run", str(usda(body)), "--updates", "2", *options]) == result
 
     told = capsys.readouterr().err
-    what = "/Robot: no revolute or prismatic joint is there."
+    what = "/Robot: no revolute or prismatic joint is there"
     for name in ("drive", "state", "joints"):
         assert (f"input-not-set: /G/{name}: {what} (2 times)" in told) == (not options)
     assert what in told

@@ -55,7 +55,7 @@ def test_a_relationship_of_no_prim_is_not_successful(world, scene):
     inputs = {"path": "/World/No", "name": "friends", "target": "/World/Group"}
     trace = run_node("AddPrimRelationship", inputs=inputs, pulses={"execIn": [0]}, app=world())
     assert trace.value("isSuccessful") is False
-    with pytest.raises(ComputeError, match='input target is "Group", which is no absolute path'):
+    with pytest.raises(ComputeError, match='input target is "Group", which is not an absolute path'):
         run_node("AddPrimRelationship", inputs=inputs | {"target": "Group"}, pulses={"execIn": [0]}, app=world())
 
 

@@ -56,7 +56,7 @@ def test_round_keeps_places_behind_or_before_the_point():
 def test_modulo_has_the_sign_of_the_dividend():
     for a, b, remainder in ((7, 3, 1), (-7, 3, -1), (7, -3, 1), (6, 3, 0)):
         assert result("Modulo", a=of("int", a), b=of("int", b)) == (remainder, "int")
-    with pytest.raises(ComputeError, match="input b is 0; it must not"):
+    with pytest.raises(ComputeError, match="input b is 0; division by zero"):
         result("Modulo", a=of("int", 1), b=of("int", 0))
 
 

@@ -79,10 +79,10 @@ def test_targets_are_compared_one_by_one():
 @pytest.mark.parametrize(
     ("kind", "inputs", "message"),
     [
-        ("GetParentPath", {"path": of("token", "World")}, "is no absolute path"),
+        ("GetParentPath", {"path": of("token", "World")}, "is not an absolute path"),
         ("AppendPath", {"path": of("token", "/World"), "suffix": "/Cube"}, "does not begin with /"),
         ("AppendTargetPaths", {"rootTargets": AB, "input0": of("token[]", ["C", "D", "E"])}, "2 and 3 paths"),
-        ("AppendTargetPaths", {"rootTargets": AB, "input0": of("token", "/C")}, "is no relative path"),
+        ("AppendTargetPaths", {"rootTargets": AB, "input0": of("token", "/C")}, "is not a relative path"),
         ("CompareTargets", {"a": AB, "b": ABA, "compareEach": True}, "must be as many"),
         ("FindTarget", {"targets": AB, "searchTarget": AB}, "names 2 prims; give it one"),
         ("GetTargets", {"targets": AB, "index": 2}, "the target names 2 prims"),

@@ -182,7 +182,9 @@ def test_a_named_layer_gets_the_value(world, prim, stage):
     write(world(), "x", 5.0, layerIdentifier=layer.identifier)
     assert attribute.Get() == 5.0
     assert layer.GetAttributeAtPath("/World/Thing.x").default == 5.0
-    with pytest.raises(ComputeError, match=r'input layerIdentifier is "nowhere\.usd", which is no layer of the stage'):
+    with pytest.raises(
+        ComputeError, match=r'input layerIdentifier is "nowhere\.usd", which is not a layer of the stage'
+    ):
         write(world(), "x", 6.0, layerIdentifier="nowhere.usd")
 
 

@@ -60,7 +60,7 @@ def test_targets_are_made_of_paths():
     assert one.value("converted") == ["/A"]
     many = run_node("ToTarget", inputs={"value": {"type": "token[]", "value": ["/A", "", "/B"]}})
     assert many.value("converted") == ["/A", "/B"]
-    with pytest.raises(ComputeError, match='input value holds "A", which is no absolute path'):
+    with pytest.raises(ComputeError, match='input value holds "A", which is not an absolute path'):
         run_node("ToTarget", inputs={"value": {"type": "token", "value": "A"}})
 
 
@@ -92,7 +92,7 @@ def test_a_material_is_bound(world, scene):
     bound, _ = UsdShade.MaterialBindingAPI(scene.GetPrimAtPath("/World/BoxA")).ComputeBoundMaterial()
     assert bound.GetPath() == material.GetPath()
     assert trace.fired("execOut") == [0]
-    with pytest.raises(ComputeError, match="/World/BoxB is no Material but Sphere"):
+    with pytest.raises(ComputeError, match="/World/BoxB is not a Material but Sphere"):
         run_node("WritePrimMaterial", inputs=inputs | {"materialPath": "/World/BoxB"}, pulses={"execIn": [0]}, app=app)
 
 

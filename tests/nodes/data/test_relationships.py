@@ -99,7 +99,7 @@ def test_a_place_is_written_and_read_again(world, stage):
 
 def test_a_place_that_is_none_fails(world, cube):
     for value, message in (
-        (np.diag([1, 1, 0, 1]).tolist(), "is no place"),
+        (np.diag([1, 1, 0, 1]).tolist(), "is not a place"),
         ([[1, 0, 0, 0], [1, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]], "is sheared"),
     ):
         with pytest.raises(ComputeError, match=message):

@@ -97,5 +97,5 @@ def test_whole_numbers_of_8_bits_come_from_numbers_and_texts():
     for wrong in (of("int", 256), of("int", -1)):
         with pytest.raises(ComputeError, match="no whole number from 0 to 255"):
             converted(wrong)
-    with pytest.raises(ComputeError, match='"a", which is no number'):
+    with pytest.raises(ComputeError, match='"a", which is not a number'):
         converted(of("string", "a"))

@@ -83,7 +83,7 @@ def test_a_joint_or_robot_that_is_not_there_is_said(cart, inputs, message):
 
 
 def test_a_world_in_which_nothing_moves_has_no_robot(world):
-    with pytest.raises(ComputeError, match="/World/Cart is no robot: nothing on the stage can move"):
+    with pytest.raises(ComputeError, match="/World/Cart is not a robot: nothing on the stage can move"):
         speeds(world(), velocityCommand=[1.0])
 
 

@@ -57,7 +57,7 @@ def test_alpha_is_left_out():
     ("inputs", "message"),
     [
         ({"width": 3}, "the buffer has 16 bytes; an image of 3 x 2 pixels has 24"),
-        ({"dataPtr": 12345}, "dataPtr is no handle of a buffer"),
+        ({"dataPtr": 12345}, "dataPtr is not a handle of a buffer"),
         ({"cudaDeviceIndex": 0}, "cudaDeviceIndex is 0; buffers are in host memory"),
         ({"encoding": "rgb8"}, 'encoding is "rgb8"; only rgba8 can be converted'),
     ],

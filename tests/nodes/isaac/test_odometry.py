@@ -64,7 +64,7 @@ def test_accelerations_are_differences_over_simulation_time(chassis):
     ("prim", "message"),
     [
         ("/World/Gone", "there is no prim /World/Gone"),
-        ("/World", "/World is no rigid body that can move"),
+        ("/World", "/World is not a rigid body that can move"),
         ([], "chassisPrim names 0 prims"),
     ],
 )

@@ -57,7 +57,7 @@ def test_a_given_product_is_used(lidar, world):
     [
         ({"cameraPrim": []}, "input cameraPrim names 0 prims"),
         ({"cameraPrim": "/World/Gone"}, "there is no prim /World/Gone"),
-        ({"cameraPrim": "/World/Ahead"}, "a Cube is no sensor"),
+        ({"cameraPrim": "/World/Ahead"}, "a Cube is not a sensor"),
         ({"renderProductPrim": "/Render/Gone"}, "there is no render product /Render/Gone"),
     ],
 )

@@ -98,7 +98,7 @@ def test_names_that_override_are_resolved_to_prim_names(arm):
     [
         ("", "no robot; set targetPrim or robotPath"),
         ("/World/Gone", "there is no prim /World/Gone"),
-        (f"{ROOT}/shoulder", "/World/Arm/shoulder is no robot: no articulation root is there or below it"),
+        (f"{ROOT}/shoulder", "/World/Arm/shoulder is not a robot: no articulation root is there or below it"),
     ],
 )
 def test_what_has_no_joints_to_name_is_said(arm, robot, message):

@@ -58,7 +58,7 @@ def test_the_default_viewport_is_always_there_and_its_size_can_be_set(world):
 
 
 def test_a_size_of_0_is_refused(world):
-    with pytest.raises(ComputeError, match="0 x 720 pixels are no size"):
+    with pytest.raises(ComputeError, match="0 x 720 pixels are not a size"):
         once(world(), "IsaacSetViewportResolution", width=0)
 
 
@@ -80,7 +80,7 @@ def test_a_sensor_set_on_a_viewport_renders_and_stays_through_a_new_size(lidar, 
     [
         ({"cameraPrim": []}, "input cameraPrim names 0 prims"),
         ({"renderProductPath": "/Render/Gone"}, "there is no render product /Render/Gone"),
-        ({"cameraPrim": ["/World/Ahead"]}, "a Cube is no sensor"),
+        ({"cameraPrim": ["/World/Ahead"]}, "a Cube is not a sensor"),
     ],
 )
 def test_a_camera_that_cannot_be_set_is_said(lidar, world, inputs, message):
@@ -128,7 +128,7 @@ def test_a_disabled_attachment_stops_the_product(product_prim, world):
     ("prims", "message"),
     [
         ([], "renderProductPrim names 0 prims"),
-        (["/World/Lidar"], "/World/Lidar is no RenderProduct prim"),
+        (["/World/Lidar"], "/World/Lidar is not a RenderProduct prim"),
     ],
 )
 def test_what_is_no_product_is_said(product_prim, world, prims, message):
@@ -182,5 +182,5 @@ def test_a_lens_is_read_in_the_order_of_the_original(camera, world):
 
 
 def test_a_product_of_a_lidar_has_no_camera_info(product_prim, world):
-    with pytest.raises(ComputeError, match="/Render/Mine renders /World/Lidar, which is no Camera prim"):
+    with pytest.raises(ComputeError, match="/Render/Mine renders /World/Lidar, which is not a Camera prim"):
         run_node("IsaacReadCameraInfo", inputs={"renderProductPath": "/Render/Mine"}, app=world())

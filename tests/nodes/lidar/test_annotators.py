@@ -235,7 +235,7 @@ def test_an_annotator_without_product_or_frame_is_an_error(lidar, world):
     for inputs, message in (
         ({}, "no frame to read; connect renderProductPath"),
         ({"renderProductPath": "/Render/Gone"}, "there is no render product /Render/Gone"),
-        ({"dataPtr": 2**60}, "input dataPtr is no handle of a frame"),
+        ({"dataPtr": 2**60}, "input dataPtr is not a handle of a frame"),
         ({"cudaDeviceIndex": 0}, "frames are in host memory"),
     ):
         with pytest.raises(ComputeError, match=message):

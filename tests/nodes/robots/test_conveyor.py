@@ -141,7 +141,7 @@ def test_a_texture_that_is_to_move_is_warned_of_once(belt):
 
 @pytest.mark.parametrize(
     ("prims", "message"),
-    [([], "conveyorPrim names 0 prims"), (["/World"], "/World is no rigid body; give it a RigidBodyAPI")],
+    [([], "conveyorPrim names 0 prims"), (["/World"], "/World is not a rigid body; give it a RigidBodyAPI")],
 )
 def test_what_is_no_belt_is_said(belt, prims, message):
     with pytest.raises(ComputeError, match=message):

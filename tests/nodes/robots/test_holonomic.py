@@ -70,7 +70,7 @@ def test_gains_and_limits():
     ("inputs", "message"),
     [
         ({"wheelRadius": [0.1, 0.1]}, "wheelRadius has 2 entries for 3 wheels"),
-        ({"wheelRadius": [0.0]}, "wheelRadius has an entry that is no positive length"),
+        ({"wheelRadius": [0.0]}, "wheelRadius has an entry that is not a positive length"),
         ({"wheelOrientations": [[1, 0, 0, 0]]}, "wheelPositions has 3 and wheelOrientations 1 entries"),
         ({"wheelAxis": [0, 0, 0]}, "wheelOrientations, wheelAxis and upAxis must not be zero"),
         (
@@ -155,5 +155,5 @@ def test_what_has_wheel_attributes_and_is_no_revolute_joint_is_said(platform, wo
 
     body = platform.GetPrimAtPath("/World/Bot/body")
     body.CreateAttribute("isaacmecanumwheel:angle", Sdf.ValueTypeNames.Float).Set(45.0)
-    with pytest.raises(ComputeError, match="a prim below /World/Bot has isaacmecanumwheel:angle and is no revolute"):
+    with pytest.raises(ComputeError, match="a prim below /World/Bot has isaacmecanumwheel:angle and is not a revolute"):
         setup(world(), robotPrim=["/World/Bot"])

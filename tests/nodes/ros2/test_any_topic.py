@@ -97,8 +97,8 @@ def test_nothing_is_made_for_nobody(stage):
 @pytest.mark.parametrize(
     ("fields", "read", "message"),
     [
-        ("dta: hello", "data", 'inputs:dta is no field of std_msgs/msg/String; did you mean "data"?'),
-        ("data: hello", "dat", 'outputs:dat is no field of std_msgs/msg/String; did you mean "data"?'),
+        ("dta: hello", "data", 'inputs:dta is not a field of std_msgs/msg/String; did you mean "data"?'),
+        ("data: hello", "dat", 'outputs:dat is not a field of std_msgs/msg/String; did you mean "data"?'),
     ],
 )
 def test_fields_that_are_not_there_are_told_when_the_file_is_loaded(run_file, fields, read, message):
@@ -154,5 +154,5 @@ def test_a_script_may_ask_for_a_field_that_nobody_connected(says, play):
         app.update(steps=2)
         assert Controller.get(data) == 7
         assert data.get_type_name() == "int"
-        with pytest.raises(OmniGraphError, match="outputs:datum is no field of std_msgs/msg/Int32; did you mean"):
+        with pytest.raises(OmniGraphError, match="outputs:datum is not a field of std_msgs/msg/Int32; did you mean"):
             Controller.get(hear.get_attribute("outputs:datum"))

@@ -109,8 +109,8 @@ def test_ready_made_labels_win(world):
     ("inputs", "message"),
     [
         ({"ids": [1, 2], "labels": ["a"]}, "there are 2 ids and 1 labels"),
-        ({"idToLabels": "{"}, "idToLabels is no JSON"),
-        ({"idToLabels": "[]"}, "idToLabels is no JSON object"),
+        ({"idToLabels": "{"}, "idToLabels is not JSON"),
+        ({"idToLabels": "[]"}, "idToLabels is not a JSON object"),
     ],
 )
 def test_labels_that_do_not_add_up_stop_the_run(world, inputs, message):

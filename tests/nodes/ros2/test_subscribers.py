@@ -120,9 +120,9 @@ def test_ackermann_commands(world, says, play):
     ("inputs", "message"),
     [
         ({"topicName": " "}, "topicName is empty"),
-        ({"qosProfile": "fast"}, "qosProfile 'fast' is no profile; connect the output of a ROS2QoSProfile"),
-        ({"qosProfile": '{"depth": -1}'}, "depth -1 is no number of messages"),
-        ({"qosProfile": '{"speed": 1}'}, "is no profile"),
+        ({"qosProfile": "fast"}, "qosProfile 'fast' is not a profile; connect the output of a ROS2QoSProfile"),
+        ({"qosProfile": '{"depth": -1}'}, "depth -1 is not a number of messages"),
+        ({"qosProfile": '{"speed": 1}'}, "is not a profile"),
     ],
 )
 def test_wrong_inputs_are_refused(world, inputs, message):

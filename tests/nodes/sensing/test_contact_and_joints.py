@@ -136,8 +136,8 @@ def test_a_disabled_effort_sensor_reads_nothing(lift):
 @pytest.mark.parametrize(
     ("prims", "message"),
     [
-        (["/World/Lift"], "/World/Lift is no joint; give prim one of /World/Lift/slide, /World/Lift/spin"),
-        (["/World"], "/World is no joint"),
+        (["/World/Lift"], "/World/Lift is not a joint; give prim one of /World/Lift/slide, /World/Lift/spin"),
+        (["/World"], "/World is not a joint"),
         (["/World/Gone"], "there is no prim /World/Gone"),
     ],
 )

@@ -77,8 +77,8 @@ def test_wrong_arguments_are_value_errors_and_user_errors(app, options, message)
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"config": 3}, "/World/Lidar: config 3 is no name"),
-        ({"config": "OS1", "variant": 3}, "/World/Lidar: variant 3 is no name, or a mapping"),
+        ({"config": 3}, "/World/Lidar: config 3 is not a name"),
+        ({"config": "OS1", "variant": 3}, "/World/Lidar: variant 3 is not a name, or a mapping"),
     ],
 )
 def test_what_is_no_name_is_told(app, options, message):
@@ -258,7 +258,7 @@ def test_a_product_of_equal_prim_and_size_is_used_again(app):
 
 
 @pytest.mark.parametrize(
-    ("kind", "message"), [("Camera", "cameras are not available yet"), ("Cube", "a Cube is no sensor")]
+    ("kind", "message"), [("Camera", "cameras are not available yet"), ("Cube", "a Cube is not a sensor")]
 )
 def test_only_lidars_can_be_rendered(app, kind, message):
     app.stage.DefinePrim("/World/Thing", kind)

@@ -63,11 +63,11 @@ def add_drive(spec: Any, joint: Joint) -> None:
 
 
 def add_ties(spec: Any, world: World, forest: Forest, handles: Mapping[str, Any], warn: Warn) -> None:
-    """Everything between bodies that is no joint of the forest; handles: the spec's bodies by path."""
+    """Everything between bodies that is not a joint of the forest; handles: the spec's bodies by path."""
     given = {body.path: body.model_name for body in world.given}
     for joint in forest.loops:
         if any(single.drive or single.limited for single in joint.singles):
-            warn("loop-joint", joint.path, "it closes a loop of joints; its drive and its limits have no effect.")
+            warn("loop-joint", joint.path, "it closes a loop of joints; its drive and its limits have no effect")
         _add_loop(spec, joint, given, warn)
     for joint in world.joints:
         if joint.kind == "distance" and joint.limited:
@@ -77,7 +77,7 @@ def add_ties(spec: Any, world: World, forest: Forest, handles: Mapping[str, Any]
     singles = {single.path: single for branch in forest.branches if branch.joint for single in branch.joint.singles}
     for mimic in world.mimics:
         if mimic.path not in singles or mimic.leader not in singles:
-            warn("bad-mimic", mimic.path, f"it cannot follow {mimic.leader}: one of them closes a loop of joints.")
+            warn("bad-mimic", mimic.path, f"it cannot follow {mimic.leader}: one of them closes a loop of joints")
             continue
         tie = spec.add_equality(type=mujoco.mjtEq.mjEQ_JOINT, objtype=mujoco.mjtObj.mjOBJ_JOINT)
         tie.name, tie.name1, tie.name2 = f"{mimic.path}#mimic", mimic.path, mimic.leader
@@ -124,7 +124,7 @@ def _add_loop(spec: Any, joint: Joint, given: Mapping[str, str], warn: Warn) -> 
         warn(
             "joint-not-supported",
             joint.path,
-            "it closes a loop of joints that all slide, or have several axes; it is not simulated.",
+            "it closes a loop of joints that all slide, or have several axes; it is not simulated",
         )
         return
     if joint.kind == "fixed":

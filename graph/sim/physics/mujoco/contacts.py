@@ -105,7 +105,7 @@ def plan_contacts(
                 "contact-pairs",
                 where,
                 f"{several} pairs of colliders like this one and like {colliders[members[b][0]].path} would need a "
-                "contact of their own; they take the larger friction. Use fewer materials.",
+                "contact of their own; they take the larger friction. Use fewer materials",
             )
             continue
         pairs.extend(Pair(i, j, wanted[a, b]) for i, j in _pairs(members[a], members[b], a == b, colliders, meets))
@@ -195,7 +195,7 @@ class Contacts:
         self._number = {(min(ends), max(ends)): number for number, ends in enumerate(zip(first, second, strict=True))}
         degree = np.bincount([*first, *second], minlength=model.ngeom)
         hubs = [one if degree[one] >= degree[other] else other for one, other in self._number]
-        self._is_hub = np.zeros(model.ngeom + 1, dtype=np.bool_)  # the last stands for what is no geom
+        self._is_hub = np.zeros(model.ngeom + 1, dtype=np.bool_)  # the last stands for what is not a geom
         self._is_hub[hubs] = True
         """Geoms of which one is in every pair, as few as may be: most contacts are between others."""
         self.surfaces: Surfaces | None = None

@@ -141,7 +141,7 @@ class MujocoEngine(PhysicsEngine):
                     follow(data)
         except mujoco.FatalError as error:
             self.taken -= 1
-            raise RunError(f"physics: MuJoCo gave up: {' '.join(str(error).split()).rstrip('.')}.") from error
+            raise RunError(f"physics: MuJoCo gave up: {' '.join(str(error).split()).rstrip('.')}") from error
         self._monitor.look()
 
     def _followers(self) -> Iterator[Callable[[Any], None]]:
@@ -226,7 +226,7 @@ class MujocoEngine(PhysicsEngine):
         return self._index[path] + 1
 
     def body_name(self, number: int) -> str:
-        """What messages call a body of the model: its path, or its name where it is no body of the stage."""
+        """What messages call a body of the model: its path, or its name where it is not a body of the stage."""
         if number <= len(self.body_paths):
             return self.body_paths[number - 1]
         return str(self.model.body(number).name.partition("#")[0])
@@ -255,7 +255,7 @@ class MujocoEngine(PhysicsEngine):
                 address = model.jnt_qposadr[model.body_jntadr[body]]
                 data.qpos[address : address + 7] = [*pose[:3, 3], *quaternion]
             else:
-                raise RunError(f"{path}: a joint holds this body; set the joint's position instead of its pose.")
+                raise RunError(f"{path}: a joint holds this body; set the joint's position instead of its pose")
             self._stale = True
 
     def set_velocities(self, paths: Sequence[str], velocities: Floats) -> None:
@@ -264,7 +264,7 @@ class MujocoEngine(PhysicsEngine):
             if not self.is_free(path):
                 held = "a joint holds it; set the joint's velocity instead"
                 why = "it is kinematic" if path in self.kinematic else held
-                raise RunError(f"{path}: its velocity cannot be set: {why}.")
+                raise RunError(f"{path}: its velocity cannot be set: {why}")
             body = self.number(path)
             address = self.model.jnt_dofadr[self.model.body_jntadr[body]]
             turn = self.rotations[body - 1]
@@ -344,7 +344,7 @@ class MujocoEngine(PhysicsEngine):
     def gripper(self, path: str) -> WeldGripper:
         """The surface gripper at a path. Raises RunError where there is none."""
         if path not in self._grippers:
-            raise RunError(f"{path}: no surface gripper is there; it is a prim of type IsaacSurfaceGripper.")
+            raise RunError(f"{path}: no surface gripper is there; it is a prim of type IsaacSurfaceGripper")
         return self._grippers[path]
 
     @property
@@ -402,5 +402,5 @@ class MujocoEngine(PhysicsEngine):
             body = int(self.model.dof_bodyid[place])
         return (
             f"{self.body_name(body)}: the simulation diverged here, at {float(self.data.time):.6g} s of physics. "
-            "Raise physics_hz, lower the stiffness, speeds or mass ratios around it, or move apart what overlaps."
+            "Raise physics_hz, lower the stiffness, speeds or mass ratios around it, or move apart what overlaps"
         )

@@ -29,19 +29,19 @@ _KINDS = mujoco.mjtWarning
 _COUNTED = {
     int(_KINDS.mjWARN_INERTIA): (
         "singular-inertia",
-        "the inertia that its joints move is close to singular, and forces are wrong; give it more mass or armature.",
+        "the inertia that its joints move is close to singular, and forces are wrong; give it more mass or armature",
     ),
     int(_KINDS.mjWARN_CONTACTFULL): (
         "contacts-dropped",
-        "MuJoCo's memory is too small for all contacts, and some are left out; raise <size memory> of the model.",
+        "MuJoCo's memory is too small for all contacts, and some are left out; raise <size memory> of the model",
     ),
     int(_KINDS.mjWARN_CNSTRFULL): (
         "contacts-dropped",
-        "MuJoCo's memory is too small for all constraints, and some are left out; raise <size memory> of the model.",
+        "MuJoCo's memory is too small for all constraints, and some are left out; raise <size memory> of the model",
     ),
     int(_KINDS.mjWARN_BADCTRL): (
         "bad-control",
-        "an actuator was given a control that is not a number; it counts as 0.",
+        "an actuator was given a control that is not a number; it counts as 0",
     ),
 }
 """By MuJoCo's kind of warning: our code, and what is said. The other kinds are divergence, see `MujocoEngine.step`."""
@@ -104,7 +104,7 @@ class Monitor:
                 "solver-not-converged",
                 "physics",
                 f"its solver stopped after {cap} iterations with a residual of {worst:.3g}, so forces are wrong; raise "
-                "physics.iterations or physics_hz.",
+                "physics.iterations or physics_hz",
             )
 
     def _find_lost(self) -> None:
@@ -118,5 +118,5 @@ class Monitor:
                 "body-far-away",
                 path,
                 f"it is more than {FAR / 1000:g} km from the origin at {float(engine.data.time):.6g} s of physics; "
-                "give it something to rest on, or shorten the run.",
+                "give it something to rest on, or shorten the run",
             )

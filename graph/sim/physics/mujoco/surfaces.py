@@ -143,7 +143,7 @@ class Surfaces:
             return
         contacts = data.contact
         geoms = contacts.geom
-        belts = np.where(geoms >= 0, self._of_geom[geoms], -1)  # a deformable is no geom
+        belts = np.where(geoms >= 0, self._of_geom[geoms], -1)  # a deformable is not a geom
         moving = (geoms >= 0) & self._moves[model.geom_bodyid[geoms]]
         touches = contacts.efc_address >= 0
         active = (((belts >= 0).any(axis=1) & (contacts.dim > 1)) | moving.any(axis=1)) & touches
@@ -207,5 +207,5 @@ class Surfaces:
                 "kinematic-not-carrying",
                 self._physics.body_name(int(carrier)),
                 "it moves sideways under a body, and the integrator discrete does not carry that along; set "
-                "physics.integrator to implicitfast.",
+                "physics.integrator to implicitfast",
             )

@@ -37,13 +37,13 @@ def test_physics_scene_value_error_if_the_prim_is_of_another_type():
     with App() as app:
         app.stage.DefinePrim("/World", "Xform")
         for prim in ("/World", app.stage.GetPrimAtPath("/World"), app.stage.GetPrimAtPath("/Nowhere")):
-            with pytest.raises(ValueError, match="is no PhysicsScene"):
+            with pytest.raises(ValueError, match="is not a PhysicsScene"):
                 PhysicsScene(prim)
 
 
 @pytest.mark.parametrize("path", ["Scene", "", "/", "/a b", "/A.size"])
 def test_physics_scene_value_error_for_what_is_no_path(path):
-    with App(), pytest.raises(ValueError, match="is no prim path"):
+    with App(), pytest.raises(ValueError, match="is not a prim path"):
         PhysicsScene(path)
 
 

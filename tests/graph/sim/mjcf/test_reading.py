@@ -109,7 +109,7 @@ def test_strippath_takes_the_path_from_file_names(model, tmp_path):
         ("<worldbody>\n <geom size='1 x'/></worldbody>", "3:2: geom: bad format in attribute 'size'"),
         ("<composite/>", "2:1: composite: unrecognized element"),
         ("<actuator>\n<motor joint='q'/></actuator>", "3:1: "),
-        ("<worldbody>\n<body>", "4:3: this is no XML: mismatched tag"),
+        ("<worldbody>\n<body>", "4:3: this is not XML: mismatched tag"),
     ],
 )
 def test_what_mujoco_refuses_is_one_line_with_its_place(model, text, line):
@@ -136,7 +136,7 @@ def test_a_mistake_in_an_attached_model_is_told_there(model, tmp_path):
 
 def test_a_urdf_and_other_files_are_told_apart(model):
     assert problems(model("<mujoco/>").with_name("none.xml")) == [
-        f"{model('<mujoco/>').with_name('none.xml')}: no such MJCF file."
+        f"{model('<mujoco/>').with_name('none.xml')}: no such MJCF file"
     ]
     file = model("<mujoco/>")
     file.write_text("<robot name='r'/>")
@@ -234,16 +234,16 @@ def test_submodels_keep_their_own_mesh_folders(model, tmp_path):
 @pytest.mark.parametrize(
     ("text", "told"),
     [
-        ("<option timestep='0'/>", "option timestep is 0; it must be above 0."),
-        ("<option timestep='-0.1'/>", "option timestep is -0.1; it must be above 0."),
-        ("<option timestep='nan'/>", "option timestep is nan; it must be above 0."),
+        ("<option timestep='0'/>", "option timestep is 0; it must be above 0"),
+        ("<option timestep='-0.1'/>", "option timestep is -0.1; it must be above 0"),
+        ("<option timestep='nan'/>", "option timestep is nan; it must be above 0"),
         (
             "<worldbody><body name='b' pos='nan 0 0'><freejoint/><geom size='1'/></body></worldbody>",
-            "the place of body b is not finite; correct it.",
+            "the place of body b is not finite; correct it",
         ),
         (
             "<worldbody><geom name='g' size='1' pos='inf 0 0'/></worldbody>",
-            "the place of geom g is not finite; correct it.",
+            "the place of geom g is not finite; correct it",
         ),
     ],
 )

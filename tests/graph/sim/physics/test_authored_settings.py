@@ -87,7 +87,7 @@ def test_settings_that_ask_for_the_same_are_one_line_at_the_first_of_them():
     ((where, message),) = told(text)
     assert where == "/A.physxCollision:contactOffset"
     assert message.startswith("it is kept on the prim and changes nothing (2 prims): ")
-    assert message.endswith("; so does physxCollision:restOffset.")
+    assert message.endswith("; so does physxCollision:restOffset")
 
 
 def test_values_that_ask_for_what_happens_anyway_are_not_told():
@@ -110,7 +110,7 @@ def test_a_setting_on_a_prim_where_it_does_not_count_says_where_it_would():
         (
             "/X.physics:velocity",
             "it is kept on the prim and changes nothing: it counts on a rigid body (PhysicsRigidBodyAPI) "
-            "or a deformable.",
+            "or a deformable",
         )
     ]
 
@@ -122,7 +122,7 @@ def test_a_drive_of_an_axis_that_the_joint_does_not_have_is_told():
     )
     ((where, message),) = told(text)
     assert where == "/J.drive:linear:physics:stiffness"
-    assert message.endswith("this joint has no axis linear; write angular in its place.")
+    assert message.endswith("this joint has no axis linear; write angular in its place")
 
 
 def test_a_misspelt_name_is_told_with_the_one_that_was_meant():

@@ -51,7 +51,7 @@ def test_a_mass_property_that_is_no_number_is_told_and_counts_as_not_written(usd
     physics, warnings = usda(body(line))
     told = [(where, text) for code, where, text in warnings if code == "bad-mass"]
     name = f"physics:{name}"
-    assert told == [(f"/A.{name}", f"{name} {message}; it counts as not written.")]
+    assert told == [(f"/A.{name}", f"{name} {message}; it counts as not written")]
     assert np.isfinite(physics.model.body_inertia[1]).all()
 
 

@@ -155,7 +155,7 @@ def test_the_same_fault_of_many_prims_is_one_line():
     collect_geometry(stage, 1e-3, lambda *warning: warnings.append(warning))
     ((code, where, message),) = warnings
     assert (code, where) == ("bad-geometry", "/M0")
-    assert message.endswith("So it is with /M1, /M2, /M3 and 2 more.")
+    assert message.endswith("; the same holds for /M1, /M2, /M3 and 2 more")
 
 
 def test_values_of_another_type_are_no_traceback(tmp_path):
@@ -172,7 +172,7 @@ def test_a_path_where_a_value_belongs_is_left_out_with_a_line_and_the_file_stays
     parts, warnings = opened(file)
     assert [len(part.triangles) for part in parts] == [12]  # a cube of the schema's size
     assert warnings == [
-        ("path-as-value", f"{file}: /Box.size", "its value is the path </World>, not of type double; it is left out.")
+        ("path-as-value", f"{file}: /Box.size", "its value is the path </World>, not of type double; it is left out")
     ]
     assert file.read_bytes() == before
 

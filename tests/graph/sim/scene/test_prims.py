@@ -222,13 +222,13 @@ def test_every_problem_of_every_prim_is_reported_with_the_nearest_name():
         }
     )
     expected = [
-        "'World' is not the path of a prim; write it as /World/Box, from the root.",
-        "'/A b' is not the path of a prim; write it as /World/Box (letters, digits and _).",
-        "/N: a prim is written as a mapping such as {type: Cube, size: 1.0}.",
+        "'World' is not the path of a prim; write it as /World/Box, from the root",
+        "'/A b' is not the path of a prim; write it as /World/Box (letters, digits and _)",
+        "/N: a prim is written as a mapping such as {type: Cube, size: 1.0}",
         "/T: type: there is no prim type 'Cubee'; did you mean \"Cube\"?",
         '/K: there is no key "translte"; did you mean "translate"?',
         "/C: translate: [1, 2] is not a list of 3 numbers.",
-        "/C: orient: a quaternion of zeros is no rotation.",
+        "/C: orient: a quaternion of zeros is not a rotation.",
         "/C: scale: a scale of 0 makes it flat.",
         "/C: size: 0 is not above 0.",
         "/C: radius: Cube has no radius; it has size.",
@@ -247,7 +247,7 @@ def test_every_problem_of_every_prim_is_reported_with_the_nearest_name():
         "/L: attributes: omni:sensor:Core:scanRateBaseHz: -1 is not a whole number from 0 that a uint can hold.",
         "/L: attributes: omni:sensor:Core:maxReturns: 1.5 is not a whole number from 0 that a uint can hold.",
         "/S: schemas: there is no API schema 'PhysicsMass'; did you mean \"PhysicsMassAPI\"?",
-        "/S: translate: Scope has no transform.",
+        "/S: translate: Scope has no transform",
         "/S: material: there is no material base 'aluminium'; did you mean \"aluminum\"?",
         "/O: orient: orient and rotate exclude each other.",
         "/L: exclude: there is no prim '/Cc'; did you mean \"/C\"?",

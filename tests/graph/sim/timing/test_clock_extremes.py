@@ -334,7 +334,7 @@ libc = ctypes.CDLL(None)
 def held():
     gc.collect()
     if hasattr(libc, "malloc_trim"):
-        libc.malloc_trim(0)  # what is free but kept for later is no leak
+        libc.malloc_trim(0)  # what is free but kept for later is not a leak
     return int(Path("/proc/self/statm").read_text().split()[1]), len(gc.get_objects())
 
 def two_apps(plays):

@@ -1,0 +1,89 @@
+"""What users read is plain: every message template of the code, held against a list of phrases, a length and a form."""
+
+import ast
+import re
+
+import pytest
+
+from tests.support.places import ROOT
+
+SOURCES = [path for package in ("graph", "nodes", "sensors") for path in sorted((ROOT / package).rglob("*.py"))]
+
+SPEAKERS = re.compile(
+    r"_?(fail|warn|warning|warn_once|error|complain|problem|report|tell|log_warning|log_error|Problem|\w+Error)"
+)
+"""The names of what takes a message, called as a function or as a method."""
+
+PRINTERS = ("graph/cli", "graph/files/writing.py", "graph/sim/messages/quality.py", "nodes/catalog/example.py")
+"""What yields or returns lines of output, not messages."""
+
+NOT_MESSAGES = {"KeyError", "AttributeError", "AssertionError", "NotImplementedError"}
+"""They speak to programs, or in Python's own words."""
+
+RIDDLES = re.compile(
+    r"\b("
+    r"(is|are|was|were) (none|told)|none such|one that is|(has|have) none|(?<!there )(is|are) no (?!longer|more than)"
+    r"|anew|thereof|therein|whereof|beforehand|hitherto|as it were|in vain|hindrance"
+    r"|lack(s|ed|ing)?|it must not|no end\b|stands? for nothing"
+    r")\b",
+    re.IGNORECASE,
+)
+"""Phrases to say in other words: "not a path" for "is no path", "missing" for "lacks", "reported" for "is told"."""
+
+LONGEST = 300
+"""Characters of a message, its values left out."""
+
+
+def literals(node):
+    """The literal texts of an expression that makes a message: values are left as {}, alternatives are one each."""
+    match node:
+        case ast.Constant(value=str(text)):
+            return [text]
+        case ast.JoinedStr(values=parts):
+            return ["".join(part.value if isinstance(part, ast.Constant) else "{}" for part in parts)]
+        case ast.IfExp(body=body, orelse=other):
+            return literals(body) + literals(other)
+        case ast.BinOp(left=left, right=right, op=ast.Add()):
+            return [a + b for a in literals(left) or ["{}"] for b in literals(right) or ["{}"]]
+    return []
+
+
+def called(node):
+    function = node.func
+    return function.attr if isinstance(function, ast.Attribute) else getattr(function, "id", "")
+
+
+def messages(path):
+    """(line, template) of every message in a file: a text of several words given to what speaks."""
+    printer = str(path.relative_to(ROOT)).startswith(PRINTERS)
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf8"))):
+        match node:
+            case ast.Call() if SPEAKERS.fullmatch(called(node)) and called(node) not in NOT_MESSAGES:
+                given = [*node.args, *(keyword.value for keyword in node.keywords)]
+            case ast.Yield(value=value) | ast.Return(value=value) if value and not printer:
+                given = [value]
+            case _:
+                continue
+        yield from ((node.lineno, text) for each in given for text in literals(each) if text.count(" ") > 1)
+
+
+TEMPLATES = [(f"{path.relative_to(ROOT)}:{line}", text) for path in SOURCES for line, text in messages(path)]
+
+
+def test_the_templates_are_found():
+    assert len(TEMPLATES) > 600
+
+
+@pytest.mark.parametrize(
+    ("rule", "broken"),
+    [
+        ("no riddle", RIDDLES.search),
+        ("no full stop at the end", re.compile(r"(?<!\.)\.$").search),
+        ("no double space", re.compile(r"\S  +\S").search),
+        ("no space at the ends", re.compile(r"^ | $").search),
+        ("short", lambda text: len(text.replace("{}", "")) > LONGEST),
+    ],
+    ids=lambda value: value if isinstance(value, str) else "",
+)
+def test_messages_are_plain(rule, broken):
+    assert [f"{where}: {text}" for where, text in TEMPLATES if broken(text)] == []
