@@ -68,6 +68,6 @@ def _resolved(text: str, folder: Path) -> Path:
 def _near(text: str, folder: Path) -> str:
     wanted = folder / text
     try:
-        return did_you_mean(wanted.name, sorted(entry.name for entry in wanted.parent.iterdir())) or "."
+        return did_you_mean(wanted.name, sorted(entry.name for entry in wanted.parent.iterdir()))
     except OSError:
-        return "."
+        return ""

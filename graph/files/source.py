@@ -68,7 +68,7 @@ def read(path: Path, name: str) -> Source:
         if path.is_dir():
             raise UserError(f"{name} is a folder; name a graph file (.yaml, .json or .usda) in it")
         if not path.exists():
-            raise UserError(f"{name}: no such file{_near(path) or '.'}")
+            raise UserError(f"{name}: no such file{_near(path)}")
         if kind is None:
             raise UserError(f"{name}: {_no_graph_file(path)}")
         if not path.is_file():

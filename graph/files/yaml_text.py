@@ -170,7 +170,7 @@ class _Composer:
             return scalars.STAND_IN
         if tag in _SCALAR_KINDS:
             if not isinstance(value, _SCALAR_KINDS[tag]) or (isinstance(value, bool) and not tag.endswith("bool")):
-                self._problem(event.start_mark.index, f"{quoted(text)} is not a {tag.removeprefix(_CORE)}")
+                self._problem(event.start_mark.index, f"{quoted(text)} does not fit the tag {tag.removeprefix(_CORE)}")
             elif tag.endswith("float"):
                 return float(value)  # type: ignore[arg-type]  # int or float, just tested
         return value

@@ -90,8 +90,7 @@ def _attempt(where: Where, path: str, key: str, action: Callable[[], None]) -> l
     except UserError as error:
         return [Problem(f"{path}: {key}: {each}", where(path, key) or where(path)) for each in error.problems]
     except (ValueError, TypeError) as error:
-        text = str(error)
-        return [Problem(f"{path}: {key}: {text}{'' if text.endswith('?') else '.'}", where(path, key) or where(path))]
+        return [Problem(f"{path}: {key}: {error}", where(path, key) or where(path))]
     return []
 
 

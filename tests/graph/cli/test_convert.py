@@ -225,7 +225,7 @@ def test_compounds_become_nodes_of_the_graph_and_that_is_said(source, graph):
     [
         (
             ("a.yaml", "b.txt"),
-            "b.txt: unknown extension; use one of .yaml, .yml, .json, .usda, .usd, .usdc.",
+            "b.txt: unknown extension; use one of .yaml, .yml, .json, .usda, .usd, .usdc",
         ),
         (("a.yaml", "a.yaml"), "a.yaml is the file to convert; name another one to write"),
         (("none.yaml", "b.json"), "none.yaml: no such file; did you mean"),

@@ -103,7 +103,7 @@ def test_a_byte_order_mark_and_windows_line_ends_change_nothing(folder):
 
 def test_files_above_the_limits_are_refused_before_they_are_parsed(folder):
     for name, limit, text in (
-        ("a.yaml", YAML_LIMIT, "8 MB, the most that is read of YAML. Write it as JSON (up to 64 MB)"),
+        ("a.yaml", YAML_LIMIT, "8 MB, the most that is read of YAML; write it as JSON (up to 64 MB)"),
         ("a.json", JSON_LIMIT, "64 MB, the most that is read of JSON"),
     ):
         with (folder / name).open("wb") as stream:

@@ -114,7 +114,7 @@ def test_foreign_tags_are_refused(tag):
 
 
 def test_a_tag_that_does_not_fit_its_value_is_a_problem():
-    assert tree("a: !!int x\n")[1] == ['a.yaml:1:4: "x" is not an int']
+    assert tree("a: !!int x\n")[1] == ['a.yaml:1:4: "x" does not fit the tag int']
 
 
 @pytest.mark.parametrize(

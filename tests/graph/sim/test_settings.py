@@ -38,7 +38,7 @@ def test_an_option_without_a_value_says_how_to_write_it():
 
 @pytest.mark.parametrize("path", ["", "/", "/a//b", "/a/ b"])
 def test_what_is_no_path(path):
-    with pytest.raises(UserError, match="no path"):
+    with pytest.raises(UserError, match="not a path"):
         Settings().set(path, 1)
 
 

@@ -162,7 +162,7 @@ def test_a_name_in_two_graphs_needs_its_path():
 
 def test_firings_and_values_are_not_mixed_up():
     trace = run_graph(HELD_BACK, updates=2)
-    with pytest.raises(KeyError, match="no execution output"):
+    with pytest.raises(KeyError, match="not an execution output"):
         trace.fired("wait.alpha")
     with pytest.raises(KeyError, match="ask when it fired"):
         trace.values("wait.finished")

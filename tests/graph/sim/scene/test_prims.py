@@ -71,7 +71,7 @@ def test_an_existing_prim_keeps_what_is_not_said():
     assert list(local.Transform((1, 0, 0))) == pytest.approx([3, 2, 3])
     assert cube.GetVisibilityAttr().Get() == "invisible"
     assert problems({"/A": {"type": "Sphere"}}, stage) == [
-        "/A: type: the scene already has Cube there; leave the type out to change it."
+        "/A: type: the scene already has Cube there; leave the type out to change it"
     ]
 
 
@@ -227,36 +227,36 @@ def test_every_problem_of_every_prim_is_reported_with_the_nearest_name():
         "/N: a prim is written as a mapping such as {type: Cube, size: 1.0}",
         "/T: type: there is no prim type 'Cubee'; did you mean \"Cube\"?",
         '/K: there is no key "translte"; did you mean "translate"?',
-        "/C: translate: [1, 2] is not a list of 3 numbers.",
-        "/C: orient: a quaternion of zeros is not a rotation.",
-        "/C: scale: a scale of 0 makes it flat.",
-        "/C: size: 0 is not above 0.",
-        "/C: radius: Cube has no radius; it has size.",
-        "/D: radius: nan is not a finite number.",
-        "/D: mass: -1 is not above 0.",
-        "/D: velocity: only a body moves by itself; add rigid_body: true.",
-        "/D: visible: 'yes' is neither true nor false.",
-        "/D: color: 'red' is not a list of 3 numbers.",
-        "/M: points: 1 faces have points that do not exist.",
-        "/L: config: there are no sensor configurations here.",
-        "/L: aux_output_level: 'ALL' is not one of NONE, BASIC, EXTRA, FULL.",
+        "/C: translate: [1, 2] is not a list of 3 numbers",
+        "/C: orient: a quaternion of zeros is not a rotation",
+        "/C: scale: a scale of 0 makes it flat",
+        "/C: size: 0 is not above 0",
+        "/C: radius: Cube has no radius; it has size",
+        "/D: radius: nan is not a finite number",
+        "/D: mass: -1 is not above 0",
+        "/D: velocity: only a body moves by itself; add rigid_body: true",
+        "/D: visible: 'yes' is neither true nor false",
+        "/D: color: 'red' is not a list of 3 numbers",
+        "/M: points: 1 faces have points that do not exist",
+        "/L: config: there are no sensor configurations here",
+        "/L: aux_output_level: 'ALL' is not one of NONE, BASIC, EXTRA, FULL",
         "/L: attributes: omni:sensor:tickrate: OmniLidar has no attribute 'omni:sensor:tickrate'; did you mean "
         '"omni:sensor:tickRate"?',
-        "/L: attributes: omni:sensor:tickRate: nan is not a finite number.",
-        "/L: attributes: omni:sensor:Core:scanType: 'ROT' is not one of ROTARY, SOLID_STATE.",
-        "/L: attributes: omni:sensor:Core:scanRateBaseHz: -1 is not a whole number from 0 that a uint can hold.",
-        "/L: attributes: omni:sensor:Core:maxReturns: 1.5 is not a whole number from 0 that a uint can hold.",
+        "/L: attributes: omni:sensor:tickRate: nan is not a finite number",
+        "/L: attributes: omni:sensor:Core:scanType: 'ROT' is not one of ROTARY, SOLID_STATE",
+        "/L: attributes: omni:sensor:Core:scanRateBaseHz: -1 is not a whole number from 0 that a uint can hold",
+        "/L: attributes: omni:sensor:Core:maxReturns: 1.5 is not a whole number from 0 that a uint can hold",
         "/S: schemas: there is no API schema 'PhysicsMass'; did you mean \"PhysicsMassAPI\"?",
         "/S: translate: Scope has no transform",
         "/S: material: there is no material base 'aluminium'; did you mean \"aluminum\"?",
-        "/O: orient: orient and rotate exclude each other.",
+        "/O: orient: orient and rotate exclude each other",
         "/L: exclude: there is no prim '/Cc'; did you mean \"/C\"?",
     ]
     assert found == expected
 
 
 def test_a_path_deeper_than_256_is_refused():
-    assert problems({"/a" * 257: {}}) == [f"{('/a' * 257)[:80]}... is deeper than 256 prims."]
+    assert problems({"/a" * 257: {}}) == [f"{('/a' * 257)[:80]}... is deeper than 256 prims"]
     authored({"/a" * 256: {}})
 
 
@@ -267,7 +267,7 @@ def test_nothing_is_added_below_an_instance():
     copy.GetReferences().AddInternalReference("/Proto")
     copy.SetInstanceable(True)
     assert problems({"/Copy/New": {"type": "Cube"}}, stage) == [
-        "/Copy/New: type: /Copy is an instance; nothing can be added below it."
+        "/Copy/New: type: /Copy is an instance; nothing can be added below it"
     ]
 
 
