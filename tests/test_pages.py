@@ -18,7 +18,7 @@ def listed(page):
     return {name for row in rows for name in re.findall(r"`(\w+)`", row)}
 
 
-@pytest.mark.parametrize("package", ["graph", "nodes"])
+@pytest.mark.parametrize("package", ["graph", "graph/sim", "nodes", "tests"])
 def test_the_page_of_a_package_has_a_line_for_each_of_its_rooms(package):
     assert folders(package) <= listed(f"{package}/README.md")
 

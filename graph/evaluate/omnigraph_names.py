@@ -1,4 +1,4 @@
-"""The names that scripts written for OmniGraph call on nodes and graphs; each is a short form of what we call so."""
+"""OmniGraph's names for what scripts call on nodes and graphs, as aliases of ours."""
 
 from __future__ import annotations
 

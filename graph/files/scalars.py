@@ -27,7 +27,7 @@ _NUMBER = re.compile(
 DIGITS_LIMIT = 400
 """Characters of the longest number; a double has at most 309 digits before its point."""
 STAND_IN = 1
-"""What stands for a number that could not be read: few places refuse it, so that one mistake is told once."""
+"""What stands for a number that could not be read: accepted downstream so that each mistake is reported once."""
 
 
 def resolve(text: str) -> Scalar:

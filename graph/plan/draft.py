@@ -31,7 +31,7 @@ class Draft:
     """The node's type."""
     spec: NodeSpec
     types: dict[str, Type | None]
-    """Settled types of open attributes, and of all others."""
+    """Resolved type of every attribute."""
     open: tuple[str, ...]
     """Attributes whose declared type is open."""
     dynamic: dict[str, Attribute] = field(default_factory=dict)

@@ -59,7 +59,7 @@ class Feeds:
         self.stages: dict[Node, dict[str, Stage]] = {}
         self.shapes: dict[NodeType, Shape] = {}
         self.count = 0
-        """How many there have been: the number of the last."""
+        """Count so far; also the last one's number."""
 
     def add(self, source: Node, output: str, target: Node, name: str) -> Feed:
         """A new feed, behind all others; its copy is not made yet."""

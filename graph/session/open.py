@@ -37,8 +37,8 @@ if TYPE_CHECKING:
 @dataclass(frozen=True, slots=True)
 class Parts:
     """What a graph file gave: what it says, its compiled graphs, its stage (None where it could not be made),
-    everything that is wrong with it, what is odd but no hindrance (code, where, message); the MJCF model that its stage
-    mirrors, if it does."""
+    everything that is wrong with it, warnings that do not stop loading (code, where, message); the MJCF model that its
+    stage mirrors, if it does."""
 
     spec: FileSpec | None
     graphs: list[Graph]

@@ -123,7 +123,7 @@ class FileSpec:
     marks: Mapping[tuple[str, ...], Mark] = field(default_factory=dict)
     """Marks by key path, e.g. ("settings", "/a/b") or ("fidelity", "lidar.motion")."""
     notes: tuple[Note, ...] = ()
-    """What loading found odd but no hindrance."""
+    """Warnings that do not stop loading."""
 
     @property
     def lenient(self) -> bool:

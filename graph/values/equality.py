@@ -1,6 +1,6 @@
 """Whether two pieces of plain data say the same to a reader of a file: 1 and 1.0 do, nan and nan; 1 and true do not.
 
-Keys in another order do not either: prims are authored, and nodes computed, in the order of the file.
+Key order matters too: prims are authored, and nodes computed, in the order of the file.
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@ from .windows import RayGrid
 
 NO_SURFACE = -1
 NOTHING = np.uint32(2**32 - 1)
-"""The number of what a ray hits that hits nothing."""
+"""Object index of a miss."""
 
 
 @dataclass(slots=True)

@@ -63,7 +63,7 @@ class SimulationEvents:
         self._watching = True
 
     def register(self, callback: Registered, event: str, order: int) -> int:
-        """Takes a callback; its id. Raises ValueError for what is not an event, or where both have changed places."""
+        """Takes a callback; its id. Raises ValueError for what is not an event, or if the arguments are swapped."""
         if isinstance(callback, str) or callable(event):
             raise ValueError(
                 "the SimulationManager takes register_callback(callback, event): the callback first "

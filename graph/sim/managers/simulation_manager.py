@@ -258,7 +258,7 @@ class ManagedSimulation:
         PHYSICS_PRE_STEP and PHYSICS_POST_STEP call it with (dt [s], `StepContext`) around each substep, not during
         warm-up; PRIM_DELETED with (path); all others with (event). Lower order first, ties as registered; post-step
         callbacks below order 0 see the clocks before the step. A bound method is held weakly: it ends with its object.
-        `name=` is ignored with a warning. Raises ValueError for what is not an event, and where both changed places.
+        `name=` is ignored with a warning. Raises ValueError for what is not an event, or if the arguments are swapped.
         """
         if "name" in options:
             options.pop("name")
@@ -269,7 +269,7 @@ class ManagedSimulation:
         return self.events.register(callback, event, order)
 
     def deregister_callback(self, uid: int) -> bool:
-        """Ends a callback; False, and a warning, for an id that there is not."""
+        """Ends a callback; False, and a warning, for an unknown id."""
         found = self.events.remove(uid)
         if not found:
             self._world.warn("unknown-callback", "simulation", f"there is no callback with id {uid}")

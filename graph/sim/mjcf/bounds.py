@@ -52,7 +52,7 @@ def elements(root: Element, models: Mapping[str, int]) -> float:
 
 
 def too_large(element: Element) -> Iterator[Problem]:
-    """What an element asks for that is too much."""
+    """The limit this element exceeds, if any."""
     get = element.get
     for name, text in element.attributes.items():
         largest = _LARGEST.get((element.tag, name), _LARGEST_ANYWHERE.get(name))

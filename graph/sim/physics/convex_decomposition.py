@@ -117,7 +117,7 @@ def _flat_edges(
 def _joined(
     points: Floats, one: list[int] | None, other: list[int] | None, edge: tuple[int, int], normal: Floats, extent: float
 ) -> list[int] | None:
-    """Two polygons joined along an edge, without corners that are none; None where that is not convex."""
+    """Two polygons joined along an edge, without collinear corners; None where that is not convex."""
     if one is None or other is None or edge[0] not in one or edge[1] not in one:
         return None
     i = one.index(edge[0])

@@ -53,7 +53,7 @@ class Collider:
     triangles: Triangles | None = None
     material: Material = PLAIN
     still: str = ""
-    """Of what does not move: the prim that it belongs to in `World.filtered`."""
+    """For static shapes: the owning prim in `World.filtered`."""
     mask: int = 0
     """Its kind for the filters of collisions (see `World.meets`)."""
     trigger: bool = False

@@ -39,7 +39,7 @@ MOST_PAIRS = 100_000
 """More explicit pairs than this are not written: each costs time in every step."""
 
 SMOOTH = 1e-5
-"""Less friction than this is none: pyramids that flat are more than the solver can tell apart."""
+"""Friction below this is treated as zero: pyramids that flat are more than the solver can tell apart."""
 
 FIRM = (0.95, 0.99, 0.001, 0.5, 2.0)
 """MuJoCo's impedance where a material is authored: bodies at rest creep a tenth as fast as with its own default."""
