@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from graph.node import Attribute, Database, NodeAtLoad, node_type
+from graph.sim import settings as keys
 
 from .frames import (
     CUDA_DEVICE,
@@ -98,7 +99,7 @@ def compute_flat_scan(db: Database) -> bool:
     if frame is None or frame.count == 0:
         return False
     try:
-        flat = flat_scan(frame)
+        flat = flat_scan(frame, bins=db.app.settings.get(keys.SCAN_BINS))
     except UserError as error:
         db.fail(str(error))
     outputs = db.outputs

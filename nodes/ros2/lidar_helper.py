@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from graph.node import Attribute, Database, node_type
+from graph.node import Attribute, Database, NodeAtLoad, node_type
 from graph.sim import settings as keys
 
 from .laser_scans import LASER_SCAN, scan_style
-from .lidar_frames import SCAN_CHANNELS, cloud_channels, frame_cloud, frame_scan
+from .lidar_frames import SCAN_CHANNELS, FrameScan, cloud_channels, frame_cloud
 from .lidar_writers import STRING, FrameWriter, class_labels, object_id_map, stamps
 from .point_clouds import CLOUD_FIELDS, POINT_CLOUD
 from .profiles import offered_quality
@@ -46,10 +47,42 @@ def _detach(db: Database) -> None:
     memory.product, memory.writers, memory.view = None, [], None
 
 
+def _tilted(prim: Any) -> Iterator[str]:
+    """Why a laser scan cannot be made of a prim's lidar; nothing for one that can, and for other prims."""
+    from graph.base.errors import UserError
+    from sensors.lidar.flat_scan import require_level_beams
+    from sensors.lidar.names import PRIM_TYPE
+    from sensors.lidar.prim import read_config
+
+    if not prim or prim.GetTypeName() != PRIM_TYPE:
+        return
+    config = read_config(prim)
+    try:
+        require_level_beams(str(prim.GetPath()), config)
+    except UserError as error:
+        yield str(error)
+
+
+def _check(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
+    """Names as for every publisher, and a lidar with beams off the plane whose laser scans are wanted."""
+    from graph.base.errors import UserError
+    from graph.sim.scene.prim_paths import prim_at
+
+    yield from check_names(node)
+    if node.parity != "documented" or node.db.connected("inputs:type") or node.db.inputs.type != "laser_scan":
+        return
+    for path in node.sensors:
+        try:
+            problems = list(_tilted(prim_at(node.stage, path)))
+        except UserError:  # reported at the prim
+            continue
+        yield from (("", problem) for problem in problems)
+
+
 @node_type(
     "isaacsim.ros2.bridge.ROS2RtxLidarHelper",
     version=3,
-    check=check_names,
+    check=_check,
     inputs={
         "execIn": Attribute("execution", "attaches the publisher to the product; later activations find it attached"),
         "enabled": Attribute("bool", "if not, nothing is published and what was attached is taken off", default=True),
@@ -129,6 +162,9 @@ def _attach(db: Database, path: str) -> bool:
     kind = inputs.type
     if kind not in _MESSAGES:
         db.fail(f"input type is {kind!r}; it must be one of {', '.join(_MESSAGES)}")
+    if kind == "laser_scan" and not app.settings.get(keys.SCAN_BINS):
+        for problem in _tilted(app.stage.GetPrimAtPath(product.camera_path)):
+            db.fail(problem)
     _warn_about_settings(db)
     metadata = _metadata(db) if kind == "point_cloud" else ()
     if "Time" in metadata:
@@ -206,12 +242,7 @@ def _writers(db: Database, product: RenderProduct, kind: str, metadata: tuple[st
     every = inputs.frameSkipCount + 1
     topic = topic_name(db, camera)
     if kind == "laser_scan":
-        style = scan_style(app)
-        return [
-            FrameWriter(
-                app.bus, topic, LASER_SCAN, stamp, lambda frame, at: frame_scan(frame, at, frame_id, style), every
-            )
-        ]
+        return [FrameWriter(app.bus, topic, LASER_SCAN, stamp, FrameScan(frame_id, scan_style(app)), every)]
     writers = [
         FrameWriter(
             app.bus, topic, POINT_CLOUD, stamp, lambda frame, at: frame_cloud(frame, metadata, at, frame_id), every

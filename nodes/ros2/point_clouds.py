@@ -50,7 +50,7 @@ CLOUD_FIELDS: Mapping[str, CloudField] = {
 def point_cloud(
     points: NDArray[np.float32], values: Mapping[str, NDArray[Any]], nanoseconds: int, frame_id: str
 ) -> Any:
-    """A dense, unordered cloud (height 1) with packed little-endian points.
+    """An unordered cloud (height 1) with packed little-endian points; dense where every coordinate is finite.
 
     points: (N, 3) x, y, z [m]. values: by name of `CLOUD_FIELDS`, each with N rows: Timestamp uint64 absolute [ns]
     (low word first in the message), HitNormal and Velocity (N, 3), ObjectId (N, 16) bytes or (N, 4) uint32,
@@ -86,7 +86,15 @@ def point_cloud(
     ]
     step = layout.itemsize
     return message_type(POINT_CLOUD)(
-        header(nanoseconds, frame_id), 1, count, fields, False, step, step * count, data, True
+        header(nanoseconds, frame_id),
+        1,
+        count,
+        fields,
+        False,
+        step,
+        step * count,
+        data,
+        bool(np.isfinite(points).all()),
     )
 
 

@@ -91,5 +91,5 @@ def _of_frame(db: Database) -> tuple[NDArray[np.float32], NDArray[Any]]:
     from nodes.lidar.frames import frame_of_handle
     from sensors.lidar.flat_scan import flat_scan
 
-    flat = flat_scan(frame_of_handle(db, db.inputs.dataPtr), check_2d=False)
+    flat = flat_scan(frame_of_handle(db, db.inputs.dataPtr), check_2d=False, bins=scan_style(db.app).bins)
     return flat.ranges, flat.intensities

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from graph.sim import settings as keys
 from graph.sim.renderer.wrapper import unwrapped
 from sensors.annotators.outputs import SCAN_BUFFER_CHANNELS, empty_outputs, scan_buffer
 from sensors.annotators.types import AnnotatorType, Reading, with_info
@@ -45,7 +46,9 @@ def _scan_buffer(reading: Reading) -> dict[str, Any]:
 
 
 def _flat_scan(reading: Reading) -> dict[str, Any]:
-    flat = FlatScan() if reading.frame is None else flat_scan(reading.frame)
+    flat = (
+        FlatScan() if reading.frame is None else flat_scan(reading.frame, bins=reading.app.settings.get(keys.SCAN_BINS))
+    )
     return {
         "linearDepthData": flat.ranges,
         "intensitiesData": flat.intensities,

@@ -10,6 +10,7 @@ import numpy as np
 from graph.base.errors import UserError
 from sensors.frame import Frame, spherical
 
+from .beams import BeamRow, beam_row
 from .config import LidarConfig
 from .names import PRIM_TYPE
 from .prim import read_config
@@ -49,11 +50,12 @@ class FlatScan:
         return len(self.ranges)
 
 
-def flat_scan(frame: Frame, *, check_2d: bool = True) -> FlatScan:
+def flat_scan(frame: Frame, *, check_2d: bool = True, bins: bool = False) -> FlatScan:
     """IsaacComputeRTXLidarFlatScan of a frame.
 
-    Rotary: resolution 360 x scan rate / firing rate over -180 to 180 deg. Solid state: from the smallest to the
-    largest emitter azimuth, by their number; shifted by -180 deg when it ends beyond 180. An element falls into column
+    Rotary: resolution 360 x scan rate / firing rate over -180 to 180 deg. Solid state: one column for each emitter, as
+    `beam_row` has them, ascending; with `bins` as the product does, from the smallest to the largest emitter azimuth,
+    by their number, shifted by -180 deg when it ends beyond 180. In bins an element falls into column
     int((azimuth - start) / resolution), the last column if that lies outside; the last one written wins. No filter by
     range or VALID flag. check_2d: raises UserError for a Cartesian frame, and for a lidar with an emitter out of the
     plane, naming it; otherwise such points are taken as they are.
@@ -61,6 +63,8 @@ def flat_scan(frame: Frame, *, check_2d: bool = True) -> FlatScan:
     config = frame.config
     if check_2d:
         require_2d(frame.sensor_path, config, frame.coords)
+    if not (bins or config.is_rotary):
+        return _by_emitter(frame)
     state = config.emitter_states[0]
     shift = 0.0
     if config.is_rotary:
@@ -85,18 +89,59 @@ def flat_scan(frame: Frame, *, check_2d: bool = True) -> FlatScan:
     return scan
 
 
-def _fill(scan: FlatScan, frame: Frame, columns: int, start: float, resolution: float) -> None:
-    scan.ranges = np.full(columns, -1.0, np.float32)
-    scan.intensities = np.zeros(columns, np.uint8)
+def _by_emitter(frame: Frame) -> FlatScan:
+    row = beam_row(frame.config)
+    ranges, scalar = row_of(frame, row)
+    step = abs(row.step_deg)
+    last = row.start_deg + (row.count - 1) * row.step_deg
+    order = slice(None, None, 1 if row.step_deg > 0 else -1)
+    return FlatScan(
+        horizontal_fov=row.count * step,
+        horizontal_resolution=step,
+        depth_range=(frame.config.near_range_m, frame.config.far_range_m),
+        rotation_rate=float(frame.config.scan_rate_base_hz),
+        azimuth_range=(min(row.start_deg, last), max(row.start_deg, last)),
+        ranges=ranges[order],
+        intensities=_intensities(scalar)[order],
+    )
+
+
+def row_of(frame: Frame, row: BeamRow) -> tuple[np.ndarray, np.ndarray]:
+    """Ranges (row.count,) float32 [m], -1 where a beam has no return, and normalised intensities; of several returns
+    of a beam the last counts.
+    """
+    ranges, intensities = np.full(row.count, -1.0, np.float32), np.zeros(row.count, np.float32)
+    azimuth, distance = _measured(frame)
+    place, inside = row.place(azimuth)
+    inside &= distance > 0  # a kept firing without a return has distance 0
+    ranges[place[inside]] = distance[inside]
+    scalar = frame.channel("scalar")
+    if len(scalar):
+        intensities[place[inside]] = scalar[inside]
+    return ranges, intensities
+
+
+def _measured(frame: Frame) -> tuple[np.ndarray, np.ndarray]:
     azimuth, distance = frame.channel("azimuth"), frame.channel("distance")
     if not len(azimuth) and frame.has("xyz"):
         azimuth, _, distance = spherical(frame.xyz)
+    return azimuth, distance
+
+
+def _intensities(scalar: np.ndarray) -> np.ndarray:
+    return np.asarray(np.clip(scalar * np.float32(255.0), 0, 255).astype(np.uint8))
+
+
+def _fill(scan: FlatScan, frame: Frame, columns: int, start: float, resolution: float) -> None:
+    scan.ranges = np.full(columns, -1.0, np.float32)
+    scan.intensities = np.zeros(columns, np.uint8)
+    azimuth, distance = _measured(frame)
     column = ((azimuth.astype(np.float64) - start) / resolution + EDGE).astype(np.int64)
     column[(column < 0) | (column >= columns)] = columns - 1
     scan.ranges[column] = distance
     scalar = frame.channel("scalar")
     if len(scalar):
-        scan.intensities[column] = np.clip(scalar * np.float32(255.0), 0, 255).astype(np.uint8)
+        scan.intensities[column] = _intensities(scalar)
 
 
 def require_2d(sensor_path: str, config: LidarConfig, coords: str = "") -> None:
@@ -106,13 +151,18 @@ def require_2d(sensor_path: str, config: LidarConfig, coords: str = "") -> None:
     coords = coords or config.elements_coords_type
     if coords != "SPHERICAL":
         raise UserError(f"{sensor_path}: a flat scan needs elementsCoordsType SPHERICAL, not {coords}")
+    require_level_beams(sensor_path, config)
+
+
+def require_level_beams(sensor_path: str, config: LidarConfig) -> None:
+    """Raises UserError for a lidar with an emitter out of the plane, naming it with its elevation."""
     for number, state in enumerate(config.emitter_states, start=1):
         off = np.flatnonzero(np.abs(state.elevation_deg) > FLAT_DEG)
         if len(off):
             which = f"emitter {off[0]}" + (f" of state s{number:03}" if number > 1 else "")
             raise UserError(
-                f"{sensor_path}: a flat scan needs a 2D lidar, but {which} points {state.elevation_deg[off[0]]:g} deg "
-                "up; use a lidar with all elevations 0"
+                f"{sensor_path}: a flat or laser scan needs a 2D lidar, but {which} points "
+                f"{state.elevation_deg[off[0]]:g} deg up; use a lidar with all elevations 0"
             )
 
 

@@ -73,8 +73,24 @@ def test_in_a_column_the_last_element_wins_and_strays_go_to_the_last_column():
     assert scan.ranges.tolist() == [-1, -1, -1, -1, 8, -1, -1, 9]
 
 
-def test_a_solid_state_flat_scan_divides_its_span_by_its_emitters_and_shifts():
-    scan = flat_scan(frame(find("picoScan150"), **beams([0.0], [3.0])))
+@pytest.mark.parametrize(
+    ("name", "first", "spacing"),
+    [("picoScan150", -138.0, 0.1), ("TIM781", -225.0, 1 / 3), ("nanoScan3", -137.5, 1 / 6)],
+)
+def test_a_solid_state_flat_scan_has_a_column_for_each_emitter_where_it_points(name, first, spacing):
+    # 2761, 811 and 1651 emitters over 276, 270 and 275 deg: spacing = field of view / (emitters - 1).
+    config = find(name)
+    azimuth = np.array([(first + i * spacing + 180) % 360 - 180 for i in range(config.number_of_emitters)])
+
+    scan = flat_scan(frame(config, **beams(azimuth, 1 + np.arange(len(azimuth)))))
+
+    assert scan.ranges.tolist() == (1 + np.arange(len(azimuth))).tolist()
+    assert scan.horizontal_resolution == pytest.approx(spacing, abs=1e-6)
+    assert scan.azimuth_range == pytest.approx((first, first + (len(azimuth) - 1) * spacing), abs=1e-4)
+
+
+def test_a_solid_state_flat_scan_in_bins_divides_its_span_by_its_emitters_and_shifts():
+    scan = flat_scan(frame(find("picoScan150"), **beams([0.0], [3.0])), bins=True)
 
     assert scan.horizontal_fov == pytest.approx(359.9, abs=1e-4)
     assert scan.horizontal_resolution == pytest.approx(359.9 / 2761, abs=1e-6)

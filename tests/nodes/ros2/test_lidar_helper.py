@@ -49,19 +49,90 @@ def test_a_laser_scan_has_infinite_empty_beams_and_the_last_beams_angle(lidar, w
     count = len(scan.ranges)
     assert count == 3600
     assert scan.header.frame_id == "front"
-    assert scan.ranges[count // 2] == pytest.approx(4.0, abs=1e-3)
+    # Clockwise from straight ahead: the wall to the left, at 90 deg, comes after 270 deg.
+    assert scan.ranges[0] == pytest.approx(4.0, abs=1e-3)
     assert scan.ranges[3 * count // 4] == pytest.approx(2.0, abs=1e-3)
-    assert scan.ranges[0] == math.inf
-    assert scan.angle_min == pytest.approx(-math.pi)
-    assert scan.angle_max == pytest.approx(math.pi - math.radians(0.1))
+    assert scan.ranges[count // 2] == math.inf
+    assert (scan.angle_min, scan.angle_increment) == pytest.approx((0, -math.radians(0.1)))
+    assert scan.angle_max == pytest.approx(-2 * math.pi + math.radians(0.1))
+    assert scan.time_increment == 0  # a frozen scan shows one instant
     assert (scan.scan_time, scan.range_max) == pytest.approx((0.1, 200), rel=1e-6)
 
 
-def test_a_laser_scan_of_a_lidar_with_many_elevations_is_published_too(lidar, world):
+def test_a_laser_scan_of_a_lidar_with_many_elevations_is_refused(lidar, world):
     lidar("Example_Rotary")
+    with pytest.raises(ComputeError, match="/World/Lidar: a flat or laser scan needs a 2D lidar, but emitter 0 points"):
+        helper(world(), updates=7, type="laser_scan")
+
+
+def test_check_refuses_laser_scans_of_a_lidar_with_many_elevations(tmp_path):
+    from graph.base.errors import UserError
+    from graph.sim import App
+    from tests.support.lidar_texts import lidar_graph
+
+    scene = "tickgraph: 1\nscene: {prims: {/World/Lidar: {type: OmniLidar, config: Example_Rotary}}}\n"
+    file = tmp_path / "g.yaml"
+    file.write_text(scene + lidar_graph("type: laser_scan"))
+    with pytest.raises(UserError, match="needs a 2D lidar, but emitter 0 points -15 deg up"), App.from_file(file):
+        pass
+    file.write_text(scene + "clock: {parity: isaacsim-6.0.1}\n" + lidar_graph("type: laser_scan"))
+    with App.from_file(file):
+        pass
+
+
+@pytest.mark.parametrize(("motion", "between"), [("continuous", 1 / 36000), ("update", 1 / 36000), ("frozen", 0)])
+def test_the_beams_of_a_laser_scan_follow_each_other_as_they_fire(stage, lidar, motion, between):
+    # 36000 firings a second.
+    from graph.sim import App
+    from graph.sim.messages.bus import MemorySink
+
+    lidar()
+    with App(stage, fidelity={"lidar.motion": motion}) as app:
+        app.sink = MemorySink()
+        app.bus.subscribe(app.sink)
+        helper(app, updates=13, type="laser_scan")
+        assert app.sink["/points"][0].message.time_increment == pytest.approx(between, rel=1e-6)
+
+
+@pytest.mark.parametrize("name", ["picoScan150", "TIM781"])
+def test_every_beam_of_a_solid_state_laser_scan_has_its_true_bearing(lidar, world, name):
+    # A wall at x = 4 m fills the bearings to its edges: the range at bearing b is 4 / cos(b).
+    lidar(name)
+    app = world()
+    helper(app, updates=13, type="laser_scan")
+    scan = app.sink["/points"][0].message
+    bearing = scan.angle_min + np.arange(len(scan.ranges)) * scan.angle_increment
+    ahead = np.abs((bearing + np.pi) % (2 * np.pi) - np.pi) < math.radians(10)
+    assert len(scan.ranges) == {"picoScan150": 2761, "TIM781": 811}[name]
+    assert ahead.sum() > 50
+    assert scan.ranges[ahead] == pytest.approx(4 / np.cos(bearing[ahead]), abs=1e-3)
+
+
+def test_firings_without_a_return_that_are_kept_are_no_points_at_the_origin(stage, lidar, world):
+    from sensors.lidar.names import PREFIX
+
+    lidar()
+    stage.GetPrimAtPath("/World/Lidar").GetAttribute(f"{PREFIX}skipDroppingInvalidPoints").Set(True)
+    app = world()
+    helper(app, updates=7)
+    cloud = app.sink["/points"][0].message
+    points = np.frombuffer(cloud.data.tobytes(), "<f4").reshape(-1, 3)
+    dark = np.isnan(points).all(axis=1)
+    assert (len(points), cloud.is_dense) == (3600, False)
+    assert dark.any()
+    assert (np.linalg.norm(points[~dark], axis=1) > 1).all()
+
+
+def test_firings_without_a_return_that_are_kept_are_empty_beams(stage, lidar, world):
+    from sensors.lidar.names import PREFIX
+
+    lidar()
+    stage.GetPrimAtPath("/World/Lidar").GetAttribute(f"{PREFIX}skipDroppingInvalidPoints").Set(True)
     app = world()
     helper(app, updates=7, type="laser_scan")
-    assert len(app.sink["/points"]) == 1
+    ranges = app.sink["/points"][0].message.ranges
+    assert np.isinf(ranges).any()
+    assert ranges.min() > 1
 
 
 def test_metadata_adds_fields_and_ring_and_time_come_at_any_auxiliary_level(lidar, world):
