@@ -11,6 +11,9 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from graph.sim import App
 
+MOST_PLANNED_UPDATES = 100_000
+"""How many updates are counted through, one by one; a longer run is told of by its first ones."""
+
 
 @dataclass(frozen=True, slots=True)
 class Step:

@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
+from graph.session.graph_links import Links
 from graph.sim.renderer.wrapper import SensorWrapper
 
-from .explain_links import Links
 from .frames import FrameSink
 
 if TYPE_CHECKING:

@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
-from graph.evaluate.links import Link
+from graph.session.link_checks import link_notes
 
-from .explain_links import Links
 from .missed_ticks import missed_ticks
 
 if TYPE_CHECKING:
-    from graph.evaluate import Node
-    from graph.node.declaration import Role
+    from graph.session.graph_links import Links
     from graph.sim import App
 
     from .explain_clocks import Step
@@ -23,22 +20,15 @@ if TYPE_CHECKING:
 Trap = tuple[str, str, str]
 """Code, where, message."""
 
-TIMES: Mapping[Role, str] = {
-    "timeline time": "timeline time, which loops and runs ahead of the physics clock",
-    "loop time": "the run loop's time, which no stop resets",
-}
-"""What an output of this role is, instead of the time that sensors are stamped with."""
-
 
 def find_traps(
     app: App, links: Links, seen: Observed, sensors: Sequence[Mapping[str, Any]], steps: Sequence[Step]
 ) -> list[Trap]:
     """Every trap there is, clocks first, and what the App itself warns of."""
     found = [
-        *_clock_traps(app, steps),
+        *clock_traps(app, steps),
         *_sensor_traps(app, sensors, seen),
-        *_stamp_traps(links),
-        *_order_traps(links),
+        *link_notes(links),
         *_latent_traps(seen),
         *seen.frames.warnings(app.bus),
     ]
@@ -46,7 +36,8 @@ def find_traps(
     return list(dict.fromkeys(found))
 
 
-def _clock_traps(app: App, steps: Sequence[Step]) -> Iterator[Trap]:
+def clock_traps(app: App, steps: Sequence[Step]) -> Iterator[Trap]:
+    """What is odd about the clocks of an App that plays, in these updates."""
     from graph.sim import settings as keys
 
     settings = app.settings
@@ -154,71 +145,6 @@ def _sensor_traps(app: App, sensors: Sequence[Mapping[str, Any]], seen: Observed
             )
     for node in seen.unmade:
         yield "product-not-made", node.path, f"it makes no render product in the first {seen.updates} updates"
-
-
-def _stamp_traps(links: Links) -> Iterator[Trap]:
-    for link in links.all:
-        if link.input not in link.target.type.inputs_as("stamp"):
-            continue
-        for source in links.data_sources(link):
-            clock = source.source.type.find("outputs", source.output)
-            if clock is not None and clock.role in TIMES:
-                yield (
-                    "timeline-stamp",
-                    f"{link.target.path}.inputs:{link.input}",
-                    f"gets {source.source.name}.{source.output}: {TIMES[clock.role]}; sensors are stamped with "
-                    "IsaacReadSimulationTime.simulationTime",
-                )
-
-    for node, incoming in links.into.items():
-        names = {link.input for link in incoming}
-        publishes = node.type.inputs_as("topic") and any(link.execution for link in incoming)
-        for stamp in node.type.inputs_as("stamp") if publishes else ():
-            if stamp in names or node.get(stamp):
-                continue
-            yield (
-                "timestamp-unconnected",
-                f"{node.path}.inputs:{stamp}",
-                "nothing gives it a time, so all its messages are stamped 0; connect "
-                "IsaacReadSimulationTime.simulationTime",
-            )
-
-
-def _order_traps(links: Links) -> Iterator[Trap]:
-    for node, output, targets in links.execution_outputs():
-        reached = {target: links.reached(target) for target in targets}
-        for first, second in combinations(targets, 2):
-            shared = reached[first] & reached[second]
-            early, late = reached[first] - shared, reached[second] - shared
-            if exchange := _exchange(links, early, late):
-                yield (
-                    "fan-out-order",
-                    f"{node.path}.outputs:{output}",
-                    f"{exchange} reads it in the same update only because {first.name} is wired before {second.name}; "
-                    "chain them, or use Multisequence",
-                )
-            if exchange := _exchange(links, late, early):
-                yield (
-                    "fan-out-order",
-                    f"{node.path}.outputs:{output}",
-                    f"{exchange} reads the value of the update before, because {first.name} is wired before "
-                    f"{second.name}; swap them, or use Multisequence",
-                )
-
-
-def _exchange(links: Links, writers: set[Node], readers: set[Node]) -> str:
-    """The first data connection from one of the writers to one of the readers, as text; "" if there is none."""
-    for link in links.all:
-        if link.target in readers and not link.execution:
-            for source in links.data_sources(link):
-                if source.source in writers:
-                    return _as_text(source, link)
-    return ""
-
-
-def _as_text(source: Link, link: Link) -> str:
-    name = link.target.name
-    return f"{source.source.name}.{source.output} -> {name}.{link.input}: {name}"
 
 
 def _latent_traps(seen: Observed) -> Iterator[Trap]:

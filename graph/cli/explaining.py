@@ -8,9 +8,10 @@ from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .explain_clocks import clock_facts, plan_updates
+from graph.session.graph_links import Links
+
+from .explain_clocks import MOST_PLANNED_UPDATES, clock_facts, plan_updates
 from .explain_graphs import graph_facts
-from .explain_links import Links
 from .explain_run import observe
 from .explain_sensors import sensors_of
 from .explain_traps import find_traps
@@ -19,8 +20,6 @@ if TYPE_CHECKING:
     from graph.session.open import Session
 
 DEFAULT_DURATION_S = 5
-MOST_PLANNED_UPDATES = 100_000
-"""How many updates are counted through, one by one; a longer run is told of by its first ones."""
 
 
 def explain(session: Session, file: str | Path) -> dict[str, Any]:

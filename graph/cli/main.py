@@ -51,7 +51,7 @@ class Command:
 
 COMMANDS = {
     "run": Command("play a graph file and report what happened", "run", settings=True),
-    "check": Command("validate graph files without running them", "check", settings=True),
+    "check": Command("validate graph files without running them; explain finds more traps", "check", settings=True),
     "test": Command("run *.test.yaml tests of graphs and nodes", "test", settings=True),
     "nodes": Command("list node types", "nodes"),
     "node": Command("describe one node type", "node"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -27,6 +28,9 @@ if TYPE_CHECKING:
 Report = dict[str, Any]
 
 REPORT = "report.json"
+SENSOR_COLUMNS = ("Hz", "frames", "points", "first (s)", "last (s)")
+GAP = 2
+"""Spaces between the columns of a table."""
 
 
 def build_report(app: App, runner: GraphRunner, published: CountingSink, wall_time_s: float) -> Report:
@@ -69,28 +73,23 @@ def to_json(report: Mapping[str, Any]) -> str:
 def print_table(report: Report, console: Console) -> None:
     """Sensors, topics and clocks of a run, for a person."""
     if report["sensors"]:
-        table = _table("sensor", "Hz", "due", "rendered", "points", "first stamp (s)", "last stamp (s)")
-        for path, sensor in report["sensors"].items():
-            table.add_row(
-                _name(path),
-                f"{sensor['tick_rate']:g}",
-                str(sensor["due"]),
-                _amount(sensor["frames"]),
-                f"{sensor['elements']:,}",
-                _seconds(sensor["first_frame_ns"]),
-                _seconds(sensor["last_frame_ns"]),
-            )
+        table = _table("sensor", *SENSOR_COLUMNS)
+        rows = {path: _sensor_cells(sensor) for path, sensor in report["sensors"].items()}
+        widths = (max(map(len, column)) for column in zip(SENSOR_COLUMNS, *rows.values(), strict=True))
+        room = console.width - sum(GAP + width for width in widths) - GAP
+        for path, cells in rows.items():
+            table.add_row(_name(path, room), *cells)
         console.print(table)
     if report["topics"]:
         table = _table("topic", "messages")
         table.add_column("type")
         for topic, count in report["topics"].items():
-            table.add_row(_name(topic), _amount(count["messages"]), _name(count["type"]))
+            table.add_row(_name(topic, console.width // 2), _amount(count["messages"]), _name(count["type"]))
         console.print(table)
     clocks = _table("clock", "at the end (s)", "counted")
-    clocks.add_row("timeline", f"{report['timeline_time']:.9f}", f"{report['updates']:,} updates")
-    clocks.add_row("physics", f"{report['simulation_time']:.9f}", f"{report['physics_steps']:,} steps")
-    clocks.add_row("renderer", f"{report['external_time']:.9f}", f"{_frames(report):,} frames")
+    clocks.add_row("timeline", _decimal(report["timeline_time"]), f"{report['updates']:,} updates")
+    clocks.add_row("physics", _decimal(report["simulation_time"]), f"{report['physics_steps']:,} steps")
+    clocks.add_row("renderer", _decimal(report["external_time"]), f"{_frames(report):,} frames")
     console.print(clocks)
     for line in report["silent"]:
         console.print(f"silent: {safe_line(line)}", highlight=False, markup=False, soft_wrap=True)
@@ -110,18 +109,34 @@ def _table(name: str, *columns: str) -> Table:
     from rich import box
     from rich.table import Table
 
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, GAP - 1, 0, 0))
     table.add_column(name, overflow="fold")
     for column in columns:
-        table.add_column(column, justify="right")
+        table.add_column(column, justify="right", no_wrap=True)
     return table
 
 
-def _name(text: str) -> Text:
-    """A name of a file as a cell: no markup, no control characters."""
+def _sensor_cells(sensor: Mapping[str, Any]) -> tuple[str, ...]:
+    silent = "" if sensor["frames"] else " (silent)"
+    return (
+        f"{sensor['tick_rate']:g}",
+        f"{sensor['frames']:,} of {sensor['due']:,}{silent}",
+        f"{sensor['elements']:,}",
+        _seconds(sensor["first_frame_ns"]),
+        _seconds(sensor["last_frame_ns"]),
+    )
+
+
+def _name(text: str, width: int = 40) -> Text:
+    """A name of a file as a cell: no markup, no control characters; a longer one goes on below, from a slash on."""
     from rich.text import Text
 
-    return Text(safe_line(text))
+    lines = [""]
+    for part in re.split("(?=/)", safe_line(text)):
+        if len(lines[-1]) + len(part) > width and lines[-1]:
+            lines.append("")
+        lines[-1] += part
+    return Text("\n".join(lines))
 
 
 def _amount(number: int) -> str:
@@ -166,7 +181,16 @@ def _sensor(products: Sequence[Any]) -> Mapping[str, Any]:
 
 
 def _seconds(stamp_ns: int | None) -> str:
-    return "-" if stamp_ns is None else f"{stamp_ns / 1e9:.9f}"
+    return "-" if stamp_ns is None else _exact_seconds(stamp_ns)
+
+
+def _exact_seconds(stamp_ns: int) -> str:
+    whole, rest = divmod(stamp_ns, 1_000_000_000)
+    return f"{whole}.{rest:09d}".rstrip("0").rstrip(".")
+
+
+def _decimal(seconds: float) -> str:
+    return f"{seconds:.9f}".rstrip("0").rstrip(".")
 
 
 def _wall_clock(app: App) -> Mapping[str, Any]:

@@ -12,6 +12,7 @@ import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from fractions import Fraction
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -32,6 +33,8 @@ if TYPE_CHECKING:
 
 HELP = "run a graph file"
 DEFAULT_DURATION_S = 5
+MOST_UPDATES = 10**12
+"""Decades at any rate that a computer reaches: more is a slip of the pen."""
 EXIT_INTERRUPTED = 130
 
 
@@ -73,6 +76,8 @@ def run(args: argparse.Namespace) -> int:
     from graph.session.open import open_session
     from graph.sim.messages.bus import CountingSink
 
+    from .explain_clocks import MOST_PLANNED_UPDATES, plan_updates
+    from .explain_traps import clock_traps
     from .frames import FrameSink
     from .missed_ticks import missed_in_run
     from .report import build_report
@@ -110,6 +115,8 @@ def run(args: argparse.Namespace) -> int:
                 started = time.perf_counter()
                 # Physics is built here: a scene that has none that can be built is refused before anything is written.
                 app.play()
+                for warning in clock_traps(app, list(islice(plan_updates(app), min(updates, MOST_PLANNED_UPDATES)))):
+                    app.warn(*warning)
                 if args.out:
                     app.output_folder = args.out
                     output = _output(args, session, held)
@@ -206,6 +213,15 @@ def show_log() -> None:
 
 
 def _number_of_updates(args: argparse.Namespace, session: Session) -> int:
+    updates = _updates_asked_for(args, session)
+    if updates > MOST_UPDATES:
+        given = f"--duration {args.duration}" if args.duration is not None else "duration of the file"
+        asked = f"--updates {args.updates}" if args.updates is not None else given
+        raise UserError(f"{asked}: a run has at most {MOST_UPDATES:,} updates")
+    return updates
+
+
+def _updates_asked_for(args: argparse.Namespace, session: Session) -> int:
     if args.updates is not None:
         if args.updates < 0:
             raise UserError(f"--updates {args.updates}: give a number of updates, 0 or more")

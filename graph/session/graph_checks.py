@@ -1,4 +1,4 @@
-"""Graphs that compile and still cannot do what they look like: those that never run, execution that goes round."""
+"""Graphs that compile and still do not do what they look like: the warnings of `graph check` and of a run."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 from graph.plan.order import cycles
 
+from .graph_links import Links
+from .link_checks import link_notes
 from .runner import frame_entries, runs_by_itself
 
 if TYPE_CHECKING:
@@ -17,17 +19,23 @@ if TYPE_CHECKING:
 
 MOST_CYCLES = 8
 """Cycles of one graph that are named."""
+MOST_LINKED_NODES = 512
+"""Connections of more nodes than this are followed by `graph explain` only: each fan-out is compared in pairs."""
 SHOWN = 12
 """Nodes of a cycle that are named."""
 
 
 def graph_notes(graphs: Iterable[Graph]) -> Iterator[Note]:
-    """A warning for each graph that nothing evaluates, and for each cycle of execution wires that nothing decides."""
+    """A warning for each graph that nothing evaluates, for each cycle of execution wires that nothing decides, and for
+    what `link_notes` finds."""
+    graphs = list(graphs)
     for graph in graphs:
         if why := _never_runs(graph):
             yield "graph-never-runs", str(graph.mark or graph.path), f"graph {graph.path} never runs: {why}"
         if graph.evaluator == "execution":
             yield from _execution_cycles(graph)
+    if sum(len(graph.nodes) for graph in graphs) <= MOST_LINKED_NODES:
+        yield from link_notes(Links(graphs))
 
 
 def _never_runs(graph: Graph) -> str:

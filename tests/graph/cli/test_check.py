@@ -246,3 +246,43 @@ def test_damage_that_usd_finds_as_it_reads_a_value_is_one_line_that_names_the_fi
         result = graph(*command)
         assert result.code == 2
         assert "a.usda: USD cannot make sense of it: Invalid combination of opType" in result.err
+
+
+TRAPS = """\
+tickgraph: 1
+graphs:
+  /World/G:
+    nodes:
+      tick: OnPlaybackTick
+      clock: ROS2PublishClock
+      first: {type: Countdown, inputs: {duration: 3}}
+      second: {type: Countdown, inputs: {duration: 3}}
+    connections:
+      - tick.tick -> [clock.execIn, first.execIn, second.execIn]
+      - first.tickValue -> second.duration
+"""
+
+
+def test_traps_that_lie_in_the_wires_are_warnings_of_check_and_of_the_run(folder, graph):
+    (folder / "a.yaml").write_text(TRAPS)
+    for arguments in (("check", "a.yaml"), ("run", "a.yaml", "--updates", "2")):
+        result = graph(*arguments)
+        assert result.code == 0
+        codes = [line.split(": ")[0].removeprefix("warning ") for line in result.err.splitlines()]
+        assert {"timestamp-unconnected", "fan-out-order"} <= set(codes)
+
+
+def test_traps_of_the_clock_are_warnings_of_the_run(folder, graph):
+    # physics at 24 Hz under a loop of 60 Hz steps in 2 updates of 5: 3 of 5 are idle
+    (folder / "a.yaml").write_text("tickgraph: 1\nclock: {loop_hz: 60, physics_hz: 24}\n")
+    result = graph("run", "a.yaml", "--updates", "60")
+    assert "physics-slower-than-loop: clock: 36 of 60 updates run no physics step" in result.err
+
+
+@pytest.mark.parametrize("length", [("--duration", "1e30"), ("--updates", str(10**29))])
+def test_a_run_without_end_is_refused_in_one_line(length, folder, graph):
+    (folder / "a.yaml").write_text("tickgraph: 1\n")
+    result = graph("run", "a.yaml", *length)
+    assert result.code == 2
+    [line] = result.err.splitlines()
+    assert line == f"graph: {length[0]} {length[1]}: a run has at most 1,000,000,000,000 updates"

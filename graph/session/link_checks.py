@@ -1,0 +1,93 @@
+"""Connections that work and still surprise: stamps of another clock, values that depend on the order of wires."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from itertools import combinations
+from typing import TYPE_CHECKING
+
+from graph.evaluate.links import Link
+
+from .graph_links import Links
+
+if TYPE_CHECKING:
+    from graph.evaluate import Node
+    from graph.node.declaration import Role
+    from graph.spec.file_spec import Note
+
+TIMES: Mapping[Role, str] = {
+    "timeline time": "timeline time, which loops and runs ahead of the physics clock",
+    "loop time": "the run loop's time, which no stop resets",
+}
+"""What an output of this role is, instead of the time that sensors are stamped with."""
+
+
+def link_notes(links: Links) -> Iterator[Note]:
+    """A warning for each stamp of a wrong clock or of none, and each exchange that the order of wires decides."""
+    yield from _stamp_notes(links)
+    yield from _order_notes(links)
+
+
+def _stamp_notes(links: Links) -> Iterator[Note]:
+    for link in links.all:
+        if link.input not in link.target.type.inputs_as("stamp"):
+            continue
+        for source in links.data_sources(link):
+            clock = source.source.type.find("outputs", source.output)
+            if clock is not None and clock.role in TIMES:
+                yield (
+                    "timeline-stamp",
+                    f"{link.target.path}.inputs:{link.input}",
+                    f"gets {source.source.name}.{source.output}: {TIMES[clock.role]}; sensors are stamped with "
+                    "IsaacReadSimulationTime.simulationTime",
+                )
+
+    for node, incoming in links.into.items():
+        names = {link.input for link in incoming}
+        publishes = node.type.inputs_as("topic") and any(link.execution for link in incoming)
+        for stamp in node.type.inputs_as("stamp") if publishes else ():
+            if stamp in names or node.get(stamp):
+                continue
+            yield (
+                "timestamp-unconnected",
+                f"{node.path}.inputs:{stamp}",
+                "nothing gives it a time, so all its messages are stamped 0; connect "
+                "IsaacReadSimulationTime.simulationTime",
+            )
+
+
+def _order_notes(links: Links) -> Iterator[Note]:
+    for node, output, targets in links.execution_outputs():
+        reached = {target: links.reached(target) for target in targets}
+        for first, second in combinations(targets, 2):
+            shared = reached[first] & reached[second]
+            early, late = reached[first] - shared, reached[second] - shared
+            if exchange := _exchange(links, early, late):
+                yield (
+                    "fan-out-order",
+                    f"{node.path}.outputs:{output}",
+                    f"{exchange} reads it in the same update only because {first.name} is wired before {second.name}; "
+                    "chain them, or use Multisequence",
+                )
+            if exchange := _exchange(links, late, early):
+                yield (
+                    "fan-out-order",
+                    f"{node.path}.outputs:{output}",
+                    f"{exchange} reads the value of the update before, because {first.name} is wired before "
+                    f"{second.name}; swap them, or use Multisequence",
+                )
+
+
+def _exchange(links: Links, writers: set[Node], readers: set[Node]) -> str:
+    """The first data connection from one of the writers to one of the readers, as text; "" if there is none."""
+    for link in links.all:
+        if link.target in readers and not link.execution:
+            for source in links.data_sources(link):
+                if source.source in writers:
+                    return _as_text(source, link)
+    return ""
+
+
+def _as_text(source: Link, link: Link) -> str:
+    name = link.target.name
+    return f"{source.source.name}.{source.output} -> {name}.{link.input}: {name}"
