@@ -14,12 +14,16 @@ NAME_OVERRIDE = "isaac:nameOverride"
 
 @dataclass(frozen=True, slots=True)
 class Edge:
-    """A transform to publish: prim paths (parent "" is the world) and frame names."""
+    """A transform to publish: prim paths (parent "" is the world), frame names, and which of the two are cameras, whose
+    frame is optical as in ROS: x right, y down, z ahead (a USD camera has y up and looks along -z).
+    """
 
     parent: str
     child: str
     parent_frame: str
     child_frame: str
+    from_camera: bool = False
+    to_camera: bool = False
 
 
 def edges_of(stage: Any, parent: str, targets: Iterable[str]) -> list[Edge]:
@@ -34,7 +38,17 @@ def edges_of(stage: Any, parent: str, targets: Iterable[str]) -> list[Edge]:
             if child != parent:
                 pairs.setdefault(child, parent_link or parent)
     names = _frame_names(stage, [parent, *pairs.values(), *pairs])
-    return [Edge(above, child, names[above], names[child]) for child, above in pairs.items()]
+    cameras = {path for path in names if path and _is_camera(stage.GetPrimAtPath(path))}
+    return [
+        Edge(above, child, names[above], names[child], above in cameras, child in cameras)
+        for child, above in pairs.items()
+    ]
+
+
+def _is_camera(prim: Any) -> bool:
+    from graph.sim.usd import UsdGeom
+
+    return bool(prim.IsA(UsdGeom.Camera))
 
 
 def links_of(stage: Any, target: str) -> list[tuple[str, str]]:
@@ -105,6 +119,8 @@ class TransformTree:
         rows = {path: row for row, path in enumerate((*self._paths, ""))}
         self._parents = [rows[edge.parent] for edge in edges]
         self._children = [rows[edge.child] for edge in edges]
+        paths = {edge.parent: edge.from_camera for edge in edges} | {edge.child: edge.to_camera for edge in edges}
+        self._cameras = [rows[path] for path, is_camera in paths.items() if is_camera]
 
     def read(self, fabric: Any, meters_per_unit: float) -> list[FrameTransform]:
         """The edges' poses of this moment, translations in metres; scale is taken out of both ends."""
@@ -114,6 +130,8 @@ class TransformTree:
 
         matrices = np.concatenate([fabric.world_matrices(self._paths), np.eye(4)[None]])
         rotations, _ = rotations_and_scales(matrices)
+        if self._cameras:
+            rotations[self._cameras] *= (1.0, -1.0, -1.0)  # half a turn about x, from USD to optical axes
         to_parent = rotations[self._parents].transpose(0, 2, 1)
         apart = (matrices[self._children, :3, 3] - matrices[self._parents, :3, 3]) * meters_per_unit
         offsets = (to_parent @ apart[:, :, None])[:, :, 0].tolist()

@@ -89,7 +89,7 @@ def scan_buffer(frame: Frame, meters_per_unit: float, names: Iterable[str]) -> d
     """IsaacCreateRTXLidarScanBuffer: `data`, `transform`, and the named outputs; one that the frame lacks is empty.
 
     `data` (N, 3) float32 and distance are in stage units, and so is the transform's translation. What the frame
-    holds is what comes out: nothing is accumulated here.
+    holds is what comes out: nothing is accumulated here. objectId: (4 N,) uint32, the lowest word of each id first.
     """
     to_stage = np.float32(1.0 / meters_per_unit)
     transform = transform_of(frame)
@@ -97,5 +97,7 @@ def scan_buffer(frame: Frame, meters_per_unit: float, names: Iterable[str]) -> d
     found = {"data": frame.xyz * to_stage if meters_per_unit != 1.0 else frame.xyz, "transform": transform}
     for name in names:
         array = labelled(frame, name)
+        if name == "objectId":
+            array = np.ascontiguousarray(array).reshape(-1).view("<u4")
         found[name] = array * to_stage if name == "distance" and meters_per_unit != 1.0 else array
     return found

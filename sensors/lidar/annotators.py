@@ -41,7 +41,10 @@ def _scan_channels(reading: Reading) -> set[str]:
 def _scan_buffer(reading: Reading) -> dict[str, Any]:
     names = _wanted(reading.options)
     if reading.frame is None:
-        return with_info(empty_outputs(("data", *names)), reading)
+        empty = empty_outputs(("data", *names))
+        if "objectId" in empty:
+            empty["objectId"] = np.empty(0, np.uint32)
+        return with_info(empty, reading)
     return with_info(scan_buffer(reading.frame, reading.app.meters_per_unit, names), reading)
 
 

@@ -48,7 +48,7 @@ def test_a_scan_buffer_has_what_was_asked_for_with_the_documented_types(app):
     app.play()
 
     empty = buffer.get_data()
-    assert (empty["data"].shape, empty["objectId"].shape, empty["timestamp"].dtype) == ((0, 3), (0, 16), np.uint64)
+    assert (empty["data"].shape, empty["objectId"].shape, empty["timestamp"].dtype) == ((0, 3), (0,), np.uint64)
     app.update(steps=6)
     found = buffer.get_data()
 
@@ -58,7 +58,7 @@ def test_a_scan_buffer_has_what_was_asked_for_with_the_documented_types(app):
         **dict.fromkeys(("echoId", "tickState"), (np.uint8, (360,))),
         **dict.fromkeys(("data", "hitNormal", "velocity"), (np.float32, (360, 3))),
         "timestamp": (np.uint64, (360,)),
-        "objectId": (np.uint8, (360, 16)),
+        "objectId": (np.uint32, (4 * 360,)),
         "radialVelocityMS": (np.float32, (0,)),
         "transform": (np.float64, (16,)),
     }

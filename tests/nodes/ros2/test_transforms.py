@@ -83,6 +83,27 @@ def test_poses_are_relative_metres_and_xyzw(stage, world):
     assert (turn.x, turn.y, turn.z, turn.w) == pytest.approx((0, 0, -math.sqrt(0.5), math.sqrt(0.5)))
 
 
+def test_the_frame_of_a_camera_is_optical(stage, world):
+    # A USD camera looks along -z with y up, a ROS optical frame has z ahead and y down: half a turn about x between
+    # them. What is 2 m ahead of the camera, at z = -2 below it, is at z = +2 of its frame.
+    from pxr import UsdGeom
+
+    camera = UsdGeom.Camera.Define(stage, "/World/Eye")
+    camera.AddTranslateOp().Set((0, 0, 5))
+    ahead = UsdGeom.Xform.Define(stage, "/World/Ahead")
+    ahead.AddTranslateOp().Set((0, 1, 3))
+    app = world()
+    run_node(PUBLISH, inputs={"targetPrims": ["/World/Eye"]}, pulses={"execIn": [0]}, updates=1, app=app)
+    inputs = {"targetPrims": ["/World/Ahead"], "parentPrim": ["/World/Eye"], "topicName": "seen"}
+    run_node(PUBLISH, inputs=inputs, pulses={"execIn": [0]}, updates=1, app=app)
+    [eye] = [one.message.transforms[0].transform for one in app.sink["/tf"]]
+    [seen] = [one.message.transforms[0].transform for one in app.sink["/seen"]]
+    turn = eye.rotation
+    assert [abs(turn.x), turn.y, turn.z, turn.w] == pytest.approx([1, 0, 0, 0])
+    assert [eye.translation.x, eye.translation.y, eye.translation.z] == pytest.approx([0, 0, 5])
+    assert [seen.translation.x, seen.translation.y, seen.translation.z] == pytest.approx([0, -1, 2])
+
+
 def test_a_static_tree_is_sent_once_on_tf_static_and_again_when_it_changed(stage, world):
     stage.DefinePrim("/World/Lidar", "Xform")
     app = world()
