@@ -16,10 +16,10 @@ SOURCES := graph nodes sensors tests graphs
 .PHONY: run test lint bench clean system-libraries
 .DELETE_ON_ERROR:
 
-run: $(VENV)/run.stamp system-libraries
+run: system-libraries $(VENV)/run.stamp
 	$(BIN)/graph run graphs/yard.yaml --out out/yard
 
-test: $(VENV)/dev.stamp system-libraries
+test: system-libraries $(VENV)/dev.stamp
 	$(BIN)/python -m pytest --numprocesses auto $(PYTEST)
 
 lint: $(VENV)/dev.stamp
@@ -27,7 +27,7 @@ lint: $(VENV)/dev.stamp
 	$(BIN)/ruff format --check $(SOURCES)
 	$(BIN)/mypy
 
-bench: $(VENV)/dev.stamp system-libraries
+bench: system-libraries $(VENV)/dev.stamp
 	$(BIN)/python tests/benchmarks/run.py
 
 clean:
@@ -43,11 +43,13 @@ $(VENV)/python.stamp: $(PINS)
 	@touch $@
 
 $(VENV)/run.stamp: $(VENV)/python.stamp pyproject.toml $(PINS)
+	@echo "installing into $(VENV): about 1 GB on disk"
 	$(PIP) install -c $(PINS) --no-build-isolation --editable .
 	$(COMPILE)
 	@touch $@
 
 $(VENV)/dev.stamp: $(VENV)/python.stamp pyproject.toml $(PINS)
+	@echo "installing into $(VENV): about 1 GB on disk"
 	$(PIP) install -c $(PINS) --no-build-isolation --editable '.[dev]'
 	$(COMPILE)
 	@touch $@ $(VENV)/run.stamp

@@ -107,6 +107,14 @@ def test_make_says_clearly_when_there_is_no_python(tmp_path):
     assert "Python 3.11 or newer" in done.stderr
 
 
+def test_make_looks_for_system_libraries_before_it_installs_and_says_how_much():
+    # --always-make: as in a fresh clone, whatever this checkout has installed
+    planned = subprocess.run(
+        ["make", "--dry-run", "--always-make", "run"], cwd=ROOT, capture_output=True, text=True, check=True
+    ).stdout
+    assert planned.index(".ci/system-libraries") < planned.index("about 1 GB") < planned.index("--editable .")
+
+
 def test_make_takes_the_python_it_is_given():
     environment = {**os.environ, "PYTHON": sys.executable}
     done = subprocess.run([ROOT / ".ci" / "find-python"], env=environment, capture_output=True, text=True, check=False)
