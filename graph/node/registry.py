@@ -162,7 +162,7 @@ class Registry:
             add()
         except (Exception, SystemExit) as error:  # whatever a module of somebody else's may raise
             for type_id in set(self._types) - before:
-                self._forget(type_id)
+                self.remove(type_id)
             reason = " ".join(str(error).split())
             if not isinstance(error, UserError):
                 reason = f"{type(error).__name__}: {reason}"
@@ -174,7 +174,8 @@ class Registry:
             package, _, place = name.partition(" ")
             self._left_out.append(f'the node package "{package}" {place}, which is left out: {reason}')
 
-    def _forget(self, type_id: str) -> None:
+    def remove(self, type_id: str) -> None:
+        """Takes a type away again. Raises KeyError for an unknown id."""
         del self._types[type_id]
         for name in _short_names(type_id):
             self._short[name].remove(type_id)

@@ -95,8 +95,8 @@ class Returns:
                 found[name] = self._of_pattern(getattr(self._pattern, _BEAM_CHANNELS[name]))
             elif name in self._tables:
                 found[name] = self._of_surface(name)
-            elif name in _MAKERS:
-                found[name] = _MAKERS[name](self)
+            elif name in MAKERS:
+                found[name] = MAKERS[name](self)
         return found
 
     def _of_pattern(self, array: np.ndarray) -> np.ndarray:
@@ -238,7 +238,7 @@ _BEAM_CHANNELS = {
 }
 """Channels that only say which firing it was -> the pattern's array."""
 
-_MAKERS: dict[str, Callable[[Returns], np.ndarray]] = {
+MAKERS: dict[str, Callable[[Returns], np.ndarray]] = {
     "xyz": Returns.xyz,
     "azimuth": Returns.azimuth,
     "elevation": Returns.elevation,
@@ -250,3 +250,4 @@ _MAKERS: dict[str, Callable[[Returns], np.ndarray]] = {
     "hitNormals": Returns.hit_normals,
     "velocities": Returns.velocities,
 }
+"""How each channel that is measured is made: method of a frame's returns -> (k,) or (k, width)."""

@@ -30,8 +30,8 @@ def made(monkeypatch):
 
         return count
 
-    for name, make in dict(returns._MAKERS).items():
-        monkeypatch.setitem(returns._MAKERS, name, counting(name, make))
+    for name, make in dict(returns.MAKERS).items():
+        monkeypatch.setitem(returns.MAKERS, name, counting(name, make))
     for name, function in TABLES.items():
         monkeypatch.setattr(runtime, function, counting(name, getattr(runtime, function)))
     return counts
@@ -59,7 +59,7 @@ def test_a_channel_is_worked_out_once_a_frame_when_somebody_asks_and_never_else(
     channel = CHANNELS[name]
     assert product.frame.arrays[name].shape == ((360, channel.width) if channel.width > 1 else (360,))
     # Beam channels are one look-up in the pattern and have no maker; flags and echo ids need no measurement.
-    expected = {name: 2} if name in returns._MAKERS or name in TABLES else {}
+    expected = {name: 2} if name in returns.MAKERS or name in TABLES else {}
     assert {key: count for key, count in made.items() if key in expected or key in AUXILIARY} == expected
 
     product.sensor.release(owner)

@@ -5,6 +5,9 @@ after n physics steps of dt it has fallen g dt^2 n (n + 1) / 2 (MuJoCo steps the
 """
 
 import json
+import os
+import subprocess
+import sys
 from fractions import Fraction
 
 import numpy as np
@@ -146,7 +149,7 @@ def readings():
         found.append((frame.timestamp_ns, db.outputs.temperature))
 
     yield found
-    DEFAULT._forget("test.sensors.ReadTemperature")
+    DEFAULT.remove("test.sensors.ReadTemperature")
 
 
 @pytest.fixture
@@ -329,28 +332,19 @@ def test_names_that_are_taken_are_refused_and_leave_nothing_behind():
     sensors.register_sensor_type(THERMOMETER)
 
 
-def test_an_installed_package_brings_its_sensor_type_by_an_entry_point(monkeypatch):
-    from importlib import metadata
-
-    from sensors import sensor_types
-
-    class Entry:
-        name, value = "thermal", "thermal:THERMOMETER"
-
-        def load(self):
-            return THERMOMETER
-
-    class Broken(Entry):
-        name = "broken"
-
-        def load(self):
-            raise ImportError("no such library")
-
-    monkeypatch.setattr(sensor_types, "_types", {})
-    monkeypatch.setattr(sensor_types, "_loaded", False)
-    monkeypatch.setattr(sensor_types, "BUILT_IN", ())
-    monkeypatch.setattr(metadata, "entry_points", lambda group: [Entry(), Broken()] if "sensors" in group else [])
-    assert list(sensor_types.sensor_types()) == ["Thermometer"]
+def test_an_installed_package_brings_its_sensor_type_by_an_entry_point(tmp_path):
+    info = tmp_path / "thermal-1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: thermal\nVersion: 1.0\n")
+    here = "tests.sensors.test_new_sensor_type:THERMOMETER"
+    (info / "entry_points.txt").write_text(f"[tickgraph.sensors]\nbroken = no_such_library:SENSOR\nthermal = {here}\n")
+    code = "from sensors.sensor_types import sensor_types; print(*sensor_types())"
+    path = os.pathsep.join([str(tmp_path), str(ROOT)])
+    done = subprocess.run(
+        [sys.executable, "-c", code], env={**os.environ, "PYTHONPATH": path}, capture_output=True, text=True, check=True
+    )
+    assert done.stdout.split() == ["OmniLidar", "Thermometer"]
+    assert "warning sensor-package: broken (no_such_library:SENSOR): ModuleNotFoundError" in done.stderr
 
 
 @pytest.mark.parametrize(

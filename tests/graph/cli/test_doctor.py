@@ -99,12 +99,20 @@ def test_little_memory_and_disk_warn_but_do_not_stop(monkeypatch, quick_imports,
 
 
 def test_open3d_without_its_libraries_is_a_users_error_with_the_command(monkeypatch):
+    import ctypes
     import sys
 
     from graph.base.errors import UserError
     from graph.sim import libraries
 
     monkeypatch.delitem(sys.modules, "open3d", raising=False)
-    monkeypatch.setattr(libraries, "_loads", lambda name: name != "libGL.so.1")
-    with pytest.raises(UserError, match=r"needs libGL\.so\.1, which this machine lacks\. Run: apt-get install"):
+    load = ctypes.CDLL
+
+    def without_gl(name, *more, **options):
+        if name == "libGL.so.1":
+            raise OSError(f"{name}: cannot open shared object file")
+        return load(name, *more, **options)
+
+    monkeypatch.setattr(ctypes, "CDLL", without_gl)
+    with pytest.raises(UserError, match=r"needs libGL\.so\.1, which is missing on this machine\. Run: apt-get install"):
         libraries.import_open3d()

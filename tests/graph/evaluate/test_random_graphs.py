@@ -192,10 +192,6 @@ def anatomy(graph):
             [one.name for one in node.sources],
             [one.name for one in node.readers],
             [(full, node.wires_into(full[7:])) for full in node.types if full.startswith("inputs:")],
-            {
-                name: [(step[0].path, step[1], step[3] is step[0]._push) for step in wire.targets]
-                for name, wire in node.db._wires.items()
-            },
         )
         for node in graph.nodes.values()
     }

@@ -90,7 +90,11 @@ def test_broken_text_is_one_line_with_its_place(text, line):
 
 
 def test_nesting_of_a_hundred_is_read():
-    tree("[" * 100 + "]" * 100)
+    root, problems = tree("[" * 100 + "]" * 100)
+    depth = 0
+    while root is not None:
+        root, depth = (root[0] if root else None), depth + 1
+    assert (depth, problems) == (100, [])
 
 
 def test_numbers_beyond_a_double_are_problems():

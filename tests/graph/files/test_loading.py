@@ -1,4 +1,5 @@
 import json
+import re
 from fractions import Fraction
 from pathlib import Path
 
@@ -142,8 +143,9 @@ def test_json_and_yaml_say_the_same(tmp_path):
         "# only a comment",
     ],
 )
-def test_good_files(body):
-    loads(f"tickgraph: 1\n{body}\n")
+def test_good_files_are_loaded_with_the_graphs_that_they_write_out(body):
+    spec = loads(f"tickgraph: 1\n{body}\n")
+    assert [graph.path for graph in spec.graphs] == re.findall(r"'?(/(?:G|H|World/Größe))'?:", body)
 
 
 @pytest.mark.parametrize(

@@ -64,7 +64,7 @@ def validator(request, printed):
 def test_what_the_loader_takes_fits_the_schema(validator, tree):
     tree = {"tickgraph": 1, **tree}
     loads(json.dumps(tree), name="a.json")
-    validator.validate(tree)
+    assert list(validator.iter_errors(tree)) == []
 
 
 @pytest.mark.parametrize("tree", BAD, ids=json.dumps)

@@ -4,6 +4,7 @@ import json
 
 import pytest
 
+from graph import Graph
 from graph.cli.main import main
 from graph.session.trace_events import PHYSICS, RENDERER, TIMELINE, WALL
 from graph.sim import App
@@ -130,11 +131,14 @@ def test_a_full_disk_ends_the_trace_and_not_the_run(tmp_path, capsys):
 def test_without_a_trace_nothing_is_installed(tmp_path, monkeypatch):
     file = tmp_path / "small.yaml"
     file.write_text(FILE)
+    observed = []
+    monkeypatch.setattr(Graph, "observe", lambda self, wrap: observed.append(self))
     with App.from_file(file) as app:
         assert not app.simulation.pre_step
         assert not app.simulation.post_step
-        compute = app.graphs["/World/G"].nodes["tick"].db._compute
-        assert compute is app.graphs["/World/G"].nodes["tick"].type.compute
+        app.play()
+        app.update()
+    assert not observed
 
 
 def test_a_traced_run_does_the_same(tmp_path, capsys):

@@ -66,7 +66,9 @@ def test_any_value_of_any_key_is_taken_or_told(tmp_path, value, key):
 
     case = {"node": "Countdown", key: value} if key != "graph" else {key: value}
     text = json.dumps({"tickgraph_tests": 1, "cases": {"it": case}}, allow_nan=False) if _finite(value) else ""
-    parse_cases(text.encode(), "a.test.json", tmp_path / "a.test.json")
+    file = parse_cases(text.encode(), "a.test.json", tmp_path / "a.test.json")
+    assert all(str(one).startswith("a.test.json") and "\n" not in str(one) for one in file.problems)
+    assert file.problems or [one.name for one in file.cases] == ["it"]
 
 
 def _finite(value):

@@ -337,4 +337,5 @@ def test_every_allowed_conversion_gives_a_value_of_the_target_from_the_sources_z
     if convertible(TYPES[source], TYPES[target]) and TYPES[source].storage not in ("execution", "bundle"):
         convert = converter(TYPES[source], TYPES[target])
         value = zero(TYPES[source])
-        coerce(TYPES[target], value if convert is None else convert(value))
+        converted = coerce(TYPES[target], value if convert is None else convert(value))
+        np.testing.assert_array_equal(coerce(TYPES[target], converted), converted)

@@ -1,6 +1,7 @@
 """Lidars in a running App: which scans come when, and what they hold."""
 
 import gc
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from sensors import (
 )
 from sensors.lidar.config import EmitterState
 from sensors.raycast.triangles import alive
+from sensors.raycast.world import CastWorld
 from tests.support.lidar_worlds import NORMALS, add_box, add_lidar, frames_of, rotary, stare, weightless
 
 
@@ -47,10 +49,9 @@ def test_angles_times_and_ids_of_a_whole_scan():
         assert not frame.channel("echoId").any()
 
 
-def cast_anew(_, static, rays, start, threads):
-    """Instead of `_Scenes.cast`: what rays have met before is not remembered."""
-    rays.start_at(start)
-    return static.cast(rays.table, threads), False
+def without_memory(cast):
+    """`CastWorld.cast` of rays that remember nothing."""
+    return lambda world, rays, *given, **more: cast(world, replace(rays, memory=None), *given, **more)
 
 
 @pytest.mark.parametrize("motion", ["frozen", "update", "continuous"])
@@ -79,7 +80,7 @@ def test_a_lidar_that_stops_and_turns_again_sees_what_it_would_see_without_a_mem
             return found
 
     remembered = frames()
-    monkeypatch.setattr("sensors.raycast.world._Scenes.cast", cast_anew)
+    monkeypatch.setattr(CastWorld, "cast", without_memory(CastWorld.cast))
     for one, other in zip(remembered, frames(), strict=True):
         assert one.count > 0
         for name in one.arrays:

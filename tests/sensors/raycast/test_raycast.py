@@ -326,7 +326,7 @@ def test_no_scene_is_built_when_a_mesh_of_many_triangles_moves(monkeypatch):
     places = {"now": pose_at(5.0, 0.0, 0.0)}
     world = CastWorld([mesh(sphere(0.5, 20), "/World/B", "/World/B")], lambda _: places["now"][None])
     built = []
-    monkeypatch.setattr(triangles, "_open3d", lambda: built.append(1))
+    monkeypatch.setattr(triangles.TriangleScene, "__init__", lambda self, *given, **more: built.append(1))
 
     for x in (5.0, 6.0, 7.0):
         places["now"] = pose_at(x, 0.0, 0.0)

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from mcap.exceptions import EndOfFile
 from mcap.reader import NonSeekingReader, make_reader
+from mcap.writer import Writer
 
 from graph.base.errors import RunError, UserError
 from graph.base.exact import nanoseconds
@@ -329,13 +330,13 @@ def test_an_interrupt_during_a_flush_is_honoured_after_it(tmp_path, monkeypatch)
     bus = MessageBus()
     bus.subscribe(sink)
     bus.publish("/clock", CLOCK, clock(1), 1)
-    channel = sink._channel
+    add_message = Writer.add_message
 
-    def interrupted(writer, message):
+    def interrupted(*given, **options):
         signal.raise_signal(signal.SIGINT)
-        return channel(writer, message)
+        return add_message(*given, **options)
 
-    monkeypatch.setattr(sink, "_channel", interrupted)
+    monkeypatch.setattr(Writer, "add_message", interrupted)
     with pytest.raises(KeyboardInterrupt):
         sink.flush()
     monkeypatch.undo()
@@ -349,14 +350,15 @@ def test_a_signal_that_ends_the_process_waits_until_the_file_is_finished(tmp_pat
     path = tmp_path / "run.mcap"
     program = textwrap.dedent(f"""
         import signal, sys
+        from mcap.writer import Writer
         from graph.sim.messages.bus import MessageBus
         from graph.sim.messages.recording import McapSink
         from tests.support.ros_messages import CLOCK, clock
         sink = McapSink({str(path)!r})
         bus = MessageBus(); bus.subscribe(sink)
         bus.publish("/clock", CLOCK, clock(1), 1)
-        channel = sink._channel
-        sink._channel = lambda *given: (signal.raise_signal({int(number)}), channel(*given))[1]
+        add = Writer.add_message
+        Writer.add_message = lambda *given, **more: (signal.raise_signal({int(number)}), add(*given, **more))[1]
         sink.close()
         sys.exit("went on")
     """)

@@ -1,6 +1,7 @@
 """Messages from outside arrive when simulation time reaches them."""
 
 from fractions import Fraction
+from pathlib import Path
 
 import pytest
 
@@ -183,6 +184,12 @@ def test_a_file_that_is_no_recording_is_refused_in_one_line(tmp_path, content):
     assert "\n" not in str(refused.value)
 
 
+def open_files(path):
+    """Descriptors of this process that are open on a file, where the system lists them."""
+    listed = Path("/proc/self/fd")
+    return [one for one in listed.iterdir() if one.resolve() == path.resolve()] if listed.exists() else []
+
+
 def test_a_player_leaves_the_app_with_it_or_before(tmp_path):
     record(tmp_path / "run.mcap", [(0, "/said", STRING, text("one")), (10**9, "/said", STRING, text("two"))])
     source = McapSource(tmp_path / "run.mcap")
@@ -190,8 +197,9 @@ def test_a_player_leaves_the_app_with_it_or_before(tmp_path):
         player = Player(app, [source])
         app.play()
         heard_per_update(app, 1)
+        assert len(open_files(tmp_path / "run.mcap")) == 1 or not Path("/proc/self/fd").exists()
         player.close()
         player.close()
         assert heard_per_update(app, 120) == []
         assert Fraction(app.simulation.time) > 1
-    assert source._files == []
+        assert open_files(tmp_path / "run.mcap") == []

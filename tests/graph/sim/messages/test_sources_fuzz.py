@@ -10,12 +10,13 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from mcap.data_stream import RecordBuilder
 from mcap.records import Channel, Chunk, ChunkIndex, DataEnd, Footer, Header, Message, Schema
+from mcap.writer import Writer
 
 from graph.base import limits
 from graph.base.errors import RunError, UserError
 from graph.cli.playing import open_sources
 from graph.sim.messages.bus import MessageBus
-from graph.sim.messages.mcap_source import McapSource, _decoding
+from graph.sim.messages.mcap_source import McapSource, decoding
 from graph.sim.messages.recording import McapSink
 from graph.sim.messages.ros_fields import from_plain
 from graph.sim.messages.ros_types import least_part, register, serialize
@@ -231,7 +232,7 @@ def test_a_message_of_too_many_parts_is_not_decoded():
     assert least_part("sensor_msgs/msg/JointState") == 5  # an empty name: its length and a zero
     assert least_part("sensor_msgs/msg/Image") == 0
     data = serialize(from_plain("sensor_msgs/msg/JointState", {"name": ["a", "b"]}), "sensor_msgs/msg/JointState")
-    load = _decoding(data, "sensor_msgs/msg/JointState", "x")
+    load = decoding(data, "sensor_msgs/msg/JointState", "x")
     parts = len(data) // 5
     with limits.raised({"recording.parts": parts}):
         assert load().name == ["a", "b"]
@@ -239,14 +240,20 @@ def test_a_message_of_too_many_parts_is_not_decoded():
         load()
 
 
-def test_definitions_are_read_up_to_a_limit_together():
-    schemas = [
-        Schema(data=b"int32 a\n".ljust(79, b"#") + b"\n", encoding="ros2msg", id=i, name=f"f_msgs/msg/T{i}")
-        for i in range(3)
-    ]
-    source = McapSource.__new__(McapSource)
-    source._defined = 0
+def test_definitions_are_read_up_to_a_limit_together(tmp_path):
+    """Three types of 80 bytes of definition each, and room for 160."""
+    path = tmp_path / "three.mcap"
+    with path.open("wb") as file:
+        writer = Writer(file)
+        writer.start(profile="ros2", library="test")
+        for number in range(3):
+            text = b"int32 a\n".ljust(79, b"#") + b"\n"
+            schema = writer.register_schema(f"f_msgs/msg/T{number}", "ros2msg", text)
+            writer.add_message(writer.register_channel(f"/t{number}", "cdr", schema), 0, b"\0" * 8, 0)
+        writer.finish()
     with limits.raised({"recording.definitions": 160}):
-        told = [source._unreadable("cdr", schema) for schema in schemas]
-    assert [bool(one) for one in told] == [False, False, True]
-    assert told[2].endswith("raise it with --limit recording.definitions=N")
+        source = McapSource(path)
+    assert list(source.topics()) == ["/t0", "/t1"]
+    [(topic, why)] = source.skipped.items()
+    assert topic == "/t2"
+    assert why.endswith("raise it with --limit recording.definitions=N")

@@ -144,7 +144,9 @@ def test_what_is_undone_is_no_longer_refused(edit, undo):
     with pytest.raises(RunError):
         app.update()
     undo(app.stage)
+    before = place(app, "/World/Ball")[0]
     app.update()
+    assert place(app, "/World/Ball")[0] > before
 
 
 def test_a_direct_step_refuses_it_too():
@@ -170,6 +172,8 @@ def test_what_has_no_role_may_be_edited(fabric):
     app.update()
     stage.RemovePrim("/World/Marker")
     app.update()
+    # It played on: 6 + 2 updates of 1/60 s at 1 m/s.
+    assert place(app, "/World/Ball")[0] == pytest.approx(8 / 60)
 
 
 def test_a_surface_that_physics_does_not_know_may_change_its_shape_and_rays_see_it():

@@ -183,13 +183,28 @@ def test_metadata_of_another_type_are_named(tmp_path):
         open_stage(tmp_path / "a.usda")
 
 
-@pytest.mark.parametrize("kind", ["Capsule", "Cylinder", "Plane"])
-def test_an_axis_that_is_none_plays_as_z(tmp_path, kind):
-    body = f'def {kind} "Thing" (prepend apiSchemas = ["PhysicsCollisionAPI"])\n{{\n token axis = "Q"\n}}\n'
-    body += 'def Sphere "Ball" (prepend apiSchemas = ["PhysicsCollisionAPI", "PhysicsRigidBodyAPI"])\n{\n}\n'
+@pytest.mark.parametrize(
+    ("kind", "size", "top"),
+    [
+        ("Capsule", "double height = 2\n double radius = 0.5", 1.5),
+        ("Cylinder", "double height = 4", 2),
+        ("Plane", "", 0),
+    ],
+)
+def test_an_axis_that_is_none_plays_as_z(tmp_path, kind, size, top):
+    """A ball of radius 1 from above rests on the top: 1 + half the height, plus the radius of the capsule's cap."""
+    body = f'def {kind} "Thing" (prepend apiSchemas = ["PhysicsCollisionAPI"])\n{{\n token axis = "Q"\n {size}\n}}\n'
+    body += 'def Sphere "Ball" (prepend apiSchemas = ["PhysicsCollisionAPI", "PhysicsRigidBodyAPI"])\n{\n'
+    body += ' double3 xformOp:translate = (0, 0, 3)\n uniform token[] xformOpOrder = ["xformOp:translate"]\n}\n'
     with App(stage=scene(tmp_path, body)) as app:
+        (thing,) = (part for part in app.geometry() if part.path == "/Thing")
+        if kind == "Plane":
+            assert thing.normal.tolist() == [0, 0, 1]
+        else:
+            assert thing.vertices[:, 2].max() == pytest.approx(top)
         app.play()
-        app.update()
+        app.update(60)
+        assert app.fabric.world_matrix("/Ball")[2, 3] == pytest.approx(top + 1, abs=0.02)
 
 
 def test_a_body_that_is_nowhere_is_refused(tmp_path):

@@ -14,9 +14,13 @@ from graph.sim.timing.timeline import Timeline
 DT = Fraction(1, 60)
 
 
-def timeline(changes=None, **values):
-    settings = Settings({getattr(keys, name.upper()): value for name, value in values.items()})
-    return Timeline(settings, (lambda change: None) if changes is None else changes.append)
+def settings_of(**values):
+    return Settings({getattr(keys, name.upper()): value for name, value in values.items()})
+
+
+def timeline(changes=None, settings=None, **values):
+    known = settings_of(**values) if settings is None else settings
+    return Timeline(known, (lambda change: None) if changes is None else changes.append)
 
 
 def playing(**values):
@@ -158,8 +162,9 @@ def test_updates_per_frame(tcps, target, n):
 
 
 def test_switching_the_mode_waits_for_the_next_play_from_stopped():
-    line = playing()
-    line._settings.set(keys.FIXED_STEPPING, True)
+    settings = settings_of()
+    line = playing(settings=settings)
+    settings.set(keys.FIXED_STEPPING, True)
     assert line.advance(Fraction(1, 30)) == Fraction(1, 30)
     line.stop()
     line.play()
@@ -168,10 +173,11 @@ def test_switching_the_mode_waits_for_the_next_play_from_stopped():
 
 
 def test_play_rewrites_the_rate_limit_only_where_asked():
-    line = fixed(60, target=100)
-    assert line._settings.get(keys.RATE_LIMIT_FREQUENCY) == 60
-    line = playing(fixed_stepping=True, time_codes_per_second=60, target_framerate=100, rewrite_rate_limit=True)
-    assert line._settings.get(keys.RATE_LIMIT_FREQUENCY) == 120
+    wanted = {"fixed_stepping": True, "time_codes_per_second": 60, "target_framerate": 100}
+    for more, limit in (({}, 60), ({"rewrite_rate_limit": True}, 120)):
+        settings = settings_of(**wanted, **more)
+        playing(settings=settings)
+        assert settings.get(keys.RATE_LIMIT_FREQUENCY) == limit
 
 
 def test_rates_are_exact_and_positive():
