@@ -13,6 +13,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
+from fractions import Fraction
 
 from .errors import UserError
 from .exact import rate
@@ -31,6 +32,20 @@ class Limit:
 
 
 LIMITS: dict[str, Limit] = {
+    "file.yaml": Limit(2 * MIB, "bytes", "a YAML file; JSON is read several times as fast"),
+    "file.json": Limit(16 * MIB, "bytes", "a JSON file"),
+    "usd.text": Limit(64 * MIB, "bytes", "a text layer of a scene; binary layers (.usdc) are read as they are needed"),
+    "usd.prims": Limit(200_000, "prims", "a text layer; what the references of a scene compose, instances included"),
+    "run.updates": Limit(1_000_000_000, "updates", "a run, by --updates, --duration or the file"),
+    "clock.steps": Limit(100_000, "steps", "physics in one update: physics_hz against loop_hz"),
+    "physics.iterations": Limit(10_000, "iterations", "a solver or collision of physics, each of its counts"),
+    "lidar.rays": Limit(10_000_000, "rays", "a scan, with the sub-rays of each beam"),
+    "lidar.bins": Limit(10_000, "spans", "a scan of lidar.motion continuous"),
+    "graph.steps": Limit(5_000_000, "computes", "a graph in one evaluation, the passes of all its loops together"),
+    "graph.bytes": Limit(1024 * MIB, "bytes", "the values of all graphs together"),
+    "scene.triangles": Limit(20_000_000, "triangles", "what rays can hit, copies included"),
+    "scene.copies": Limit(5_000_000, "copies", "what point instancers make of one prim, nested ones multiplied"),
+    "mesh.corners": Limit(200_000, "corners", "a face of a mesh"),
     "usd.entries": Limit(50_000_000, "entries", "a table of a binary layer: paths, fields, texts"),
     "recording.record": Limit(64 * MIB, "bytes", "a record or an unpacked chunk of an MCAP recording that is played"),
     "recording.waiting": Limit(1024 * MIB, "bytes", "unpacked chunks of a played recording that overlap in time"),
@@ -57,7 +72,7 @@ class OverLimit(UserError, ValueError):  # noqa: N818  (it names what happened)
     """Something is larger than a limit; the message says what, the limit, and how to raise it."""
 
 
-def check(name: str, amount: float, what: str) -> None:
+def check(name: str, amount: float | Fraction, what: str) -> None:
     """Raises OverLimit if there is more than the limit of `what`, which the message begins with."""
     if amount > most(name):
         raise OverLimit(f"{what}; {allowed(name)}")

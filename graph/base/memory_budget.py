@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-MOST = 2**30
-"""Bytes that the large values of all nodes may take together."""
+from . import limits
 
-SMALL = 2**20
+SMALL = 2**12
 """Values of up to so many bytes are not counted."""
 
 
 class Room:
     """Counts the large values that nodes have made last."""
 
-    def __init__(self, most: int = MOST) -> None:
-        self.most = most
+    def __init__(self, most: int | None = None) -> None:
+        self.most = limits.most("graph.bytes") if most is None else most
         self._held: dict[str, int] = {}
         self._total = 0
 
@@ -29,8 +28,8 @@ class Room:
             return None
         if self._total - held + size > self.most:
             return (
-                f"its result would take {size / 2**20:,.0f} MiB, and all values of the graphs may take "
-                f"{self.most / 2**20:,.0f} MiB; make less"
+                f"its result would take {size:,} bytes, and all values of the graphs may take {self.most:,} together; "
+                f"{limits.allowed('graph.bytes')}"
             )
         self._held[owner] = size
         self._total += size - held

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 from graph.base.errors import RunError, UserError
 from graph.base.exact import duration as exact_duration
+from graph.base.limits import check
 
 from .arguments import add_allow, add_skip_outside
 from .interrupts import between_updates
@@ -33,8 +34,6 @@ if TYPE_CHECKING:
 
 HELP = "run a graph file"
 DEFAULT_DURATION_S = 5
-MOST_UPDATES = 10**12
-"""Decades at any rate that a computer reaches: more is a slip of the pen."""
 EXIT_INTERRUPTED = 130
 
 
@@ -115,6 +114,7 @@ def run(args: argparse.Namespace) -> int:
                 started = time.perf_counter()
                 # Physics is built here: a scene that has none that can be built is refused before anything is written.
                 app.play()
+                _check_steps(app)
                 for warning in clock_traps(app, list(islice(plan_updates(app), min(updates, MOST_PLANNED_UPDATES)))):
                     app.warn(*warning)
                 if args.out:
@@ -212,12 +212,20 @@ def show_log() -> None:
         counted.addHandler(logging.NullHandler())
 
 
+def _check_steps(app: App) -> None:
+    """Refuses, before anything is written, clocks of which an update would take for ever."""
+    rate = app.simulation.steps_per_second
+    steps = rate / app.loop_rate
+    if app.physics is not None:
+        said = f"physics_hz {float(rate):g} over loop_hz {float(app.loop_rate):g}"
+        check("clock.steps", steps, f"{said} makes {float(steps):,.0f} steps in an update")
+
+
 def _number_of_updates(args: argparse.Namespace, session: Session) -> int:
     updates = _updates_asked_for(args, session)
-    if updates > MOST_UPDATES:
-        given = f"--duration {args.duration}" if args.duration is not None else "duration of the file"
-        asked = f"--updates {args.updates}" if args.updates is not None else given
-        raise UserError(f"{asked}: a run has at most {MOST_UPDATES:,} updates")
+    given = f"--duration {args.duration}" if args.duration is not None else "duration of the file"
+    asked = f"--updates {args.updates}" if args.updates is not None else given
+    check("run.updates", updates, f"{asked}: too many updates")
     return updates
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+from graph.base import limits
 from graph.node.database import RETURN, RETURNED, STARTED, Database
 from graph.node.declaration import CLOSING
 
@@ -35,10 +36,12 @@ class ExecutionEvaluator:
         self._sleepers: list[Database] = [node.db for node in nodes if node.db.asleep]
         self._woken: list[Database] = []
         self._foreign: set[Graph] = set()
+        self._spent = 0
 
     def run(self, activations: Sequence[Activation]) -> None:
         """Evaluates the graph once; where the App is about to close, only the events of that."""
         self._share_context()
+        self._spent = 0
         try:
             if self._graph.context.closing:
                 for db in self._at_the_end:
@@ -55,6 +58,15 @@ class ExecutionEvaluator:
             for db in self._woken:
                 db._blocked = db.asleep
             self._woken.clear()
+
+    def _spend(self, steps: int) -> None:
+        """Counts the computes of a pass or walk that ended: loops within loops multiply."""
+        self._spent += steps
+        if self._spent > limits.most("graph.steps"):
+            raise RunawayError(
+                f"graph {self._graph.path}: its loops make more than {limits.most('graph.steps'):,} computes in update "
+                f"{self._graph.context.update}; {limits.allowed('graph.steps')}"
+            )
 
     def _share_context(self) -> None:
         """Data nodes of other graphs see the time of the evaluation that pulls them."""
@@ -101,6 +113,7 @@ class ExecutionEvaluator:
                                     self._came_back(db)
                                 break
                         elif active is RETURNED:
+                            self._spend(steps)
                             steps = db._frames.pop()
                         steps += 1
                         if steps > limit:
@@ -127,6 +140,7 @@ class ExecutionEvaluator:
                             stack += wire.targets
                             break
                         db, active, compute, push, enabled = wire.only
+                self._spend(steps)
                 return
             except RunawayError:
                 raise

@@ -17,9 +17,10 @@ from typing import Any
 
 from graph.base.errors import Mark, Problem, UserError
 from graph.base.exact import duration
+from graph.base.limits import most
 
 from . import json_text
-from .source import JSON_LIMIT, Source, decode, file_format
+from .source import Source, decode, file_format
 from .text import described, quoted, suggestion
 from .tree import Map, Seq, offset
 
@@ -50,7 +51,7 @@ def load_played(path: str | Path) -> list[Played]:
     name = str(path)
     try:
         with Path(path).open("rb") as file:
-            data = file.read(JSON_LIMIT + 1)
+            data = file.read(most("file.json") + 1)
     except OSError as error:
         raise UserError(f"{name}: {error.strerror}; name a file of messages that can be read") from None
     problems: list[Problem] = []

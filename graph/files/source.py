@@ -7,13 +7,10 @@ from bisect import bisect_right
 from functools import cached_property
 from pathlib import Path
 
+from graph.base import limits
 from graph.base.errors import Mark, Problem, UserError
 from graph.base.suggest import did_you_mean
 
-YAML_LIMIT = 8 * 2**20
-"""Bytes of the largest YAML file that is read; JSON is read a hundred times faster and may be larger."""
-JSON_LIMIT = 64 * 2**20
-"""Bytes of the largest JSON file that is read."""
 DEPTH_LIMIT = 100
 """Mappings and lists that may lie inside one another."""
 
@@ -74,7 +71,7 @@ def read(path: Path, name: str) -> Source:
         if not path.is_file():
             raise UserError(f"{name} is not a regular file; a graph file is text on disk")
         with path.open("rb") as stream:
-            data = stream.read((JSON_LIMIT if kind == "json" else YAML_LIMIT) + 1)
+            data = stream.read(limits.most(f"file.{kind}") + 1)
     except OSError as error:
         raise UserError(f"{name} cannot be read: {error.strerror or error}") from error
     return decode(data, name, kind)
@@ -82,10 +79,8 @@ def read(path: Path, name: str) -> Source:
 
 def decode(data: bytes | str, name: str, kind: str) -> Source:
     """Bytes (UTF-8, with or without byte order mark) or text as a Source; raises UserError with the reason."""
-    limit = JSON_LIMIT if kind == "json" else YAML_LIMIT
-    if len(data) > limit:
-        advice = "" if kind == "json" else "; write it as JSON (up to 64 MB)"
-        raise UserError(f"{name} is larger than {limit >> 20} MB, the most that is read of {kind.upper()}{advice}")
+    advice = "" if kind == "json" else ", or write it as JSON, which may be larger"
+    limits.check(f"file.{kind}", len(data), f"{name} is too much {kind.upper()}{advice}")
     text = data if isinstance(data, str) else _decode_bytes(data, name)
     source = Source(name, text.removeprefix("\ufeff"))
     if not source.text.strip():

@@ -77,6 +77,7 @@ class Fidelity:
             cost="proportional, at the most",
             error="falls with each",
             read_by=_SOLVER,
+            limit="physics.iterations",
         ),
     ] = None
     physics_ls_iterations: Annotated[
@@ -86,6 +87,7 @@ class Fidelity:
             cost="proportional, at the most",
             error="fewer make an iteration of the solver less effective",
             read_by=_SOLVER,
+            limit="physics.iterations",
         ),
     ] = None
     physics_noslip_iterations: Annotated[
@@ -95,6 +97,7 @@ class Fidelity:
             cost="proportional",
             error="without: bodies at rest on a slope creep",
             read_by=_SOLVER,
+            limit="physics.iterations",
         ),
     ] = None
     physics_ccd_iterations: Annotated[
@@ -104,6 +107,7 @@ class Fidelity:
             cost="proportional, at the most",
             error="too few: contacts of curved shapes are misplaced",
             read_by=_SOLVER,
+            limit="physics.iterations",
         ),
     ] = None
     physics_tolerance: Annotated[
@@ -198,6 +202,7 @@ class Fidelity:
             cost="one update of the moving bodies in the ray caster each",
             error="(v + w r) T / (2 bins) for a body of speed v, angular speed w and radius r, and a turn of length T",
             read_by="sensors.lidar.bins",
+            limit="lidar.bins",
         ),
     ] = 8
     lidar_noise: Annotated[
@@ -216,6 +221,7 @@ class Fidelity:
             cost="somewhat more than proportional",
             error="1: a beam sees one surface only",
             read_by=_LIDAR,
+            limit="lidar.rays",
         ),
     ] = 1
     radar_rays: Annotated[

@@ -7,6 +7,7 @@ from fractions import Fraction
 from typing import Any, Literal, get_args
 
 from graph.base import exact
+from graph.base.limits import check
 
 Kind = Literal["rate", "count", "number", "switch", "choice"]
 
@@ -19,6 +20,7 @@ class Knob:
 
     cost, error: how run time and error depend on it. read_by: the module that acts on it; "" where there is one value.
     available: the values that can be run, where that is not all of them, and what is `missing` for the others.
+    limit: the limit of a count (`graph.base.limits`).
     kind: what it takes: a rate [Hz], a count from 1, a number above 0 (of `unit`), on/off, or one of `choices`.
     """
 
@@ -29,6 +31,7 @@ class Knob:
     unit: str = ""
     available: tuple[Any, ...] | None = None
     missing: str = ""
+    limit: str = ""
     kind: Kind = "number"
     choices: tuple[str, ...] = ()
     default: Any = None
@@ -48,6 +51,8 @@ class Knob:
             known = value if isinstance(value, bool) else _choice(value, ("on", "off")) == "on"
         else:
             known = _positive(value, self.kind)
+        if self.limit:
+            check(self.limit, known, f"{known:,} is too many")
         if self.available is not None and known not in self.available:
             missing = f": {self.missing}" if self.missing else " yet"
             allowed = [_word(one) for one in self.available]

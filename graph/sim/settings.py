@@ -96,11 +96,16 @@ _COUNTS = {MIN_FRAME_RATE, RAY_THREADS, WARM_UP_STEPS, TICKS_PER_FRAME}
 _TRUTH = {"true": True, "false": False, "1": True, "0": False, "on": True, "off": False, "yes": True, "no": False}
 
 
+_MOST_SUGGESTIONS = 200
+"""Settings of a file that are looked at for misspellings."""
+
+
 class Settings:
     """A tree of settings. Any path may be set; the known ones of `DEFAULTS` keep their type and range."""
 
     def __init__(self, values: Mapping[str, Any] | None = None, defaults: Mapping[str, Any] = DEFAULTS) -> None:
         self._values: dict[str, Any] = dict(defaults)
+        self._branches = {parent for path in self._values for parent in _above(path)}
         self._authored: set[str] = set()
         self._subscribers: dict[str, list[Callable[[Any], None]]] = {}
         problems: list[Problem] = []
@@ -133,6 +138,7 @@ class Settings:
         value = _checked(path, value)
         changed = path not in self._values or self._values[path] != value
         self._values[path] = value
+        self._branches.update(_above(path))
         self._authored.add(path)
         if changed:
             for callback in tuple(self._subscribers.get(path, ())):
@@ -155,7 +161,7 @@ class Settings:
 
     def misspelt(self) -> list[str]:
         """The settings that the user has set and that look like a known one without being it."""
-        return [path for path in sorted(self._authored) if suggestion(path)]
+        return [path for path in sorted(self._authored)[:_MOST_SUGGESTIONS] if suggestion(path)]
 
     def subscribe(self, path: str, callback: Callable[[Any], None]) -> Callable[[], None]:
         """Calls `callback(value)` when the value at `path` changes; returns what ends that."""
@@ -188,12 +194,16 @@ class Settings:
         return tree
 
     def _refuse_mixing(self, path: str) -> None:
-        parents = [path[:i] for i, letter in enumerate(path) if letter == "/" and i]
-        leaf = next((parent for parent in parents if parent in self._values), None)
+        leaf = next((parent for parent in _above(path) if parent in self._values), None)
         if leaf is not None:
             raise UserError(f"setting {path}: {leaf} already holds a value; it cannot also have settings below it")
-        if path not in self._values and self._branch(path):
+        if path not in self._values and path in self._branches:
             raise UserError(f"setting {path}: it has settings below it; set one of those")
+
+
+def _above(path: str) -> list[str]:
+    """The branches that a path lies below, from the root on."""
+    return [path[:place] for place, letter in enumerate(path) if letter == "/" and place]
 
 
 def parse_option(text: str) -> tuple[str, Any]:

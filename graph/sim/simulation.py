@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Protocol
 
 from graph.base import exact
 from graph.base.errors import RunError
+from graph.base.limits import allowed, most
 
 from . import settings as keys
 from .phases import Phases
@@ -18,6 +19,9 @@ from .world import EXTERNAL_TIME, World
 
 if TYPE_CHECKING:
     from .physics.protocol import PhysicsEngine
+
+_FEW_STEPS = 1000
+"""Steps of an update for which no limit is looked up."""
 
 
 class StateCaptures(Protocol):
@@ -116,6 +120,8 @@ class Simulation:
         """The physics of one update in which the timeline moved by `elapsed` [s]."""
         if elapsed and self.enabled:
             steps = self._accumulator.take(elapsed)
+            if steps > _FEW_STEPS and self._world.physics is not None and steps > most("clock.steps"):
+                raise RunError(f"this update would make {steps:,} physics steps; {allowed('clock.steps')}")
             if steps:
                 self.run_steps(steps, renders_next=True)
 

@@ -9,12 +9,13 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from graph.base.errors import Mark, Problem, UserError
+from graph.base.limits import most
 from graph.files import messages as file_messages
 from graph.files import model as file_model
 from graph.files import paths
 from graph.files.build import Builder
 from graph.files.loading import _parser
-from graph.files.source import JSON_LIMIT, YAML_LIMIT, Source, decode, file_format
+from graph.files.source import Source, decode, file_format
 from graph.files.text import described
 from graph.files.tree import Location, Map, offset, without
 from graph.spec.file_spec import FileSpec
@@ -69,7 +70,7 @@ def read_cases(path: str | Path, allow: Iterable[str | Path] = ()) -> CaseFile:
     name, path = str(path), Path(path)
     try:
         with path.open("rb") as stream:
-            data = stream.read((JSON_LIMIT if file_format(name) == "json" else YAML_LIMIT) + 1)
+            data = stream.read(most(f"file.{file_format(name) or 'json'}") + 1)
     except OSError as error:
         return CaseFile(name, (), (Problem(f"{name} cannot be read: {error.strerror or error}"),))
     return parse_cases(data, name, path.absolute(), allow)

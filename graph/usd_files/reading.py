@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from graph.base import limits
 from graph.base.errors import Mark, Problem, UserError
 from graph.base.gc_pause import collector_paused
 from graph.files.loading import Examined, examine_text
@@ -24,9 +25,6 @@ from .places import PlacedMark, Text
 from .specs import graph_specs
 from .tidying import tidied
 from .values import plain
-
-TEXT_LIMIT = 64 * 2**20
-"""Bytes of the largest USD text file that is read; binary ones are not limited."""
 
 
 @collector_paused()
@@ -86,8 +84,7 @@ def check_text(path: Path, name: str) -> None:
         start = stream.read(8)
         if start.startswith((b"PXR-USDC", b"PK\x03\x04")):
             return
-        if size > TEXT_LIMIT:
-            raise UserError(f"{name} is larger than {TEXT_LIMIT >> 20} MB, the most that is read of USD text")
+        limits.check("usd.text", size, f"{name} is too much USD text; save it as .usdc")
         data = start + stream.read()
     if not data.strip():
         raise UserError(Problem('the file is empty; a USD text file starts with "#usda 1.0"', Mark(name, 1, 1)))

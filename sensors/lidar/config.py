@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from graph.base.errors import UserError
+from graph.base.limits import allowed, most
 
 from .names import camel_case
 
@@ -32,8 +33,6 @@ MOST_RETURNS = 255
 """Numbers of returns are uint8."""
 
 STEEPEST_DEG = 90.0
-MAX_RAYS_PER_SCAN = 10_000_000
-"""About 2 GB of tables; the largest real lidars cast half a million."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -173,10 +172,10 @@ class LidarConfig:
 
     def __post_init__(self) -> None:
         problems = [*self._bad_scalars(), *self._bad_states()]
-        if not problems and self.rays_per_scan > MAX_RAYS_PER_SCAN:
+        if not problems and self.rays_per_scan > most("lidar.rays"):
             problems.append(
-                f"{self.rays_per_scan:,} rays a scan are more than {MAX_RAYS_PER_SCAN:,}; lower patternFiringRateHz, "
-                "raise scanRateBaseHz or use fewer emitters"
+                f"{self.rays_per_scan:,} rays a scan are more than {most('lidar.rays'):,}; lower patternFiringRateHz, "
+                f"raise scanRateBaseHz or use fewer emitters; {allowed('lidar.rays')}"
             )
         if problems:
             raise UserError(f"lidar config {self.name}: {'; '.join(problems)}")

@@ -11,6 +11,7 @@ import numpy as np
 
 from graph.base.errors import UserError
 from graph.base.exact import nanoseconds
+from graph.base.limits import check
 from graph.sim import settings as keys
 from graph.sim.renderer.schedule import EveryUpdate, Tick, TickSchedule
 from sensors.channels import CHANNELS
@@ -80,6 +81,10 @@ class LidarRuntime(SensorRuntime[LidarConfig]):
     def configure(self) -> None:
         """Prepares the turns, and what motion within a scan needs."""
         app, config = self._app, self.config
+        rays = config.rays_per_scan * app.fidelity.lidar_subrays
+        check(
+            "lidar.rays", rays, f"{self.path}: {app.fidelity.lidar_subrays:,} sub-rays a beam make {rays:,} rays a scan"
+        )
         self.turns = Turns(config)
         if not len(self.turns.pattern(0)):
             raise UserError(f"{self.path}: no firing lies in its valid azimuth window; widen validStart/EndAzimuthDeg")

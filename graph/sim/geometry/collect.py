@@ -25,7 +25,7 @@ def collect_geometry(
     tolerance: how far the triangles of curved surfaces may lie off them [m], `mesh.tolerance`. refine: subdivision
     surfaces as such, not as their cages. Invisible prims and those for guides and proxies are left out. `warn` gets
     `bad-geometry` and `bad-transform` for what cannot be cast, `odd-scale` for sizes that are hardly meant, one line
-    for each kind. Raises UserError beyond `MOST_TRIANGLES`.
+    for each kind. Raises UserError beyond the limit scene.triangles.
     """
     scan = scan or scan_stage(stage)
     complaints = Complaints(warn)

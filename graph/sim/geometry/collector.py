@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from graph.base.errors import UserError
+from graph.base.limits import check
 from graph.sim import transforms
 from graph.sim.scene.scan import Scan
 from graph.sim.transforms import Floats
@@ -23,9 +23,6 @@ from .tessellation import axis_vector
 
 GRID = 1e-9
 """Vertices of moving meshes lie on this grid [m], so that copies of one mesh are equal to the last bit."""
-
-MOST_TRIANGLES = 200_000_000
-"""A scene with more is refused: the acceleration structure alone takes some 80 bytes for each."""
 
 FARTHEST = 1e15
 """Beyond that [m] float32 leaves nothing of a shape."""
@@ -122,11 +119,8 @@ class Collector:
     ) -> None:
         """where: the matrix to the body or world, and whether it mirrors."""
         self.triangles += len(part.triangles)
-        if self.triangles > MOST_TRIANGLES:
-            raise UserError(
-                f"{path}: the scene comes to more than {MOST_TRIANGLES} triangles with this one; thin out its "
-                "instancers, or raise mesh.tolerance"
-            )
+        what = f"{path}: with it the scene has too many triangles; thin out its instancers, or raise mesh.tolerance"
+        check("scene.triangles", self.triangles, what)
         vertices, triangles = transforms.transformed(where[0], part.vertices), part.triangles
         if not np.abs(where[0][:3, 3]).max() < FARTHEST:
             self.complaints.add("bad-geometry", path, f"it is farther than {FARTHEST:g} m away; rays do not see it")

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from graph.base.limits import allowed, most
 from graph.sim import transforms
 from graph.sim.arrays import array_of
 from graph.sim.transforms import Floats
@@ -17,9 +18,6 @@ from graph.sim.usd import EARLIEST, Usd, UsdGeom
 Integers = NDArray[np.int64]
 Complain = Callable[[str, str], None]
 """Takes the path of an instancer and what is wrong with it."""
-
-MOST_COPIES = 5_000_000
-"""Copies that the instancers of a scene may make of one prim."""
 
 _EVERYTHING = Usd.TraverseInstanceProxies(Usd.PrimIsActive & Usd.PrimIsLoaded)
 """Prototypes may be overs or classes, which are not drawn themselves."""
@@ -48,6 +46,9 @@ def copies_of(prim: Any, complain: Complain, above: tuple[str, ...] = ()) -> lis
     if path in above:
         complain(path, "the instancer copies itself; that copy is left out")
         return []
+    if not above and (count := expected_copies(prim)) > most("scene.copies"):
+        complain(path, f"its {count:,} copies are too many and left out; {allowed('scene.copies')}")
+        return []
     instancer = UsdGeom.PointInstancer(prim)
     prototypes = instancer.GetPrototypesRel().GetForwardedTargets()
     which = array_of(instancer.GetProtoIndicesAttr(), np.int64)
@@ -75,15 +76,40 @@ def copies_of(prim: Any, complain: Complain, above: tuple[str, ...] = ()) -> lis
     return found
 
 
+def expected_copies(prim: Any) -> int:
+    """How many copies of gprims an instancer makes at most, counted from its indices before any is placed."""
+    known: dict[str, int] = {}
+
+    def instancer_copies(instancer: Any) -> int:
+        path = str(instancer.GetPath())
+        if path not in known:
+            known[path] = 0  # of an instancer within itself nothing is made
+            schema = UsdGeom.PointInstancer(instancer)
+            which = array_of(schema.GetProtoIndicesAttr(), np.int64)
+            targets = schema.GetPrototypesRel().GetForwardedTargets()
+            points = np.bincount(which[(which >= 0) & (which < len(targets))], minlength=len(targets)).tolist()
+            roots = (instancer.GetStage().GetPrimAtPath(target) for target in targets)
+            known[path] = sum(count * below(root) for count, root in zip(points, roots, strict=True) if count and root)
+        return known[path]
+
+    def below(root: Any) -> int:
+        total, walk = 0, iter(Usd.PrimRange(root, _EVERYTHING))
+        for part in walk:
+            if part.IsA(UsdGeom.PointInstancer):
+                walk.PruneChildren()
+                total += instancer_copies(part)
+            else:
+                total += bool(part.IsA(UsdGeom.Gprim))
+        return total
+
+    return instancer_copies(prim)
+
+
 def _placed(root: Any, points: Integers, matrices: Floats, complain: Complain, above: tuple[str, ...]) -> list[Copies]:
     parts = _parts(root, complain, above)
     single = len({id(part) for part, *_ in parts}) == 1
     found = []
     for part, name, local in parts:
-        count = len(points) * len(local)
-        if count > MOST_COPIES:
-            complain(above[-1], f"its {count} copies of {part.GetPath()} are too many; they are left out")
-            continue
         placed = np.einsum("kij,mjl->kmil", matrices, local).reshape(-1, 4, 4)
         found.append(Copies(part, "" if single else name, np.repeat(points, len(local)), placed))
     return found

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from graph.base.limits import allowed, most
 from graph.sim.transforms import Floats
 
 Integers = NDArray[np.int64]
@@ -39,9 +40,13 @@ def usable_faces(points: Floats, counts: Integers, indices: Integers, complain: 
     indices = indices.astype(np.int64, copy=False)
     counts, total = _fitting(counts, len(indices), complain)
     indices = indices[:total]
+    large = counts > most("mesh.corners")
+    if large.any():
+        complain(f"{int(large.sum())} faces have too many corners and are left out; {allowed('mesh.corners')}")
     usable = counts >= 3
     if not usable.all():
         complain(f"{int((~usable).sum())} faces have fewer than 3 corners; they are left out")
+    usable &= ~large
     missing = np.asarray((indices < 0) | (indices >= len(points)))
     bad = [(missing, "points that do not exist")]
     strange = np.asarray(~np.isfinite(points).all(axis=1))

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from graph.base.limits import allowed, most
 from graph.sim.arrays import array_of, number_of
 from graph.sim.transforms import Floats
 from graph.sim.usd import EARLIEST, UsdGeom
@@ -27,9 +28,6 @@ _SIZES: dict[str, tuple[str, ...]] = {
 }
 
 Shape = tuple[Floats, Triangles]
-
-MOST_TRIANGLES = 20_000_000
-"""A prim of many small shapes (Points, curves) that would have more is left out."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,8 +145,9 @@ def points_surface(prim: Any, tolerance: float, time: Any, complain: Complain) -
     if not len(points):
         return None
     vertices, triangles = tessellation.sphere(1.0, tessellation.sphere_parts(float(radii.max()), tolerance))
-    if len(points) * len(triangles) > MOST_TRIANGLES:
-        complain(f"{len(points)} spheres of {len(triangles)} triangles are too many; raise mesh.tolerance")
+    if len(points) * len(triangles) > most("scene.triangles"):
+        said = f"{len(points):,} spheres of {len(triangles):,} triangles are too many; raise mesh.tolerance"
+        complain(f"{said}; {allowed('scene.triangles')}")
         return None
     every = points[:, None] + radii[:, None, None] * vertices
     first = (np.arange(len(points)) * len(vertices)).astype(np.uint32)

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Mapping
 
 from graph.base.errors import Problem
+from graph.base.limits import allowed, most
 
 from .source import Element
 
@@ -32,6 +33,7 @@ _LARGEST: Mapping[tuple[str, str], int] = {
 }
 """The largest number that an attribute may hold."""
 
+_COUNT = "physics.iterations"
 _LARGEST_ANYWHERE = {"nsample": 10**5, "actdim": 10**4, "dim": 10**5, "num": 10**5}
 
 
@@ -56,6 +58,8 @@ def too_large(element: Element) -> Iterator[Problem]:
     get = element.get
     for name, text in element.attributes.items():
         largest = _LARGEST.get((element.tag, name), _LARGEST_ANYWHERE.get(name))
+        if element.tag == "option" and name.endswith("iterations") and max(_numbers(text), default=0) > most(_COUNT):
+            yield Problem(f"option: {name} {text!r}; {allowed(_COUNT)}", element.mark)
         if largest is not None and max(_numbers(text), default=0) > largest:
             yield Problem(f"{element.tag}: {name} {text!r} is above {largest}", element.mark)
     if element.tag == "texture" and _product(get("width"), get("height"), get("nchannel") or "3") > 3 * MAX_PIXELS:

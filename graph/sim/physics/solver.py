@@ -9,6 +9,7 @@ import math
 from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any
 
+from graph.base.limits import check
 from graph.sim.scene.stage import Warn
 
 from .attributes import value_of
@@ -87,6 +88,7 @@ def authored_options(scan: Scan, warn: Warn) -> SolverOptions:
 
     iterations = value_of(scene, "newton:maxSolverIterations")
     if iterations is not None and iterations > 0:
+        check("physics.iterations", iterations, f"{path}: newton:maxSolverIterations is {iterations:,}")
         found["iterations"] = int(iterations)
     for f in fields(SolverOptions):
         name = f"mjc:option:{f.name}"
@@ -101,6 +103,7 @@ def authored_options(scan: Scan, warn: Warn) -> SolverOptions:
         elif f.name == "wind":
             found[f.name] = tuple(map(float, value))
         elif f.name in _COUNTS:
+            check("physics.iterations", value, f"{path}: {name} is {value:,}")
             if value >= (0 if f.name == "noslip_iterations" else 1):
                 found[f.name] = int(value)
             else:

@@ -10,8 +10,6 @@ from pathlib import Path
 
 MAX_NESTING = 256
 """Brackets that may be open at once in a text layer."""
-MAX_TEXT = 64 * 2**20
-"""Bytes of a text layer. USD's text takes some fifty times its size in memory, and seconds for each MB."""
 _SHALLOW = 100
 """Brackets of a file that cannot nest too deeply, whatever the limit of its kind."""
 
@@ -24,6 +22,7 @@ _RARE = (b"#", b"'", b"@", b"\\", b"//", b"/*", b'"""')
 """What starts something opaque in few texts. Without any, a string is what stands between two quotes of a line."""
 _SHORT_STRING = re.compile(rb'"[^"\n]*"')
 _MEANINGLESS = bytes(set(range(256)) - set(b'"\n{}()[]'))
+_DEFINING = (b"def ", b"over ", b"class ")
 _COMPOSING = (b"subLayers", b"references", b"payload", b"inherits", b"specializes", b"clips")
 """How the text format writes arcs and value clips."""
 BINARY = (b"PXR-USDC", b"PK\x03\x04")
@@ -66,14 +65,27 @@ def _text_layers(path: Path) -> Iterator[bytes]:
 
 def depth(path: Path) -> int:
     """The nesting of a text layer or package (see `nesting`); 0 for a binary layer."""
+    return _measured(path)[0]
+
+
+def written_prims(path: Path) -> int:
+    """About how many prims a text layer or package defines, by its words; 0 for a binary layer."""
+    return _measured(path)[1]
+
+
+def _measured(path: Path) -> tuple[int, int]:
     about = path.stat()
-    return _depth(path, about.st_size, about.st_mtime_ns)
+    return _measure(path, about.st_size, about.st_mtime_ns)
 
 
 @lru_cache(maxsize=64)
-def _depth(path: Path, size: int, modified: int) -> int:
+def _measure(path: Path, size: int, modified: int) -> tuple[int, int]:
     # Size and time of change are only there to tell whether it is still the same file.
-    return max(map(nesting, _text_layers(path)), default=0)
+    deepest, prims = 0, 0
+    for data in _text_layers(path):
+        deepest = max(deepest, nesting(data))
+        prims += sum(map(data.count, _DEFINING))
+    return deepest, prims
 
 
 def nesting(data: bytes) -> int:

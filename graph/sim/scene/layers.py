@@ -26,7 +26,7 @@ from graph.base.shorten import listed
 from .crate import crate_entries
 from .diagnostics import quiet
 from .expressions import Variables, as_key, evaluated, stack_variables
-from .layer_text import MAX_NESTING, MAX_TEXT, SCENE_SUFFIXES, depth, longest_text, may_compose
+from .layer_text import MAX_NESTING, SCENE_SUFFIXES, depth, longest_text, may_compose, written_prims
 
 Warn = Callable[[str, str, str], None]
 
@@ -80,7 +80,7 @@ def check_scene(
     `variables` are those of the layer stack that the file is put into, as a reference or as a `sublayer`; variable
     expressions in asset paths are followed. Raises UserError with every problem: no such file, a file outside the
     roots, a relative path that leads out of them (whether or not anything is there), an asset path with arguments for
-    a file format, a text layer larger than `MAX_TEXT` or nested deeper than `MAX_NESTING`, a USD file that is there and
+    a file format, a text layer larger than the limits or nested deeper than `MAX_NESTING`, a USD file that is there and
     cannot be read, references that multiply beyond all bounds. What else a layer asks for and does not exist, or is of
     another format, gives `usd-missing-asset`, a line a layer. `skip_outside`: what leads out of the roots is left out,
     with a line `usd-outside-skipped` each, but for value clips.
@@ -331,8 +331,11 @@ def _refused(path: Path, wanted_by: str) -> str | None:
     real = path.resolve()
     by = f" ({wanted_by} asks for it)" if wanted_by else ""
     try:
-        if longest_text(real) > MAX_TEXT:
-            return f"{path} is larger than {MAX_TEXT >> 20} MB, the most that is read of USD text{by}. Save it as .usdc"
+        if longest_text(real) > limits.most("usd.text"):
+            return f"{path} is too much USD text{by}; save it as .usdc; {limits.allowed('usd.text')}"
+        prims = written_prims(real)
+        if prims > limits.most("usd.prims"):
+            return f"{path} has about {prims:,} prims{by}; {limits.allowed('usd.prims')}"
         entries = crate_entries(real)
         if entries > limits.most("usd.entries"):
             return f"{path} says that it has {entries:,} entries{by}; {limits.allowed('usd.entries')}"

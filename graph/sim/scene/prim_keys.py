@@ -65,7 +65,7 @@ class PrimContext:
         sdf = Sdf.Path(path)
         for parent in sdf.GetPrefixes()[:-1]:
             above = self.stage.GetPrimAtPath(parent)
-            if above and (above.IsInstance() or above.IsInstanceProxy()):
+            if above and _of_instance(above):
                 raise ValueError(f"{parent} is an instance; nothing can be added below it")
             if not above or not above.IsDefined():
                 self.stage.DefinePrim(parent, "Xform")
@@ -78,12 +78,48 @@ class PrimContext:
         if kind or existing is None:
             self.stage.DefinePrim(sdf, str(kind) if kind else ("" if referenced else "Xform"))
 
+    def define_new(self, prims: Mapping[str, Any]) -> None:
+        """Defines at once, ahead of their turns, the prims that the scene has nothing to say of.
+
+        Given one by one, the stage looks at all siblings for each: time that grows with their square. Left to `define`
+        are prims at or below a reference or an instance, those that the scene has, and those of unknown types.
+        """
+        referencing = {path for path, keys in prims.items() if isinstance(keys, Mapping) and "reference" in keys}
+        known = {None, *self.sensor_types, *concrete_types()}
+        layer, free = self.stage.GetEditTarget().GetLayer(), set[str]()
+        with Sdf.ChangeBlock():
+            for path, keys in prims.items():
+                kind = keys.get("type") if isinstance(keys, Mapping) else self
+                prefixes = [str(prefix) for prefix in Sdf.Path(path).GetPrefixes()]
+                if not isinstance(kind, str | None) or kind not in known or not referencing.isdisjoint(prefixes):
+                    continue
+                fresh = [prefix for prefix in prefixes if prefix not in free and not self.stage.GetPrimAtPath(prefix)]
+                if (path not in fresh and path not in free) or not self._extends(path, fresh, free):
+                    continue
+                for prefix in fresh:
+                    spec = Sdf.CreatePrimInLayer(layer, prefix)
+                    spec.specifier, spec.typeName = Sdf.SpecifierDef, "Xform"
+                    self.implied.add(prefix)
+                free.update(fresh)
+                self.implied.discard(path)
+                layer.GetPrimAtPath(path).typeName = kind or "Xform"
+
+    def _extends(self, path: str, fresh: Sequence[str], free: set[str]) -> bool:
+        """Whether what is above the prims to be made is there, defined, and no part of an instance."""
+        above = str(Sdf.Path(fresh[0] if fresh else path).GetParentPath())
+        prim = self.stage.GetPrimAtPath(above)
+        return above == "/" or above in free or bool(prim and prim.IsDefined() and not _of_instance(prim))
+
     def set_property(self, prim: Any, name: str, value: Any) -> None:
         """One entry of `attributes`; what is wrong with it is said with its name."""
         try:
             prim_attributes.set_property(prim, name, value)
         except ValueError as error:
             raise ValueError(f"{name}: {error}") from error
+
+
+def _of_instance(prim: Any) -> bool:
+    return bool(prim.IsInstance() or prim.IsInstanceProxy())
 
 
 def concrete_types() -> list[str]:

@@ -46,6 +46,7 @@ def author_prims(
     context = PrimContext(stage, folder, roots, sensor_config, types, warn)
     before = stage.GetUsedLayers()
     problems: list[Problem] = []
+    context.define_new({path: keys for path, keys in prims.items() if not _path_problem(path)})
     for path, keys in prims.items():
         problems.extend(_author(context, path, keys, where))
     for path, keys in prims.items():

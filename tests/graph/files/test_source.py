@@ -2,9 +2,10 @@ import os
 
 import pytest
 
+from graph.base import limits
 from graph.base.errors import Mark, UserError
 from graph.files import load, loads
-from graph.files.source import JSON_LIMIT, YAML_LIMIT, Source
+from graph.files.source import Source
 
 SMALL = b"tickgraph: 1\ngraphs: {/G: {nodes: {n: 5}}}\n"
 
@@ -101,20 +102,22 @@ def test_a_byte_order_mark_and_windows_line_ends_change_nothing(folder):
     assert problems(write(folder, b"\xef\xbb\xbf" + SMALL.replace(b"\n", b"\r\n"))) == plain
 
 
-def test_files_above_the_limits_are_refused_before_they_are_parsed(folder):
-    for name, limit, text in (
-        ("a.yaml", YAML_LIMIT, "8 MB, the most that is read of YAML; write it as JSON (up to 64 MB)"),
-        ("a.json", JSON_LIMIT, "64 MB, the most that is read of JSON"),
-    ):
-        with (folder / name).open("wb") as stream:
-            stream.write(b"[[[[")
-            stream.truncate(limit + 1)
-        assert problems(name) == [f"{name} is larger than {text}"]
+@pytest.mark.parametrize(("name", "said"), [("a.yaml", "YAML, or write it as JSON"), ("a.json", "JSON; the limit")])
+def test_files_above_the_limits_are_refused_before_they_are_parsed(folder, name, said):
+    size = limits.most("file.yaml" if name == "a.yaml" else "file.json")
+    with (folder / name).open("wb") as stream:
+        stream.write(b"[[[[")
+        stream.truncate(size + 1)
+    [problem] = problems(name)
+    assert problem.startswith(f"{name} is too much {said}")
+    with (folder / name).open("wb") as stream:
+        stream.write(b"{}".ljust(size))
+    assert "too much" not in str(problems(name))
 
 
 def test_text_is_limited_like_files():
-    with pytest.raises(UserError, match="larger than 8 MB"):
-        loads("#" * (YAML_LIMIT + 1))
+    with limits.raised({"file.yaml": 100}), pytest.raises(UserError, match=r"--limit file\.yaml=N"):
+        loads("#" * 101)
 
 
 @pytest.mark.parametrize("name", ["a\0b.yaml", "x" * 300 + ".yaml"])

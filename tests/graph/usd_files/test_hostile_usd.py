@@ -6,10 +6,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from graph.base import limits
 from graph.base.errors import UserError
 from graph.files import examine
 from graph.session.partial_compile import compile_file
-from graph.usd_files import reading
 
 SECONDS = 2
 HEAD = "#usda 1.0\n"
@@ -106,12 +106,24 @@ def test_hostile_files_end_soon_with_a_line(tmp_path, case):
         assert message in str(examined.problems[0])
 
 
-def test_text_above_the_limit_is_refused_before_it_is_parsed(tmp_path, monkeypatch):
-    monkeypatch.setattr(reading, "TEXT_LIMIT", 2**20)
+def test_text_is_read_up_to_the_limit_and_refused_beyond_before_it_is_parsed(tmp_path):
     path = tmp_path / "x.usda"
-    path.write_text(HEAD + "#" * 2**20)
-    [problem] = examine(path).problems
-    assert str(problem) == f"{path} is larger than 1 MB, the most that is read of USD text"
+    path.write_text(HEAD + "#" * (2000 - len(HEAD)))
+    with limits.raised({"usd.text": 2000}):
+        assert examine(path).problems == ()
+    with limits.raised({"usd.text": 1999}):
+        [problem] = examine(path).problems
+    assert str(problem).startswith(f"{path} is too much USD text; save it as .usdc; the limit is 1,999 bytes; raise it")
+
+
+def test_prims_are_counted_before_they_are_parsed(tmp_path):
+    path = tmp_path / "x.usda"
+    path.write_text(HEAD + "".join(f'def "P{number}" {{\n}}\n' for number in range(100)))
+    with limits.raised({"usd.prims": 100}):
+        assert examine(path).problems == ()
+    with limits.raised({"usd.prims": 99}):
+        [problem] = examine(path).problems
+    assert "has about 100 prims; the limit is 99 prims; raise it with --limit usd.prims=N" in str(problem)
 
 
 PIECES = st.sampled_from(

@@ -378,7 +378,7 @@ def test_text_of_more_than_64_mb_is_refused_before_it_is_read(tmp_path, how):
         with zipfile.ZipFile(scene, "w", packing) as package:
             package.write(tmp_path / "big.usda", "big.usda")
     by = r" \(\S*a\.usda asks for it\)" if how == "reference" else ""
-    with pytest.raises(UserError, match=rf"is larger than 64 MB, the most that is read of USD text{by}\. Save it as"):
+    with pytest.raises(UserError, match=rf"is too much USD text{by}; save it as \.usdc; the limit is 67,108,864 bytes"):
         open_stage(scene)
 
 
