@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from graph.sim import transforms
-from graph.sim.physics.model import Volume, World
+from graph.sim.physics.model import Volume, WorldModel
 from graph.sim.physics.mujoco.compile import Base, Compiled, compile_world, write_options
 from graph.sim.physics.mujoco.geoms import Shape
 from graph.sim.physics.mujoco.library import mujoco
@@ -29,7 +29,7 @@ _NUMBERS = (bool, int, float, np.ndarray)
 
 def compile_scene(
     scene: MjcfScene,
-    world: World,
+    world: WorldModel,
     dt: Fraction,
     options: SolverOptions,
     warn: Warn,

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from graph.sim.mjcf.scene import MjcfScene
     from graph.sim.scene.scan import Scan
 
-    from .model import World
+    from .model import WorldModel
     from .protocol import EngineFactory, PhysicsEngine
 
 
@@ -27,7 +27,7 @@ class Mujoco:
 
     def __call__(
         self,
-        world: World,
+        world: WorldModel,
         dt: Fraction,
         *,
         meters_per_unit: float,

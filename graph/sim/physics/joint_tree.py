@@ -13,7 +13,7 @@ from graph.sim.scene.stage import Warn
 from graph.sim.transforms import Floats
 
 from .d6_joints import moved, step
-from .model import Body, Joint, World
+from .model import Body, Joint, WorldModel
 
 SNAP = 1e-3
 """Joint frames farther apart than this [m or rad] are worth a warning: the joint pulls its body into place."""
@@ -38,7 +38,7 @@ class Forest:
     loops: tuple[Joint, ...]
 
 
-def grow_forest(world: World, warn: Warn) -> Forest:
+def grow_forest(world: WorldModel, warn: Warn) -> Forest:
     """Hang every body on the world or on another body, breadth first, joints in stage order.
 
     A group of jointed bodies hangs on the world if a joint says so, or on its kinematic body, or on one that is given;

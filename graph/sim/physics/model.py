@@ -53,9 +53,9 @@ class Collider:
     triangles: Triangles | None = None
     material: Material = PLAIN
     still: str = ""
-    """For static shapes: the owning prim in `World.filtered`."""
+    """For static shapes: the owning prim in `WorldModel.filtered`."""
     mask: int = 0
-    """Its kind for the filters of collisions (see `World.meets`)."""
+    """Its kind for the filters of collisions (see `WorldModel.meets`)."""
     trigger: bool = False
     """It touches nothing and weighs nothing; what is in it can be asked for."""
     density: float | None = None
@@ -232,7 +232,7 @@ class MovingSurface:
 
 
 @dataclass(frozen=True)
-class World:
+class WorldModel:
     """All that one engine needs: gravity [m/s2], bodies, colliders, joints and what never collides.
 
     filtered: pairs of bodies, or of one and something still (`Collider.still`). meets: (k, k) which kinds of colliders

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from graph.sim.mjcf.scene import MjcfScene
 
     from .articulation import Articulation
-    from .model import BodyForce, Joint, World
+    from .model import BodyForce, Joint, WorldModel
 
 Rows = NDArray[np.intp]
 """(n,) row numbers."""
@@ -89,7 +89,7 @@ class SurfaceGripper(Protocol):
 class PhysicsEngine(Protocol):
     """The bodies of a playing world. An engine derives from this class; what has a body here is optional.
 
-    It is made by an `EngineFactory` from a `World` (plain data read from the stage) and freed by `close`.
+    It is made by an `EngineFactory` from a `WorldModel` (plain data read from the stage) and freed by `close`.
     """
 
     name: str
@@ -98,7 +98,7 @@ class PhysicsEngine(Protocol):
     """Length of a step [s]."""
     meters_per_unit: float
     """Metres in a stage unit."""
-    world: World
+    world: WorldModel
     """What the engine was built from."""
     body_paths: tuple[str, ...]
     """The rigid bodies that can move, kinematic ones included."""
@@ -176,7 +176,7 @@ class PhysicsEngine(Protocol):
         """Have (n, 6) force [N] at the centre of mass, then torque [N m], act on bodies until they are set again."""
 
     def set_authored_forces(self, forces: Sequence[BodyForce]) -> None:
-        """Have other forces of the stage act than `World.forces`, besides those of `set_forces`."""
+        """Have other forces of the stage act than `WorldModel.forces`, besides those of `set_forces`."""
 
     # -- joints ------------------------------------------------------------------------------------------------------
     # rows: joints with one degree of freedom; values: one per row [rad or m, per second, N m or N]
@@ -273,7 +273,7 @@ class PhysicsEngine(Protocol):
         Raises RunError for a snapshot of another engine, or from before the last `adopt`.
         """
 
-    def adopt(self, world: World, kept: frozenset[str] | None, warn: Warn) -> None:
+    def adopt(self, world: WorldModel, kept: frozenset[str] | None, warn: Warn) -> None:
         """Go on with another world: what both have keeps its state, what is new starts as the world says.
 
         kept: bodies whose rest poses are the same in both; None: nothing keeps its state. Raises UserError, the engine
@@ -293,7 +293,7 @@ class EngineFactory(Protocol):
 
     def __call__(
         self,
-        world: World,
+        world: WorldModel,
         dt: Fraction,
         *,
         meters_per_unit: float,

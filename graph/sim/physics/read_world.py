@@ -1,4 +1,4 @@
-"""A stage's UsdPhysics as a `World`: gravity, bodies and their masses."""
+"""A stage's UsdPhysics as a `WorldModel`: gravity, bodies and their masses."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from .attributes import kilograms_per_unit, value_of, vector
 from .authored_settings import StoredSettings, check_settings
 from .filters import read_filters
 from .locked_axes import read_locks
-from .model import Body, Collider, Joint, World
+from .model import Body, Collider, Joint, WorldModel
 from .read_colliders import read_colliders
 from .read_forces import read_forces, read_surfaces
 from .read_grippers import read_grippers
@@ -47,7 +47,7 @@ class Known:
 NOTHING = Known()
 
 
-def read_world(scan: Scan, warn: Warn, known: Known = NOTHING) -> World:
+def read_world(scan: Scan, warn: Warn, known: Known = NOTHING) -> WorldModel:
     """Everything of the scan that moves, or that something moving can hit."""
     _say_several_scenes(scan, warn)
     filters = read_filters(scan, warn)
@@ -60,7 +60,7 @@ def read_world(scan: Scan, warn: Warn, known: Known = NOTHING) -> World:
     stored = StoredSettings()
     locks = read_locks(scan, bodies, joints, stored)
     stored.tell(warn)
-    return World(
+    return WorldModel(
         gravity=read_gravity(scan, warn),
         bodies=bodies,
         colliders=read_colliders(scan, filters, warn, known.colliders),

@@ -13,7 +13,7 @@ from graph.sim.transforms import Floats
 
 from .authored_settings import check_settings
 from .locked_axes import SUFFIX
-from .model import Collider, World
+from .model import Collider, WorldModel
 from .protocol import PhysicsEngine
 from .read_forces import start_surfaces
 from .read_world import Known, read_world
@@ -70,7 +70,7 @@ def _pose(physics: PhysicsEngine, number: int) -> Floats:
     return out
 
 
-def _untouched(old: World, scan: Scan, touched: tuple[str, ...]) -> frozenset[str]:
+def _untouched(old: WorldModel, scan: Scan, touched: tuple[str, ...]) -> frozenset[str]:
     """The bodies of mechanisms in which every body and joint is as it was."""
     parent: dict[str, str] = {}
 
@@ -107,7 +107,7 @@ def _related(path: str, touched: tuple[str, ...]) -> bool:
     )
 
 
-def _parts(old: World, same: frozenset[str]) -> Known:
+def _parts(old: WorldModel, same: frozenset[str]) -> Known:
     """The very bodies, joints and colliders of the untouched mechanisms: their rest poses stay to the last bit."""
     colliders: dict[str, list[Collider]] = {}
     for collider in old.colliders:

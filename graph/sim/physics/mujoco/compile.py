@@ -1,4 +1,4 @@
-"""A `World` as a MuJoCo model."""
+"""A `WorldModel` as a MuJoCo model."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from graph.sim.physics.filters import bits
 from graph.sim.physics.joint_tree import Forest, grow_forest
 from graph.sim.physics.mass_properties import Inertia, body_inertia
 from graph.sim.physics.materials import Touch
-from graph.sim.physics.model import Body, Collider, Gripper, Joint, Volume, World
+from graph.sim.physics.model import Body, Collider, Gripper, Joint, Volume, WorldModel
 from graph.sim.physics.soft import Soft
 from graph.sim.physics.solver import CHOICES, SWITCHES, SolverOptions, chosen
 from graph.sim.scene.stage import Warn
@@ -72,11 +72,11 @@ class Base:
     start: Start | None = None
 
 
-def compiler_of(fidelity: Fidelity | None, mjcf: MjcfScene | None) -> Callable[[World, Fraction, Warn], Compiled]:
+def compiler_of(fidelity: Fidelity | None, mjcf: MjcfScene | None) -> Callable[[WorldModel, Fraction, Warn], Compiled]:
     """What makes the model of a world, and of its later versions; shapes are measured once for all of them."""
     volumes: dict[Shape, Volume] = {}
 
-    def compiled_world(world: World, dt: Fraction, warn: Warn) -> Compiled:
+    def compiled_world(world: WorldModel, dt: Fraction, warn: Warn) -> Compiled:
         options = chosen(fidelity).over(world.options)
         if mjcf is None:
             return compile_world(world, dt, options, warn, volumes=volumes)
@@ -88,7 +88,7 @@ def compiler_of(fidelity: Fidelity | None, mjcf: MjcfScene | None) -> Callable[[
 
 
 def compile_world(
-    world: World,
+    world: WorldModel,
     dt: Fraction,
     options: SolverOptions,
     warn: Warn,
@@ -179,7 +179,7 @@ def write_options(option: Any, options: SolverOptions) -> None:
             setattr(option, each.name, value)
 
 
-def _suited(options: SolverOptions, world: World, based: bool) -> SolverOptions:
+def _suited(options: SolverOptions, world: WorldModel, based: bool) -> SolverOptions:
     """The options, and where they leave the choice the integrator that the world needs.
 
     Stiff drives and contacts stay stable together with `discrete` alone, and so does what is elastic.
@@ -208,7 +208,7 @@ def _weld_roots(forest: Forest) -> dict[str, str | None]:
     return roots
 
 
-def _meeting(colliders: list[Collider], roots: dict[str, str | None], world: World) -> Callable[[int, int], bool]:
+def _meeting(colliders: list[Collider], roots: dict[str, str | None], world: WorldModel) -> Callable[[int, int], bool]:
     """Whether two colliders can meet: not of the same body, nor of bodies that are welded or kept apart."""
     apart = kept_apart(world)
     root = [None if each.body is None else roots.get(each.body, each.body) for each in colliders]
@@ -221,7 +221,7 @@ def _meeting(colliders: list[Collider], roots: dict[str, str | None], world: Wor
     return meet
 
 
-def _hung(world: World, forest: Forest) -> tuple[Joint, ...]:
+def _hung(world: WorldModel, forest: Forest) -> tuple[Joint, ...]:
     """The joints of one axis, and the spherical ones, that bodies hang by, in stage order."""
     hung = {branch.joint.path for branch in forest.branches if branch.joint}
     return tuple(single for joint in world.joints if joint.path in hung for single in joint.singles)

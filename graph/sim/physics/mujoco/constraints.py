@@ -10,7 +10,7 @@ import numpy as np
 
 from graph.sim import transforms
 from graph.sim.physics.joint_tree import Branch, Forest
-from graph.sim.physics.model import Gripper, Joint, World
+from graph.sim.physics.model import Gripper, Joint, WorldModel
 from graph.sim.scene.stage import Warn
 
 from .grippers import weld_name
@@ -62,7 +62,7 @@ def add_drive(spec: Any, joint: Joint) -> None:
     actuator.gaintype, actuator.biastype = mujoco.mjtGain.mjGAIN_FIXED, mujoco.mjtBias.mjBIAS_AFFINE
 
 
-def add_ties(spec: Any, world: World, forest: Forest, handles: Mapping[str, Any], warn: Warn) -> None:
+def add_ties(spec: Any, world: WorldModel, forest: Forest, handles: Mapping[str, Any], warn: Warn) -> None:
     """Everything between bodies that is not a joint of the forest; handles: the spec's bodies by path."""
     given = {body.path: body.model_name for body in world.given}
     for joint in forest.loops:
@@ -96,13 +96,13 @@ def still_name(path: str) -> str:
     return f"{path}#still"
 
 
-def kept_apart(world: World) -> dict[tuple[str, str], None]:
+def kept_apart(world: WorldModel) -> dict[tuple[str, str], None]:
     """Pairs of bodies (or of one and something still) that never collide, the lesser path first."""
     apart = [joint.bodies for joint in world.joints if not joint.collide] + list(world.filtered)
     return dict.fromkeys((min(a, b), max(a, b)) for a, b in apart if a and b)
 
 
-def add_grips(spec: Any, world: World) -> tuple[Gripper, ...]:
+def add_grips(spec: Any, world: WorldModel) -> tuple[Gripper, ...]:
     """A weld for each point of a gripper, off and between any two bodies until it holds one.
 
     A lone body has nothing to hold, and MuJoCo no weld of a body to itself: its grippers get a weld to the world.

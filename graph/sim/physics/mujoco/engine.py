@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from graph.base.errors import RunError
 from graph.sim import transforms
 from graph.sim.physics import protocol
-from graph.sim.physics.model import BodyForce, World
+from graph.sim.physics.model import BodyForce, WorldModel
 from graph.sim.physics.protocol import PhysicsEngine, Rows, Snapshot
 from graph.sim.scene.stage import Warn
 from graph.sim.transforms import Floats
@@ -39,7 +39,7 @@ from .triggers import triggered
 if TYPE_CHECKING:
     from graph.sim.mjcf.flexes import Flexes
 
-Compile = Callable[[World, Fraction, Warn], Compiled]
+Compile = Callable[[WorldModel, Fraction, Warn], Compiled]
 """Makes the model of a world with steps of so many seconds."""
 
 _BAD = tuple(
@@ -54,7 +54,7 @@ class MujocoEngine(PhysicsEngine):
 
     name = "mujoco"
 
-    def __init__(self, world: World, dt: Fraction, meters_per_unit: float, compiler: Compile, warn: Warn) -> None:
+    def __init__(self, world: WorldModel, dt: Fraction, meters_per_unit: float, compiler: Compile, warn: Warn) -> None:
         self.meters_per_unit = meters_per_unit
         self.closed = False
         self.dt = dt
@@ -100,7 +100,7 @@ class MujocoEngine(PhysicsEngine):
         self.motors = Motors(self) if self.model.nactuator > len(self.drives.joints) else None
         self.set_dt(self.dt)
 
-    def adopt(self, world: World, kept: frozenset[str] | None, warn: Warn) -> None:
+    def adopt(self, world: WorldModel, kept: frozenset[str] | None, warn: Warn) -> None:
         """Go on with another world, see `PhysicsEngine`."""
         from .state_transfer import Leaving
 

@@ -293,7 +293,7 @@ def test_a_step_is_one_mujoco_step(world):
 
 def test_crowds_take_memory_by_their_number_not_by_its_square():
     """MuJoCo's own estimate for 1100 free bodies is above 2 GiB, for 6000 above any machine's."""
-    from graph.sim.physics.model import Body, Collider, World
+    from graph.sim.physics.model import Body, Collider, WorldModel
     from graph.sim.physics.mujoco.compile import CROWD_MEMORY, compile_world
     from graph.sim.physics.solver import UNCHOSEN
 
@@ -304,6 +304,6 @@ def test_crowds_take_memory_by_their_number_not_by_its_square():
         place[0, 3] = number
         bodies.append(Body(f"/B{number}", place))
         colliders.append(Collider(f"/B{number}", f"/B{number}", "sphere", np.eye(4), (0.25,)))
-    world = World(np.array([0, 0, -9.81]), tuple(bodies), tuple(colliders), ())
+    world = WorldModel(np.array([0, 0, -9.81]), tuple(bodies), tuple(colliders), ())
     model = compile_world(world, Fraction(1, 60), UNCHOSEN, lambda *warning: None).model
     assert model.narena == CROWD_MEMORY
