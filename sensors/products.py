@@ -58,16 +58,17 @@ def place_product(app: App, path: str, prim_path: str, resolution: tuple[int, in
 
 
 def _follow_prim(app: App, product: RenderProduct) -> None:
-    """At each play the sensor takes over what was authored on its prim since."""
+    """At each play, and in the next update while playing, the sensor takes over what was authored on its prim since."""
 
     def refresh() -> None:
         if app.rendering.products.get(product.path) is not product:
-            unsubscribe()
+            while ends:
+                ends.pop()()
         elif product.sensor.refresh() and product.enabled:
             product.enabled = False  # off and on: the scheduler takes up the new schedule
             product.enabled = True
 
-    unsubscribe = app.on("play", refresh)
+    ends = [app.on(event, refresh) for event in ("play", "sensors_edited")]
 
 
 def product_name(prim_path: str, resolution: tuple[int, int]) -> str:

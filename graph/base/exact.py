@@ -55,12 +55,18 @@ def shortest(value: Fraction | int) -> str:
     return decimal if Fraction(decimal) == exact else str(exact)
 
 
-def count(value: int, what: str) -> int:
-    """A number of things: `value` as a whole number. Raises TypeError unless it is one."""
+def count(value: int, what: str, least: int | None = None) -> int:
+    """A number of things: `value` as a whole number.
+
+    Raises TypeError unless it is one, ValueError below `least`.
+    """
     try:
-        return operator.index(value)
+        number = operator.index(value)
     except TypeError:
         raise TypeError(f"{what} {value!r}: give a whole number") from None
+    if least is not None and number < least:
+        raise ValueError(f"{what} {number}: give {least} or more")
+    return number
 
 
 def _check_finite(value: float) -> None:

@@ -24,7 +24,7 @@ from .phases import Callback, Phases, Unsubscribe
 from .physics import MUJOCO
 from .renderer.rendering import Rendering
 from .scene.editing import WhenPlaying, checked_choice
-from .settings import Settings, suggestion
+from .settings import Settings
 from .state.reset import Reset, reset
 from .timing.clocks import PhysicsClock
 from .timing.parity import apply_profile
@@ -86,8 +86,10 @@ class App:
         self.warnings = WarningList()
         self.warn: Callable[[str, str, str], None] = self.warnings.add
         """`warn(code, where, message)` notes a warning: said once per code and place, counted."""
-        for path in self.settings.misspelt():
-            self.warn("setting-unknown", path, f'no part of this run reads it; did you mean "{suggestion(path)}"?')
+        warn = self.warn
+        self.settings.on_misspelt(
+            lambda path, known: warn("setting-unknown", path, f'no part of this run reads it; did you mean "{known}"?')
+        )
         choice = checked_choice(when_playing or str(self.settings.get(keys.WHEN_PLAYING)))
         self.world = open_world(
             stage, mjcf, engine=physics, fidelity=knobs, when_playing=choice, warn=self.warn, allow=allow
@@ -122,6 +124,7 @@ class App:
             self.settings,
             self.phases,
             self.wall_clock.now,
+            follows_stage_rate=physics_hz is None and knobs.physics_hz is None and experience != "zero_delay",
         )
         if authored == 0 and physics_hz is None and knobs.physics_hz is None:
             self.simulation.setup.refuse_rate_zero()

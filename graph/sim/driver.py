@@ -138,7 +138,7 @@ class Driver:
 
     def update_app(self, *, steps: int = 1, callback: StepCallback | None = None) -> None:
         """Runs `steps` app updates; `callback(i, steps)` after each, False ends them."""
-        steps = exact.count(steps, "steps")
+        steps = exact.count(steps, "steps", least=0)
         for done in range(1, steps + 1):
             self.update()
             if (callback is not None and callback(done, steps) is False) or self.updates.exit_requested:
@@ -150,7 +150,7 @@ class Driver:
 
     async def update_app_async(self, *, steps: int = 1, callback: StepCallback | None = None) -> None:
         """Awaits `steps` app updates; `callback(i, steps)` after each, False ends them."""
-        steps = exact.count(steps, "steps")
+        steps = exact.count(steps, "steps", least=0)
         for done in range(1, steps + 1):
             await self.next_update_async()
             if (callback is not None and callback(done, steps) is False) or self.updates.exit_requested:
@@ -172,7 +172,7 @@ class Driver:
             if path not in products:
                 known = ", ".join(products) or "none"
                 raise UserError(f"render product {path} does not exist; there are: {known}")
-        more = exact.count(num_simulation_frames, "num_simulation_frames")
+        more = exact.count(num_simulation_frames, "num_simulation_frames", least=0)
         wanted = {path: products[path].frames + more for path in paths}
         while wanted := {path: frames for path, frames in wanted.items() if self._frames_of(path) < frames}:
             await self.next_update_async()

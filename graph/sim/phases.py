@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from itertools import count
 
+from graph.base import exact
 from graph.base.errors import UserError
 
 Callback = Callable[[], object]
@@ -13,7 +14,18 @@ Unsubscribe = Callable[[], None]
 PHASES = ("timeline_state", "timeline", "physics", "simulation_graphs", "render", "post_render_graphs", "end")
 """The phases of one update, in the order they run."""
 
-EVENTS = ("physics_pre_step", "physics_post_step", "play", "pause", "resume", "stop", "closing", "close")
+EVENTS = (
+    "physics_pre_step",
+    "physics_post_step",
+    "play",
+    "pause",
+    "resume",
+    "stop",
+    "sensors_edited",
+    "closing",
+    "close",
+)
+"""`sensors_edited`: attributes of sensor prims were written while playing; told in the next update."""
 
 
 class Subscribers:
@@ -85,8 +97,9 @@ class Phases:
 
         Lower order first, ties in the order of registration; the phase's own work stands at order 0, ahead of the
         subscribers of order 0. `post_render_graphs` runs only in updates that delivered a frame. Raises UserError for
-        an unknown phase.
+        an unknown phase, TypeError for an order that is not a whole number.
         """
+        order = exact.count(order, "order")
         if phase not in self._subscribers:
             raise UserError(f"there is no phase or event {phase!r}; there are {', '.join(self._subscribers)}")
         return self._subscribers[phase].add(callback, order)

@@ -89,6 +89,14 @@ DEFAULTS: dict[str, Any] = {
 `minFrameRate` 0 means no catch-up cap, `rayThreads` 0 means all cores.
 """
 
+KNOWN = (
+    *DEFAULTS,
+    "/rtx-transient/stableIds/enabled",
+    "/app/sensors/nv/lidar/publishNormals",
+    "/rtx/materialDb/nonVisualMaterialSemantics/prefix",
+)
+"""Every setting that something here reads."""
+
 _RATES = {RATE_LIMIT_FREQUENCY, TARGET_FRAMERATE, TIME_CODES_PER_SECOND}
 _NOT_NEGATIVE = {BARE_LIDAR_TICK_RATE, PLAY_DELAY}
 _CHOICES = {LIDAR_HEADER: (HEADER_FRAME, HEADER_SCAN_START, HEADER_UPDATE)}
@@ -108,6 +116,7 @@ class Settings:
         self._branches = {parent for path in self._values for parent in _above(path)}
         self._authored: set[str] = set()
         self._subscribers: dict[str, list[Callable[[Any], None]]] = {}
+        self._tell_misspelt: Callable[[str, str], None] | None = None
         problems: list[Problem] = []
         for path, value in (values or {}).items():
             try:
@@ -136,10 +145,13 @@ class Settings:
             return
         self._refuse_mixing(path)
         value = _checked(path, value)
-        changed = path not in self._values or self._values[path] != value
+        new = path not in self._values
+        changed = new or self._values[path] != value
         self._values[path] = value
         self._branches.update(_above(path))
         self._authored.add(path)
+        if new and self._tell_misspelt is not None and (known := suggestion(path)):
+            self._tell_misspelt(path, known)
         if changed:
             for callback in tuple(self._subscribers.get(path, ())):
                 callback(value)
@@ -159,9 +171,12 @@ class Settings:
         """The value as an exact number [Hz]."""
         return exact.rate(self._values[normalised(path)])
 
-    def misspelt(self) -> list[str]:
-        """The settings that the user has set and that look like a known one without being it."""
-        return [path for path in sorted(self._authored)[:_MOST_SUGGESTIONS] if suggestion(path)]
+    def on_misspelt(self, tell: Callable[[str, str], None]) -> None:
+        """Calls `tell(path, known)` for each setting, set already or later, that looks like a known one."""
+        for path in sorted(self._authored)[:_MOST_SUGGESTIONS]:
+            if known := suggestion(path):
+                tell(path, known)
+        self._tell_misspelt = tell
 
     def subscribe(self, path: str, callback: Callable[[Any], None]) -> Callable[[], None]:
         """Calls `callback(value)` when the value at `path` changes; returns what ends that."""
@@ -177,6 +192,7 @@ class Settings:
     def close(self) -> None:
         """Ends all subscriptions."""
         self._subscribers.clear()
+        self._tell_misspelt = None
 
     def __iter__(self) -> Iterator[str]:
         return iter(sorted(self._values))
@@ -241,8 +257,16 @@ def normalised(path: str) -> str:
 
 
 def suggestion(path: str) -> str | None:
-    """The known setting that `path` is likely a misspelling of; None for known ones and for those of other tools."""
-    return None if path in DEFAULTS else closest(path, DEFAULTS, 0.9)
+    """The known setting that `path` is likely a misspelling of; None for known ones and for those of other tools.
+
+    Beside a known setting, in the same folder, a name may differ more; below `/tickgraph` all settings are ours.
+    """
+    if path in KNOWN:
+        return None
+    folder, _, name = path.rpartition("/")
+    beside = {known.rpartition("/")[2]: known for known in KNOWN if known.rpartition("/")[0] == folder}
+    near = closest(name, beside, 0.3 if folder == "/tickgraph" else 0.75)
+    return closest(path, KNOWN, 0.9) if near is None else beside[near]
 
 
 def from_mapping(values: Mapping[str, Any], where: Callable[[str], Mark | None] = lambda path: None) -> Settings:

@@ -80,8 +80,20 @@ class Simulation:
         return self._world.built
 
     def set_rate(self, steps_per_second: Fraction) -> None:
-        """Takes a new rate [Hz] from the next step on, also while playing: the history is then read at the new rate."""
+        """Takes a new rate [Hz] from the next step on.
+
+        Simulation time is steps / rate: while playing it moves, which is warned of (`simulation-time-moved`).
+        """
+        count, before = self.clock.count, self.clock.rate
         self.clock.set_rate(checked_rate(steps_per_second, "physics"))
+        if count and steps_per_second != before:
+            self._world.warn(
+                "simulation-time-moved",
+                "simulation",
+                f"physics goes from {float(before):g} to {float(steps_per_second):g} Hz while playing, and simulation "
+                f"time, steps / rate, from {float(count / before):g} to {float(count / steps_per_second):g} s; sensors "
+                "start again there. Stop first to keep the time.",
+            )
         self._configure()
         self._world.set_rate(steps_per_second)
 
@@ -97,7 +109,7 @@ class Simulation:
         `callback(i, steps)` is called after step i = 1, 2, ...; False ends it. Fabric follows anyhow where it is on;
         ValueError for `update_fabric` where it is off. Raises RunError while there is no world to step.
         """
-        steps = exact.count(steps, "steps")
+        steps = exact.count(steps, "steps", least=0)
         world = self._world
         if not world.built:
             raise RunError("physics cannot step while the timeline is stopped; call app.play() first")

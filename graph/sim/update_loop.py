@@ -44,7 +44,7 @@ class UpdateLoop:
         self._timeline_state, self._timeline_phase = phases["timeline_state"], phases["timeline"]
         self._physics_phase, self._graphs_phase = phases["physics"], phases["simulation_graphs"]
         self._render_phase, self._frames_phase = phases["render"], phases["post_render_graphs"]
-        self._end_phase = phases["end"]
+        self._end_phase, self._sensors_edited = phases["end"], phases["sensors_edited"]
         self._physics_s = self._render_s = self._graph_s = 0.0
 
     @property
@@ -66,7 +66,7 @@ class UpdateLoop:
 
     def update(self, steps: int = 1) -> None:
         """Runs `steps` app updates, each through all phases; fewer once the run is asked to end."""
-        steps = exact.count(steps, "steps")
+        steps = exact.count(steps, "steps", least=0)
         self.check_drivable()
         self.phases.running = True
         try:
@@ -97,6 +97,9 @@ class UpdateLoop:
         live = self._world.live
         if live is not None:
             live.check()
+            if live.watch.sensors:
+                live.watch.sensors = False
+                self._sensors_edited()
 
         for callback in self._timeline_phase.before:
             callback()

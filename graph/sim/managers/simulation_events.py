@@ -8,6 +8,8 @@ from fractions import Fraction
 from itertools import count
 from typing import TYPE_CHECKING, Any
 
+from graph.base import exact
+
 from .callbacks import CallbackList, Event, Held, Registered, dropped_early
 
 if TYPE_CHECKING:
@@ -76,6 +78,7 @@ class SimulationEvents:
         except ValueError:
             events = ", ".join(each.name for each in SimulationEvent)
             raise ValueError(f"there is no simulation event {event!r}; there are {events}") from None
+        order = exact.count(order, "order")
         uid = next(self._ids)
 
         def died(called: bool) -> None:

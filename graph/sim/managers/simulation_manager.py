@@ -53,8 +53,10 @@ class ManagedSimulation:
         settings: Settings,
         phases: Phases,
         now: Callable[[], Fraction],
+        *,
+        follows_stage_rate: bool,
     ) -> None:
-        """now: the wall clock's time [s]."""
+        """now: the wall clock's time [s]. follows_stage_rate: play takes the rate of the active physics scene."""
         self._world, self._rendering, self._timeline, self._bus = world, rendering, timeline, bus
         self._settings, self._phases = settings, phases
         self.times = TimeQueries(clock, rendering, settings, now, world.warn)
@@ -66,6 +68,8 @@ class ManagedSimulation:
         self.pre_step, self.post_step = self.steps.pre_step, self.steps.post_step
         self.tensors = Tensors(world)
         """All bodies, joints and contacts as arrays."""
+        self._follows_stage_rate = follows_stage_rate
+        self._authored_rate = world.authored_rate
         self._animation: Animation | None = None
         self._defaults = dict.fromkeys(_DEFAULTS, True)
         self._read_rendering_settings()
@@ -167,6 +171,7 @@ class ManagedSimulation:
         """Builds the world and binds sensors to it; playing does so by itself."""
         from graph.sim.scene.animation import animate
 
+        self._take_authored_rate()
         self._world.build()
         self._read_rendering_settings()
         self._rendering.capture_state = self._world.fabric.capture
@@ -188,6 +193,18 @@ class ManagedSimulation:
         self._bus.restart()
         self._world.restore()
         self.setup.keep_scene_changes()
+        self._rendering.keep_time_codes()
+
+    def _take_authored_rate(self) -> None:
+        """Steps by the rate that the active physics scene has been given since it was read last."""
+        authored, before = self._world.authored_rate, self._authored_rate
+        self._authored_rate = authored
+        if not self._follows_stage_rate or authored is None or authored == before:
+            return
+        if not authored:
+            self.setup.refuse_rate_zero()
+        elif float(authored) != float(self.clock.rate):  # not written by `set_dt`, whose exact rate counts
+            self.steps.set_rate(max(Fraction(1), Fraction(int(authored))) if self.truncates else authored)
 
     def follow(self, change: Change) -> None:
         """What the timeline's change of state means for the world: builds or frees it, tells whoever subscribed."""

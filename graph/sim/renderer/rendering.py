@@ -74,6 +74,7 @@ class Rendering(SensorScheduler):
         """Runs the updates of `render`; None before there is a driver, and once the App is closed."""
         self._run_loop, self._timeline, self._settings = run_loop, timeline, settings
         self._stage, self._warn = stage, warn
+        self._time_codes: float | None = None
         self._callbacks = CallbackList()
         self._ids = count()
 
@@ -93,11 +94,17 @@ class Rendering(SensorScheduler):
         if settings.get(keys.SET_DT_RATE_LIMIT) or settings.get(keys.RATE_LIMIT_ENABLED):
             settings.set(keys.RATE_LIMIT_FREQUENCY, frequency.numerator if frequency.denominator == 1 else frequency)
             self._timeline.set_target_framerate(frequency)
-        self._stage.SetTimeCodesPerSecond(float(frequency))
+        self._time_codes = float(frequency)
+        self.keep_time_codes()
         self._timeline.set_time_codes_per_second(frequency)
         period = step.limit_denominator(10**9)
         settings.set("/app/settings/fabricDefaultSimPeriodNumerator", period.numerator)
         settings.set("/app/settings/fabricDefaultSimPeriodDenominator", period.denominator)
+
+    def keep_time_codes(self) -> None:
+        """Authors again, on a stage that stop has put back, the time codes per second that `set_dt` has set."""
+        if self._time_codes is not None and self._stage.GetTimeCodesPerSecond() != self._time_codes:
+            self._stage.SetTimeCodesPerSecond(self._time_codes)
 
     def get_dt(self) -> float:
         """The dt of an update [s]: the rate limit's if that is on, else the manual step if manual, else the limit's."""
@@ -156,6 +163,7 @@ class Rendering(SensorScheduler):
             raise ValueError(f"there is no rendering event {event!r}; the one there is: {NEW_FRAME.value!r}")
         if not callable(callback):
             raise ValueError(f"callback {callback!r} cannot be called; give callback=function")
+        order = exact.count(order, "order")
         uid = next(self._ids)
 
         def died(called: bool) -> None:

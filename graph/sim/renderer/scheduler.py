@@ -93,7 +93,7 @@ class SensorScheduler(ProductList):
         `renders_there`: rendering follows at `target` at once, so that its state need not be kept.
         """
         if self._clock.rate is not self._rate:
-            self._bind()
+            self._take_rate()
         self.next_capture = NEVER
         if target < self._next_due or not (self.capture_at_ticks and self.multi_tick and self.capture_state):
             return
@@ -144,7 +144,7 @@ class SensorScheduler(ProductList):
             return
         self._rendered_step, self._rendered_version = steps, clock.version
         if clock.rate is not self._rate:
-            self._bind()
+            self._take_rate()
         if self._eager:
             time = clock.time
             for product in tuple(self.products.values()):
@@ -162,6 +162,15 @@ class SensorScheduler(ProductList):
         self._rendered_step, self._rendered_version = 0, self._clock.version
         if self._began_at is not None:
             self._began_at = self._clock.reading() if self.multi_tick else Fraction(0)
+
+    def _take_rate(self) -> None:
+        """The physics rate is another: the external time, steps / rate, moves, and every product starts again there."""
+        count = self._clock.count
+        if count and self.multi_tick and self._rate is not None and self._clock.rate != self._rate:
+            for product in self.products.values():
+                product.restart(count / self._clock.rate)
+                product.sensor.reset()
+        self._bind()
 
     def _bind(self) -> None:
         self._rate = self._clock.rate

@@ -15,6 +15,10 @@ Warn = Callable[[str, str, str], None]
 """Takes a warning: stable code, where, message."""
 
 
+NEW_STAGE_TIME_CODES = 60.0
+"""timeCodesPerSecond of a stage without a file; the timeline's default too."""
+
+
 def ignore_warning(code: str, where: str, message: str) -> None:
     """A `Warn` that drops what it is told."""
 
@@ -43,8 +47,9 @@ def open_stage(
 ) -> Any:
     """A stage (`Usd.Stage`) over the scene at `path`; without a path an empty one in metres, Z up.
 
-    The file and everything it composes is checked first (see `graph.sim.scene.layers.check_scene`): only files below
-    `allow_roots` (default: the scene's own folder) are opened. Raises UserError for what must not or cannot be opened;
+    An empty one has 60 time codes per second, as the timeline. A file and everything it composes is checked first (see
+    `graph.sim.scene.layers.check_scene`): only files below `allow_roots` (default: the scene's own folder) are opened.
+    Raises UserError for what must not or cannot be opened;
     a missing reference is only a warning `usd-missing-asset`, and with `skip_outside` so is one that leads out of the
     folders (`usd-outside-skipped`).
 
@@ -59,6 +64,7 @@ def open_stage(
         stage = Usd.Stage.Open(root)
         UsdGeom.SetStageMetersPerUnit(stage, UsdGeom.LinearUnits.meters)
         UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
+        stage.SetTimeCodesPerSecond(NEW_STAGE_TIME_CODES)
         return stage
     from .diagnostics import quiet
     from .layers import check_scene

@@ -70,6 +70,8 @@ class StageWatch:
         self.shapes: dict[str, None] = {}
         self.physics: dict[str, None] = {}
         self.looks = False
+        self.sensors = False
+        """Whether attributes of sensors were written."""
         self.collecting = False
         """Whether transforms wait in `transforms` until somebody asks for them."""
         self.transforms: dict[str, bool] = {}
@@ -133,6 +135,8 @@ class StageWatch:
                 self.shapes[path.pathString] = None
         elif name.startswith(LOOKS) or self._is_material(path):
             self.looks = True
+        elif name.startswith("omni:sensor:"):
+            self.sensors = True
         elif name.startswith(("physics:", "physx", "drive:", "limit:", "mjc:", "newton:")):
             owner = self.stage.GetPrimAtPath(prim)
             if prim in self.roles.roles and owner and owner.GetTypeName() != "PhysicsScene":

@@ -33,8 +33,11 @@ class Playhead:
         return float(self._clock.time)
 
     def set_current_time(self, time: float | Fraction) -> None:
-        """Moves to `time` [s]."""
-        self._clock.set(exact.duration(time))
+        """Moves to `time` [s]. Raises ValueError below 0 and before the start."""
+        moment = exact.duration(time)
+        if moment < min(self._start, Fraction(0)):
+            raise ValueError(f"current time {float(moment):g} s: give 0 s or more")
+        self._clock.set(moment)
 
     @property
     def start_time(self) -> Fraction:

@@ -7,6 +7,8 @@ from fractions import Fraction
 from itertools import pairwise
 from typing import Literal, NamedTuple
 
+from graph.base import exact
+
 from .clocks import MICROSECONDS, PhysicsClock, Reading
 
 CAPACITY = 31
@@ -70,10 +72,14 @@ class TimeSamples:
         ]
 
     def at(self, time: Fraction, which: Which) -> Fraction | None:
-        """The `which` time at key `time`, exact; None with nothing at or around it."""
+        """The `which` time at key `time`, exact; None with nothing at or around it.
+
+        Whole nanoseconds, as frames are stamped with, find the key that is rounded to them.
+        """
         samples = self.all()
+        stamp = time * exact.NANOSECONDS
         for sample in reversed(samples):
-            if sample.key == time:
+            if sample.key == time or (stamp.denominator == 1 and exact.nanoseconds(sample.key) == stamp):
                 return _value(sample, which)
         for before, after in pairwise(samples):
             if before.key < time < after.key:

@@ -132,5 +132,17 @@ def test_a_misspelt_known_setting_is_recognised():
     assert suggestion("/app/player/playSimulation") == "/app/player/playSimulations"
     assert suggestion("/app/player/playSimulations") is None
     assert suggestion("/exts/my.tool/size") is None
+    assert suggestion("/app/player/useFixedStepping") == "/app/player/useFixedTimeStepping"  # far, but beside it
+    assert suggestion("/app/runLoops/present/rateLimitFrequency") is None  # another loop's, of Kit
+    assert suggestion("/tickgraph/threads") == "/tickgraph/rayThreads"
+    assert suggestion("/rtx-transient/stableIds/enable") == "/rtx-transient/stableIds/enabled"
+
+
+def test_misspelt_settings_are_told_also_where_they_are_set_later():
     settings = Settings({"/app/player/playSimulation": False, "/exts/my.tool/size": 1})
-    assert settings.misspelt() == ["/app/player/playSimulation"]
+    told = []
+    settings.on_misspelt(lambda path, known: told.append((path, known)))
+    assert told == [("/app/player/playSimulation", "/app/player/playSimulations")]
+    for _ in range(2):
+        settings.set("/app/player/useFastmode", True)
+    assert told[1:] == [("/app/player/useFastmode", "/app/player/useFastMode")]
