@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from graph.base import exact
 from graph.base.errors import UserError
 from graph.sim import settings as keys
 from sensors import prim as on_prim
@@ -186,12 +187,16 @@ class Lidar:
     ) -> None:
         accumulate_name = f"{PREFIX}accumulateOutputs"
         if tick_rate is not None:
-            if not np.isfinite(float(tick_rate)) or tick_rate < 0:
-                raise SensorValueError(f"tick_rate {tick_rate}: give a rate in Hz, or 0 to render in every update")
+            try:
+                rate = exact.rate(tick_rate)
+            except (ValueError, TypeError):
+                rate = Fraction(-1)
+            if rate < 0:
+                raise SensorValueError(f"tick_rate {tick_rate!r}: give a rate in Hz, or 0 to render in every update")
             if TICK_RATE in attributes:
-                self._warn("attribute-wins", f"attributes give {TICK_RATE}; tick_rate={float(tick_rate):g} is ignored")
+                self._warn("attribute-wins", f"attributes give {TICK_RATE}; tick_rate={float(rate):g} is ignored")
             else:
-                on_prim.write(self.prim, TICK_RATE, "float", float(tick_rate))
+                on_prim.write(self.prim, TICK_RATE, "float", float(rate))
         elif wrapped and TICK_RATE not in attributes and self.tick_rate != self.config.scan_rate_base_hz:
             self._warn(
                 "lidar-partial-scan",

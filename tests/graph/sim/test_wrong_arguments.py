@@ -43,9 +43,10 @@ def test_a_number_of_steps_is_a_whole_one(app, call, steps, message):
 
 
 @pytest.mark.parametrize("call", CALLS.values(), ids=CALLS)
-@pytest.mark.parametrize("steps", [0, -1])
-def test_no_steps_are_no_mistake(app, call, steps):
-    call(app, steps)
+def test_no_steps_are_no_mistake_and_fewer_are(app, call):
+    call(app, 0)
+    with pytest.raises(ValueError, match=r"^steps -1: give 0 or more$"):
+        call(app, -1)
     assert (app.update_index, app.simulation.get_num_physics_steps()) == (0, 0)
 
 

@@ -1,7 +1,10 @@
 """A lidar when the physics rate, or an attribute of its own, changes while the App plays."""
 
+import pytest
+
 from graph.sim import App
 from sensors import Lidar
+from sensors.errors import SensorValueError
 from sensors.products import render_product
 
 
@@ -57,3 +60,9 @@ def test_a_tick_rate_written_while_playing_counts_from_the_next_update():
         app.stop()
         app.play()
         assert product.sensor.rate == 10  # stop has put the stage back
+
+
+@pytest.mark.parametrize("rate", ["abc", True, -1, float("nan")])
+def test_a_tick_rate_that_is_no_rate_is_refused_in_a_line(rate):
+    with App() as app, pytest.raises(SensorValueError, match=r"^tick_rate .*: give a rate in Hz, or 0"):
+        Lidar.create("/World/Lidar", config="Example_Rotary", tick_rate=rate, app=app)

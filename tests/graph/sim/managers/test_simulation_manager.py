@@ -170,11 +170,12 @@ def test_step_callback_that_stops_the_simulation_ends_the_steps():
         assert app.simulation.get_num_physics_steps() == 0
 
 
-@pytest.mark.parametrize("steps", [0, -3])
-def test_step_of_none_is_nothing(steps):
+def test_step_of_none_is_nothing_and_of_fewer_is_refused():
     with App() as app:
         app.play()
-        app.simulation.step(steps=steps)
+        app.simulation.step(steps=0)
+        with pytest.raises(ValueError, match=r"^steps -3: give 0 or more$"):
+            app.simulation.step(steps=-3)
         assert (app.simulation.get_num_physics_steps(), app.simulation.get_sample_count()) == (0, 0)
 
 

@@ -272,16 +272,16 @@ def test_stop_keeps_what_was_there_at_play_and_restarts_it():
     assert len(world.rendering.history) == 2
 
 
-def test_a_change_of_the_physics_rate_keeps_the_grid_in_time():
+def test_a_change_of_the_physics_rate_keeps_the_grid_and_starts_with_a_whole_turn():
     world, sensor = World(physics=60, per_update=1), NotingLidar(10)
     add(world, sensor)
     world.update()
-    world.clock.set_rate(Fraction(120))  # 2 / 120 s after the next step
-    for _ in range(10):
+    world.clock.set_rate(Fraction(120))  # the step done is 1 / 120 s then; the first whole turn is [0.1, 0.2)
+    for _ in range(22):
         world.update()
     assert sensor.ticks == []
-    world.update()  # step 12 at 120 Hz
-    assert [tick.end for tick in sensor.ticks] == [Fraction(1, 10)]
+    world.update()  # step 24 at 120 Hz
+    assert [tick.end for tick in sensor.ticks] == [Fraction(1, 5)]
 
 
 def test_without_multi_tick_sensors_follow_the_run_loop():
