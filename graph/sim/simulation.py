@@ -92,7 +92,7 @@ class Simulation:
                 "simulation",
                 f"physics goes from {float(before):g} to {float(steps_per_second):g} Hz while playing, and simulation "
                 f"time, steps / rate, from {float(count / before):g} to {float(count / steps_per_second):g} s; sensors "
-                "start again there. Stop first to keep the time.",
+                "start again there; stop first to keep the time",
             )
         self._configure()
         self._world.set_rate(steps_per_second)
