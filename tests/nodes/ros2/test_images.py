@@ -43,7 +43,7 @@ def test_before_the_first_frame_there_is_no_image(world, plain):
     ("inputs", "message"),
     [
         ({"data": [1, 2, 3], "width": 2, "height": 1}, "2 x 1 pixels of rgb8 are 6 bytes, but there are 3"),
-        ({"dataPtr": 10**15, "width": 2, "height": 1}, "stands for nothing"),
+        ({"dataPtr": 10**15, "width": 2, "height": 1}, "refers to no live image"),
         ({"data": [1, 2, 3], "cudaDeviceIndex": 0}, "pixels are in host memory; set it to -1"),
     ],
 )

@@ -45,7 +45,7 @@ def test_the_commands_that_run_nothing_take_it(command, capsys):
         ("{mjcf: none.xml}", 'scene.mjcf: there is no file "none.xml" (relative to the graph file)'),
         ("{mjcf: ../arm.xml}", 'scene.mjcf: "../arm.xml" is outside the graph file\'s folder'),
         ("{mjcf: arm.xml, keyframe: up}", "g.yaml:2:1: scene.keyframe: "),
-        ("{keyframe: home}", "scene.keyframe: only an MJCF model (scene.mjcf) has any."),
+        ("{keyframe: home}", "scene.keyframe: only an MJCF model (scene.mjcf) has any"),
         ("{mjcf: broken.xml}", "broken.xml:2:12: geom: unrecognized attribute: 'sice'"),
         ("{mjcf: arm.xml, prims: {/World/post: {type: Cube}}}", "the scene already has Xform there"),
         ("{mjcf: arm.xml, prims: {/World/Actuators/nod: {attributes: {'mjc:ctrl': on}}}}", "mjc:ctrl"),
