@@ -201,7 +201,7 @@ def test_types_that_cannot_meet_are_told_with_the_node_that_leads_from_one_to_th
     assert [line.endswith(MISMATCHES[ends]) for line in lines] == [True], lines
 
 
-NUMERICS = "none of its types (numerics); give it a number, "
+NUMERICS = "not one of its types (numerics); give it a number, "
 UNFIT = {
     "Add, inputs: {b: 1, a: {type: token, value: x}}": f"a: 'x' (token) is {NUMERICS}",
     "Add, inputs: {b: 1, a: hello}": f"a: 'hello' (token) is {NUMERICS}",

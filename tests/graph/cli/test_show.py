@@ -106,7 +106,7 @@ def test_a_file_with_mistakes_is_drawn_as_far_as_it_goes(folder, graph):
 def test_a_file_that_cannot_be_read_is_not_drawn(folder, graph):
     result = graph("show", "none.yaml")
     assert (result.code, result.out) == (2, "")
-    assert result.err == "graph: none.yaml: no such file.\n"
+    assert result.err == "graph: none.yaml: no such file\n"
 
 
 def test_pictures_show_the_values_of_inputs_on_request(graph, tmp_path):

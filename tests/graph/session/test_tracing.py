@@ -98,7 +98,7 @@ def test_the_three_clocks_show_simulated_time(trace):
 def test_messages_are_noted(trace):
     _, events = trace()
     messages = [(e["name"], e["args"]["stamp_ns"]) for e in events.on(WALL, "messages", "i")]
-    assert [one for one in messages if one[0] == "/points"] == [("/points", 0), ("/points", 100_000_000)]
+    assert [one for one in messages if one[0] == "/points"] == [("/points", 100_000_000), ("/points", 200_000_000)]
     assert sum(name == "/clock" for name, _ in messages) == 12
 
 

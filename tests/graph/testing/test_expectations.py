@@ -98,10 +98,12 @@ cases:
       nodes:
         tick: OnPlaybackTick
         clock: ROS2PublishClock
+        time: IsaacReadSimulationTime
         product: {type: IsaacCreateRenderProduct, inputs: {cameraPrim: /World/Lidar}}
         cloud: {type: ROS2RtxLidarHelper, inputs: {type: point_cloud, topicName: points, frameSkipCount: 1}}
       connections:
         - tick.tick -> [clock.execIn, product.execIn]
+        - time.simulationTime -> clock.timeStamp
         - product.execOut -> cloud.execIn
         - product.renderProductPath -> cloud.renderProductPath
     updates: 12

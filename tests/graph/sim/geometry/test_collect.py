@@ -166,7 +166,7 @@ def test_what_cannot_be_cast_is_named():
         ("bad-geometry", "/Empty"),
         ("bad-transform", "/Flat"),
     ]
-    assert warnings[-1][2].endswith("So it is with /Broken.")
+    assert warnings[-1][2].endswith("the same holds for /Broken")
 
 
 def test_animated_prims_stand_where_their_first_sample_puts_them():

@@ -357,7 +357,7 @@ def test_row_compute_that_raises(run, parity, settings, value):
         return
     app.update(3)
     assert app.graphs["/World/G"].nodes["note"].get("count") == 3
-    assert [warning.count for warning in app.warnings if "fails" in warning.where] == [3]
+    assert [warning.count for warning in app.warnings if warning.code == "compute-failed"] == [3]
 
 
 @both(keys.ID_MAP_EXTENSION)
