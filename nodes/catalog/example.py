@@ -33,6 +33,7 @@ _SAMPLES: tuple[tuple[str, Any], ...] = (
 )
 _VARIABLE = "gain"
 _GRAPH = "/World/Graph"
+_TIME = "time.simulationTime"
 
 
 def example(node_type: NodeType, registry: Registry = DEFAULT) -> str:
@@ -44,6 +45,8 @@ def example(node_type: NodeType, registry: Registry = DEFAULT) -> str:
     name = _node_name(node_type)
     parts = parts_of(node_type.short_name, node_type.shipped)
     values = next((found for found in _candidates(node_type) if _compiles(node_type, found, registry)), {})
+    stamps = {target for source, target in _links(node_type, "", parts) if source == _TIME}
+    values = {key: value for key, value in values.items() if f".{key}" not in stamps}
     values = _in_order(node_type, {**values, **parts.inputs})
     prims = parts.prims
     if not prims and THING in values.values():
@@ -63,6 +66,8 @@ def example(node_type: NodeType, registry: Registry = DEFAULT) -> str:
     links = list(_links(node_type, name, parts))
     if any(source == "tick.tick" for source, _ in links):
         lines.append("      tick: OnPlaybackTick")
+    if any(source == _TIME for source, _ in links):
+        lines.append("      time: IsaacReadSimulationTime")
     if parts.product:
         lines.append(f"      product: {{type: IsaacCreateRenderProduct, inputs: {{cameraPrim: {LIDAR}}}}}")
     lines += [f"      {name}:", f"        type: {node_type.id}"]
@@ -83,7 +88,7 @@ def example(node_type: NodeType, registry: Registry = DEFAULT) -> str:
 def _node_name(node_type: NodeType) -> str:
     words = re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+", node_type.short_name.removeprefix("Ogn"))
     name = "_".join(words).lower() or "node"
-    return f"the_{name}" if name in ("tick", "count") else name
+    return f"the_{name}" if name in ("tick", "count", "time") else name
 
 
 def _in_order(node_type: NodeType, values: Mapping[str, Any]) -> dict[str, Any]:
@@ -104,6 +109,7 @@ def _links(node_type: NodeType, name: str, parts: Parts) -> Iterator[tuple[str, 
             yield "product.renderProductPath", f"{name}.renderProductPath"
         else:
             yield "tick.tick", start
+        yield from ((_TIME, f"{name}.{stamp}") for stamp in node_type.inputs_as("stamp"))
     if ends:
         yield f"{name}.{'execOut' if 'execOut' in ends else ends[0]}", "count.execIn"
 

@@ -162,7 +162,7 @@ def check_product(kind: AnnotatorType, reading: Reading) -> None:
     prim_type = str(reading.app.stage.GetPrimAtPath(path).GetTypeName()) if path else ""
     readable = kind.prims or tuple(sensor_types())
     if prim_type not in readable:
-        what, where = prim_type or "no sensor", path or reading.product.path
+        what, where = prim_type or "not a sensor", path or reading.product.path
         raise SensorValueError(f"{kind.name}: {where} is {what}; it reads {' or '.join(readable)} only")
     try:
         kind.check(reading)

@@ -47,7 +47,8 @@ def test_a_20_hz_lidar_held_back_by_countdown_5_gives_98_frames_in_5_s_the_first
     app.update(300)
     stamps = [one.stamp_ns for one in app.sink["/points"]]
     assert len(stamps) == 98
-    assert stamps == [50_000_000 * k for k in range(2, 100)]
+    # Headers carry the time of the pose: the end of each scan, 50 ms after `first_frame_ns` of the report.
+    assert stamps == [50_000_000 * k for k in range(3, 101)]
     names = [field.name for field in app.sink["/points"][0].message.fields]
     assert names == ["x", "y", "z", "ring", "time"]
     assert graph.nodes["product"].computes == 50
@@ -65,4 +66,4 @@ def test_a_second_play_publishes_what_the_first_did(session):
         app.stop()
         runs.append([(one.stamp_ns, one.message.data.tobytes()) for one in app.sink["/points"][before:]])
     assert runs[0] == runs[1]
-    assert [stamp for stamp, _ in runs[0]] == [50_000_000 * k for k in range(2, 10)]
+    assert [stamp for stamp, _ in runs[0]] == [50_000_000 * k for k in range(3, 11)]

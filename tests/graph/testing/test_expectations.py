@@ -142,7 +142,7 @@ def test_what_comes_out_of_a_world_is_expected_too(kind, run_tests):
     assert (result.problems, result.failures) == ([], {"it": []})
     failures = run_tests(WORLD.replace("{expectation}", unmet)).failures["it"]
     assert any(message in failure for failure in failures)
-    assert all(failure.startswith("small.test.yaml:17:") for failure in failures)
+    assert all(failure.startswith("small.test.yaml:19:") for failure in failures)
 
 
 FAILING = """\
