@@ -1,0 +1,46 @@
+"""Cells of a radar's measurement: range, folded velocity, and angles evenly in the sine."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True, slots=True)
+class Cells:
+    """Equal cells from `low` to `high`; values are in the unit of the axis (m, m/s, or the sine of an angle)."""
+
+    low: float
+    high: float
+    count: int
+
+    @classmethod
+    def of_resolution(cls, low: float, high: float, resolution: float) -> Cells:
+        """As many cells of one resolution as cover low to high; the last may reach beyond it."""
+        count = max(1, math.ceil((high - low) / resolution - 1e-9))
+        return cls(low, low + count * resolution, count)
+
+    @property
+    def width(self) -> float:
+        """Width of a cell."""
+        return (self.high - self.low) / self.count
+
+    def index(self, values: np.ndarray) -> np.ndarray:
+        """Index of the cell of each value, int64; outside values give indices below 0 or from `count`."""
+        return np.floor((values - self.low) / self.width).astype(np.int64)
+
+    def centre(self, index: np.ndarray) -> np.ndarray:
+        """Value in the middle of each cell, float64."""
+        answer: np.ndarray = self.low + (np.asarray(index, np.float64) + 0.5) * self.width
+        return answer
+
+
+def folded(velocity: np.ndarray, unambiguous: float) -> np.ndarray:
+    """Velocity as a radar of this unambiguous velocity [m/s] measures it, in [-unambiguous, unambiguous).
+
+    Phases are known up to whole turns: ((v + u) mod 2u) - u.
+    """
+    answer: np.ndarray = np.mod(np.asarray(velocity, np.float64) + unambiguous, 2.0 * unambiguous) - unambiguous
+    return answer

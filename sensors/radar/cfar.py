@@ -1,0 +1,79 @@
+"""Constant false alarm rate detection by cell averaging, in any number of dimensions.
+
+A cell is detected where its power exceeds a factor times the mean power of its training cells: those within `training`
+cells beyond the `guard` cells around it, on every side. At an edge the cells that exist are averaged; axes that wrap
+(velocity; the sine of angles of an aliasing array) have no edge. Richards, Fundamentals of Radar Signal Processing,
+chapter 6.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True, slots=True)
+class Axis:
+    """One axis of the window: training and guard cells on each side, and whether its ends meet."""
+
+    training: int
+    guard: int = 0
+    wraps: bool = False
+
+
+def threshold_factor(cells: int, false_alarms: float) -> float:
+    """The factor that gives this false alarm rate in exponential noise, for the mean of this many training cells.
+
+    N (Pfa^(-1/N) - 1): the mean of N exponential powers is gamma distributed.
+    """
+    return cells * (math.pow(false_alarms, -1.0 / cells) - 1.0)
+
+
+def training_cells(axes: Sequence[Axis]) -> int:
+    """How many training cells a cell far from every edge has."""
+    outer = math.prod(2 * (axis.training + axis.guard) + 1 for axis in axes)
+    return outer - math.prod(2 * axis.guard + 1 for axis in axes)
+
+
+def noise_level(power: np.ndarray, axes: Sequence[Axis]) -> np.ndarray:
+    """Mean power of each cell's training cells, float64 of the shape of `power`; 0 for a cell without any.
+
+    A window longer than an axis that wraps counts each cell once.
+    """
+    outer = [axis.training + axis.guard for axis in axes]
+    inner = [axis.guard for axis in axes]
+    total = _boxes(power, outer, axes) - _boxes(power, inner, axes)
+    ones = np.ones_like(power, np.float64)
+    count = _boxes(ones, outer, axes) - _boxes(ones, inner, axes)
+    answer: np.ndarray = np.maximum(total, 0.0) / np.maximum(np.round(count), 1.0)
+    return answer
+
+
+def detect(power: np.ndarray, axes: Sequence[Axis], *, factor: float, least: float = 0.0) -> np.ndarray:
+    """Which cells are detected, bool of the shape of `power`: above factor x noise level and not below `least`."""
+    answer: np.ndarray = (power > factor * noise_level(power, axes)) & (power >= least)
+    return answer
+
+
+def _boxes(values: np.ndarray, halves: Sequence[int], axes: Sequence[Axis]) -> np.ndarray:
+    """Sum over the box of each cell, axis by axis."""
+    result = np.asarray(values, np.float64)
+    for number, (half, axis) in enumerate(zip(halves, axes, strict=True)):
+        length = result.shape[number]
+        if axis.wraps and 2 * half + 1 < length:
+            ends = (slice(length - half, None), slice(0, half))
+            before, after = (result[(slice(None),) * number + (end,)] for end in ends)
+            padded = np.concatenate((before, result, after), axis=number) if half else result
+            first, last = np.arange(length), np.arange(length) + 2 * half + 1
+        elif axis.wraps:
+            padded, first, last = result, np.zeros(length, int), np.full(length, length)
+        else:
+            cells = np.arange(length)
+            padded, first, last = result, np.maximum(cells - half, 0), np.minimum(cells + half + 1, length)
+        zero = np.zeros_like(np.take(padded, [0], axis=number))
+        sums = np.concatenate((zero, np.cumsum(padded, axis=number)), axis=number)
+        result = np.take(sums, last, axis=number) - np.take(sums, first, axis=number)
+    return result
