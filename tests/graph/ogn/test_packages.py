@@ -227,7 +227,7 @@ def test_an_array_output_is_sized_then_filled_in_place(installed):
     [
         ("db.outputs.points_size = -1", "output points_size: expected a whole number from 0, got -1"),
         ("db.outputs.plain_size = 1", 'the node has no output "plain_size"'),
-        ("db.outputs.points_size = 10**12", "its result would take 11,444,092 MiB"),
+        ("db.outputs.points_size = 10**12", "its result would take 12,000,000,000,000 bytes"),
         ("db.outputs.points = [[1, 2, 3]]; db.outputs.points[0] = 0", "read-only"),
     ],
 )
