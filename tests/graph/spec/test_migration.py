@@ -130,7 +130,8 @@ def test_many_nodes_of_a_renamed_type_are_migrated_in_one_pass(registry):
         return time.process_time() - began
 
     seconds(100)
-    assert seconds(20_000) < 40 * max(seconds(2_000), 0.01)
+    large, small = (min(seconds(count) for _ in range(3)) for count in (20_000, 2_000))
+    assert large < 40 * max(small, 0.01)
 
 
 def test_the_old_inputs_of_a_surface_gripper_are_left_out_in_files_and_scripts(tmp_path):
