@@ -21,6 +21,10 @@ def reading(name: str, failure: type[UserError | RunError] = UserError) -> Itera
         yield
     except (Tf.ErrorException, UnicodeDecodeError) as error:
         raise failure(f"{name}: USD cannot make sense of it: {reason_of(error)}; repair the file") from error
+    except TypeError as error:
+        if "UnregisteredValue" not in str(error):
+            raise
+        raise failure(f"{name}: a value in it is of a type that USD does not know; repair the file") from error
 
 
 def reason_of(error: Exception) -> str:

@@ -191,6 +191,8 @@ class LidarConfig:
             for f in dataclasses.fields(self)
             if _not_finite(getattr(self, f.name))
         ]
+        if not 0 <= self.pulse_time_ns < 2**32:
+            problems.append(f"pulseTimeNs = {self.pulse_time_ns:g} is not a number from 0 that a uint can hold")
         if self.scan_rate_base_hz < MIN_SCAN_RATE_HZ:
             problems.append(f"scanRateBaseHz = {float(self.scan_rate_base_hz):g} Hz; the slowest scan is 0.466 Hz")
         if self.pattern_firing_rate_hz <= 0:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from contextlib import suppress
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -66,8 +67,9 @@ def read_config(prim: Usd.Prim) -> LidarConfig:
             values[name] = value
     for name, exact_name in EXACT.items():
         text = value_of(prim, exact_name)
-        if isinstance(text, str) and whole(name, exact.rate(text)) == values.get(name):
-            values[name] = exact.rate(text)
+        with suppress(ValueError):  # not ours: the number itself counts
+            if isinstance(text, str) and whole(name, exact.rate(text)) == values.get(name):
+                values[name] = exact.rate(text)
     states = _read_states(prim)
     if not states:
         values.pop("numberOfEmitters", None)

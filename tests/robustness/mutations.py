@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from copy import deepcopy
 from random import Random
 from typing import Any
 
@@ -80,7 +81,7 @@ def _document(data: bytes, random: Random) -> bytes:
         holder, key = random.choice(places)
         what = random.random()
         if what < 0.6:
-            holder[key] = random.choice(VALUES)
+            holder[key] = deepcopy(random.choice(VALUES))
         elif what < 0.7:
             del holder[key]
         elif what < 0.85:
@@ -90,7 +91,7 @@ def _document(data: bytes, random: Random) -> bytes:
         elif isinstance(holder, dict):
             holder[random.choice(WORDS)] = holder.pop(key)
         else:
-            holder.insert(key, random.choice(VALUES))
+            holder.insert(key, deepcopy(random.choice(VALUES)))
     text = json.dumps(document)
     return text.encode("utf-8", "surrogatepass")
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from graph.sim import transforms
 from graph.sim.arrays import array_of
+from graph.sim.geometry.polygons import usable_faces
 from graph.sim.scene.scan import Scan
 from graph.sim.scene.stage import Warn
 from graph.sim.transforms import Floats
@@ -59,18 +60,19 @@ def _soft(scan: Scan, prim: Any, held: list[tuple[Any, ...]], warn: Warn) -> Sof
     places = transforms.transformed(frame, points)
     if schemas & PARTICLES:
         return _particles(scan, prim, places, warn)
-    triangles = _triangles(prim) if schemas & CLOTH else None
+    triangles = _triangles(prim, points, warn) if schemas & CLOTH else None
     if triangles is not None:
         return _cloth(scan, prim, places, triangles, held, warn)
     return _solid(scan, prim, places, frame, held, warn)
 
 
-def _triangles(prim: Any) -> NDArray[np.intp]:
+def _triangles(prim: Any, points: Floats, warn: Warn) -> NDArray[np.intp]:
     mesh = UsdGeom.Mesh(prim)
     counts = array_of(mesh.GetFaceVertexCountsAttr(), np.int64)
-    corners = array_of(mesh.GetFaceVertexIndicesAttr(), np.int64)
-    out, first = [], 0
-    for count in counts.tolist():
+    indices = array_of(mesh.GetFaceVertexIndicesAttr(), np.int64)
+    faces = usable_faces(points, counts, indices, lambda said: warn("bad-deformable", str(prim.GetPath()), said))
+    corners, out, first = faces.corners, [], 0
+    for count in faces.counts.tolist():
         out += [[corners[first], corners[first + k], corners[first + k + 1]] for k in range(1, count - 1)]
         first += count
     return np.array(out, dtype=np.intp).reshape(-1, 3)

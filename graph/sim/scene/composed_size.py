@@ -1,8 +1,10 @@
-"""How many prims composing a scene would give, estimated from its layers before anything is composed.
+"""How many prims composing a scene gives, counted from its layers before anything is composed.
 
 A scene of a few lines can ask for more prims than any machine holds: a prim that references another twice, which
-references another twice, and so on for forty steps. The estimate adds up, for every prim, its children and what its
-arcs bring in: at most a few times too many.
+references another twice, and so on for forty steps. What a prim composes to follows from its sites, the places in
+layer stacks that say something of it: arcs add sites, the children of all sites merge by their names. So the count
+below equal sites is equal, and is made once. Prims below instances count each time, as whoever walks the scene meets
+them each time.
 """
 
 from __future__ import annotations
@@ -10,95 +12,124 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Set
 from typing import Any
 
-LEAST = 100_000
-"""Prims that any scene may have."""
-GROWTH = 20
-"""Prims that a scene may have beyond that for each one that is written in its layers."""
+from graph.base.limits import most
 
 _ARCS = ("references", "payload", "inheritPaths", "specializes")
-
+_DEEPEST = 500
+"""Prims above one another; what goes on beyond leads back to itself."""
 
 Expressions = Mapping[tuple[str, str], Set[str]]
 """The paths that each variable expression comes to, by the layer that has it."""
 
+Site = tuple[str, str]
+"""The identifier of the root layer of a stack, and a path in it."""
+
 
 def too_many_prims(root: Any, expressions: Expressions | None = None) -> int:
-    """The number of prims that a root layer (`Sdf.Layer`) would compose if it is out of all proportion, else 0.
+    """The number of prims that a root layer (`Sdf.Layer`) would compose if it is above the limit usd.prims, else 0.
 
-    Layers that are not open count nothing; prims that are instances of one prototype count once.
+    Layers that are not open count nothing. Of the variants of a set the one that is selected counts, and where nothing
+    is selected each, as another layer may select it.
     """
-    estimate = _Estimate(expressions or {})
-    prims = estimate.of_stack(root, "/")
-    return prims if prims > LEAST + GROWTH * estimate.written else 0
+    count = _Count(expressions or {})
+    count.stack(root)
+    counted = count.below(((root.identifier, "/"),))
+    return counted if counted > most("usd.prims") else 0
 
 
-class _Estimate:
+class _Count:
     def __init__(self, expressions: Expressions) -> None:
         self._expressions = expressions
-        self._known: dict[tuple[str, str], int] = {}
+        self._known: dict[tuple[Site, ...], int] = {}
         self._stacks: dict[str, list[Any]] = {}
-        self._prototypes: set[str] = set()
+        self._layers: dict[str, Any] = {}
 
-    @property
-    def written(self) -> int:
-        """How many prims of all layers were looked at."""
-        return len(self._known)
-
-    def of_stack(self, layer: Any, path: str) -> int:
-        """The prims at and below a path of a layer and its sublayers."""
-        key = (layer.identifier, path)
-        # Iterative: each frame is [key, arcs and children still to add, sum so far].
-        frames: list[tuple[tuple[str, str], Iterator[tuple[Any, str]], list[int]]] = []
-        self._push(frames, key, layer, path)
+    def below(self, sites: tuple[Site, ...]) -> int:
+        """How many prims the prim with these sites comes to, itself included."""
+        # Iterative: each frame is [sites, children still to add, sum so far].
+        frames: list[tuple[tuple[Site, ...], Iterator[tuple[Site, ...]], list[int]]] = []
+        limit = most("usd.prims")
+        self._push(frames, sites)
         while frames:
-            current, parts, total = frames[-1]
-            part = next(parts, None)
-            if part is None:
+            current, children, total = frames[-1]
+            child = next(children, None)
+            if child is None:
                 frames.pop()
                 self._known[current] = total[0]
                 if frames:
-                    frames[-1][2][0] += self._known[current]
-                continue
-            inner = (part[0].identifier, part[1])
-            if inner in self._known:
-                total[0] += self._known[inner]
-            else:
-                self._push(frames, inner, *part)
-        return self._known[key]
+                    frames[-1][2][0] += total[0]
+            elif child in self._known:
+                total[0] += self._known[child]
+            elif len(frames) < _DEEPEST:
+                self._push(frames, child)
+            if total[0] > limit:  # as much is there at least
+                return total[0]
+        return self._known[sites]
 
-    def _push(self, frames: list[Any], key: tuple[str, str], layer: Any, path: str) -> None:
-        self._known[key] = 1  # what leads back to itself composes nothing more
-        frames.append((key, self._parts(layer, path), [1]))
+    def _push(self, frames: list[Any], sites: tuple[Site, ...]) -> None:
+        self._known[sites] = 1  # what leads back to itself composes nothing more
+        frames.append((sites, self._children(sites), [1]))
 
-    def _parts(self, layer: Any, path: str) -> Iterator[tuple[Any, str]]:
-        """The (layer, path) of every child of a prim and of everything its arcs name."""
-        for one in self._stack(layer):
-            spec = one.pseudoRoot if path == "/" else one.GetPrimAtPath(path)
-            if spec is None:
-                continue
-            yield from ((layer, str(child.path)) for child in spec.nameChildren)
-            for variant_set in spec.variantSets.values() if path != "/" else ():
-                yield from ((layer, str(variant.primSpec.path)) for variant in variant_set.variants.values())
+    def _children(self, sites: tuple[Site, ...]) -> Iterator[tuple[Site, ...]]:
+        """The sites of each child, once for each name."""
+        by_name: dict[str, dict[Site, None]] = {}
+        for identifier, path in self._with_arcs(sites):
+            for spec in self._specs(identifier, path):
+                for child in spec.nameChildren:
+                    by_name.setdefault(child.name, {})[identifier, str(child.path)] = None
+        for found in by_name.values():
+            yield tuple(found)
+
+    def _with_arcs(self, sites: tuple[Site, ...]) -> Iterator[Site]:
+        """The sites of a prim and those that their arcs and variants add, each once."""
+        found = dict.fromkeys(sites)
+        pending = list(sites)
+        while pending:
+            site = pending.pop()
+            yield site
+            for more in self._added_by(*site):
+                if more not in found:
+                    found[more] = None
+                    pending.append(more)
+
+    def _added_by(self, identifier: str, path: str) -> Iterator[Site]:
+        specs = self._specs(identifier, path) if path != "/" else []
+        selected: dict[str, str] = {}
+        for spec in specs:
+            for name, choice in spec.variantSelections.items():
+                selected.setdefault(name, choice)
+        for spec in specs:
+            for name, variants in spec.variantSets.items():
+                for choice, variant in variants.variants.items():
+                    if selected.get(name, choice) == choice:
+                        yield identifier, str(variant.primSpec.path)
             for arc in _ARCS:
-                if spec.HasInfo(arc) and not self._shared(spec, arc):
-                    yield from self._named(layer, one, spec.GetInfo(arc))
+                if spec.HasInfo(arc):
+                    yield from self._named(identifier, spec.layer, spec.GetInfo(arc))
 
-    def _shared(self, spec: Any, arc: str) -> bool:
-        """Whether this is another instance of a prototype that has been counted."""
-        if not spec.HasInfo("instanceable") or not spec.instanceable:
-            return False
-        prototype = f"{arc} {spec.GetInfo(arc)}"
-        known = prototype in self._prototypes
-        self._prototypes.add(prototype)
-        return known
-
-    def _named(self, layer: Any, author: Any, edits: Any) -> Iterator[tuple[Any, str]]:
+    def _named(self, identifier: str, author: Any, edits: Any) -> Iterator[Site]:
         for item in edits.GetAppliedItems():
             asset = getattr(item, "assetPath", "")
-            path = getattr(item, "primPath", item)
-            for target in self._open(author, asset) if asset else (layer,):
-                wanted = str(path) or f"/{target.defaultPrim}"
-                yield target, self._existing(target, wanted)
+            path = str(getattr(item, "primPath", item))
+            for target in self._open(author, asset) if asset else (self._layers[identifier],):
+                self.stack(target)
+                wanted = path or (f"/{target.defaultPrim}" if target.defaultPrim else "")
+                if wanted:
+                    yield from self._existing(target.identifier, wanted)
+
+    def _existing(self, identifier: str, path: str) -> Iterator[Site]:
+        """The site, and those that arcs of the prims above it bring to it."""
+        yield identifier, path
+        rest, above = "", path
+        while above.count("/") > 1 and "{" not in above:
+            above, _, name = above.rpartition("/")
+            rest = f"/{name}{rest}"
+            for other, there in self._added_by(identifier, above):
+                yield other, f"{there}{rest}"
+
+    def _specs(self, identifier: str, path: str) -> list[Any]:
+        found = (one.pseudoRoot if path == "/" else one.GetPrimAtPath(path) for one in self._stacks[identifier])
+        return [spec for spec in found if spec is not None]
 
     def _open(self, author: Any, asset: str) -> list[Any]:
         """The open layers that an asset path in a layer names: one, or several if it is an expression, or none."""
@@ -108,23 +139,18 @@ class _Estimate:
         found = map(Sdf.Layer.Find, paths or (Sdf.ComputeAssetPathRelativeToLayer(author, asset),))
         return [layer for layer in found if layer is not None]
 
-    def _existing(self, layer: Any, path: str) -> str:
-        """The path, or its nearest parent that a layer says something of: what is below comes with that one's arcs."""
-        while len(path) > 1 and not any(one.GetPrimAtPath(path) for one in self._stack(layer)):
-            path = path.rpartition("/")[0] or "/"
-        return path
-
-    def _stack(self, layer: Any) -> list[Any]:
-        """A layer and its sublayers, each once."""
-        if layer.identifier not in self._stacks:
-            found = {layer.identifier: layer}
-            pending = [layer]
-            while pending:
-                one = pending.pop()
-                for asset in one.subLayerPaths:
-                    for below in self._open(one, asset):
-                        if below.identifier not in found:
-                            found[below.identifier] = below
-                            pending.append(below)
-            self._stacks[layer.identifier] = list(found.values())
-        return self._stacks[layer.identifier]
+    def stack(self, layer: Any) -> None:
+        """Notes a layer and its sublayers, each once."""
+        if layer.identifier in self._stacks:
+            return
+        self._layers[layer.identifier] = layer
+        found = {layer.identifier: layer}
+        pending = [layer]
+        while pending:
+            one = pending.pop(0)
+            for asset in one.subLayerPaths:
+                for below in self._open(one, asset):
+                    if below.identifier not in found:
+                        found[below.identifier] = below
+                        pending.append(below)
+        self._stacks[layer.identifier] = list(found.values())

@@ -105,7 +105,8 @@ def check_scene(
     if any(contents.arcs for contents in walk.contents.values()):
         prims = too_many_prims(walk.layers[str(file)], walk.expressions)
         if prims:
-            raise UserError(f"{file}: its references multiply into about {float(prims):.0e} prims; remove some")
+            said = f"{file}: its references multiply into {prims:,} prims or more"
+            raise UserError(f"{said}; {limits.allowed('usd.prims')}")
     return Checked(list(walk.layers.values()), walk.files, [path for path in walk.outside if os.path.isabs(path)])
 
 

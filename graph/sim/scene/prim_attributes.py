@@ -21,6 +21,8 @@ def set_property(prim: Any, name: str, value: Any) -> None:
     An API schema that has the property is applied if the prim lacks it. Raises ValueError for an unknown name, with the
     nearest known ones, and for a value that does not fit.
     """
+    if not Sdf.Path.IsValidNamespacedIdentifier(name):
+        raise ValueError("this cannot be the name of an attribute")
     found = _property(prim, name)
     if isinstance(found, Usd.Relationship):
         found.SetTargets([_path(path) for path in ([value] if isinstance(value, str) else list(value))])

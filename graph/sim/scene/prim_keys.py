@@ -194,9 +194,11 @@ def _transform(context: PrimContext, prim: Any, keys: Keys, name: str, done: set
     if name == "scale" and 0 in parts:
         raise ValueError("a scale of 0 makes it flat")
     if name == "orient":
-        length = math.hypot(*parts)
-        if length == 0:
+        largest = max(map(abs, parts))
+        if largest == 0:
             raise ValueError("a quaternion of zeros is not a rotation")
+        parts = [part / largest for part in parts]  # first, so that neither end of the doubles is left
+        length = math.hypot(*parts)
         parts = [part / length for part in parts]
     set_transform(prim, **{name: parts})
 

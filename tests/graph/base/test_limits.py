@@ -2,8 +2,10 @@
 
 import json
 import re
+from fractions import Fraction
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from graph.base import limits
@@ -13,6 +15,11 @@ from graph.files import loads
 from graph.session.open import open_session
 from graph.sim import App
 from graph.sim.fidelity import Fidelity
+from graph.sim.geometry.collect import collect_geometry
+from graph.sim.geometry.triangulation import triangulate
+from graph.sim.scene.stage import open_stage
+from graph.sim.usd import UsdGeom
+from sensors.lidar.config import EmitterState, LidarConfig
 
 README = Path(__file__).parents[3] / "README.md"
 
@@ -129,3 +136,63 @@ def test_loops_within_loops_multiply_up_to_the_limit_and_no_further():
             else:
                 with pytest.raises(RunError, match=r"its loops make more than 221 computes .*--limit graph\.steps=N"):
                     app.update()
+
+
+def test_faces_have_as_many_corners_as_the_limit_and_no_more():
+    points = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], dtype=float)
+    for most, triangles, told in ((4, 2, 0), (3, 0, 1)):
+        said = []
+        with limits.raised({"mesh.corners": most}):
+            found, _ = triangulate(points, np.array([4]), np.arange(4), complain=said.append)
+        assert (len(found), len(said)) == (triangles, told)
+        assert all("1 faces have too many corners and are left out; the limit is 3 corners" in one for one in said)
+
+
+def instancers():
+    """/Outer copies /Outer/Inner 3 times, which copies a cube 4 times: 12 copies of 12 triangles."""
+    stage = open_stage()
+    for path, proto, count in (("/Outer", "/Outer/Inner", 3), ("/Outer/Inner", "/Outer/Inner/Cube", 4)):
+        one = UsdGeom.PointInstancer.Define(stage, path)
+        one.GetPrototypesRel().AddTarget(proto)
+        one.GetProtoIndicesAttr().Set([0] * count)
+        one.GetPositionsAttr().Set([(i, 0, 0) for i in range(count)])
+    UsdGeom.Cube.Define(stage, "/Outer/Inner/Cube")
+    return stage
+
+
+@pytest.mark.parametrize(("most", "copies"), [(12, 12), (11, 0)])
+def test_instancers_within_instancers_multiply_up_to_the_limit(most, copies):
+    told = []
+    with limits.raised({"scene.copies": most}):
+        found = collect_geometry(instancers(), 0.001, lambda code, where, message: told.append(message))
+    assert len(found) == copies
+    refused = [one for one in told if "its 12 copies are too many and left out; the limit is 11 copies" in one]
+    assert bool(refused) == (not copies)
+
+
+def test_a_scene_has_as_many_triangles_as_the_limit_and_no_more():
+    with limits.raised({"scene.triangles": 144}):
+        assert len(collect_geometry(instancers(), 0.001, lambda *said: None)) == 12
+    with limits.raised({"scene.triangles": 143}), pytest.raises(UserError, match=r"--limit scene\.triangles=N"):
+        collect_geometry(instancers(), 0.001, lambda *said: None)
+
+
+@pytest.mark.parametrize(("count", "code"), [(10_000, 0), (10_001, 2)])
+def test_iterations_of_a_scene_and_of_a_model_are_limited(tmp_path, count, code):
+    scene = f'def PhysicsScene "P" {{\n int mjc:option:iterations = {count}\n}}\n'
+    (tmp_path / "a.usda").write_text('#usda 1.0\n(\nmetersPerUnit = 1\nupAxis = "Z"\n)\n' + scene)
+    body = '<worldbody><body><freejoint/><geom size="1"/></body></worldbody>'
+    (tmp_path / "m.xml").write_text(f'<mujoco><option iterations="{count}"/>{body}</mujoco>')
+    (tmp_path / "b.json").write_text('{"tickgraph": 1, "scene": {"mjcf": "m.xml"}}')
+    (tmp_path / "c.json").write_text(json.dumps({"tickgraph": 1, "scene": {"usd": "a.usda", "prims": BALL}}))
+    assert [main(["run", str(tmp_path / name), "--updates", "1"]) for name in ("b.json", "c.json")] == [code, code]
+
+
+def test_a_scan_has_as_many_rays_as_the_limit_and_no_more():
+    # 4 emitters, 1000 firings a second, 10 turns a second: 400 rays a turn
+    states = (EmitterState(np.zeros(4), np.zeros(4)),)
+    rays = {"pattern_firing_rate_hz": Fraction(1000), "scan_rate_base_hz": Fraction(10), "emitter_states": states}
+    with limits.raised({"lidar.rays": 400}):
+        assert LidarConfig(**rays).rays_per_scan == 400
+    with limits.raised({"lidar.rays": 399}), pytest.raises(UserError, match=r"--limit lidar\.rays=N"):
+        LidarConfig(**rays)

@@ -285,3 +285,16 @@ def test_a_key_that_ends_an_attribute_s_name_is_told_where_that_is_written():
         '/L: there is no key "translation"; did you mean "translate"?',
         "/M: attributes: tickRate: OmniLidar has no attribute 'tickRate'; did you mean \"omni:sensor:tickRate\"?",
     ]
+
+
+@pytest.mark.parametrize("parts", [[1e308, 1e308, 0, 0], [1e-308, 1e-308, 0, 0], [2, 2, 0, 0]])
+def test_a_quaternion_of_any_length_is_the_same_rotation(parts):
+    stage = authored({"/A": {"type": "Cube", "orient": parts}})
+    turned = stage.GetPrimAtPath("/A").GetAttribute("xformOp:orient").Get()
+    assert (turned.GetReal(), *turned.GetImaginary()) == pytest.approx((0.5**0.5, 0.5**0.5, 0, 0))
+
+
+@pytest.mark.parametrize("name", ["", ":", "a:", "a b", "1"])
+def test_what_cannot_be_the_name_of_an_attribute_is_told(name):
+    with pytest.raises(UserError, match="this cannot be the name of an attribute"):
+        authored({"/A": {"type": "Cube", "attributes": {name: 1}}})
