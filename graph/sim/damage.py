@@ -15,8 +15,9 @@ def reading(name: str, failure: type[UserError | RunError] = UserError) -> Itera
 
     A binary layer is read value by value as values are asked for, so damage may show anywhere.
     """
-    from .usd import Tf
+    from .usd import Tf, UsdUtils
 
+    unheard = UsdUtils.CoalescingDiagnosticDelegate()  # else USD writes them to stderr by itself
     try:
         yield
     except (Tf.ErrorException, UnicodeDecodeError) as error:
@@ -25,6 +26,8 @@ def reading(name: str, failure: type[UserError | RunError] = UserError) -> Itera
         if "UnregisteredValue" not in str(error):
             raise
         raise failure(f"{name}: a value in it is of a type that USD does not know; repair the file") from error
+    finally:
+        del unheard
 
 
 def reason_of(error: Exception) -> str:

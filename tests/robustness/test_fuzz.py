@@ -3,6 +3,8 @@
 import sys
 from pathlib import Path
 
+import pytest
+
 sys.path.insert(0, str(Path(__file__).parent))
 
 from fuzz import fuzz
@@ -14,6 +16,12 @@ def test_spoiled_files_of_every_kind_end_in_a_line(request):
     found = fuzz(seed=request.config.getoption("--fuzz-seed"), first=0, count=count)
     assert found.failures == []
     assert found.done == count
+
+
+@pytest.mark.parametrize(("seed", "case"), [(4, 1717), (4, 2331), (4, 5893), (4, 7727)])
+def test_cases_that_once_got_through_no_longer_do(seed, case):
+    """A layer that names prims without specs, values beyond the end of a binary layer, a value of no known type."""
+    assert fuzz(seed=seed, first=case, count=1).failures == []
 
 
 def test_a_case_is_made_by_its_seed_and_number_alone():

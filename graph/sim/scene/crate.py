@@ -43,7 +43,7 @@ def crate_entries(path: Path) -> int:
         try:
             for count in _counts(file, path.stat().st_size):
                 most = max(most, count)
-        except (struct.error, OSError, ValueError):  # USD says what is wrong with it
+        except (struct.error, OSError, ValueError, IndexError):  # USD says what is wrong with it
             pass
         return most
 

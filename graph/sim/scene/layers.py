@@ -347,9 +347,12 @@ def _refused(path: Path, wanted_by: str) -> str | None:
 
 
 def _contents(layer: Any) -> _Contents:
-    """What composing the layer opens: sublayers, references, payloads (in variants too) and value clips."""
+    """What composing the layer opens: sublayers, references, payloads (in variants too) and value clips.
+
+    Raises UserError for a damaged layer that names prims of which it says nothing: composing them ends the process.
+    """
     sublayers = dict.fromkeys(layer.subLayerPaths)
-    others = dict.fromkeys(asset for asset in layer.GetCompositionAssetDependencies() if asset not in sublayers)
+    others: dict[str, None] = {}
     get, arcs = layer.GetPrimAtPath, False
     clips: set[str] = set()
 
@@ -358,6 +361,8 @@ def _contents(layer: Any) -> _Contents:
         if path.IsPrimPath() or path.IsPrimVariantSelectionPath():
             spec = get(path)
             if spec is None:
+                if path.IsPrimPath():
+                    raise UserError(f"{layer.identifier} names the prim {path} and says nothing of it; repair the file")
                 return
             if spec.HasInfo("clips"):
                 clips.update(_clip_assets(spec.GetInfo("clips")))
@@ -367,7 +372,8 @@ def _contents(layer: Any) -> _Contents:
                     others.update(dict.fromkeys(item.assetPath for item in spec.GetInfo(arc).GetAppliedItems()))
 
     layer.Traverse("/", visit)
-    others.update(dict.fromkeys(sorted(clips)))
+    assets = dict.fromkeys(asset for asset in layer.GetCompositionAssetDependencies() if asset not in sublayers)
+    others = {**assets, **others, **dict.fromkeys(sorted(clips))}
     return _Contents(sublayers, others, arcs, clips)
 
 
