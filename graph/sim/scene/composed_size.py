@@ -9,7 +9,7 @@ them each time.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Set
+from collections.abc import Iterable, Iterator, Mapping, Set
 from typing import Any
 
 from graph.base.limits import most
@@ -43,6 +43,8 @@ class _Count:
         self._known: dict[tuple[Site, ...], int] = {}
         self._stacks: dict[str, list[Any]] = {}
         self._layers: dict[str, Any] = {}
+        self._reached: dict[Site, dict[Site, None]] = {}
+        self._arcs_followed = 0
 
     def below(self, sites: tuple[Site, ...]) -> int:
         """How many prims the prim with these sites comes to, itself included."""
@@ -117,15 +119,19 @@ class _Count:
                 if wanted:
                     yield from self._existing(target.identifier, wanted)
 
-    def _existing(self, identifier: str, path: str) -> Iterator[Site]:
-        """The site, and those that arcs of the prims above it bring to it."""
-        yield identifier, path
-        rest, above = "", path
-        while above.count("/") > 1 and "{" not in above:
-            above, _, name = above.rpartition("/")
-            rest = f"/{name}{rest}"
-            for other, there in self._added_by(identifier, above):
-                yield other, f"{there}{rest}"
+    def _existing(self, identifier: str, path: str) -> Iterable[Site]:
+        """The site, and those that arcs of the prims above it bring to it; what leads back to itself brings nothing."""
+        site = identifier, path
+        if site not in self._reached:
+            self._reached[site] = found = {site: None}
+            rest, above = "", path
+            while above.count("/") > 1 and "{" not in above and self._arcs_followed < _DEEPEST // 5:
+                above, _, name = above.rpartition("/")
+                rest = f"/{name}{rest}"
+                self._arcs_followed += 1
+                found.update((((other, f"{there}{rest}"), None)) for other, there in self._added_by(identifier, above))
+                self._arcs_followed -= 1
+        return tuple(self._reached[site])
 
     def _specs(self, identifier: str, path: str) -> list[Any]:
         found = (one.pseudoRoot if path == "/" else one.GetPrimAtPath(path) for one in self._stacks[identifier])
