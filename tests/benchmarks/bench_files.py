@@ -111,7 +111,8 @@ def measure(quick: bool) -> Iterable[Row]:
         scene.write_text(as_usd(nodes))
         load_graph(one)  # imports what is needed
         yield Row(f"USD, {nodes:,} nodes, read and compiled", seconds(lambda: load_graph(scene)), 10.0, "s")
-    in_one_edit(2), in_single_edits(6)  # imports what is needed
+    in_one_edit(2)  # imports what is needed
+    in_single_edits(6)
     yield Row(f"Controller, {nodes:,} nodes in one edit", seconds(lambda: in_one_edit(nodes)), 10.0, "s")
     edits = 600 if quick else 6_000
     few, many = seconds(lambda: in_single_edits(edits // 3)) * 3, seconds(lambda: in_single_edits(edits))

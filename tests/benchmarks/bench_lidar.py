@@ -9,6 +9,7 @@ from __future__ import annotations
 import statistics
 from collections.abc import Callable, Iterator
 from fractions import Fraction
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from pxr import Gf, Sdf, UsdGeom, UsdPhysics, Vt
 from graph.sim import App
 from graph.sim.geometry.collect import Mesh
 from graph.sim.libraries import import_open3d
+from graph.sim.physics.mujoco.engine import MujocoEngine
 from sensors import LidarConfig, render_product
 from sensors.channels import CHANNELS, AuxLevel
 from sensors.gmo import channels_for
@@ -236,24 +238,26 @@ def bare_casts(app: App, products: list[Any]) -> list[Callable[[], object]]:
     for surface in app.geometry():
         if excluded(surface.path, hidden):
             continue
+        assert isinstance(surface, Mesh)
         vertices = surface.vertices
         if surface.body is not None:
             pose = app.fabric.rigid_matrices([surface.body])[0]
             vertices = vertices @ pose[:3, :3].T + pose[:3, 3]
         scene = static if surface.body is None else moving
         scene.add_triangles(vertices.astype(np.float32), surface.triangles)
-    casts = []
+    casts: list[Callable[[], object]] = []
     for product in products:
         pose = product.sensor.pose()
         directions = product.sensor.turns.pattern(0).directions @ pose[:3, :3].T.astype(np.float32)
         rays = np.concatenate([np.broadcast_to(pose[:3, 3], directions.shape), directions], axis=1).astype(np.float32)
         tensor = open3d.core.Tensor.from_numpy(np.ascontiguousarray(rays))
-        casts += [lambda t=tensor: static.cast_rays(t), lambda t=tensor: moving.cast_rays(t)]
+        casts += [partial(static.cast_rays, tensor), partial(moving.cast_rays, tensor)]
     return casts
 
 
 def bare_steps(app: App) -> Callable[[int], None]:
     """`mj_step` n times on a copy of the App's physics, from the state that the App is in when they begin."""
+    assert isinstance(app.physics, MujocoEngine)
     model, live = app.physics.model, app.physics.data
     data, kind = mujoco.MjData(model), mujoco.mjtState.mjSTATE_INTEGRATION
     state = np.empty(mujoco.mj_stateSize(model, kind))

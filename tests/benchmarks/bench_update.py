@@ -6,13 +6,14 @@ import statistics
 from collections.abc import Iterator
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from measure import Row, ratio, seconds
 
 from graph.sim import App
 from graph.sim.renderer.rendering import RenderProduct
 from graph.sim.renderer.schedule import TickSchedule
+from graph.sim.renderer.sensor import Sensor
 
 TITLE = "App.update"
 YARD = Path(__file__).parents[2] / "graphs" / "scenes" / "yard.usda"
@@ -51,7 +52,7 @@ def nothing_dynamic(sensors: int, rounds: int, updates: int = 2000) -> float:
     """Microseconds of an update of an empty stage with sensors that are not due: the median of several rounds."""
     with App(physics_hz=PHYSICS_HZ, loop_hz=LOOP_HZ) as app:
         for number in range(sensors):
-            app.rendering.add(RenderProduct(f"/Render/{number}", "/World", (1, 1), Idle()))
+            app.rendering.add(RenderProduct(f"/Render/{number}", "/World", (1, 1), cast("Sensor", Idle())))
         app.play()
         app.update(updates)
         return statistics.median(seconds(lambda: app.update(updates)) for _ in range(rounds)) / updates * 1e6
@@ -62,10 +63,13 @@ def against_raw_steps(stage: Any, rounds: int, updates: int = 60) -> float:
     import mujoco
     import numpy as np
 
+    from graph.sim.physics.mujoco.engine import MujocoEngine
+
     kind = mujoco.mjtState.mjSTATE_INTEGRATION
     with App(stage, physics_hz=PHYSICS_HZ, loop_hz=LOOP_HZ) as app:
         app.play()
         app.update(LOOP_HZ)
+        assert isinstance(app.physics, MujocoEngine)
         model, data = app.physics.model, app.physics.data
         state = np.empty(mujoco.mj_stateSize(model, kind))
         mujoco.mj_getState(model, data, state, kind)

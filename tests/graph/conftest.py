@@ -217,8 +217,8 @@ def spec_of(
         type_id, inputs = (entry, {}) if isinstance(entry, str) else entry
         made.append(NodeSpec(name, type_id, inputs, Mark(file, line, 1)))
     links = [
-        ConnectionSpec(*text.split(" -> "), Mark(file, 100 + line, 1))  # type: ignore[arg-type]
-        for line, text in enumerate(connections, 1)
+        ConnectionSpec(source, target, Mark(file, 100 + line, 1))
+        for line, (source, _, target) in enumerate((text.partition(" -> ") for text in connections), 1)
     ]
     specs = {name: VariableSpec(type_, value) for name, (type_, value) in (variables or {}).items()}
     return GraphSpec(path, tuple(made), tuple(links), evaluator, variables=specs)

@@ -26,10 +26,10 @@ from pathlib import Path
 from random import Random
 from typing import IO
 
-sys.path[:0] = [str(Path(__file__).parents[2]), str(Path(__file__).parent)]
+sys.path.insert(0, str(Path(__file__).parents[2]))  # run as a script, it finds `tests` there
 
-from corpus import write_corpus  # noqa: E402
-from mutations import spoiled  # noqa: E402
+from tests.robustness.corpus import write_corpus
+from tests.robustness.mutations import spoiled
 
 CPU_S, MEMORY = 20, 4 * 2**30
 UPDATES = "3"
@@ -158,7 +158,7 @@ def _companions(folder: Path) -> None:
     """The files that name those which are spoiled."""
     import json
 
-    from corpus import DOCUMENT, PRIMS
+    from tests.robustness.corpus import DOCUMENT, PRIMS
 
     lidar = {**PRIMS, "/World/Lidar": {"type": "OmniLidar", "config": "profile.json"}}
     (folder / "profiled.json").write_text(json.dumps({**DOCUMENT, "scene": {"prims": lidar}}))
@@ -264,7 +264,8 @@ def main() -> int:
     parser.add_argument("--worker", nargs=2, type=int, help=argparse.SUPPRESS)
     args = parser.parse_args()
     if args.worker:
-        work(args.seed, *args.worker, args.keep)
+        first, count = args.worker
+        work(args.seed, first, count, args.keep)
         return 0
     if args.case is not None:
         args.first, args.count, args.keep = args.case, 1, args.keep or Path()
@@ -277,7 +278,7 @@ def main() -> int:
         for first in range(args.first, args.first + args.count, size)
     ]
     with ThreadPoolExecutor(args.jobs) as jobs:
-        for part in jobs.map(lambda one: fuzz(args.seed, *one, args.keep), parts):
+        for part in jobs.map(lambda one: fuzz(args.seed, one[0], one[1], args.keep), parts):
             found.add(part)
             for case, what in part.failures:
                 print(f"case {case}: {what}", flush=True)

@@ -1,14 +1,9 @@
 """A few spoiled files of every kind in each test run; `--fuzz N`, or fuzz.py itself, does more."""
 
-import sys
-from pathlib import Path
-
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from fuzz import fuzz
-from mutations import spoiled
+from tests.robustness.fuzz import fuzz
+from tests.robustness.mutations import spoiled
 
 
 def test_spoiled_files_of_every_kind_end_in_a_line(request):

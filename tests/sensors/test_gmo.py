@@ -96,6 +96,10 @@ def test_bytes_and_arrays_parse_alike(convert):
     assert parse_generic_model_output_data(convert(pack(frame_of(3)))).numElements == 3
 
 
+assert HEADER.fields is not None
+MODALITY_AT = HEADER.fields["modality"][1]
+
+
 def damaged(offset, dtype, value):
     buffer = pack(frame_of(3))
     buffer[offset : offset + np.dtype(dtype).itemsize].view(dtype)[0] = value
@@ -112,7 +116,7 @@ def damaged(offset, dtype, value):
         (damaged(4, "<u4", 2), "layout version 2, this reads 1"),
         (pack(frame_of(3))[:-1], "elements need"),
         (damaged(24, "<u4", 2**31), "elements need"),
-        (damaged(HEADER.fields["modality"][1], "<u4", 99), "not a valid Modality"),
+        (damaged(MODALITY_AT, "<u4", 99), "not a valid Modality"),
         (140_737_488_355_328, "not a buffer handle"),
         (0, "not a buffer handle"),
         ("text", "empty GenericModelOutput"),

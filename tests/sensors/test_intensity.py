@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from sensors.surfaces.materials import BASES, COATINGS, encode
+from graph.sim.scene.nonvisual import BASES, COATINGS
+from sensors.surfaces.materials import encode
 from sensors.surfaces.optics import REFLECTANCE, RETRO_GAIN, optics_of, reflectance_of
 from tests.support.lidar_worlds import add_box, add_lidar, bind, frames_of, rotary, stare, weightless
 

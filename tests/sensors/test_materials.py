@@ -4,9 +4,10 @@ import pytest
 from pxr import Sdf, UsdGeom, UsdShade
 
 from graph.sim import App
+from graph.sim.scene.nonvisual import ATTRIBUTES, BASES, COATINGS
 from sensors import Lidar
 from sensors.products import render_product
-from sensors.surfaces.materials import ATTRIBUTES, BASES, COATINGS, decode, encode, material_of
+from sensors.surfaces.materials import decode, encode, material_of
 
 
 def test_the_documented_example_is_2305():

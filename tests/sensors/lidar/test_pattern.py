@@ -196,7 +196,10 @@ def test_patterns_of_many_turns_are_worked_out_anew_where_keeping_them_takes_too
         ({"num_rays_per_line": (2, 3)}, "sums to 5 for 1 emitters"),
         ({"max_returns": 256}, "maxReturns must be from 1 to 255"),
         ({"ranges_min_m": (3.0,), "ranges_max_m": (2.0,)}, "rangesMinM must be at least 0 and below rangesMaxM"),
-        ({"emitter_states": (EmitterState([0.0], [91.0]),)}, "s001: elevationDeg holds a value beyond 90 deg"),
+        (
+            {"emitter_states": (EmitterState(np.array([0.0]), np.array([91.0])),)},
+            "s001: elevationDeg holds a value beyond 90 deg",
+        ),
     ],
 )
 def test_a_configuration_that_no_lidar_can_have_is_refused(fields, message):
