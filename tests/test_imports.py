@@ -226,6 +226,19 @@ def test_every_module_imports_without_the_heavy_libraries():
     assert missing <= built_on(owners)
 
 
+def test_every_module_imports_where_posix_alone_has_something():
+    """As on Windows: no SIGHUP, no fcntl, no CPU affinity, no terminal settings."""
+    elsewhere = (
+        "import importlib, os, signal, sys\n"
+        "for name in ('fcntl', 'resource', 'termios', 'tty', 'pwd', 'grp'): sys.modules[name] = None\n"
+        "for name in ('SIGHUP', 'SIGKILL', 'SIGQUIT', 'SIGUSR1', 'SIGALRM', 'SIGPIPE'): delattr(signal, name)\n"
+        "for name in ('fork', 'getuid', 'geteuid', 'sched_getaffinity', 'statvfs'): delattr(os, name)\n"
+        f"for name in {sorted(set(MODULES) - {'graph.__main__'})!r}: importlib.import_module(name)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", elsewhere], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
 def built_on(owners):
     """Modules that import an owner at their top level, directly or through others."""
     users = networkx.DiGraph()

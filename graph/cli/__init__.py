@@ -6,7 +6,9 @@ def command() -> int:
     try:
         import signal
 
-        for number in (signal.SIGTERM, signal.SIGHUP):
+        from graph.base.signals import ENDING
+
+        for number in ENDING[1:]:
             if signal.getsignal(number) == signal.SIG_DFL:  # nohup ignores one
                 signal.signal(number, signal.default_int_handler)  # raises KeyboardInterrupt, as Ctrl-C does
         from .main import main

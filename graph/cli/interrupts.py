@@ -7,6 +7,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from graph.base.signals import ENDING, HANGUP
+
 
 @contextmanager
 def between_updates() -> Iterator[list[int]]:
@@ -14,22 +16,21 @@ def between_updates() -> Iterator[list[int]]:
     received: list[int] = []
 
     def note(signum: int, frame: Any) -> None:
-        if received and signum != signal.SIGHUP:  # a closing terminal may say so twice
+        if received and signum != HANGUP:  # a closing terminal may say so twice
             raise KeyboardInterrupt
         received.append(signum)
 
-    numbers = [signal.SIGINT, signal.SIGTERM]
-    if signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:  # as nohup asks for
-        numbers.append(signal.SIGHUP)
+    # nohup has the closing of the terminal ignored
+    numbers = [one for one in ENDING if one != HANGUP or signal.getsignal(one) != signal.SIG_IGN]
     previous = {number: signal.signal(number, note) for number in numbers}
     try:
         yield received
     except OSError as error:  # of a progress bar whose terminal has gone
-        if signal.SIGHUP in received:
+        if HANGUP in received:
             raise KeyboardInterrupt from error
         raise
     finally:
-        if signal.SIGHUP in received:
-            previous[signal.SIGHUP] = signal.SIG_IGN  # what is left to do is to write the report
+        if HANGUP is not None and HANGUP in received:
+            previous[HANGUP] = signal.SIG_IGN  # what is left to do is to write the report
         for number, handler in previous.items():
             signal.signal(number, handler)

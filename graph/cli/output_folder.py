@@ -6,7 +6,6 @@ An earlier run's files under these names step aside (`run.previous.mcap`) until 
 from __future__ import annotations
 
 import errno
-import fcntl
 import os
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -23,8 +22,13 @@ from .report import REPORT, write_report
 def locked(folder: Path, advice: str) -> Iterator[None]:
     """Holds a folder for this process, without a file in it. Raises UserError, with `advice`, if a run holds it.
 
-    Where the file system has no such locks, nothing is held.
+    Where the system or the file system has no such locks, nothing is held.
     """
+    try:
+        import fcntl
+    except ImportError:  # Windows
+        yield
+        return
     try:
         handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
     except OSError as error:

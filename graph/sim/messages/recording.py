@@ -19,6 +19,7 @@ from typing import BinaryIO
 from mcap.writer import CompressionType, Writer  # noqa: TID253
 
 from graph.base.errors import RunError, UserError
+from graph.base.signals import ENDING
 
 from .message import Message
 from .ros_types import definition, serialize
@@ -28,7 +29,6 @@ CHUNK_NS = 500_000_000
 """Simulation time after which a chunk is written though it is not full, so that a kill costs less than a second."""
 PROVENANCE = "tickgraph"
 """Name of the MCAP metadata that says what made the recording."""
-_ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 _RECORD_OVERHEAD = 31  # opcode, length and the fixed fields of an MCAP Message record
 
 
@@ -224,7 +224,7 @@ def _uninterrupted() -> Iterator[None]:
     def hold(signum: int, frame: FrameType | None) -> None:
         received.append(signum)
 
-    handlers = {number: signal.getsignal(number) for number in _ENDING}
+    handlers = {number: signal.getsignal(number) for number in ENDING}
     for number, handler in handlers.items():
         if handler not in (signal.SIG_IGN, None):  # None: not set from Python, and not to be set again
             signal.signal(number, hold)

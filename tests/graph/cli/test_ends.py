@@ -11,6 +11,7 @@ import pytest
 from mcap.reader import make_reader
 
 from graph.cli.main import main
+from tests.support.programs import started
 
 GRAPH = [sys.executable, "-m", "graph"]
 SMALL = """
@@ -60,8 +61,9 @@ def test_a_signal_while_the_command_is_still_being_imported_is_one_line(number):
         "from graph.cli import command\n"
         "sys.exit(command())"
     )
-    ended = subprocess.run([sys.executable, "-c", program], check=False, capture_output=True, text=True)
-    assert (ended.returncode, ended.stderr) == (130, "graph: interrupted\n")
+    with started("-c", program, stderr=subprocess.PIPE, text=True) as process:
+        _, said = process.communicate(timeout=60)
+    assert (process.returncode, said) == (130, "graph: interrupted\n")
 
 
 def test_the_run_says_what_it_wrote_and_where(tmp_path, file, capsys):
