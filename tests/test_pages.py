@@ -32,3 +32,11 @@ def test_the_files_that_the_contributing_page_names_are_there():
     named = re.findall(r"`([\w./-]+/[\w.-]+\.(?:py|md|json))[` ]", text)
     assert [name for name in named if "NAME" not in name and not (ROOT / name).exists()] == []
     assert len(named) > 25
+
+
+def test_the_page_of_the_tests_has_a_row_for_each_trap_and_each_helper():
+    page = (ROOT / "tests/README.md").read_text(encoding="utf8")
+    tests = (ROOT / "tests/graph/sim/timing/test_clock_settings.py").read_text(encoding="utf8")
+    assert re.findall(r"^\| (\d+) \|", page, re.MULTILINE) == re.findall(r"def test_trap_(\d+)_", tests)
+    helpers = {path.stem for path in (ROOT / "tests/support").glob("[a-z]*.py")}
+    assert [name for name in sorted(helpers) if f"`{name}`" not in page] == []

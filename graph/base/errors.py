@@ -54,3 +54,8 @@ class RunError(Exception):
 
     def __init__(self, message: str = "") -> None:
         super().__init__(brief(message))
+
+
+def reason_of(error: BaseException) -> str:
+    """What the exception of a library says, on one line of at most 120 characters; its type where it says nothing."""
+    return " ".join(str(error).split())[:120] or type(error).__name__

@@ -16,14 +16,10 @@ def rate(value: int | float | str | Fraction, *, stored_as_float32: bool = False
     29.97 gives 2997/100, also when it was stored as float32; text such as "60000/1001" is accepted.
     Raises ValueError for anything that is not a finite number.
     """
-    if isinstance(value, bool):
-        raise ValueError(f"{value!r} is not a number")
-    if isinstance(value, (int, Fraction)):
-        return Fraction(value)
-    if isinstance(value, str):
-        return _parse(value)
-    _check_finite(value)
-    return Fraction(_shortest_float32(value) if stored_as_float32 else repr(float(value)))
+    number = _number(value)
+    if isinstance(number, Fraction):
+        return number
+    return Fraction(_shortest_float32(number) if stored_as_float32 else repr(number))
 
 
 def duration(value: int | float | str | Fraction) -> Fraction:
@@ -31,14 +27,8 @@ def duration(value: int | float | str | Fraction) -> Fraction:
 
     Raises ValueError for anything that is not a finite number.
     """
-    if isinstance(value, bool):
-        raise ValueError(f"{value!r} is not a number")
-    if isinstance(value, (int, Fraction)):
-        return Fraction(value)
-    if isinstance(value, str):
-        return _parse(value)
-    _check_finite(value)
-    return Fraction(value).limit_denominator(10**9)
+    number = _number(value)
+    return number if isinstance(number, Fraction) else Fraction(number).limit_denominator(10**9)
 
 
 def nanoseconds(seconds: Fraction) -> int:
@@ -69,13 +59,21 @@ def count(value: int, what: str, least: int | None = None) -> int:
     return number
 
 
-def _check_finite(value: float) -> None:
+def _number(value: int | float | str | Fraction) -> Fraction | float:
+    """A value that is exact, or text, as a fraction; a finite float as it is. Raises ValueError for anything else."""
+    if isinstance(value, bool):
+        raise ValueError(f"{value!r} is not a number")
+    if isinstance(value, (int, Fraction)):
+        return Fraction(value)
+    if isinstance(value, str):
+        return _parse(value)
     try:
         finite = math.isfinite(value)
     except TypeError:
         raise ValueError(f"{value!r} is not a number") from None
     if not finite:
         raise ValueError(f"{value!r} is not a finite number")
+    return float(value)
 
 
 def _parse(text: str) -> Fraction:

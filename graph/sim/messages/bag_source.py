@@ -11,7 +11,7 @@ from typing import Any
 from rosbags.interfaces import MessageDefinitionFormat  # noqa: TID253
 from rosbags.rosbag2 import Reader  # noqa: TID253
 
-from graph.base.errors import RunError, UserError
+from graph.base.errors import RunError, UserError, reason_of
 from graph.base.limits import check
 
 from .bus import topic_name
@@ -57,8 +57,7 @@ class BagSource:
         except UserError:
             raise
         except Exception as error:  # whatever a damaged file makes of the reader
-            reason = " ".join(str(error).split())[:120] or type(error).__name__
-            raise UserError(f"{path}: not a readable rosbag2 recording ({reason})") from None
+            raise UserError(f"{path}: not a readable rosbag2 recording ({reason_of(error)})") from None
 
     def topics(self) -> Mapping[str, str]:
         """The topics that can be read and their types."""
@@ -84,8 +83,7 @@ class BagSource:
         try:
             yield from reader.messages()
         except Exception as error:  # whatever damaged content makes of the reader
-            reason = " ".join(str(error).split())[:120] or type(error).__name__
-            raise RunError(f"{self.name}: the recording is damaged ({reason})") from error
+            raise RunError(f"{self.name}: the recording is damaged ({reason_of(error)})") from error
 
     def _examine(self, reader: Reader) -> None:
         self._start_ns = reader.start_time if reader.message_count else 0

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from graph.base.errors import RunError, UserError
+from graph.base.errors import RunError, UserError, reason_of
 from graph.base.limits import OverLimit, check
 
 from .bus import topic_name
@@ -72,8 +72,7 @@ class McapSource:
         except OverLimit as error:
             raise RunError(f"{self.name}: {error}") from error
         except Exception as error:  # whatever damaged content makes of the reader
-            reason = " ".join(str(error).split())[:120] or type(error).__name__
-            raise RunError(f"{self.name}: the recording is damaged ({reason})") from error
+            raise RunError(f"{self.name}: the recording is damaged ({reason_of(error)})") from error
 
     def close(self) -> None:
         """Closes the file; calling it twice is harmless."""
@@ -121,8 +120,7 @@ def _why_unreadable(path: Path, error: Exception) -> str:
         end = file.read()
     if start == MAGIC and end != MAGIC:
         return NOT_FINISHED
-    reason = " ".join(str(error).split())[:120] or type(error).__name__
-    return f"not a whole MCAP recording ({reason})"
+    return f"not a whole MCAP recording ({reason_of(error)})"
 
 
 def decoding(data: bytes, type_name: str, name: str) -> Callable[[], Any]:
@@ -137,7 +135,6 @@ def decoding(data: bytes, type_name: str, name: str) -> Callable[[], Any]:
         except OverLimit as error:
             raise RunError(f"{name}: {error}") from error
         except Exception as error:
-            reason = " ".join(str(error).split())[:120] or type(error).__name__
-            raise RunError(f"{name}: a message of type {type_name} cannot be decoded ({reason})") from error
+            raise RunError(f"{name}: a message of type {type_name} cannot be decoded ({reason_of(error)})") from error
 
     return load

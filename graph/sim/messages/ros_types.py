@@ -15,6 +15,7 @@ from typing import Any
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore  # noqa: TID253
 from rosbags.typesys.base import TypesysError, normalize_fieldname  # noqa: TID253
 
+from graph.base.errors import reason_of
 from graph.base.limits import check
 
 from .ros_definitions import installed, shipped
@@ -64,8 +65,7 @@ def register(name: str, text: str) -> None:
     try:
         parsed = get_types_from_msg(text, alias)
     except Exception as error:
-        reason = " ".join(str(error).split())[:120]
-        raise ValueError(f"{name}: no message definition: {reason}") from None
+        raise ValueError(f"{name}: no message definition: {reason_of(error)}") from None
     found = {name if part == alias and kind != "msg" else part: fields for part, (_, fields) in parsed.items()}
     fresh = {part: fields for part, fields in found.items() if part not in _STORE.types}
     for part, fields in fresh.items():
