@@ -88,4 +88,5 @@ def test_many_variants_of_one_model_are_no_multitude(tmp_path):
     text = f'def "Parts" {{\n{parts}}}\ndef "Model" (\n prepend variantSets = "v"\n)\n{{\n{model}}}\n'
     copies = "".join(f'def "m{i}" (references = </Model>) {{\n}}\n' for i in range(30))
     (tmp_path / "a.usda").write_text("#usda 1.0\n" + text + copies)
-    open_stage(tmp_path / "a.usda")
+    stage = open_stage(tmp_path / "a.usda")
+    assert len(list(stage.Traverse())) == 1001 + 1 + 30  # no variant is selected
