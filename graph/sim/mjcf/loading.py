@@ -40,11 +40,17 @@ def load(document: Document, warn: Warn) -> tuple[Any, Any]:
     return spec, model
 
 
+SHORTEST_STEP = 1e-9
+"""Durations are exact fractions of at most 10^9 parts of a second."""
+
+
 def _check_numbers(document: Document, model: Any) -> None:
     """MuJoCo takes a time step of 0 and places that are no numbers."""
     step = float(model.opt.timestep)
     if not 0 < step < math.inf:
         raise UserError(f"{shown(document.file)}: option timestep is {step:g}; it must be above 0")
+    if step < SHORTEST_STEP:
+        raise UserError(f"{shown(document.file)}: option timestep is {step:g}; the shortest is {SHORTEST_STEP:g} s")
     for kind, names in (("body", model.body), ("geom", model.geom)):
         places = np.concatenate([getattr(model, f"{kind}_pos"), getattr(model, f"{kind}_quat")], axis=1)
         bad = np.flatnonzero(~np.isfinite(places).all(axis=1))

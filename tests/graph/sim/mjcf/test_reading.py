@@ -236,6 +236,7 @@ def test_submodels_keep_their_own_mesh_folders(model, tmp_path):
     [
         ("<option timestep='0'/>", "option timestep is 0; it must be above 0"),
         ("<option timestep='-0.1'/>", "option timestep is -0.1; it must be above 0"),
+        ("<option timestep='1e-308'/>", "option timestep is 1e-308; the shortest is 1e-09 s"),
         ("<option timestep='nan'/>", "option timestep is nan; it must be above 0"),
         (
             "<worldbody><body name='b' pos='nan 0 0'><freejoint/><geom size='1'/></body></worldbody>",
