@@ -70,7 +70,11 @@ def _triangles(prim: Any, points: Floats, warn: Warn) -> NDArray[np.intp]:
     mesh = UsdGeom.Mesh(prim)
     counts = array_of(mesh.GetFaceVertexCountsAttr(), np.int64)
     indices = array_of(mesh.GetFaceVertexIndicesAttr(), np.int64)
-    faces = usable_faces(points, counts, indices, lambda said: warn("bad-deformable", str(prim.GetPath()), said))
+    complaints: list[str] = []
+    faces = usable_faces(points, counts, indices, complaints.append)
+    if len(faces.counts):  # without a face left the caller says so, in one line
+        for said in complaints:
+            warn("bad-deformable", str(prim.GetPath()), said)
     corners, out, first = faces.corners, [], 0
     for count in faces.counts.tolist():
         out += [[corners[first], corners[first + k], corners[first + k + 1]] for k in range(1, count - 1)]
