@@ -60,8 +60,6 @@ class SensorRuntime(ABC, Generic[Config]):
     """
 
     type_name: ClassVar[str]
-    modality: ClassVar[str] = "UNDEFINED"
-    """Its `GenericModelOutput` modality."""
     latency = Fraction(0)
     wants_updates = False
     coords = "NOT_APPLICABLE"
@@ -171,7 +169,7 @@ class SensorRuntime(ABC, Generic[Config]):
             sensor_path=self.path,
             scan_complete=found.complete,
             aux_level=self._aux,
-            modality=self.modality,
+            modality=self.kind.modality,
             coords=self.coords,
             reference=self.reference(tick),
             **self.frame_facts,

@@ -39,10 +39,13 @@ class SensorType:
     """One modality.
 
     - prim_type: of the prims that are such sensors.
+    - modality: its name in `GenericModelOutput`.
     - runtime: makes the sensor of a prim: a `SensorRuntime` class, or a function. Raises UserError for a prim that
       describes no such sensor.
     - channels: what it can measure; new ones join `CHANNELS`.
     - annotators, writers: its own, beside those for all sensors.
+    - attributes: those of its prims that no USD schema declares: name -> USD value type, such as "double".
+    - example: keys of a prim that measures something, as a graph file has them after `type`; for generated examples.
     - check: lines about what is wrong with a prim, before anything runs.
     - author(prim, config, variant, roots=, base=): writes a named configuration, the key `config` of a prim in a graph
       file; None where there are no configurations.
@@ -52,9 +55,12 @@ class SensorType:
 
     prim_type: str
     runtime: Callable[[App, str], Sensor]
+    modality: str = "UNDEFINED"
     channels: Sequence[Channel] = POINT_CHANNELS
     annotators: Sequence[AnnotatorType] = ()
     writers: Mapping[str, WriterSpec] = field(default_factory=dict)
+    attributes: Mapping[str, str] = field(default_factory=dict)
+    example: str = ""
     check: Callable[[Usd.Prim], Iterable[str]] = lambda prim: ()
     author: Callable[..., None] | None = None
     facts: Callable[[App, Usd.Prim], Mapping[str, Any]] = lambda app, prim: {}
@@ -107,6 +113,11 @@ def sensor_types() -> Mapping[str, SensorType]:
 def sensor_type(prim_type: str) -> SensorType | None:
     """The sensor type of a prim type; None for prims that are no sensors."""
     return sensor_types().get(prim_type)
+
+
+def prim_types_of(modality: str) -> tuple[str, ...]:
+    """The prim types of the sensors of a modality; of every sensor for ""."""
+    return tuple(name for name, kind in sensor_types().items() if modality in ("", kind.modality))
 
 
 def sensor_problems(stage: Usd.Stage) -> Iterable[tuple[str, str]]:

@@ -148,13 +148,15 @@ def _frames(report: Report) -> int:
 
 
 def _sensors(app: App, runner: GraphRunner) -> dict[str, Mapping[str, Any]]:
+    from sensors.prim import read_tick_rate
+
     products: dict[str, list[Any]] = {}
     for product in app.rendering.history:
         products.setdefault(product.camera_path, []).append(product)
     sensors = {path: _sensor(rendering) for path, rendering in products.items()}
     for path in wired_sensors(app, runner):
         if path not in sensors:
-            rate = float(app.stage.GetPrimAtPath(path).GetAttribute("omni:sensor:tickRate").Get() or 0)
+            rate = float(read_tick_rate(app.stage.GetPrimAtPath(path)))
             sensors[path] = {
                 **dict.fromkeys(("due", "frames", "missed", "elements"), 0),
                 "tick_rate": rate,

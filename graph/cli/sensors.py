@@ -36,7 +36,7 @@ def run(args: argparse.Namespace) -> int:
     if args.json:
         say_json(found)
     else:
-        for line in _page(found):
+        for line in _page(asset, found):
             say(line)
     return 0
 
@@ -71,7 +71,7 @@ def _span(edges: Sequence[float], to: str) -> str:
     return to.join(f"{edge:.4g}" for edge in edges)
 
 
-def _page(found: Mapping[str, Any]) -> Iterator[str]:
+def _page(asset: Asset, found: Mapping[str, Any]) -> Iterator[str]:
     yield f"{found['name']} ({found['asset']})"
     if found["variant"] is not None:
         yield f"figures of variant {_choice(found['variant'])}"
@@ -95,7 +95,7 @@ def _page(found: Mapping[str, Any]) -> Iterator[str]:
     yield ""
     yield "in a graph file:"
     variant = f", variant: {_choice(found['variant'])}" if found["variant"] is not None else ""
-    yield f"  /World/Lidar: {{type: OmniLidar, config: {found['name']}{variant}, translate: [0, 0, 1]}}"
+    yield f"  /World/Lidar: {{type: {asset.prim_type}, config: {found['name']}{variant}, translate: [0, 0, 1]}}"
     if found["variants"]:
         yield ""
         yield f"variants ({len(found['variants'])}):"

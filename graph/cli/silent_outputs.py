@@ -14,11 +14,14 @@ if TYPE_CHECKING:
 
 def wired_sensors(app: App, runner: GraphRunner) -> Iterator[str]:
     """Paths of the sensor prims that nodes name, in file order, whether or not they were ever rendered."""
+    from sensors.sensor_types import sensor_types
+
+    known = sensor_types()
     for node in _nodes(runner):
         for name in node.type.inputs_as("sensor"):
             for path in node.get(name) or ():
                 prim = prim_at(app.stage, path)
-                if prim and prim.HasAttribute("omni:sensor:tickRate"):
+                if prim and str(prim.GetTypeName()) in known:
                     yield str(path)
 
 

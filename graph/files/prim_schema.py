@@ -15,7 +15,7 @@ PRIM: dict[str, Any] = {
     "properties": {
         "type": {
             "description": "USD prim type, such as Xform, Cube, Sphere, Capsule, Cylinder, Cone, Plane, Mesh, "
-            "PhysicsRevoluteJoint or OmniLidar. Left out to change a prim of the scene.",
+            "PhysicsRevoluteJoint, or that of a sensor. Left out to change a prim of the scene.",
             "type": "string",
         },
         "reference": {

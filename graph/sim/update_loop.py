@@ -97,9 +97,10 @@ class UpdateLoop:
         live = self._world.live
         if live is not None:
             live.check()
-            if live.watch.sensors:
-                live.watch.sensors = False
-                self._sensors_edited()
+            if others := live.watch.others:
+                if any(product.camera_path in others for product in rendering.products.values()):
+                    self._sensors_edited()
+                others.clear()
 
         for callback in self._timeline_phase.before:
             callback()

@@ -160,10 +160,13 @@ def _compiles(node_type: NodeType, values: Mapping[str, Any], registry: Registry
 
 
 def _prim_type(node_type: NodeType) -> str:
-    """A prim that the node's targets may mean: a lidar where sensors are asked for, else a thing with a place."""
+    """A prim that the node's targets may mean: a sensor where one is asked for, else a thing with a place."""
+    from sensors.sensor_types import sensor_types
+
     docs = " ".join(one.doc for one in node_type.inputs.values() if one.type == "target")
-    lidar = "sensor" in docs or "lidar" in docs.lower()
-    return "OmniLidar, config: Example_Rotary" if lidar else "Cube, rigid_body: true"
+    sensor = "sensor" in docs or "lidar" in docs.lower()
+    shown = (f"{name}, {kind.example}" for name, kind in sensor_types().items() if kind.example)
+    return next(shown) if sensor else "Cube, rigid_body: true"
 
 
 def _plain(value: Any) -> Any:

@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from sensors.lidar.names import PRIM_TYPE
+
 THING = "/World/Thing"
 ROBOT = "/World/Robot"
 LIDAR = "/World/Lidar"
@@ -25,7 +27,10 @@ class Parts:
     needs: str = ""
 
 
-_LIDAR = {LIDAR: "{type: OmniLidar, config: Example_Rotary_2D}", "/World/Wall": "{type: Cube, translate: [4, 0, 0]}"}
+_LIDAR = {
+    LIDAR: f"{{type: {PRIM_TYPE}, config: Example_Rotary_2D}}",
+    "/World/Wall": "{type: Cube, translate: [4, 0, 0]}",
+}
 _JOINT = (
     "schemas: [PhysicsDriveAPI:{drive}], attributes: {{physics:axis: Y, physics:body1: {body}, "
     "physics:localPos0: [0, 0, 1], physics:lowerLimit: 0, physics:upperLimit: {upper}, "

@@ -85,16 +85,19 @@ def frame_of_handle(db: Database, handle: int) -> Any:
 
 def read_lidar_frame(db: Database, channels: Callable[[Any], Iterable[str]]) -> Any:
     """As `read_frame`, for a node that reads lidars alone: fails it, naming the prim, for any other sensor."""
-    from sensors.lidar.names import PRIM_TYPE
+    from sensors.lidar.names import MODALITY
+    from sensors.sensor_types import prim_types_of
 
     frame = read_frame(db, channels)
     product = db.memory.product
     path = frame.sensor_path if frame is not None else product.camera_path
     prim = db.app.stage.GetPrimAtPath(path) if path else None
     kind = str(prim.GetTypeName()) if prim else ""
-    if (frame is not None and frame.modality != "LIDAR") or (kind and kind != PRIM_TYPE):
+    lidars = prim_types_of(MODALITY)
+    if (frame is not None and frame.modality != MODALITY) or (kind and kind not in lidars):
         db.fail(
-            f"{path} is {kind or 'no lidar'}; it reads {PRIM_TYPE} only, IsaacExtractRTXSensorPointCloud reads both"
+            f"{path} is {kind or 'no lidar'}; it reads {' or '.join(lidars)} only, IsaacExtractRTXSensorPointCloud "
+            "reads both"
         )
     return frame
 

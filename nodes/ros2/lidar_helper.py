@@ -51,10 +51,11 @@ def _tilted(prim: Any) -> Iterator[str]:
     """Why a laser scan cannot be made of a prim's lidar; nothing for one that can, and for other prims."""
     from graph.base.errors import UserError
     from sensors.lidar.flat_scan import require_level_beams
-    from sensors.lidar.names import PRIM_TYPE
+    from sensors.lidar.names import MODALITY
     from sensors.lidar.prim import read_config
+    from sensors.sensor_types import prim_types_of
 
-    if not prim or prim.GetTypeName() != PRIM_TYPE:
+    if not prim or prim.GetTypeName() not in prim_types_of(MODALITY):
         return
     config = read_config(prim)
     try:

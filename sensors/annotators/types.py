@@ -13,7 +13,7 @@ from graph.base.suggest import did_you_mean
 from sensors.channels import AuxLevel
 from sensors.errors import SensorValueError
 from sensors.gmo import channels_for, pack
-from sensors.sensor_types import sensor_types
+from sensors.sensor_types import prim_types_of, sensor_types
 
 from .outputs import EXTRACT_CHANNELS, empty_outputs, extract_point_cloud
 
@@ -45,7 +45,7 @@ class AnnotatorType:
 
     read: what `get_data` gives of a reading; it is called once a frame. channels: what it needs.
     optional: asks for the auxiliary channels too, as far as the prim's level reaches. options: those of `initialize`,
-    with their defaults. prims: types of prims it reads; () is any sensor that measures its channels. keeps_last: a
+    with their defaults. modality: of the sensors it reads; "" is any that measures its channels. keeps_last: a
     frame without elements changes nothing. check: raises UserError for a product it cannot work on. instead: what to
     use, where it is deprecated.
     """
@@ -55,7 +55,7 @@ class AnnotatorType:
     channels: Callable[[Reading], Iterable[str]] = lambda reading: ("xyz",)
     optional: bool = False
     options: Mapping[str, Any] = field(default_factory=dict)
-    prims: tuple[str, ...] = ()
+    modality: str = ""
     keeps_last: bool = False
     check: Callable[[Reading], None] = lambda reading: None
     instead: str = ""
@@ -160,7 +160,7 @@ def check_product(kind: AnnotatorType, reading: Reading) -> None:
     """Raises SensorValueError, naming prim and annotator, where a product is not for this kind of annotator."""
     path = reading.product.camera_path
     prim_type = str(reading.app.stage.GetPrimAtPath(path).GetTypeName()) if path else ""
-    readable = kind.prims or tuple(sensor_types())
+    readable = prim_types_of(kind.modality)
     if prim_type not in readable:
         what, where = prim_type or "not a sensor", path or reading.product.path
         raise SensorValueError(f"{kind.name}: {where} is {what}; it reads {' or '.join(readable)} only")

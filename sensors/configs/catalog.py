@@ -15,6 +15,7 @@ from graph.base.errors import UserError
 from graph.base.suggest import nearest
 from sensors.lidar.attributes import config_from_attributes
 from sensors.lidar.config import LidarConfig
+from sensors.lidar.names import PRIM_TYPE
 
 from .beams import emitter_states
 from .variants import Entry, entries, merged
@@ -33,6 +34,8 @@ class Asset:
     """Where its figures come from."""
     default: Any = None
     """The variant of who names none; None is the first."""
+    prim_type: str = PRIM_TYPE
+    """Type of the sensor prims that it configures."""
 
     @property
     def variants(self) -> tuple[Any, ...]:

@@ -13,7 +13,7 @@ from sensors.annotators.outputs import SCAN_BUFFER_CHANNELS, empty_outputs, scan
 from sensors.annotators.types import AnnotatorType, Reading, with_info
 
 from .flat_scan import FLAT_SCAN_CHANNELS, FlatScan, flat_scan, require_2d
-from .names import PRIM_TYPE
+from .names import MODALITY
 
 FLAGS = {f"output{name[0].upper()}{name[1:]}": name for name in SCAN_BUFFER_CHANNELS if name != "data"}
 """Option of IsaacCreateRTXLidarScanBuffer -> the output that it adds."""
@@ -79,7 +79,7 @@ ANNOTATORS = (
         _scan_buffer,
         _scan_channels,
         options={**dict.fromkeys(FLAGS, False), **NO_EFFECT},
-        prims=(PRIM_TYPE,),
+        modality=MODALITY,
         keeps_last=True,
         instead="IsaacExtractRTXSensorPointCloud",
     ),
@@ -87,7 +87,7 @@ ANNOTATORS = (
         "IsaacComputeRTXLidarFlatScan",
         _flat_scan,
         lambda reading: FLAT_SCAN_CHANNELS,
-        prims=(PRIM_TYPE,),
+        modality=MODALITY,
         keeps_last=True,
         check=_is_flat,
         instead="IsaacExtractRTXSensorPointCloud, or ROS2RtxLidarHelper with type laser_scan",

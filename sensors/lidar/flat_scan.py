@@ -9,10 +9,11 @@ import numpy as np
 
 from graph.base.errors import UserError
 from sensors.frame import Frame, spherical
+from sensors.sensor_types import prim_types_of
 
 from .beams import BeamRow, beam_row
 from .config import LidarConfig
-from .names import PRIM_TYPE
+from .names import MODALITY
 from .prim import read_config
 
 if TYPE_CHECKING:
@@ -171,7 +172,7 @@ def flat_scan_problem(prim: Usd.Prim) -> str | None:
 
     Raises UserError for a lidar prim that describes no lidar.
     """
-    if prim.GetTypeName() != PRIM_TYPE:
+    if prim.GetTypeName() not in prim_types_of(MODALITY):
         return None
     config = read_config(prim)
     try:

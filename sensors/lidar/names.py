@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 
 PRIM_TYPE = "OmniLidar"
+MODALITY = "LIDAR"
 CORE_API = "OmniSensorGenericLidarCoreAPI"
 PREFIX = "omni:sensor:Core:"
 STATE_PREFIX = "omni:sensor:Core:emitterState:"

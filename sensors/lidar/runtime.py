@@ -66,7 +66,6 @@ class LidarRuntime(SensorRuntime[LidarConfig]):
     """
 
     type_name = PRIM_TYPE
-    modality = "LIDAR"
 
     # -- what it is --------------------------------------------------------------------------------------------------
 

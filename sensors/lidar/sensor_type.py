@@ -12,7 +12,7 @@ from sensors.prim import read_tick_rate
 from sensors.sensor_types import SensorType, register_sensor_type
 
 from .annotators import ANNOTATORS
-from .names import PRIM_TYPE
+from .names import MODALITY, PRIM_TYPE
 from .prim import read_config, write_config
 
 if TYPE_CHECKING:
@@ -77,6 +77,8 @@ register_sensor_type(
     SensorType(
         PRIM_TYPE,
         _runtime,
+        modality=MODALITY,
+        example="config: Example_Rotary",
         annotators=ANNOTATORS,
         check=_check,
         author=_author,

@@ -20,6 +20,7 @@ from graph.cli.main import main
 from graph.node import Attribute, Database, node_type
 from graph.node.registry import DEFAULT
 from graph.sim import App
+from graph.sim.usd import Sdf
 from nodes.lidar.frames import RENDER_PRODUCT, Reader, attach, read_frame, release
 from sensors import AnnotatorType, Channel, Measurement, SensorRuntime, SensorType
 from sensors.channels import CHANNELS
@@ -72,6 +73,8 @@ THERMOMETER = SensorType(
         )
     ],
     writers={"TemperatureLog": WriterSpec(Log, channels=frozenset({"temperature"}))},
+    attributes={"ground": "double"},
+    example='attributes: {"omni:sensor:tickRate": 20}',
     check=problems,
     facts=lambda app, prim: {"tick_rate_hz": read_tick_rate(prim)},
     rows=lambda facts: [("rates", f"tick {facts['tick_rate_hz']} Hz")],
@@ -207,6 +210,55 @@ def test_check_says_what_is_wrong_with_its_prim(file, capsys):
     file.write_text(json.dumps(fast))
     assert main(["check", str(file)]) == 2
     assert "a thermometer cannot tick at more than 1000 Hz" in capsys.readouterr().err
+
+
+def test_a_graph_file_takes_the_attributes_that_its_type_declares(file, readings):
+    warmer = json.loads(json.dumps(FILE))
+    warmer["scene"]["prims"][PROBE]["attributes"]["ground"] = GROUND + 5
+    file.write_text(json.dumps(warmer))
+    assert main(["run", str(file)]) == 0
+    assert readings == [(stamp, pytest.approx(air(12 * k) + 5, abs=1e-5)) for k, (stamp, _) in enumerate(TICKS, 1)]
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        ({"attributes": {"grund": 1}}, "Thermometer has no attribute 'grund'; did you mean \"ground\"?"),
+        ({"attributes": {"ground": "warm"}}, f"{PROBE}: attributes: ground: 'warm' is not a number"),
+        ({"ground": 1}, f'{PROBE}: there is no key "ground"; did you mean attributes: {{"ground": 1}}?'),
+        ({"attributes": {"focalLength": 1}}, "Thermometer has no attribute 'focalLength'; its own are "),
+    ],
+)
+def test_what_its_type_does_not_declare_is_refused_with_a_name_that_is_near(file, capsys, keys, message):
+    wrong = json.loads(json.dumps(FILE))
+    wrong["scene"]["prims"][PROBE] |= keys
+    file.write_text(json.dumps(wrong))
+    assert main(["check", str(file)]) == 2
+    assert message in capsys.readouterr().err
+
+
+def test_keys_of_sensors_take_it_and_refuse_what_is_no_sensor_naming_it(file, capsys):
+    excluding = json.loads(json.dumps(FILE))
+    excluding["scene"]["prims"][PROBE] |= {"exclude": "/World/Ball", "aux_output_level": "BASIC"}
+    file.write_text(json.dumps(excluding))
+    assert main(["check", str(file)]) == 0, capsys.readouterr().err
+    excluding["scene"]["prims"]["/World/Ball"]["exclude"] = PROBE
+    file.write_text(json.dumps(excluding))
+    assert main(["check", str(file)]) == 2
+    assert "only sensors exclude what they never hit (OmniLidar, Thermometer, " in capsys.readouterr().err
+
+
+def test_attributes_written_while_playing_count_in_the_next_update(app):
+    product = rep.create_render_product(PROBE)
+    annotator = rep.get_annotator("Temperature").attach(product)
+    ground = app.stage.GetPrimAtPath(PROBE).CreateAttribute("ground", Sdf.ValueTypeNames.Double)
+    ground.Set(GROUND)
+    app.play()
+    app.update(steps=3)
+    assert annotator.get_data() == pytest.approx(air(12), abs=1e-5)
+    ground.Set(GROUND + 5)
+    app.update(steps=3)
+    assert annotator.get_data() == pytest.approx(air(24) + 5, abs=1e-5)
 
 
 def test_an_annotator_and_a_writer_of_its_own_get_its_frames(app):

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterable, Mapping
 from functools import lru_cache
+from types import MappingProxyType
 from typing import Any
 
 from graph.base.suggest import closest, did_you_mean
@@ -15,15 +17,16 @@ _WHOLE = {"int": 2**31, "int64": 2**63}
 _COUNTS = {"uchar": 2**8, "uint": 2**32, "uint64": 2**64}
 
 
-def set_property(prim: Any, name: str, value: Any) -> None:
+def set_property(prim: Any, name: str, value: Any, declared: Mapping[str, str] = MappingProxyType({})) -> None:
     """Set one attribute (its type comes from the schema) or relationship (a prim path or a list of them).
 
-    An API schema that has the property is applied if the prim lacks it. Raises ValueError for an unknown name, with the
+    An API schema that has the property is applied if the prim lacks it. declared: further attributes that the prim may
+    have, name -> USD value type; one that it does not have is created. Raises ValueError for an unknown name, with the
     nearest known ones, and for a value that does not fit.
     """
     if not Sdf.Path.IsValidNamespacedIdentifier(name):
         raise ValueError("this cannot be the name of an attribute")
-    found = _property(prim, name)
+    found = _property(prim, name, declared)
     if isinstance(found, Usd.Relationship):
         found.SetTargets([_path(path) for path in ([value] if isinstance(value, str) else list(value))])
         return
@@ -106,10 +109,12 @@ def _scalar(type_name: Any, value: Any) -> Any:
     raise ValueError(f"attributes of type {name} cannot be set here")
 
 
-def _property(prim: Any, name: str) -> Any:
+def _property(prim: Any, name: str, declared: Mapping[str, str]) -> Any:
     existing = _defined(prim, name)
     if existing:
         return existing
+    if name in declared:
+        return prim.CreateAttribute(name, Sdf.ValueTypeNames.Find(declared[name]))
     if name.split(":")[:2] == ["material", "binding"]:  # its schema has no list of properties: purposes are free
         apply_schema(prim, "MaterialBindingAPI")
         return prim.CreateRelationship(name, custom=False)
@@ -122,8 +127,8 @@ def _property(prim: Any, name: str) -> Any:
         if match:
             apply_schema(prim, f"{schema}:{match.group(1)}")
             return _defined(prim, name)
-    own = sorted(prim.GetPropertyNames())
-    near = ending_alike(prim, name) or closest(name, [*own, *schemas])
+    own = sorted({*prim.GetPropertyNames(), *declared})
+    near = ending_alike(own, name) or closest(name, [*own, *schemas])
     more = f" and {len(own) - LISTED} more" if len(own) > LISTED else ""
     hint = f'did you mean "{near}"?' if near else f"its own are {', '.join(own[:LISTED])}{more}"
     raise ValueError(f"{prim.GetTypeName() or 'a prim without type'} has no attribute {name!r}; {hint}")
@@ -133,13 +138,13 @@ LISTED = 12
 """Names that a line lists."""
 
 
-def ending_alike(prim: Any, name: str) -> str | None:
+def ending_alike(properties: Iterable[str], name: str) -> str | None:
     """The one property whose last part is this name in some other case: `omni:sensor:tickRate` for tick_rate."""
 
     def bare(text: str) -> str:
         return text.rpartition(":")[2].replace("_", "").lower()
 
-    found = [str(known) for known in prim.GetPropertyNames() if bare(str(known)) == bare(name)]
+    found = [str(known) for known in properties if bare(str(known)) == bare(name)]
     return found[0] if len(found) == 1 else None
 
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -27,7 +28,15 @@ Handler = Callable[["PrimContext", Any, Keys, str, set[str]], None]
 AUX_LEVELS = ("NONE", "BASIC", "EXTRA", "FULL")
 CHANNELS = "_replicator:rendervar:GenericModelOutput:channels"
 EXCLUDE = "tickgraph:exclude"
-SENSORS = ("OmniLidar", "OmniRadar", "OmniAcoustic")
+SENSOR_API = "OmniSensorAPI"
+
+
+class SensorPrims(Protocol):
+    """What the keys of a prim ask of its sensor type."""
+
+    @property
+    def attributes(self) -> Mapping[str, str]:
+        """Attributes that no schema declares: name -> USD value type."""
 
 
 @dataclass
@@ -38,7 +47,7 @@ class PrimContext:
     folder: Path
     roots: Sequence[Path]
     sensor_config: SensorConfig | None
-    sensor_types: Sequence[str]
+    sensor_types: Mapping[str, SensorPrims]
     warn: Warn
     implied: set[str] = field(default_factory=set)
     checked: dict[Path, Checked] = field(default_factory=dict)
@@ -110,12 +119,23 @@ class PrimContext:
         prim = self.stage.GetPrimAtPath(above)
         return above == "/" or above in free or bool(prim and prim.IsDefined() and not _of_instance(prim))
 
+    def own_attributes(self, prim: Any) -> Mapping[str, str]:
+        """Attributes of a prim that its sensor type declares: name -> USD value type."""
+        kind = self.sensor_types.get(str(prim.GetTypeName()))
+        return kind.attributes if kind is not None else {}
+
     def set_property(self, prim: Any, name: str, value: Any) -> None:
         """One entry of `attributes`; what is wrong with it is said with its name."""
         try:
-            prim_attributes.set_property(prim, name, value)
+            prim_attributes.set_property(prim, name, value, self.own_attributes(prim))
         except ValueError as error:
             raise ValueError(f"{name}: {error}") from error
+
+    def require_sensor(self, prim: Any, what: str) -> None:
+        """Raises ValueError for a prim that is not a sensor. what: what only sensors do."""
+        sensors = tuple(dict.fromkeys((*self.sensor_types, *schema_sensors())))
+        if prim.GetTypeName() not in sensors:
+            raise ValueError(f"only sensors {what} ({', '.join(sensors)}), not {prim.GetTypeName()}")
 
 
 def _of_instance(prim: Any) -> bool:
@@ -127,6 +147,14 @@ def concrete_types() -> list[str]:
     registry = Usd.SchemaRegistry()
     types = Tf.Type.FindByName("UsdTyped").GetAllDerivedTypes()
     return sorted({str(name) for each in types if (name := registry.GetConcreteSchemaTypeName(each))})
+
+
+@lru_cache(maxsize=1)
+def schema_sensors() -> tuple[str, ...]:
+    """The prim types that are sensors by their schema: those with OmniSensorAPI built in."""
+    registry = Usd.SchemaRegistry()
+    definitions = {kind: registry.FindConcretePrimDefinition(kind) for kind in concrete_types()}
+    return tuple(kind for kind, found in definitions.items() if SENSOR_API in found.GetAppliedAPISchemas())
 
 
 def _reference(context: PrimContext, prim: Any, keys: Keys, name: str, done: set[str]) -> None:
@@ -168,8 +196,7 @@ def _config(context: PrimContext, prim: Any, keys: Keys, name: str, done: set[st
     done.update(("config", "variant"))
     if "config" not in keys:
         raise ValueError("a variant needs the config that it is of")
-    if prim.GetTypeName() not in context.sensor_types:
-        raise ValueError(f"only sensors have one ({', '.join(context.sensor_types)}), not {prim.GetTypeName()}")
+    context.require_sensor(prim, "have one")
     if context.sensor_config is None:
         raise ValueError("there are no sensor configurations here")
     context.sensor_config(prim, keys["config"], keys.get("variant"))
@@ -178,8 +205,7 @@ def _config(context: PrimContext, prim: Any, keys: Keys, name: str, done: set[st
 def _aux(context: PrimContext, prim: Any, keys: Keys, name: str, done: set[str]) -> None:
     if keys[name] not in AUX_LEVELS:
         raise ValueError(f"{keys[name]!r} is not one of {', '.join(AUX_LEVELS)}")
-    if prim.GetTypeName() not in context.sensor_types:
-        raise ValueError(f"only sensors have one ({', '.join(context.sensor_types)}), not {prim.GetTypeName()}")
+    context.require_sensor(prim, "have one")
     prim.CreateAttribute(CHANNELS, Sdf.ValueTypeNames.StringArray, custom=True).Set([keys[name]])
 
 
@@ -316,8 +342,7 @@ def _semantics(context: PrimContext, prim: Any, keys: Keys, name: str, done: set
 
 def _exclude(context: PrimContext, path: str, value: Any) -> None:
     prim = context.stage.GetPrimAtPath(path)
-    if prim.GetTypeName() not in context.sensor_types:
-        raise ValueError(f"only sensors exclude what they never hit, not {prim.GetTypeName()}")
+    context.require_sensor(prim, "exclude what they never hit")
     targets = [value] if isinstance(value, str) else list(value)
     for target in targets:
         valid = isinstance(target, str) and Sdf.Path.IsValidPathString(target) and target.startswith("/")

@@ -6,13 +6,14 @@ import json
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from graph.base.errors import Mark, Problem, UserError
 from graph.base.suggest import did_you_mean
 
 from .prim_attributes import ending_alike
-from .prim_keys import FINAL, KEYS, SENSORS, PrimContext, SensorConfig
+from .prim_keys import FINAL, KEYS, PrimContext, SensorConfig, SensorPrims
 from .stage import Warn, ignore_warning
 
 MAX_DEPTH = 256
@@ -28,7 +29,7 @@ def author_prims(
     where: Where = lambda path, key=None: None,
     *,
     sensor_config: SensorConfig | None = None,
-    sensor_types: Iterable[str] = (),
+    sensor_types: Mapping[str, SensorPrims] = MappingProxyType({}),
     folder: Path | None = None,
     allow_roots: Iterable[str | Path] | None = None,
     warn: Warn = ignore_warning,
@@ -36,14 +37,13 @@ def author_prims(
     """Author inline prims, in order, on top of the stage's scene.
 
     sensor_config(prim, config, variant): writes a sensor's configuration; its attributes are set before `attributes`.
-    sensor_types: prim types of sensors that no schema declares.
+    sensor_types: by prim type, the sensors that are registered, with attributes that no schema declares.
     folder: what `reference` is relative to; allow_roots: where referenced files may lie (default: `folder`).
     Raises UserError with every problem, each at `where(path, key)`.
     """
     folder = Path.cwd() if folder is None else folder
     roots = [folder] if allow_roots is None else [Path(root) for root in allow_roots]
-    types = tuple(dict.fromkeys((*SENSORS, *sensor_types)))
-    context = PrimContext(stage, folder, roots, sensor_config, types, warn)
+    context = PrimContext(stage, folder, roots, sensor_config, sensor_types, warn)
     before = stage.GetUsedLayers()
     problems: list[Problem] = []
     context.define_new({path: keys for path, keys in prims.items() if not _path_problem(path)})
@@ -65,8 +65,7 @@ def _author(context: PrimContext, path: str, keys: Any, where: Where) -> list[Pr
     if problem:
         return [Problem(problem, where(path))]
     made = _attempt(where, path, "type", partial(context.define, path, keys.get("type"), "reference" in keys))
-    of = context.stage.GetPrimAtPath(path)
-    problems = [Problem(_unknown(path, key, keys[key], of), where(path, key)) for key in keys if key not in KEYS]
+    problems = [Problem(_unknown(context, path, key, keys[key]), where(path, key)) for key in keys if key not in KEYS]
     if made:
         return problems + made
     prim = context.stage.GetPrimAtPath(path)
@@ -106,8 +105,9 @@ def _path_problem(path: str) -> str | None:
     return f"{path[:80]}... is deeper than {MAX_DEPTH} prims" if sdf.pathElementCount > MAX_DEPTH else None
 
 
-def _unknown(path: str, key: str, value: Any, prim: Any) -> str:
-    if prim and (attribute := ending_alike(prim, str(key))):
+def _unknown(context: PrimContext, path: str, key: str, value: Any) -> str:
+    prim = context.stage.GetPrimAtPath(path)
+    if prim and (attribute := ending_alike([*prim.GetPropertyNames(), *context.own_attributes(prim)], str(key))):
         shown = json.dumps(value) if isinstance(value, (bool, int, float)) else "..."
         hint = f'; did you mean attributes: {{"{attribute}": {shown}}}?'
     else:

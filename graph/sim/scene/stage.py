@@ -24,16 +24,16 @@ def ignore_warning(code: str, where: str, message: str) -> None:
 
 
 def register_schemas() -> None:
-    """Make the sensor and graph prim types (OmniLidar, OmniGraph, ...) known to USD. Call it before any stage is used.
+    """Make the prim types and API schemas of sensors and graphs known to USD. Call it before any stage is used.
 
     Our own paths do so by themselves; only code that opens a stage through pxr first needs this call. USD fixes its
     schema registry at first use and ignores later additions without a word, so this raises RunError then.
     """
     from graph.sim.usd import Usd
 
-    if not Usd.SchemaRegistry().FindConcretePrimDefinition("OmniLidar"):
+    if not Usd.SchemaRegistry().FindAppliedAPIPrimDefinition("OmniSensorAPI"):
         raise RunError(
-            "USD was used before the sensor schemas were registered, so OmniLidar is unknown to it. "
+            "USD was used before the sensor schemas were registered, so their prim types are unknown to it. "
             "Call graph.sim.register_schemas() before the first stage is opened or created"
         )
 

@@ -60,7 +60,8 @@ class StageWatch:
     placed: called at once with the path of each prim whose transform was written, and whether its place was (not only
     its scale, or the order of its ops). `structure` holds prims below which
     something came, went or changed its kind, `shapes` the attributes of surfaces, and `physics` those of dynamics, that
-    were written; `looks` is whether rays may see something else. What physics writes itself (`fabric.muted`) is not
+    were written; `looks` is whether rays may see something else, `others` the prims with any other attribute that
+    was written: sensors read theirs again. What physics writes itself (`fabric.muted`) is not
     told.
     """
 
@@ -70,8 +71,7 @@ class StageWatch:
         self.shapes: dict[str, None] = {}
         self.physics: dict[str, None] = {}
         self.looks = False
-        self.sensors = False
-        """Whether attributes of sensors were written."""
+        self.others: set[str] = set()
         self.collecting = False
         """Whether transforms wait in `transforms` until somebody asks for them."""
         self.transforms: dict[str, bool] = {}
@@ -130,17 +130,16 @@ class StageWatch:
                 self.shapes[path.pathString] = None
         elif name.startswith("xformOp"):
             moved[prim] = moved.get(prim, False) or not name.startswith(("xformOp:scale", "xformOpOrder"))
-        elif name in SHAPE:
-            if prim in self.roles.roles:
-                self.shapes[path.pathString] = None
+        elif name in SHAPE and prim in self.roles.roles:
+            self.shapes[path.pathString] = None
         elif name.startswith(LOOKS) or self._is_material(path):
             self.looks = True
-        elif name.startswith("omni:sensor:"):
-            self.sensors = True
         elif name.startswith(("physics:", "physx", "drive:", "limit:", "mjc:", "newton:")):
             owner = self.stage.GetPrimAtPath(prim)
             if prim in self.roles.roles and owner and owner.GetTypeName() != "PhysicsScene":
                 self.physics[path.pathString] = None
+        elif not self.stage.GetRelationshipAtPath(path):
+            self.others.add(prim)
 
     def _is_material(self, path: Sdf.Path) -> bool:
         prim = self.stage.GetPrimAtPath(path.GetPrimPath())

@@ -61,7 +61,7 @@ DIFFERENCES: tuple[Difference, ...] = (
         True,
         "in an update without a physics step nothing renders, or autotrigger sensors (tickRate 0) do",
     ),
-    Difference(keys.BARE_LIDAR_TICK_RATE, 10, "tickRate [Hz] of an OmniLidar prim that authors none"),
+    Difference(keys.BARE_LIDAR_TICK_RATE, 10, "tickRate [Hz] of a lidar prim that authors none"),
     Difference(
         keys.FRAMES_LATER,
         True,
