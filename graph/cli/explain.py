@@ -34,7 +34,7 @@ def run(args: argparse.Namespace) -> int:
     """Runs the command. Its first updates are really run, without casting rays."""
     from graph.session.open import open_session
 
-    from .explaining import explain
+    from .explanation import explain
 
     with _without_warnings():
         session = open_session(

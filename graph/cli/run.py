@@ -22,7 +22,7 @@ from graph.base.limits import check
 
 from .arguments import add_allow, add_skip_outside
 from .interrupts import between_updates
-from .playing import add_play_argument, open_sources, play_into, warn_unheard
+from .message_sources import add_play_argument, open_sources, play_into, warn_unheard
 from .printing import SafeFormatter, say, say_json, tell
 
 if TYPE_CHECKING:

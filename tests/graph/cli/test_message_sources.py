@@ -5,7 +5,7 @@ from fractions import Fraction
 import pytest
 
 from graph.base.errors import UserError
-from graph.cli.playing import open_sources, play_into, warn_unheard
+from graph.cli.message_sources import open_sources, play_into, warn_unheard
 from graph.files.played import load_played
 from graph.sim import App
 
