@@ -1,1 +1,1 @@
-"""What every room stands on: errors with their places, exact numbers, suggestions, short messages, memory limits."""
+"""The base of every other package: errors, exact numbers, suggestions, short messages, memory limits."""

@@ -1,4 +1,4 @@
-"""What can go wrong and who must act: the user's input, or the run itself."""
+"""The two kinds of error, and who must act: the user, who mends the input, or nobody, because the run itself failed."""
 
 from __future__ import annotations
 
@@ -10,7 +10,10 @@ from .shorten import brief
 
 @dataclass(frozen=True, order=True, slots=True)
 class Mark:
-    """A place in a file; line and column count from 1, or are 0 where there are none (a prim of a binary file)."""
+    """A place in a file.
+
+    Line and column count from 1; both are 0 where the file has no lines (a prim of a binary file).
+    """
 
     file: str
     line: int
@@ -22,12 +25,12 @@ class Mark:
 
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """One thing that is wrong: where (if it has a place), what, and what to do."""
+    """One mistake: where it is (if the place is known), what is wrong, and what to do."""
 
     message: str
     mark: Mark | None = None
     whole: bool = False
-    """Whether the message is shown whole however long it is, as one to be copied."""
+    """Whether a long message is shown in full, because the user is to copy it."""
 
     def __post_init__(self) -> None:
         if not self.whole:
@@ -38,7 +41,7 @@ class Problem:
 
 
 class UserError(Exception):
-    """The user's input is wrong; carries every problem found, one line each. The command exits 2."""
+    """The user's input is wrong; carries every problem found, one line each. The command exits with status 2."""
 
     def __init__(self, problems: str | Problem | Iterable[Problem]) -> None:
         if isinstance(problems, str):
@@ -50,12 +53,12 @@ class UserError(Exception):
 
 
 class RunError(Exception):
-    """The run failed: a node raised, the physics diverged. The command exits 1 and keeps what was recorded."""
+    """The run failed: a node raised, the physics diverged. The command exits with status 1 and keeps the recording."""
 
     def __init__(self, message: str = "") -> None:
         super().__init__(brief(message))
 
 
 def reason_of(error: BaseException) -> str:
-    """What the exception of a library says, on one line of at most 120 characters; its type where it says nothing."""
+    """A library's exception as one line of at most 120 characters; the name of its type if it has no text."""
     return " ".join(str(error).split())[:120] or type(error).__name__

@@ -11,9 +11,9 @@ NANOSECONDS = 1_000_000_000
 
 
 def rate(value: int | float | str | Fraction, *, stored_as_float32: bool = False) -> Fraction:
-    """The rate [Hz] a user meant: the shortest decimal that round-trips the stored type.
+    """The rate [Hz] that a user meant: the shortest decimal that round-trips the stored type.
 
-    29.97 gives 2997/100, also when it was stored as float32; text such as "60000/1001" is accepted.
+    29.97 gives 2997/100, also when it was stored as float32. Text such as "60000/1001" is accepted.
     Raises ValueError for anything that is not a finite number.
     """
     number = _number(value)
@@ -23,7 +23,7 @@ def rate(value: int | float | str | Fraction, *, stored_as_float32: bool = False
 
 
 def duration(value: int | float | str | Fraction) -> Fraction:
-    """A time step or duration [s]; floats are taken as the nearest fraction of denominator <= 10**9 (1/60 stays 1/60).
+    """A time step or duration [s]; a float becomes the nearest fraction with a denominator <= 10**9 (1/60 stays 1/60).
 
     Raises ValueError for anything that is not a finite number.
     """
@@ -32,12 +32,12 @@ def duration(value: int | float | str | Fraction) -> Fraction:
 
 
 def nanoseconds(seconds: Fraction) -> int:
-    """Seconds as a whole number of nanoseconds, ties to even."""
+    """Seconds as a whole number of nanoseconds; a tie goes to the even number."""
     return round(seconds * NANOSECONDS)
 
 
 def shortest(value: Fraction | int) -> str:
-    """An exact number as text: as a short decimal where that is exact, else as a fraction."""
+    """An exact number as text: a short decimal if the decimal is exact, else a fraction."""
     exact = Fraction(value)
     if exact.denominator == 1:
         return str(exact.numerator)
@@ -46,9 +46,9 @@ def shortest(value: Fraction | int) -> str:
 
 
 def count(value: int, what: str, least: int | None = None) -> int:
-    """A number of things: `value` as a whole number.
+    """A number of things, as a whole number.
 
-    Raises TypeError unless it is one, ValueError below `least`.
+    Raises TypeError unless `value` is a whole number, ValueError below `least`.
     """
     try:
         number = operator.index(value)
@@ -60,7 +60,7 @@ def count(value: int, what: str, least: int | None = None) -> int:
 
 
 def _number(value: int | float | str | Fraction) -> Fraction | float:
-    """A value that is exact, or text, as a fraction; a finite float as it is. Raises ValueError for anything else."""
+    """An exact value, a finite float or text, as a fraction without rounding. Raises ValueError for anything else."""
     if isinstance(value, bool):
         raise ValueError(f"{value!r} is not a number")
     if isinstance(value, (int, Fraction)):
@@ -77,7 +77,7 @@ def _number(value: int | float | str | Fraction) -> Fraction | float:
 
 
 def _parse(text: str) -> Fraction:
-    # A bound on the text also bounds the digits and the exponent that Fraction would expand ("1e999999999").
+    # Bounding the text also bounds the digits and the exponent that Fraction would expand ("1e999999999").
     try:
         if len(text) > 64 or ("e" in text.lower() and abs(int(text.lower().rsplit("e", 1)[1])) > 30):
             raise ValueError

@@ -11,7 +11,7 @@ from types import ModuleType
 
 
 class _Forwarding:
-    """Gives the present module under its old name."""
+    """Returns the present module when it is imported under its old name."""
 
     def __init__(self, moved: Mapping[str, str]) -> None:
         self.moved = moved
@@ -26,7 +26,7 @@ class _Forwarding:
         return present
 
     def exec_module(self, module: ModuleType) -> None:
-        """Leaves the module, which was executed under its present name, the spec of that name."""
+        """Restores the spec of the present module, which the import system would replace."""
         if module.__spec__ is not None:
             module.__spec__ = module.__spec__.loader_state
 

@@ -1,4 +1,4 @@
-"""Python's garbage collector while a large graph is made."""
+"""Pauses Python's garbage collector while a large graph is built."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 LARGE = 50_000
-"""Objects from which on what was made is spared the walk through the young generations."""
+"""Above this number of new objects, the built objects go straight to the oldest generation."""
 
 
 @contextmanager
 def collector_paused() -> Iterator[None]:
-    """Without the garbage collector, which would walk a large half-made graph again and again.
+    """Pauses the garbage collector, which would walk a large unfinished graph again and again.
 
-    Where much was made it counts as old afterwards: nearly all of it stays, so that walking it at once would be a
-    waste, too. Small makings stay young, so that what is soon dropped is soon freed.
+    If more than `LARGE` objects were made, they are moved to the oldest generation: nearly all of them stay, so walking
+    them now would be a waste. Fewer objects stay in the young generation and are freed soon if they are dropped.
     """
     enabled = gc.isenabled()
     gc.disable()
@@ -25,5 +25,5 @@ def collector_paused() -> Iterator[None]:
         if enabled:
             if gc.get_count()[0] > LARGE and gc.get_freeze_count() == 0:
                 gc.freeze()
-                gc.unfreeze()  # to the oldest generation
+                gc.unfreeze()  # moves everything to the oldest generation
             gc.enable()

@@ -1,7 +1,7 @@
 """How much a file may ask for: every bound by name, in one table.
 
-A file from a stranger may size loops and allocations. Each such size has a bound here, which is compared before the
-work begins; `--limit NAME=VALUE` (or `raised`) changes one for a run that needs more.
+An untrusted file can choose the size of loops and allocations. Each such size has a bound here and is checked before
+the work begins; `--limit NAME=VALUE` (or `raised`) changes one for a run that needs more.
 
     with limits.raised({"scene.triangles": 100_000_000}):
         app = App.from_file("city.yaml")
@@ -24,7 +24,7 @@ MIB = 2**20
 
 @dataclass(frozen=True, slots=True)
 class Limit:
-    """A bound: its value unless it is raised, in which unit, and what it bounds."""
+    """One bound: its default value, its unit, and what it limits."""
 
     default: int
     unit: str
@@ -64,22 +64,25 @@ def most(name: str) -> int:
 
 
 def allowed(name: str) -> str:
-    """What a message says of a limit: its value, its unit, and how to raise it."""
+    """The part of a message that states a limit: its value, its unit, and how to raise it."""
     return f"the limit is {most(name):,} {LIMITS[name].unit}; raise it with --limit {name}=N"
 
 
-class OverLimit(UserError, ValueError):  # noqa: N818  (it names what happened)
+class OverLimit(UserError, ValueError):  # noqa: N818  (named after what happened)
     """Something is larger than a limit; the message says what, the limit, and how to raise it."""
 
 
 def check(name: str, amount: float | Fraction, what: str) -> None:
-    """Raises OverLimit if there is more than the limit of `what`, which the message begins with."""
+    """Raises OverLimit if a count exceeds the limit named `what`; the message begins with that name."""
     if amount > most(name):
         raise OverLimit(f"{what}; {allowed(name)}")
 
 
 def checked(name: str, value: int | str) -> int:
-    """The value of a limit. Raises ValueError for an unknown name, or unless it is a whole number from 1 (1e9 too)."""
+    """A limit's value as an integer.
+
+    Raises ValueError for an unknown name or if it is not a whole number >= 1 (1e9 is one).
+    """
     if name not in LIMITS:
         near = did_you_mean(name, LIMITS) or f"; the limits are {', '.join(LIMITS)}"
         raise ValueError(f"there is no such limit{near}")
@@ -91,7 +94,7 @@ def checked(name: str, value: int | str) -> int:
 
 @contextmanager
 def raised(values: Mapping[str, int | str]) -> Iterator[None]:
-    """Changes limits for what runs inside. Raises ValueError as `checked` does."""
+    """Changes limits within a `with` block. Raises ValueError as `checked` does."""
     changed = {name: checked(name, value) for name, value in values.items()}
     token = _raised.set({**_raised.get(), **changed})
     try:

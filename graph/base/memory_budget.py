@@ -1,15 +1,15 @@
-"""How much memory the values of graphs may take: a graph file from a stranger must not fill the machine."""
+"""Limits the memory that the values of graphs take, so that an untrusted graph file cannot fill the machine."""
 
 from __future__ import annotations
 
 from . import limits
 
 SMALL = 2**12
-"""Values of up to so many bytes are not counted."""
+"""Values of at most this many bytes are not counted."""
 
 
 class Room:
-    """Counts the large values that nodes have made last."""
+    """Counts the bytes of the large values that nodes hold now."""
 
     def __init__(self, most: int | None = None) -> None:
         self.most = limits.most("graph.bytes") if most is None else most
@@ -17,9 +17,9 @@ class Room:
         self._total = 0
 
     def claim(self, owner: str, size: int) -> str | None:
-        """Notes that a node is about to hold `size` bytes in place of what it held; what is wrong if that is too much.
+        """Records that a node is about to hold `size` bytes instead of its last value.
 
-        What was noted before stays so then.
+        Returns an error message, and leaves the former record, if that is over the limit.
         """
         held = self._held.get(owner, 0)
         if size <= SMALL:

@@ -1,4 +1,4 @@
-"""Messages stay one line that a person can read, however long the names and lists in them are."""
+"""Keeps messages on one readable line, however long the names and lists in them are."""
 
 from __future__ import annotations
 
@@ -6,21 +6,21 @@ import re
 from collections.abc import Sequence
 
 SHORT = 400
-"""Characters of a message that is shown as it is."""
+"""Messages of at most this many characters are shown unchanged."""
 LONGEST = 1500
-"""Characters of the longest message."""
+"""Most characters of a message."""
 WORD = 80
-"""Characters that a quoted name or a single word keeps in a longer message."""
+"""Most characters of a quoted name or of a single word in a message longer than `SHORT`."""
 LISTED = 8
-"""Entries that a line names."""
+"""Most entries of a list in a message."""
 
 _PARTS = re.compile(rf"""\"[^"]*\"|(?<!\w)'[^']*'(?!\w)|\S{{{WORD + 1},}}""")
 _END = 300
-"""Characters kept of a message's end, which says what to do."""
+"""Characters kept at the end of a shortened message, because the end says what to do."""
 
 
 def brief(message: str) -> str:
-    """The message with its names shortened to their ends, and without its middle where that is not enough."""
+    """The message with long names shortened in the middle; if it is still too long, without its own middle."""
     if len(message) <= SHORT:
         return message
     message = _PARTS.sub(lambda found: _shortened(found[0], WORD, WORD // 4, "..."), message)
@@ -28,7 +28,7 @@ def brief(message: str) -> str:
 
 
 def listed(parts: Sequence[str], most: int = LISTED) -> str:
-    """The first parts, and how many more there are."""
+    """The first entries, and how many more there are."""
     more = f" and {len(parts) - most:,} more" if len(parts) > most else ""
     return ", ".join(parts[:most]) + more
 

@@ -1,4 +1,4 @@
-"""Helping after a typo."""
+"""Suggests the name that a misspelt one was probably meant to be."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ _FEW = 8
 
 
 def did_you_mean(name: str, known: Iterable[str], otherwise: str = "") -> str:
-    """The tail of an error message: `; did you mean "X"?`; with no close name `; OTHERWISE`, or nothing."""
+    """The tail of an error message: `; did you mean "X"?`. If no name is close: `; OTHERWISE`, or ""."""
     best = closest(name, known)
     return f'; did you mean "{best}"?' if best else f"; {otherwise}" if otherwise else ""
 
 
 def did_you_mean_id(name: str, known: Iterable[str]) -> str:
-    """The same for ids such as `omni.graph.nodes.Add`: names in one namespace are not close for sharing it."""
+    """As `did_you_mean`, for ids such as `omni.graph.nodes.Add`: a shared namespace does not make two ids similar."""
     best = closest(name, known)
     if not best or "." not in name:
         return f'; did you mean "{best}"?' if best else ""
@@ -30,14 +30,14 @@ def did_you_mean_id(name: str, known: Iterable[str]) -> str:
 
 
 def closest(name: str, known: Iterable[str], cutoff: float = 0.6) -> str | None:
-    """The known name that is closest, if any is close; `cutoff`: the least similarity, 0 to 1 (`difflib`)."""
+    """The most similar known name, or None; `cutoff`: the least similarity, 0 to 1 (`difflib`)."""
     return next(iter(nearest(name, known, 1, cutoff)), None)
 
 
 def nearest(name: str, known: Iterable[str], most: int, cutoff: float = 0.6) -> list[str]:
-    """The known names that are close, closest first; a name that differs in its case only is the one answer.
+    """The similar known names, most similar first. A name that differs only in case is the only answer.
 
-    Cheap enough for a file of a thousand mistakes: only the names that share most letter pairs are compared in full.
+    Fast enough for a file with a thousand mistakes: only the names that share most letter pairs are compared in full.
     """
     name = name[:200]
     folded = name.lower()
@@ -55,7 +55,7 @@ def nearest(name: str, known: Iterable[str], most: int, cutoff: float = 0.6) -> 
 
 
 def one_of(name: str, known: Sequence[str]) -> str:
-    """As `did_you_mean`; where no name is close, all of them if they are few."""
+    """As `did_you_mean`; if no name is close, lists all of them when they are few."""
     if near := did_you_mean(name, known):
         return near
     return f"; there {'is' if len(known) == 1 else 'are'} {', '.join(known)}" if 0 < len(known) <= _FEW else ""
@@ -63,6 +63,6 @@ def one_of(name: str, known: Sequence[str]) -> str:
 
 @lru_cache(maxsize=20_000)
 def _pairs(text: str) -> frozenset[str]:
-    """Neighbouring letters, the ends marked, so that short names share something too."""
+    """Pairs of neighbouring letters, with the ends marked, so that short names have pairs in common too."""
     marked = f"^{text[:200]}$"
     return frozenset(marked[i : i + 2] for i in range(len(marked) - 1))

@@ -1,20 +1,21 @@
-"""Which warnings are one and are only counted again: a rule that the engine's list and the world's list share."""
+"""Which warnings count as the same one. The warning lists of the engine and of the world share this rule."""
 
 from __future__ import annotations
 
 from collections.abc import Collection
 
 OWN_WORDS = ("node-warning", "node-error", "attribute-renamed", "attribute-removed")
-"""Codes of what a node's author says, and of a node's attributes; the code alone does not tell two of them apart."""
+"""Codes whose warnings carry the text of a node's author or name an attribute: the code alone does not tell them apart.
+"""
 
 MOST = 10
-"""How many things one node may say before the rest is counted as one, as where its words hold the time."""
+"""Most different texts of one node and code (a text may contain the time); further ones are counted together."""
 
 Key = tuple[str, str, str]
 
 
 def key_of(code: str, where: str, message: str, seen: Collection[Key]) -> Key:
-    """What a warning is counted under: code and place; for a node's own words what it says, too."""
+    """The key under which a warning is counted: code and place, and the text too for the codes of `OWN_WORDS`."""
     if code not in OWN_WORDS:
         return code, where, ""
     key = code, where, message

@@ -1,6 +1,6 @@
-"""Graph files: YAML or JSON text to a validated `FileSpec`, every problem with its file, line and column.
+"""Reads graph files: YAML or JSON text to a validated `FileSpec`; every problem has its file, line and column.
 
-The stages, one module each: bytes to text (`source`), text to a plain tree that knows its places (`yaml_text`,
+The stages, one module each: bytes to text (`source`), text to a plain tree with file positions (`yaml_text`,
 `json_text`, `tree`), tree to validated models (`model`, `messages`), models to the specification (`build`).
 """
 

@@ -1,4 +1,4 @@
-"""Validated models and their tree to a `FileSpec`; what the models alone cannot know is checked here."""
+"""Builds a `FileSpec` from validated models and their tree, and checks what the models alone cannot."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _MARKED_SECTIONS = ("scene", "clock", "settings", "fidelity", "record")
 
 
 class Builder:
-    """Builds the specification of one file and collects the problems found on the way."""
+    """Builds the specification of one file and collects the problems that it finds."""
 
     def __init__(
         self, source: Source, root: Map, problems: list[Problem], path: Path | None, folder: Path, allow: Sequence[Path]
@@ -32,7 +32,7 @@ class Builder:
         self.allow = allow
 
     def build(self, file: model.GraphFile) -> FileSpec:
-        """The specification of a validated file; its parts that are wrong are left out."""
+        """The specification of a validated file, without the parts that are wrong."""
         return FileSpec(
             path=self.path,
             folder=self.folder,
@@ -72,7 +72,7 @@ class Builder:
         return self._file(("scene", key), f"scene.{key}", text)
 
     def _prim(self, path: str, keys: Mapping[str, Any]) -> Mapping[str, Any]:
-        """The prim with its file names made absolute; a config without `.json` is a name, not a file."""
+        """The prim with absolute file names; a config without `.json` is a name, not a file."""
         resolved = dict(keys)
         for key in ("config", "reference"):
             text = keys.get(key)
@@ -106,7 +106,7 @@ class Builder:
                 f"clock: zero_delay needs physics_hz = loop_hz, found {both[0]} and {both[1]}; give one of them",
                 key=True,
             )
-            clock = clock.model_copy(update={"physics_hz": None})  # one mistake, one line
+            clock = clock.model_copy(update={"physics_hz": None})  # report one mistake once
         mark = self._key_mark("clock") if "clock" in self.root else None
         return ClockSpec(clock.physics_hz, clock.loop_hz, clock.experience, clock.parity, mark)
 
@@ -153,7 +153,9 @@ class Builder:
     def _values(
         self, node: str, written: Map | None, prefix: str, values: dict[str, Any], marks: dict[str, Mark]
     ) -> None:
-        """Adds set values by attribute name: inputs without a prefix, state attributes with `state:`."""
+        """Adds the values that the file sets, by attribute name: inputs without a prefix, state attributes with
+        `state:`.
+        """
         for key, value in (written or {}).items():
             at = written.places[key][0] if written else 0
             name = key.removeprefix(prefix)
@@ -189,7 +191,7 @@ class Builder:
                 yield ConnectionSpec(link.source, link.target, source.mark(place))
 
     def _text_start(self, text: str, at: int) -> int | None:
-        """Where a scalar's characters start, if the file holds them as they are (no escapes, no folding)."""
+        """The offset of a scalar's first character, if the file holds the text unchanged (no escapes, no folding)."""
         for start in (at, at + 1):
             if self.source.text.startswith(text, start):
                 return start

@@ -1,7 +1,7 @@
-"""Comments of a YAML graph file: each belongs to the key, or the connection, that it stands above or beside.
+"""Comments of a YAML graph file: each belongs to the key, or the connection, below it or on its line.
 
-Places are named by text: "" is the head of the file, the path of a graph or node stands for itself, `#clock` is a key
-of the file, `/World/G#variables/gain` one of a graph, `/World/G#a.x -> b.y` a connection, `#end` what follows all keys.
+Places are texts: "" is the head of the file; the path of a graph or node stands for itself; `#clock` is a key of the
+file, `/World/G#variables/gain` a key of a graph, `/World/G#a.x -> b.y` a connection, `#end` the end of the file.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ _COMMENT = re.compile(r"(?:(?<=\s)|^)#[^\r\n]*", re.MULTILINE)
 
 
 def comments_of(root: Map, text: str) -> dict[str, str]:
-    """Every comment by its place, without the `#`; several at one place are lines of one text."""
+    """Every comment by its place, without the `#`; several comments at one place are joined by newlines."""
     if "#" not in text:
         return {}
     starts = [0, *(found.end() for found in _LINE.finditer(text))]
@@ -47,7 +47,7 @@ def comments_of(root: Map, text: str) -> dict[str, str]:
 
 
 def place_of(at: Sequence[str]) -> str:
-    """The place of the key at a location, by the keys that lead to it."""
+    """The place of the key at a location; `location`: the keys that lead to it."""
     if at[0] != "graphs" or len(at) == 1:
         return "#" + "/".join(at)
     if len(at) == 4 and at[2] == "nodes":
@@ -65,7 +65,7 @@ def place_of_connection(graph: str, text: str) -> str:
 
 
 def _places(root: Map) -> Iterator[tuple[str, int]]:
-    """The places that are written on a line of their own, with their offsets."""
+    """The places that have a line of their own, with their offsets."""
     for key, value in root.items():
         yield place_of((key,)), root.places[key][0]
         if not isinstance(value, Map) or key not in ("graphs", "scene"):
@@ -89,7 +89,7 @@ def _places_of_graph(path: str, graph: Map) -> Iterator[tuple[str, int]]:
 
 
 def _comments(text: str) -> Iterator[tuple[int, str]]:
-    """Offset and text of every comment; a `#` inside a quoted or block scalar starts none."""
+    """Offset and text of every comment; a `#` inside a quoted or block scalar does not start one."""
     from ruamel.yaml import YAML
     from ruamel.yaml.events import ScalarEvent
 
@@ -106,7 +106,7 @@ def _comments(text: str) -> Iterator[tuple[int, str]]:
 
 
 def _next_content(lines: Sequence[str], line: int) -> int:
-    """The next line that holds more than a comment; the number of lines if there is none."""
+    """The next line with more than a comment; the number of lines if no such line follows."""
     while line < len(lines) and (not lines[line].strip() or lines[line].lstrip().startswith("#")):
         line += 1
     return line

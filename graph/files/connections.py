@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 from .text import quoted
 
-# An end is everything up to the last dot, the dot, and an attribute name that may carry name spaces.
+# An end is everything up to the last dot, the dot, and an attribute name that may contain namespaces.
 _END = r"[^\s\[\],.>][^\s\[\],>]*\.[^\s\[\],.>]+"
 _ONE = re.compile(rf"\s*({_END})\s*->\s*({_END})\s*")
 PATTERN = rf"^\s*{_END}\s*->\s*({_END}|\[\s*{_END}(\s*,\s*{_END})*\s*,?\s*\])\s*$"
-"""The same as a regular expression, for the JSON Schema."""
+"""The pattern of a connection, for the JSON Schema."""
 
 _END_ONLY = re.compile(_END)
 _FORM = 'write "node.output -> node.input", or "node.output -> [node.input, other.input]"'
@@ -27,7 +27,7 @@ class Link:
 
 
 def parse(text: str) -> list[Link]:
-    """The links of a connection, targets in order. Raises ValueError with a sentence for the user."""
+    """The links of a connection, targets in order. Raises ValueError with a message for the user."""
     if found := _ONE.fullmatch(text):
         return [Link(found[1], found[2], found.start(2))]
     arrows = text.count("->")

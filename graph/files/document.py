@@ -1,4 +1,4 @@
-"""A graph file as plain data: the keys of the format with dicts, lists, numbers and texts, ready to be written."""
+"""A graph file as plain data: the keys of the format, with dicts, lists, numbers and texts, ready to be written."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .tree import Map
 
 
 def parsed(path: Path, name: str) -> tuple[Map, str]:
-    """The tree of a YAML or JSON graph file, its values as they are written, and its text."""
+    """The tree of a YAML or JSON graph file, with values as written, and its text."""
     source = read(path, name)
     if file_format(name) == "json":
         parse = json_text.parse
@@ -31,7 +31,7 @@ def parsed(path: Path, name: str) -> tuple[Map, str]:
 
 
 def graph_document(graph: GraphSpec) -> dict[str, Any]:
-    """A graph as it stands below `graphs:`; what is the default is left out."""
+    """A graph as written below `graphs:`; values equal to the default are left out."""
     document: dict[str, Any] = {}
     if graph.evaluator != "execution":
         document["evaluator"] = graph.evaluator
@@ -65,7 +65,7 @@ def _node(node: NodeSpec) -> Any:
 
 
 def relocated(document: Mapping[str, Any], old: Path, new: Path) -> dict[str, Any]:
-    """The same with the files that it names relative to another folder."""
+    """The same document, with its file names relative to another folder."""
     if old.resolve() == new.resolve():
         return dict(document)
 
@@ -76,7 +76,7 @@ def relocated(document: Mapping[str, Any], old: Path, new: Path) -> dict[str, An
 
 
 def _with_files(document: Mapping[str, Any], moved: Callable[[Any], Any]) -> dict[str, Any]:
-    """The document with every file name in it replaced by what `moved` makes of it."""
+    """The document with `moved` applied to every file name in it."""
     scene = document.get("scene")
     if not isinstance(scene, Mapping):
         return dict(document)
@@ -90,7 +90,7 @@ def _with_files(document: Mapping[str, Any], moved: Callable[[Any], Any]) -> dic
 
 
 def named_files(document: Mapping[str, Any]) -> list[str]:
-    """The files that it names, as written, each once."""
+    """The file names in it, as written, each once."""
     found: dict[str, None] = {}
 
     def note(text: Any) -> Any:
@@ -114,7 +114,7 @@ def _prim(prim: Any, moved: Callable[[Any], Any]) -> Any:
 
 
 def simple(value: Any) -> Any:
-    """The value without subclasses and fractions, as the writers take it."""
+    """The value as plain Python types, without subclasses and fractions, as the writers need it."""
     if isinstance(value, Mapping):
         return {str(key): simple(item) for key, item in value.items()}
     if isinstance(value, list | tuple):

@@ -1,7 +1,7 @@
-"""JSON text to a tree with places.
+"""Parses JSON text to a tree with file positions.
 
-The grammar is the standard library's (RFC 8259 plus NaN and Infinity, which a node's input may hold); unlike it,
-repeated keys are problems, every value keeps its offset, and nesting needs no recursion.
+The grammar is the standard library's (RFC 8259 plus NaN and Infinity, which a node's input may hold). Unlike the
+standard library, repeated keys are problems, every value keeps its offset, and nesting needs no recursion.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from .tree import Map, Seq
 # The standard library's own scanner of strings, which typeshed leaves out.
 _scan_string: Callable[[str, int, bool], tuple[str, int]] = decoder.scanstring  # type: ignore[attr-defined]
 _SPACE = re.compile(r"[ \t\n\r]*")
-# Text without escapes, with all that may follow it: nearly every key and text, and many times faster so.
+# Text without escapes, and the punctuation that may follow it: nearly every key and text, read many times faster.
 _SIMPLE_KEY = re.compile(r'"([^"\\\x00-\x1f]*)"[ \t\n\r]*:[ \t\n\r]*').match
 _SIMPLE_VALUE = re.compile(r'"([^"\\\x00-\x1f]*)"[ \t\n\r]*').match
 _NUMBER = re.compile(r"-?(?:0|[1-9][0-9]*)(\.[0-9]+)?([eE][-+]?[0-9]+)?")
@@ -60,7 +60,7 @@ class _Reader:
         return root, start
 
     def _fill(self, root: Map | Seq, at: int) -> int:
-        """Reads the members of a container that has just been opened, and of all inside it."""
+        """Reads the members of a container that was just opened, and everything inside it."""
         text = self.text
         stack: list[Map | Seq] = []
         node: Map | Seq = root
@@ -110,7 +110,7 @@ class _Reader:
         return at
 
     def _key(self, at: int) -> tuple[str, int]:
-        """A key, and the offset of the value after its colon."""
+        """A key, and the offset of the value after the colon."""
         if simple := _SIMPLE_KEY(self.text, at):
             return simple[1], simple.end()
         if self.text[at : at + 1] != '"':

@@ -1,4 +1,4 @@
-"""Loading: from a path or a text to a `FileSpec`."""
+"""Loads graph files: from a path or a text to a `FileSpec`."""
 
 from __future__ import annotations
 
@@ -26,20 +26,20 @@ _USD = "graph.usd_files.reading"
 class Examined:
     """What could be read of a file, and everything that is wrong with it.
 
-    `spec` leaves out what is wrong (and the connections of left-out nodes), so that later stages can report what they
-    find in the rest; it is None if the text itself could not be parsed.
+    `spec` leaves out what is wrong (and the connections of left-out nodes), so that later stages can report mistakes in
+    the rest; it is None if the text itself could not be parsed.
     """
 
     spec: FileSpec | None
     problems: tuple[Problem, ...]
     layers: Any = None
-    """What keeps the layers of a USD file in memory: as long as it is held, opening the scene reads none again."""
+    """Keeps the layers of a USD file in memory, so that opening the scene does not read them again."""
 
 
 def load(path: str | Path, *, allow: Iterable[str | Path] = ()) -> FileSpec:
     """Reads a graph file (.yaml, .yml, .json, or a USD scene with OmniGraph prims: .usda, .usd, .usdc).
 
-    Files that it names must lie below its own folder or below one of `allow`. Raises UserError with every problem.
+    Files named in it must lie below its own folder or below one of `allow`. Raises UserError with every problem.
     """
     return _complete(examine(path, allow=allow))
 
@@ -47,29 +47,29 @@ def load(path: str | Path, *, allow: Iterable[str | Path] = ()) -> FileSpec:
 def loads(
     text: str | bytes, *, name: str = "<text>", folder: str | Path | None = None, allow: Iterable[str | Path] = ()
 ) -> FileSpec:
-    """Reads a graph file from its text; `name` stands in messages, and ends in `.json` if the text is JSON.
+    """Reads a graph file from its text. `name` is used in messages; it ends in `.json` if the text is JSON.
 
-    File names in it are relative to `folder` (default: the current one). Raises UserError with every problem.
+    File names in the text are relative to `folder` (default: the current one). Raises UserError with every problem.
     """
     folder = Path.cwd() if folder is None else Path(folder)
     return _complete(migrated(examine_text(text, name, folder, [Path(root) for root in allow])))
 
 
 def examine(path: str | Path, *, allow: Iterable[str | Path] = (), skip_outside: bool = False) -> Examined:
-    """Like `load`, but returns what is right beside what is wrong, for a command that reports several stages.
+    """Like `load`, but returns both the valid part and the problems, for a command that reports several stages.
 
-    skip_outside: what a USD file refers to outside these folders is left out with a note, not a problem.
+    skip_outside: files outside these folders that a USD file refers to are left out with a note instead of a problem.
     """
     name, roots = str(path), [Path(root) for root in allow]
     if is_usd(name) and Path(path).is_file():
-        # By name, as it is above this package: it knows the world's USD. It has brought old ids up to date itself.
+        # Imported by name, because it is above this package: it reads USD. It has upgraded old ids itself.
         found: Examined = import_module(_USD).examine(Path(path).absolute(), name, roots, skip_outside=skip_outside)
         return found
     return migrated(_examined(Path(path), name, roots))
 
 
 def migrated(examined: Examined) -> Examined:
-    """The same with old type ids and attributes brought up to date."""
+    """The same file with old type ids and attributes upgraded."""
     from graph.spec.migration import migrate
 
     return examined if examined.spec is None else replace(examined, spec=migrate(examined.spec))
@@ -80,13 +80,13 @@ def _examined(path: Path, name: str, allow: Sequence[Path]) -> Examined:
         source = read(path, name)
     except UserError as error:
         return Examined(None, error.problems)
-    # The folder of the file as named, not of what a link points to: its neighbours are what the user sees.
+    # The folder of the name as given, also for a symbolic link: its neighbours are the files that the user sees.
     path = path.absolute()
     return _examine(source, file_format(name) or "yaml", path, path.parent, allow)
 
 
 def examine_text(text: str | bytes, name: str, folder: Path, allow: Sequence[Path] = ()) -> Examined:
-    """Like `loads`, with what is right beside what is wrong; old ids stay as they are."""
+    """Like `loads`, but returns both the valid part and the problems; old ids stay as they are."""
     kind = file_format(name) or "yaml"
     try:
         source = decode(text, name, kind)
@@ -96,7 +96,7 @@ def examine_text(text: str | bytes, name: str, folder: Path, allow: Sequence[Pat
 
 
 def parse_value(text: str) -> Any:
-    """The value of a piece of YAML such as `1e3`, `[1, 2]` or `on`, as plain data. Raises UserError."""
+    """The value of a YAML text such as `1e3`, `[1, 2]` or `on`, as plain data. Raises UserError."""
     problems: list[Problem] = []
     source = Source("<value>", text)
     if not text.strip():
@@ -143,7 +143,7 @@ def _examine(source: Source, kind: str, path: Path | None, folder: Path, allow: 
 
 
 def _another_format(root: tree.Map) -> str | None:
-    """Why none of the keys can be judged: no graph file at all, or one of a newer format."""
+    """Why no key can be checked: the file is not a graph file at all, or has a newer format."""
     version = root.get("tickgraph")
     if "tickgraph" not in root and not any(key in model.GraphFile.model_fields for key in root):
         return 'this is not a graph file: there is no "tickgraph" key; a graph file starts with "tickgraph: 1"'
@@ -156,15 +156,15 @@ def _another_format(root: tree.Map) -> str | None:
 def _validated(
     source: Source, root: tree.Map, problems: list[Problem]
 ) -> tuple[model.GraphFile | None, tree.Map, list[tree.Location]]:
-    """The validated file; where parts are wrong, they are reported and the rest is validated without them."""
+    """The validated file; invalid parts are reported and left out, and the rest is validated without them."""
     dropped: list[tree.Location] = []
-    for _ in range(4):  # leaving a part out can leave its parent incomplete, but not for ever
+    for _ in range(4):  # leaving a part out can leave its parent incomplete; bounded
         try:
             return model.GraphFile.model_validate(root), root, dropped
         except ValidationError as error:
             errors = error.errors(include_url=False)
         if not dropped:
-            told = {problem.mark for problem in problems}  # a scalar that could not be read stands for nothing
+            told = {problem.mark for problem in problems}  # the value of an unreadable scalar is unknown
             problems += [one for one in messages.problems_of(errors, source, root) if one.mark not in told]
         locations = messages.locations_of(errors)
         dropped += locations
@@ -175,7 +175,7 @@ def _validated(
 
 
 def _without_followers(spec: FileSpec, dropped: Iterable[tree.Location]) -> FileSpec:
-    """The spec without connections to nodes that were left out: a second message about them would only mislead."""
+    """The spec without connections to nodes that were left out: a second message about them would mislead."""
     lost = {(location[1], location[3]) for location in dropped if len(location) == 4 and location[2] == "nodes"}
     if not lost:
         return spec

@@ -1,4 +1,4 @@
-"""Errors of the models as problems: where in the file, what is wrong, what to do."""
+"""Turns errors of the models into problems: where in the file, what is wrong, what to do."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def problems_of(errors: Iterable[ErrorDetails], source: Source, root: Map) -> li
 
 
 def _only_misspelt(error: ErrorDetails, unknown: Mapping[Location, Sequence[str]]) -> bool:
-    """Whether a missing key stands there with a typing error: that is one mistake, not two."""
+    """Whether a missing key is present with a typing error: that is one mistake, not two."""
     if error["type"] != "missing":
         return False
     *parent, name = error["loc"]
@@ -48,7 +48,7 @@ def _only_misspelt(error: ErrorDetails, unknown: Mapping[Location, Sequence[str]
 
 
 def locations_of(errors: Iterable[ErrorDetails]) -> list[Location]:
-    """What must go so that the rest of the tree is valid: the value of each error, or the parent of a missing one."""
+    """What must be left out to make the tree valid: the value of each error, or the parent of a missing value."""
     return [error["loc"][:-1] if error["type"] == "missing" else _tree_location(error["loc"])[0] for error in errors]
 
 
@@ -73,7 +73,7 @@ def _problem(error: ErrorDetails, root: Map) -> tuple[int, str]:
     if kind == "string_too_short":
         return at, f"{name} is empty; give it a value"
     wanted = _WANTED.get(kind)
-    if wanted is None:  # a kind of error that the models cannot give today
+    if wanted is None:  # a kind of error that the models do not produce today
         return at, f"{name}: {error['msg']}"
     return at, f"{name} must be {wanted}, found {described(value)}"
 

@@ -1,7 +1,7 @@
-"""The format of graph files as pydantic models: what `graph schema` prints and what files are validated against.
+"""The format of graph files as pydantic models; `graph schema` prints them and files are validated against them.
 
-Only the file's own form is known here. Node types and their attributes are checked when the graph is compiled, inline
-prims and fidelity values when the scene is built; both name the same places.
+The models know only the form of the file. Node types and their attributes are checked when the graph is compiled,
+inline prims and fidelity values when the scene is built; those checks report the same places.
 """
 
 from __future__ import annotations
@@ -24,18 +24,18 @@ from .text import described, quoted
 VERSION = 1
 _ATTRIBUTE = re.compile(r"[^\s.\[\],>]+")
 HIGHEST_RATE = 10**9
-"""Hertz; the stamps are whole nanoseconds."""
+"""Largest rate [Hz]; stamps are whole nanoseconds."""
 LONGEST_DURATION = 10**9
-"""Seconds, about 32 years."""
+"""Longest duration [s], about 32 years."""
 
 
 def problem(message: str) -> PydanticCustomError:
-    """An error of a validator whose text is shown as it is."""
+    """An error of a validator; its text is shown unchanged."""
     return PydanticCustomError("tickgraph", "{text}", {"text": message})
 
 
 def _whole(value: Any) -> Any:
-    if type(value) is not int:  # true and 1.0 are equal to 1, and no version
+    if type(value) is not int:  # true and 1.0 equal 1 in Python, but are not versions
         raise problem("must be a whole number")
     return value
 
@@ -49,7 +49,7 @@ def _duration(value: Any) -> Fraction:
 
 
 def _positive(value: Any, convert: Callable[[int | float | str], Fraction], limit: int, meaning: str) -> Fraction:
-    """An exact number above 0 and at most `limit`; `meaning` says in messages what it should be."""
+    """An exact number above 0 and at most `limit`; `meaning` describes it in messages."""
     if isinstance(value, bool) or not isinstance(value, (int, float, str)):
         raise problem(f"must be {meaning}, found {described(value)}")
     try:
@@ -87,7 +87,7 @@ def _attribute_type(value: Any) -> str:
 
 
 def _node_name(name: str) -> str:
-    """A name; or, for a node inside a compound, names parted by `/`."""
+    """A node name; for a node inside a compound, names joined by `/`."""
     for part in name.split("/"):
         _identifier(part)
     return name
@@ -131,7 +131,7 @@ def _knob(value: Any) -> Any:
 
 
 def _empty_if_null(value: Any) -> Any:
-    """An entry without a value (`/World/G:` and nothing below it) is an empty one."""
+    """An entry without a value (`/World/G:` with nothing below it) counts as an empty one."""
     return {} if value is None else value
 
 
@@ -168,7 +168,7 @@ Connection = Annotated[str, Field(json_schema_extra={"pattern": PATTERN})]
 
 
 def _null_allowed(schema: dict[str, Any]) -> None:
-    """Says in the JSON Schema what `_Part` does with null, and drops pydantic's titles, which only repeat the names."""
+    """Says in the JSON Schema that `_Part` accepts null; drops pydantic's titles, which only repeat the names."""
     schema.pop("title", None)
     required = schema.get("required", ())
     for name, field in schema["properties"].items():
@@ -185,7 +185,7 @@ class _Part(BaseModel):
     @model_validator(mode="before")
     @classmethod
     def _without_nulls(cls, value: Any) -> Any:
-        """A known key without a value (`graphs:` and nothing below it) is the same as no key."""
+        """A known key without a value (`graphs:` with nothing below it) counts as absent."""
         if isinstance(value, dict) and None in value.values():
             return {key: item for key, item in value.items() if item is not None or key not in cls.model_fields}
         return value

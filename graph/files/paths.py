@@ -1,4 +1,4 @@
-"""Files that a graph file names: they lie below its folder, or below a folder that the user allowed."""
+"""Checks the files that a graph file names: they must lie below its folder, or below a folder that the user allowed."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from graph.base.suggest import did_you_mean
 from .text import quoted
 
 REPORT = "report.json"
-"""What `graph run --out` writes besides the recording."""
+"""The file that `graph run --out` writes beside the recording."""
 
 _LONGEST_NAME = 255
 _LONGEST_PATH = 1000
@@ -22,7 +22,7 @@ _URL = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+:")
 def confined(text: str, folder: Path, allow: Sequence[Path] = ()) -> Path:
     """The absolute path, symbolic links resolved, of an existing file that a graph file in `folder` names.
 
-    Raises ValueError, with a sentence for the user, for a missing file and for one outside `folder` and `allow`.
+    Raises ValueError, with a message for the user, for a missing file and for a file outside `folder` and `allow`.
     """
     if _URL.match(text):
         raise ValueError(f"{quoted(text)} is a URL; only files below the graph file's folder are read")
@@ -41,7 +41,7 @@ def confined(text: str, folder: Path, allow: Sequence[Path] = ()) -> Path:
 
 
 def output_name(text: str) -> str:
-    """The name of a file to write below the output folder. Raises ValueError for one that could leave it."""
+    """The name of a file to write below the output folder. Raises ValueError for a name that leads out of it."""
     path = Path(text)
     if not path.name or "\0" in text or text.endswith("/"):
         raise ValueError(f"{quoted(text)} is not a file name")
@@ -61,7 +61,7 @@ def _resolved(text: str, folder: Path) -> Path:
         raise ValueError(f"{quoted(text)} is not a file name")
     try:
         return (folder / text).resolve()
-    except (OSError, RuntimeError, ValueError) as error:  # too long a name, a loop of links
+    except (OSError, RuntimeError, ValueError) as error:  # the name is too long, or links form a loop
         raise ValueError(f"{quoted(text)} is not a usable file name") from error
 
 

@@ -3,8 +3,8 @@
     - {at: 0.5, topic: /cmd_vel, type: geometry_msgs/msg/Twist, message: {linear: {x: 0.2}}}
     - {at: 2, topic: /cmd_vel, message: {}}
 
-`at`: seconds of simulation time (1/3 is exact); `type`: needed at the first message of a topic; `message`: its fields
-by name, those left out zero or empty.
+`at`: seconds of simulation time (1/3 is exact); `type`: required at the first message of a topic; `message`: fields by
+name; missing fields are zero or empty.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class Played:
 
 
 def is_played_text(path: str | Path) -> bool:
-    """Whether a file's name is that of messages written as text."""
+    """Whether a file name is that of a text file of messages."""
     name = str(path)
     return file_format(name) is not None or name.lower().endswith(_LINES)
 
@@ -68,7 +68,7 @@ def load_played(path: str | Path) -> list[Played]:
 
 
 def _entries(source: Source, name: str, problems: list[Problem]) -> Iterator[tuple[Any, int, int]]:
-    """(entry, its offset as its text counts, what to add to all offsets inside it)."""
+    """Yields (entry, its offset in its own text, what to add to the offsets inside it)."""
     if name.lower().endswith(_LINES):
         yield from _lines(source, problems)
         return
@@ -108,7 +108,7 @@ def _moved(mark: Mark | None, line: int) -> Mark | None:
 def _read(
     entry: Any, at: int, source: Source, place: int, types: dict[str, str], problems: list[Problem]
 ) -> Played | None:
-    """One entry; None, and its problems noted, where it is wrong."""
+    """One entry; None if it is wrong, after adding its problems."""
     before = len(problems)
 
     def wrong(key: str, message: str, *, name: bool = False) -> None:

@@ -1,4 +1,4 @@
-"""JSON Schema of an inline prim: what an editor completes; the world checks the values when it authors the prim."""
+"""The JSON Schema of an inline prim, for completion in an editor; the values are checked when the prim is authored."""
 
 from __future__ import annotations
 

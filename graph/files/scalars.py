@@ -1,6 +1,7 @@
-"""What a plain scalar means: the core schema of YAML 1.2 (section 10.3.2), and no more.
+"""The value of a plain scalar: the core schema of YAML 1.2 (section 10.3.2), and no more.
 
-`on`, `yes`, `0777` as octal, `1_000` and `12:30:00` are YAML 1.1; here they are text, or the decimal number they show.
+`on`, `yes`, `0777` as octal, `1_000` and `12:30:00` have a special meaning in YAML 1.1; here they are text, or the
+decimal number as written.
 """
 
 from __future__ import annotations
@@ -18,16 +19,16 @@ _WORDS: dict[str, Scalar] = {
     **{sign + word: math.inf for sign in ("", "+") for word in (".inf", ".Inf", ".INF")},
     **dict.fromkeys(("-.inf", "-.Inf", "-.INF"), -math.inf),
 }
-# Every number and every special word starts with one of these; all other text is settled by its first character.
+# Every number and every special word starts with one of these; any other first character means text.
 _MAY_BE_SPECIAL = frozenset("0123456789+-.~ntfNTF")
 _NUMBER = re.compile(
     r"(?P<int>[-+]?[0-9]+)|(?P<oct>0o[0-7]+)|(?P<hex>0x[0-9a-fA-F]+)"
     r"|(?P<float>[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?)"
 )
 DIGITS_LIMIT = 400
-"""Characters of the longest number; a double has at most 309 digits before its point."""
+"""Most characters of a number; a double has at most 309 digits before its point."""
 STAND_IN = 1
-"""What stands for a number that could not be read: accepted downstream so that each mistake is reported once."""
+"""The value of a number that could not be read. Later stages accept it, so that each mistake is reported once."""
 
 
 def resolve(text: str) -> Scalar:

@@ -1,4 +1,4 @@
-"""JSON Schema of the file format, for editors: made from the models that check files, and from what is registered."""
+"""The JSON Schema of the file format, for editors: made from the models that check files, and from the registries."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ def json_schema(
 ) -> JsonSchema:
     """The schema (draft 2020-12) of graph files.
 
-    With node types an editor completes types and their inputs; `knobs` and `settings` are the schemas of known keys of
-    those sections. Third-party types, and settings that are not listed, stay legal.
+    With node types given, an editor completes types and their inputs; `knobs` and `settings` are the schemas of the
+    known keys of those sections. Third-party types, and settings that are not listed, stay legal.
     """
     schema = {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
@@ -101,7 +101,7 @@ def _attribute(attribute: Attribute) -> JsonSchema:
 
 
 def _value(attribute: Attribute) -> JsonSchema:
-    """What a value may be where that is simple; matrices and open types are left to the compiler."""
+    """The allowed values, for simple types; matrices and open types are left to the compiler."""
     match attribute.type:
         case "bool":
             return {"type": "boolean"}
@@ -130,5 +130,5 @@ def _scalar(storage: str) -> JsonSchema:
 
 
 def _choices(attribute: Attribute) -> list[str]:
-    """The tokens that a file may write; the default is one of them though it may stand for no choice."""
+    """The tokens that a file may write, with the default added if it is not one of the choices."""
     return list(dict.fromkeys([*attribute.allowed_tokens, str(attribute.initial)]))

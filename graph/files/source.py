@@ -1,4 +1,4 @@
-"""The text of a graph file and the way back from an offset in it to line and column."""
+"""The text of a graph file, and line and column of an offset in it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from graph.base.errors import Mark, Problem, UserError
 from graph.base.suggest import did_you_mean
 
 DEPTH_LIMIT = 100
-"""Mappings and lists that may lie inside one another."""
+"""Most mappings and lists inside one another."""
 
 _USD_SUFFIXES = {".usd", ".usda", ".usdc", ".usdz"}
 _SUFFIXES = {".yaml": "yaml", ".yml": "yaml", ".json": "json"}
@@ -27,7 +27,7 @@ _OTHER_ENCODINGS = (
 
 
 class Source:
-    """A named text. Offsets count characters from 0; marks count lines and columns from 1."""
+    """A text with a name. Offsets count characters from 0; marks count lines and columns from 1."""
 
     def __init__(self, name: str, text: str) -> None:
         self.name = name
@@ -38,28 +38,28 @@ class Source:
         return [0, *(found.end() for found in _LINE_BREAK.finditer(self.text))]
 
     def mark(self, offset: int) -> Mark:
-        """The place of a character."""
+        """The mark of an offset."""
         starts = self._line_starts
         line = bisect_right(starts, offset)
         return Mark(self.name, line, offset - starts[line - 1] + 1)
 
     def problem(self, offset: int, message: str) -> Problem:
-        """A problem at a character."""
+        """A problem at an offset."""
         return Problem(message, self.mark(offset))
 
 
 def file_format(name: str) -> str | None:
-    """The format that a file's name announces: "yaml" or "json"; None for any other name."""
+    """The format that a file's extension means: "yaml" or "json"; None for any other extension."""
     return _SUFFIXES.get(Path(name).suffix.lower())
 
 
 def is_usd(name: str) -> bool:
-    """Whether a file's name is that of a USD scene that may hold graphs."""
+    """Whether a file's extension is that of USD."""
     return Path(name).suffix.lower() in _USD_SUFFIXES
 
 
 def read(path: Path, name: str) -> Source:
-    """Reads a graph file from disk; raises UserError for what is not a readable text of a sensible size."""
+    """Reads a graph file from disk. Raises UserError if it is not readable text or too large."""
     kind = file_format(path.name)
     try:
         if path.is_dir():
@@ -113,7 +113,7 @@ def _no_graph_file(path: Path) -> str:
 
 
 def _near(path: Path) -> str:
-    """A question about the closest existing name in the same folder, or nothing."""
+    """A "did you mean" with the closest existing name in the same folder, or ""."""
     try:
         return did_you_mean(path.name, sorted(entry.name for entry in path.parent.iterdir()))
     except OSError:

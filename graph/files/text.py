@@ -1,4 +1,4 @@
-"""Words for messages: how user text, values and suggestions are shown."""
+"""How messages show user text, values and suggestions."""
 
 from __future__ import annotations
 
@@ -11,23 +11,23 @@ _SHOWN = 60
 
 
 def is_unicode(text: str) -> bool:
-    """Whether the text can be written as UTF-8: an escape such as `\\ud800` makes half a character."""
+    """Whether the text can be written as UTF-8; an escape such as `\ud800` makes half a character."""
     return text.isascii() or not any("\ud800" <= character <= "\udfff" for character in text)
 
 
 def shown(text: str) -> str:
-    """Text from a file on one line, shortened, with nothing a terminal would obey."""
+    """Text from a file on one line, shortened, without control characters that a terminal would obey."""
     short = text if len(text) <= _SHOWN else f"{text[: _SHOWN - 3]}..."
     return "".join(c if c.isprintable() else f"\\u{ord(c):04x}" for c in short)
 
 
 def quoted(text: str) -> str:
-    """The same in double quotes."""
+    """As `shown`, in double quotes."""
     return f'"{shown(text)}"'
 
 
 def described(value: Any) -> str:
-    """What a value is, in words: `a list`, `number 5`, `text "abc"`, `nothing`."""
+    """A value in words: `a list`, `number 5`, `text "abc"`, `nothing`."""
     if value is None:
         return "nothing"
     if isinstance(value, bool):

@@ -1,4 +1,4 @@
-"""Plain data that knows where it was written: dicts and lists with the offsets of their parts."""
+"""Plain data with file positions: dicts and lists that hold the offsets of their parts."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Map(dict[str, Any]):
         self.places: dict[str, tuple[int, int]] = {}
 
     def add(self, key: str, key_at: int, value: Any, value_at: int) -> None:
-        """Appends a key that is not there yet."""
+        """Appends a new key."""
         self[key] = value
         self.places[key] = (key_at, value_at)
 
@@ -41,7 +41,9 @@ class Seq(list[Any]):
 
 
 def offset(root: Map, location: Sequence[str | int], *, key: bool = False) -> int:
-    """Where the value at a location starts, or with `key` its key; where a part is missing, its nearest parent."""
+    """The offset of the value at a location, or of its key with `key`; if a part is missing, that of its nearest
+    parent.
+    """
     node: Any = root
     at = root.at
     for part in location:
@@ -57,7 +59,7 @@ def offset(root: Map, location: Sequence[str | int], *, key: bool = False) -> in
 
 
 def value_at(root: Any, location: Sequence[str | int]) -> Any:
-    """The value at a location; None where a part is missing."""
+    """The value at a location; None if a part of the path is missing."""
     for part in location:
         if isinstance(root, list) and isinstance(part, int) and part < len(root):
             root = root[part]
@@ -69,7 +71,7 @@ def value_at(root: Any, location: Sequence[str | int]) -> Any:
 
 
 def without(node: Any, locations: Iterable[Location]) -> Any:
-    """A copy of a tree without the values at some locations (a location that does not exist takes its parent along)."""
+    """A copy of a tree without the values at some locations; a missing location removes its parent."""
     first: dict[str | int, list[Location]] = {}
     for location in locations:
         if location:

@@ -1,7 +1,7 @@
-"""Documents as YAML and JSON text that reads back as the same file.
+"""Writes documents as YAML and JSON text that reads back as the same file.
 
-The YAML is plain: block mappings down to nodes and prims, values in flow style on one line, texts quoted only where
-they would be read as something else, comments above what they are about.
+The YAML is plain: block mappings down to nodes and prims, values in flow style on one line, quotes only where a text
+would be read as something else, comments above the key they belong to.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ _NODE_LISTS = ("variables", "nodes", "connections")
 
 
 def json_document(document: Mapping[str, Any]) -> str:
-    """The document as JSON text; not-a-number and infinities as `NaN` and `Infinity`, which our loader reads."""
+    """The document as JSON text, with NaN and infinities as `NaN` and `Infinity`, which our loader reads."""
     return json.dumps(document, indent=2, ensure_ascii=False) + "\n"
 
 
 def yaml_document(document: Mapping[str, Any], comments: Mapping[str, str] | None = None) -> str:
     """The document as YAML text.
 
-    comments: text by place (see `comments`); what has no place in the document any more stands at the end.
+    comments: text by place (see `comments`); comments whose place is not in the document are written at the end.
     """
     rest = dict(comments or {})
     lines = [*_comment(rest.pop("", ""), 0), *_block(document, (), rest)]
@@ -39,7 +39,7 @@ def yaml_document(document: Mapping[str, Any], comments: Mapping[str, str] | Non
 
 
 def _block(mapping: Mapping[str, Any], at: tuple[str, ...], comments: dict[str, str]) -> Iterator[str]:
-    """The lines of a mapping; comments that are written leave `comments`."""
+    """The lines of a mapping; removes the comments that it writes from `comments`."""
     indent = "  " * len(at)
     for key, value in mapping.items():
         here = (*at, key)
@@ -59,7 +59,7 @@ def _block(mapping: Mapping[str, Any], at: tuple[str, ...], comments: dict[str, 
 
 
 def _is_block(at: tuple[str, ...]) -> bool:
-    """Whether the mapping there is written with a line for each key."""
+    """Whether the mapping at a location is written with a line for each key."""
     if at in _BLOCKS:
         return True
     return at[0] == "graphs" and (len(at) == 2 or (len(at) == 3 and at[2] in _NODE_LISTS))

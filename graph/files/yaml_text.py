@@ -1,7 +1,7 @@
-"""YAML 1.2 text to a tree with places.
+"""Parses YAML 1.2 text to a tree with file positions.
 
-ruamel.yaml supplies the events; what they mean is decided here: scalars by `scalars`, keys are always text, repeated
-keys, foreign tags and merge keys are problems, aliases share their value as long as the whole stays small.
+ruamel.yaml supplies the events; their meaning is decided here: `scalars` reads scalars; keys are always text; repeated
+keys, foreign tags and merge keys are problems; aliases share their value, up to a total size.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from .text import is_unicode, quoted
 from .tree import Map, Seq
 
 ALIASED_LIMIT = 100_000
-"""Values that all aliases of a file together may stand for (the guard against alias bombs)."""
+"""Most values that all aliases of a file together may stand for (protects against alias bombs)."""
 
 _CORE = "tag:yaml.org,2002:"
 _SCALAR_KINDS: dict[str, tuple[type, ...]] = {
@@ -40,11 +40,14 @@ _SCALAR_KINDS: dict[str, tuple[type, ...]] = {
 }
 _NO_KEY = object()
 
-Event = Any  # ruamel declares none of the attributes of its events
+Event = Any  # ruamel declares no attributes of its events
 
 
 def parse(source: Source, problems: list[Problem]) -> tuple[Any, int]:
-    """The tree of a YAML text and its offset; broken syntax raises UserError, all else is added to `problems`."""
+    """The tree of a YAML text and its offset.
+
+    Broken syntax raises UserError; all other problems are added to `problems`.
+    """
     return _Composer(source, problems).document()
 
 
@@ -59,7 +62,7 @@ def _events(source: Source) -> Iterator[Event]:
 
 
 class _Open:
-    """A container that is being filled, with the key that waits for its value and the number of values inside."""
+    """An open container, the key that waits for its value, and the number of values inside."""
 
     __slots__ = ("anchor", "key", "key_at", "node", "size")
 
@@ -126,7 +129,7 @@ class _Composer:
         self._take(done.node, done.node.at, done.size, done.anchor)
 
     def _take(self, value: Any, at: int, size: int, anchor: str | None) -> None:
-        """Puts a finished value where it belongs; `size` counts the values in it."""
+        """Puts a finished value into its container; `size` counts the values in it."""
         if anchor is not None:
             self.anchors[anchor] = (value, size)
         if not self.stack:
@@ -176,7 +179,7 @@ class _Composer:
         return value
 
     def _place(self, event: Event) -> int:
-        """Where a scalar starts; a value of no characters is at its key, as what comes next may be lines below."""
+        """The offset of a scalar; an empty value is placed at its key, because the next text may be lines below."""
         parent = self.stack[-1] if self.stack else None
         if event.start_mark.index == event.end_mark.index and parent is not None and parent.key is not _NO_KEY:
             return parent.key_at

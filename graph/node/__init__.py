@@ -1,8 +1,8 @@
-"""What a node is: its declaration, the registry of types, the database and context that its compute sees.
+"""Node types: declaration, registry, and the database and context that a compute function gets.
 
     from graph.node import Attribute, Database, node_type
 
-Names are imported when first used.
+Names are imported at their first use.
 """
 
 from __future__ import annotations

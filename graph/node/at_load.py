@@ -1,4 +1,4 @@
-"""What the `check` of a node type sees of a node when a graph file is opened, before anything runs."""
+"""What the `check` function of a node type gets when a graph file is opened, before anything runs."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class NodeAtLoad:
-    """A compiled node, the stage it will run over, and what the file says of it."""
+    """A compiled node, the stage it will run on, and what the file says about it."""
 
     db: Database
-    """Its inputs as they start, and what is connected."""
+    """The node's database: the initial values of its inputs, and what is connected."""
     stage: Usd.Stage
     given: tuple[str, ...]
-    """The inputs that the file gives a value and nothing is connected to; empty for a node that is not `enabled`."""
+    """The unconnected inputs to which the file gives a value; empty for a node that is not `enabled`."""
     sensors: tuple[str, ...]
-    """Paths of the prims behind the render product that is connected to it, as far as the file says which."""
+    """Paths of the prims of the connected render product, as far as the file determines them."""
     parity: str
     """The profile, `documented` or `isaacsim-6.0.1`."""

@@ -1,4 +1,4 @@
-"""What the nodes of one evaluation may know about time and world, and where their warnings go."""
+"""What the nodes of one evaluation can read about time and the world, and where their warnings go."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(slots=True)
 class Warned:
-    """One warning, however often it came: a stable code, the node or prim it is about, the first message."""
+    """One warning and how often it came: a stable code, the node or prim it is about, the first message."""
 
     code: str
     where: str
@@ -28,13 +28,13 @@ class Warned:
 
 
 class WarningLog:
-    """Collects warnings, one entry for each code and place (and, of a node's own words, for each message)."""
+    """Collects warnings, one entry for each code and place (and for each text that a node's author wrote)."""
 
     def __init__(self) -> None:
         self._entries: dict[Key, Warned] = {}
 
     def __call__(self, code: str, where: str, message: str) -> None:
-        """Notes a warning, or counts it again."""
+        """Adds a warning, or counts it again."""
         key = key_of(code, where, message, self._entries)
         known = self._entries.get(key)
         if known is None:
@@ -50,23 +50,25 @@ class WarningLog:
 
 
 Warn = Callable[[str, str, str], None]
-"""Takes code, where and message."""
+"""Takes a code, a place and a message."""
 
 Scripts = Literal["refuse", "skip", "run"]
-"""What a node does that would run code of its graph file: fail, nothing, or run it."""
+"""What happens to a node that would run code of its graph file: it fails, does nothing, or runs the code."""
 
 
 @dataclass(slots=True)
 class Context:
-    """Time and world as one evaluation sees them. Seconds are floats for nodes; the exact values stand beside them.
+    """Time and world as one evaluation sees them. Seconds are floats, for nodes; the exact values are fields as well.
 
-    delta: what the timeline moved in this update; loop_delta: how long the update was meant to last;
-    exact_time: timeline time; since_start: loop time since the app started, playing or not; absolute: simulation time
-    that a stop does not reset; frames_per_second: time codes per second; update: index of the app update; events: what
-    nodes and scripts send each other; room: what their large values may take.
-    warn: takes code, where and message of a warning. scripts: what a node does that would run code of the graph file:
-    fail, nothing, or run it (see `graph.evaluate.script_permission`). closing: whether the App is about to close.
-    frame_time: the time, on the renderer's clock, of the frame whose post-render graphs are evaluated; None in others.
+    delta: how far the timeline moved in this update; loop_delta: planned length of the update; exact_time: timeline
+    time; since_start: loop time since the app started, playing or not; absolute: simulation time that a stop does not
+    reset; frames_per_second: time codes per second; update: index of the app update; events: the queue of events
+    between nodes and scripts; room: the memory budget of large values.
+
+    warn: takes code, place and message of a warning. scripts: what happens to a node that would run code of the graph
+    file: it fails, does nothing, or runs it (see `graph.evaluate.script_permission`). closing: whether the App is about
+    to close. frame_time: the time, on the renderer's clock, of the frame whose post-render graphs are evaluated; None
+    in other graphs.
     """
 
     app: App | None = None
@@ -87,12 +89,12 @@ class Context:
 
     @classmethod
     def standalone(cls, loop_hz: float | str | Fraction = 60) -> Context:
-        """A context without a world that is playing; `advance` is its clock, one update of 1/loop_hz at a time."""
+        """A context without an App, always playing; `advance` moves its clock by one update of 1/loop_hz."""
         step = 1 / exact.rate(loop_hz)
         return cls(is_playing=True, delta=step, loop_delta=step, update=-1)
 
     def advance(self) -> None:
-        """Goes to the next update of a standalone context; the first one ends at 1/loop_hz."""
+        """Moves a standalone context to its next update; the first one ends at 1/loop_hz."""
         self.update += 1
         self.since_start += self.loop_delta
         if self.is_playing:
@@ -100,7 +102,10 @@ class Context:
             self.absolute += self.delta
 
     def follow(self, app: App) -> None:
-        """Takes the values of an App's present update; call it in each before its graphs, and in each of its steps."""
+        """Takes the values of an App's present update.
+
+        Call it in each update before its graphs, and in each of its steps.
+        """
         timeline = app.timeline
         loop_time = app.loop_time
         self.is_playing = timeline.is_playing()
@@ -115,7 +120,7 @@ class Context:
 
     @property
     def delta_seconds(self) -> float:
-        """Length of this update [s], playing or not; what the timeline moved is `delta`."""
+        """Length of this update [s], playing or not; `delta` is how far the timeline moved."""
         return float(self.loop_delta)
 
     @property

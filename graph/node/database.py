@@ -1,4 +1,4 @@
-"""What a `compute` function sees of its node: attributes, memory, control flow, world."""
+"""The database: a compute function's view of its node's attributes, memory, control flow and world."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ if TYPE_CHECKING:
     from .declaration import NodeType
     from .variables import Variables
 
-# What made a node compute, when it was no execution input.
+# Why a node computes, if no execution input triggered it.
 STARTED: Any = None
-"""The evaluation itself: an event node, a sleeping node, a data node."""
+"""The evaluation itself started it: an event node, a sleeping node, a data node."""
 RETURNED: Any = False
 """The walk came back after `fire_and_return`."""
 RETURN: Any = None
-"""Stands behind an output in the list of fired ones: come back to the node after it."""
+"""Follows an output in the list of fired outputs: come back to this node afterwards."""
 
 
 class OwnGraph(Protocol):
-    """What a compute may know of the graph that its node is in."""
+    """What a compute function can ask of the graph of its node."""
 
     @property
     def path(self) -> str:
@@ -43,25 +43,25 @@ class OwnGraph(Protocol):
 
     @property
     def target(self) -> str:
-        """The prim that has this instance, else the graph's path."""
+        """The prim of this graph instance, else the graph's path."""
 
     @property
     def pipeline_stage(self) -> str:
-        """The stage it is evaluated in."""
+        """The pipeline stage in which it is evaluated."""
 
     @property
     def step_limit(self) -> int:
-        """How many nodes one walk may compute."""
+        """Most nodes that one walk may compute."""
 
     def sleeps(self, db: Database) -> None:
-        """Hears that a node fell asleep."""
+        """Called when a node falls asleep."""
 
     def wakes(self, db: Database) -> None:
-        """Hears that a node ended its sleep."""
+        """Called when a node wakes up."""
 
 
 class OwnNode(Protocol):
-    """What a compute may know of its node."""
+    """What a compute function can ask of its node."""
 
     @property
     def path(self) -> str:
@@ -73,44 +73,47 @@ class OwnNode(Protocol):
 
     @property
     def graph(self) -> OwnGraph:
-        """The graph it is in."""
+        """The graph that contains it."""
 
     @property
     def names(self) -> Mapping[str, tuple[str, ...]]:
-        """Attribute names by prefix, dynamic ones last."""
+        """Attribute names by prefix; dynamic ones are last."""
 
     @property
     def types(self) -> Mapping[str, Type | None]:
-        """Settled types by full name, None for open ones."""
+        """Resolved types by full name; None for open ones."""
 
     @property
     def computes(self) -> int:
-        """How often it has computed, in all instances of its graph."""
+        """How often it has computed, summed over all instances of its graph."""
 
     def connected(self, name: str) -> bool:
-        """Whether something feeds this input, or leads away from this output."""
+        """Whether a connection leads to this input, or from this output."""
 
     def consumed(self, name: str) -> bool:
         """Whether anything reads this output."""
 
     def wires_into(self, name: str) -> int:
-        """How many connections lead to this execution input."""
+        """The number of connections to this execution input."""
 
 
 class NodeError(Exception):
-    """A node says that it cannot do its work; the message says why and what to do."""
+    """A node cannot do its work; the message says why and what to do."""
 
 
 class LackError(NodeError):
-    """A node lacks what the file or an edit should have given it; a saved scene runs on without the node's work."""
+    """Something that the file or an edit should provide is missing.
+
+    In a saved scene the run goes on without the node's work.
+    """
 
 
 class Database:
-    """The view a node's `compute` has of the node, passed to it as `db`.
+    """The `db` argument of a compute function: its view of the node.
 
-    `inputs`, `outputs` and `state` hold plain values as attributes (`db.inputs.duration`); never change an array
-    or list that you read, write a new one. `memory` is the node's own, made by the type's `memory` factory after
-    creation and after every timeline stop. `path` is the node's path. `asleep` tells whether the node sleeps.
+    `inputs`, `outputs` and `state` hold plain values as attributes (`db.inputs.duration`). Never change an array or a
+    list in place; assign a new one. `memory` is private to the node; the type's `memory` factory makes it at creation
+    and again after every timeline stop. `path` is the node's path. `asleep`: whether the node sleeps.
     """
 
     __slots__ = {
@@ -134,11 +137,11 @@ class Database:
     }
 
     def __init__(self, node: OwnNode) -> None:
-        # The evaluators, which gave it, know more of it.
+        # The evaluators create these objects and use more of their members.
         self._node: Any = node
         self._active: Any = STARTED
         self._blocked = False
-        # Constants, which have none, are never computed.
+        # Constants have no database members to run: they are never computed.
         self._compute: Any = node.type.compute
         self._enabled: list[Any] = []
         self._frames: list[int] = []
@@ -147,7 +150,7 @@ class Database:
         self._wires: dict[str, Any] = {}
         self.asleep = False
         self.computes = 0
-        # A bound append costs half of what a method would; the walk looks the names up.
+        # A bound append costs half as much as a method call; the walk looks the names up.
         self.fire: Callable[[str], None] = self._enabled.append
         self.inputs: Any = None
         self.memory: Any = None
@@ -158,22 +161,25 @@ class Database:
     # -- control -----------------------------------------------------------------------------------------------------
 
     def fire_and_return(self, output: str) -> None:
-        """Follow this execution output to its very end, then compute this node again (`returned` is then True)."""
+        """Follow this execution output to its end, then compute this node again, with `returned` true."""
         self._enabled += (output, RETURN)
 
     def triggered(self, name: str) -> bool:
-        """Whether this execution input made the node compute; False when it woke up, returned or started itself."""
+        """Whether this execution input triggered the compute.
+
+        False if the node woke up, was returned to, or is an event.
+        """
         is_this: bool = name == self._active
         return is_this
 
     @property
     def active(self) -> str | None:
-        """The execution input that made the node compute; None when it woke up, returned or started itself."""
+        """The execution input that triggered the compute. None if the node woke up, was returned to, or is an event."""
         return self._active or None
 
     @property
     def returned(self) -> bool:
-        """Whether the node computes because what it followed with `fire_and_return` has ended."""
+        """Whether this compute is the one that follows `fire_and_return`."""
         return self._active is RETURNED
 
     def sleep(self) -> None:
@@ -183,7 +189,7 @@ class Database:
             self._node.graph.sleeps(self)
 
     def wake(self) -> None:
-        """End the sleep. Triggers that still come in this evaluation are ignored."""
+        """End the sleep. Triggers that come later in this evaluation are still ignored."""
         if self.asleep:
             self.asleep = False
             self._node.graph.wakes(self)
@@ -191,7 +197,7 @@ class Database:
     # -- attributes --------------------------------------------------------------------------------------------------
 
     def connected(self, name: str) -> bool:
-        """Whether something feeds this input, or leads away from this output."""
+        """Whether a connection leads to this input, or from this output."""
         return self.node.connected(name)
 
     def consumed(self, name: str) -> bool:
@@ -199,18 +205,18 @@ class Database:
         return self.node.consumed(name)
 
     def wires_into(self, name: str) -> int:
-        """How many connections lead to this execution input."""
+        """The number of connections to this execution input."""
         return self.node.wires_into(name)
 
     def dynamic_inputs(self, prefix: str = "") -> list[Any]:
-        """Values of the inputs `prefix0`, `prefix1`, ... in numeric order, a declared one among them included.
+        """Values of the inputs `prefix0`, `prefix1`, ... in numeric order, declared ones included.
 
-        Without prefix: of all inputs that the file added, in its order (numeric where all share one stem).
+        Without prefix: of all inputs that the file added, in the order of the file (numeric if all share one stem).
         """
         return [getattr(self.inputs, python_name(name)) for name in self.dynamic_input_names(prefix)]
 
     def dynamic_input_names(self, prefix: str = "") -> list[str]:
-        """Names of what `dynamic_inputs` gives."""
+        """Names of the inputs whose values `dynamic_inputs` gives."""
         return self._dynamic("inputs", prefix)
 
     def dynamic_outputs(self, prefix: str = "") -> list[str]:
@@ -218,12 +224,12 @@ class Database:
         return self._dynamic("outputs", prefix)
 
     def input_type(self, name: str) -> str | None:
-        """The OGN type name of an input; None for an open one that nothing settled."""
+        """The OGN type name of an input; None if it is open and unresolved."""
         type_ = self._node.types.get(f"inputs:{name}")
         return None if type_ is None else type_.name
 
     def output_type(self, name: str) -> str | None:
-        """The OGN type name of an output; None for an open one that nothing settled."""
+        """The OGN type name of an output; None if it is open and unresolved."""
         type_ = self._node.types.get(f"outputs:{name}")
         return None if type_ is None else type_.name
 
@@ -237,7 +243,7 @@ class Database:
 
     @property
     def app(self) -> App:
-        """The App. Raises NodeError where the graph runs without a world."""
+        """The App. Raises NodeError if the graph runs without a world."""
         app: App | None = self._node.graph.context.app
         if app is None:
             raise NodeError("this node needs a world; run its graph in an App")
@@ -250,12 +256,12 @@ class Database:
 
     @property
     def node(self) -> OwnNode:
-        """The node itself, for what is not needed in a usual compute."""
+        """The node itself, for the few computes that need more than `db` offers."""
         node: OwnNode = self._node
         return node
 
     def warn(self, code: str, message: str) -> None:
-        """Report something the user should know: a stable code and one line. Repeats are counted, not shown."""
+        """Report a warning to the user: a stable code and one line. Repeats are counted, not shown."""
         self._node.graph.context.warn(code, self.path, message)
 
     def log_error(self, message: str) -> None:
@@ -263,17 +269,17 @@ class Database:
         self.warn("node-error", message)
 
     def log_warning(self, message: str) -> None:
-        """Report something that the user should know, under the code `node-warning`."""
+        """Report a warning to the user, under the code `node-warning`."""
         self.warn("node-warning", message)
 
     def log_info(self, message: str) -> None:
-        """Write to the log, which only those see who ask for it."""
+        """Write to the log (`logging`, level INFO), which is hidden by default."""
         import logging
 
         logging.getLogger("tickgraph").info("%s: %s", self.path, message)
 
     def claim(self, size: int) -> None:
-        """Ask for the memory of a result, `size` bytes, before it is made. Raises NodeError where it is too much."""
+        """Reserve memory for a result of `size` bytes before it is made. Raises NodeError if it is too much."""
         problem = self._node.graph.context.room.claim(self.path, size)
         if problem:
             raise NodeError(problem)
@@ -283,7 +289,10 @@ class Database:
         raise NodeError(message)
 
     def lack(self, message: str) -> NoReturn:
-        """Give up because the graph lacks something; in a graph of a saved scene a warning, and the run goes on."""
+        """Give up because something in the graph is missing.
+
+        In a graph of a saved scene this is a warning, and the run goes on.
+        """
         raise LackError(message)
 
     def _dynamic(self, prefix: str, stem: str) -> list[str]:
@@ -300,5 +309,5 @@ class Database:
 
 
 def python_name(name: str) -> str:
-    """The Python name of an attribute: name spaces (`a:b`) become underscores."""
+    """The Python name of an attribute: the colons of namespaces (`a:b`) become underscores."""
     return name.replace(":", "_")

@@ -1,4 +1,4 @@
-"""What a node type is, as data: its attributes, its compute and other hooks, what the rest of the engine goes by."""
+"""What a node type is, as data: attributes, the compute function and other hooks, facts that the engine uses."""
 
 from __future__ import annotations
 
@@ -23,19 +23,21 @@ class _Unset:
 
 
 UNSET: Any = _Unset()
-"""No default was declared: the type's zero is used, and an open type must be connected or given a value."""
+"""No default is declared: the type's zero is used, and an open type must be connected or given a value."""
 
 Role = Literal["", "topic", "stamp", "sensor", "product", "timeline time", "loop time"]
-"""What an attribute is to the scheduler, the checks and the reports, which know no node type by name.
+"""What an attribute means to the scheduler, the checks and the reports, none of which knows a node type by name.
 
-Inputs: "topic", the topic that the node publishes on; "stamp", the time [s] in its messages' headers; "sensor", the
-prims that it has rendered; "product", the path of a render product: in a post-render graph each new frame of it
-triggers the node's first execution input that nothing is connected to. Outputs: "product", the path of the render
-product that the node gives; "timeline time", "loop time": a clock that is not the one that sensors are stamped with.
+Inputs: "topic": the topic that the node publishes on; "stamp": the time [s] in its messages' headers; "sensor": the
+prims that it renders; "product": the path of a render product: in a post-render graph, each new frame of it triggers
+the node's first unconnected execution input.
+
+Outputs: "product": the path of the render product that the node creates; "timeline time", "loop time": a clock other
+than the one that sensor stamps use.
 """
 
 CLOSING = "closing"
-"""The phase of events that come once, when the App is about to close."""
+"""The phase of events that come once, just before the App closes."""
 
 Compute = Callable[["Database"], "bool | None"]
 Resolve = Callable[["KnownTypes"], Mapping[str, Any]]
@@ -49,10 +51,10 @@ class Attribute:
     """Declares one attribute of a node type.
 
     type: an OGN type name, or a tuple of names and groups (a union); unit: shown to people, never used to compute;
-    optional: an open type may stay unset; literal_only: cannot be connected; output_only: an input that is only a
-    source (constants); allowed_tokens: the choices a file may write; minimum, maximum: bounds of what a file may
-    write; deprecated: what to use instead, "" if it is not; warns_itself: of its deprecation, the node does; role: what
-    it is to the scheduler and the reports (see `Role`).
+    optional: an open type may stay unset; literal_only: cannot be connected; output_only: an input that can only be a
+    source (constants); allowed_tokens: the values that a file may write; minimum, maximum: bounds of the values that a
+    file may write; deprecated: what to use instead, "" if not deprecated; warns_itself: the node itself warns of the
+    deprecation; role: its meaning for the scheduler and the reports (see `Role`).
     """
 
     type: str | tuple[str, ...]
@@ -76,18 +78,18 @@ class Attribute:
 
     @property
     def is_execution(self) -> bool:
-        """Whether it carries control instead of data."""
+        """Whether it carries execution instead of data."""
         return self.type == "execution"
 
     @cached_property
     def initial(self) -> Any:
-        """The value while nobody has set one: the default, else the type's zero (None for open types)."""
+        """The value before anyone sets one: the default, else the type's zero (None for open types)."""
         if self.default is UNSET or isinstance(self.parsed, Extended):
             return zero(self.parsed)
         return coerce(self.parsed, self.default)
 
     def check(self, value: Any) -> str:
-        """What is wrong with a coerced value that a user wrote, by choices and bounds; "" if nothing is."""
+        """What is wrong with a value (already coerced) that a user wrote, by choices and bounds; "" if it is valid."""
         if (
             self.allowed_tokens
             and value not in self.allowed_tokens
@@ -107,23 +109,25 @@ class Attribute:
 
 @dataclass(frozen=True, eq=False)
 class NodeType:
-    """A registered node type. Two attributes of one name and prefix cannot exist; an input may share an output's name.
+    """A registered node type. Names are unique within inputs, outputs and state; an input may share an output's name.
 
     event: computed at the start of every evaluation of an execution graph, lower numbers first; None for other types.
-    memory: makes the private memory of a node, afresh after every timeline stop. release: called with db before that
-    memory is dropped. prepare: called with db before the world's next frames, to ask for what compute will need; cheap
-    and repeatable. resolve: settles open types from the known ones (see `KnownTypes`).
-    specialize: called with db once, when the graph is compiled: this node's own compute, made for its settled types, or
-    None for the common one; it may keep db.inputs and db.outputs, which last as long as the node.
-    runs_code: its work is code that the graph file brings, which needs the user's leave (`Context.scripts`).
-    check: called with `NodeAtLoad` when a graph file is opened; gives (input name or "", message) for each thing that
-    is wrong with the node's values and wiring. latent: it may sleep, and ignores triggers meanwhile.
-    volatile: reads more than its inputs (time, the world, variables), so a dirty_push graph always computes it.
-    phase: an event that comes with a phase of the App: on-demand graphs that hold it are evaluated in that phase; an
-    event of the phase `CLOSING` computes then only, in graphs of every stage.
-    dynamic_inputs, dynamic_outputs: attributes that a file may add, by name template: `{n}` stands for digits,
-    `{operand}` for `c`, `d` ... or a word with a number, `{x}` for any word, `{field}` for words joined by `:`, as in
-    `input{n}`. origin: module:line of the declaration.
+    memory: makes the private memory of a node, and makes it again after every timeline stop. release: called with db
+    before that memory is dropped. prepare: called with db before the world's next frames, to request what compute will
+    need; must be cheap and repeatable. resolve: resolves open types from the known ones (see `KnownTypes`).
+
+    specialize: called with db once, when the graph is compiled: returns a compute function for the node's resolved
+    types, or None for the common one; it may keep db.inputs and db.outputs, which live as long as the node. runs_code:
+    its work is to run code from the graph file, which needs the user's permission (`Context.scripts`). check: called
+    with `NodeAtLoad` when a graph file is opened; gives (input name or "", message) for each mistake in the node's
+    values and connections. latent: it may sleep, and ignores triggers meanwhile. volatile: it reads more than its
+    inputs (time, the world, variables), so a dirty_push graph always computes it.
+
+    phase: an event that comes with a phase of the App: on-demand graphs that contain it are evaluated in that phase; an
+    event of the phase `CLOSING` computes only then, in graphs of every stage. dynamic_inputs, dynamic_outputs:
+    attributes that a file may add, by name template: `{n}` stands for digits, `{operand}` for `c`, `d` ... or a word
+    with a number, `{x}` for any word, `{field}` for words joined by `:`, as in `input{n}`. origin: module:line of the
+    declaration.
     """
 
     id: str
@@ -169,12 +173,12 @@ class NodeType:
 
     @property
     def shipped(self) -> bool:
-        """Whether it is one of ours, from the package `nodes`."""
+        """Whether it comes from the package `nodes`."""
         return self.origin.startswith(("nodes.", "nodes:"))
 
     @cached_property
     def has_execution(self) -> bool:
-        """Whether control reaches it: it has execution attributes, so it is never computed on demand."""
+        """Whether it has execution attributes, in which case it is never computed on demand."""
         declared = (self.inputs, self.outputs, self.dynamic_inputs, self.dynamic_outputs)
         return any(attribute.is_execution for attributes in declared for attribute in attributes.values())
 
@@ -184,7 +188,7 @@ class NodeType:
         return self.volatile or self.has_execution or self.memory is not None or bool(self.state)
 
     def find(self, prefix: str, name: str) -> Attribute | None:
-        """The declared or dynamic attribute `prefix:name` (prefix inputs, outputs or state); None if there is none."""
+        """The declared or dynamic attribute `prefix:name` (prefix inputs, outputs or state), or None."""
         declared: Mapping[str, Attribute] = getattr(self, prefix)
         if name in declared:
             return declared[name]
@@ -202,11 +206,11 @@ class NodeType:
         return found
 
     def inputs_as(self, role: Role) -> tuple[str, ...]:
-        """The names of the inputs that have this role, in the order of the declaration."""
+        """The names of the inputs with this role, in the order of the declaration."""
         return self._roles.get(("inputs", role), ())
 
     def outputs_as(self, role: Role) -> tuple[str, ...]:
-        """The names of the outputs that have this role, in the order of the declaration."""
+        """The names of the outputs with this role, in the order of the declaration."""
         return self._roles.get(("outputs", role), ())
 
     @cached_property
@@ -236,7 +240,7 @@ def _template_pattern(template: str) -> re.Pattern[str]:
 
 
 def names_in_order(names: Sequence[str]) -> list[str]:
-    """Names sorted so that input2 comes before input10, other names staying where they are."""
+    """Names sorted so that input2 comes before input10; other names keep their places."""
 
     def key(entry: tuple[int, str]) -> tuple[str, int, int]:
         position, name = entry

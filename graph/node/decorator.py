@@ -10,9 +10,9 @@
         \"\"\"Goes one way or the other.\"\"\"
         db.fire("execTrue" if db.inputs.condition else "execFalse")
 
-`compute(db)` reads `db.inputs.x`, writes `db.outputs.x`; see `Database` for the rest. It returns None or True
-when it did its work and False for "nothing to do": outputs keep their values and no execution output is followed.
-A type without compute (constants) is declared with `declare(...)`.
+`compute(db)` reads `db.inputs.x` and writes `db.outputs.x`; see `Database` for the rest. It returns None or True when
+it did its work, and False for "nothing to do": then outputs keep their values and no execution output is followed. A
+type without compute (constants) is declared with `declare(...)`.
 """
 
 from __future__ import annotations
@@ -52,8 +52,8 @@ def node_type(
 ) -> Callable[[ComputeFunction], ComputeFunction]:
     """Registers the decorated function as the `compute` of a new node type and returns it unchanged.
 
-    The function's docstring is the type's description; the other arguments are the fields of `NodeType`.
-    Raises UserError if the id is taken, ValueError for an unknown attribute type or a default that is not of it.
+    The function's docstring is the type's description; the other arguments are the fields of `NodeType`. Raises
+    UserError if the id is taken, ValueError for an unknown attribute type or a default that does not fit it.
     """
 
     def register(compute: ComputeFunction) -> ComputeFunction:

@@ -1,7 +1,7 @@
 """Events between the nodes of one world: custom events, message-bus events, events of the stage.
 
-What a node sends is delivered after the update in which it was sent: receivers take it from the next update on, one
-after another, in the order of sending. What comes from outside (a script, the App) can be taken at once.
+An event that a node sends is delivered from the next update on, one after another in the order of sending. An event
+from outside (a script, the App) can be received in the same update.
 """
 
 from __future__ import annotations
@@ -12,12 +12,12 @@ from dataclasses import dataclass, field
 from typing import Any
 
 LONGEST_QUEUE = 10_000
-"""How many events wait for one receiver; the oldest are lost beyond that, and the receiver is told how many."""
+"""Most events that wait for one receiver. Beyond it the oldest are dropped; the receiver can ask how many."""
 
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """An event: its name and payload, the update it was sent in, and whether a node sent it."""
+    """An event: its name and payload, the update in which it was sent, and whether a node sent it."""
 
     name: str
     payload: Mapping[str, Any]
@@ -25,7 +25,7 @@ class Event:
     by_node: bool
 
     def deliverable(self, update: int) -> bool:
-        """Whether a receiver may have it in this update."""
+        """Whether a receiver may take it in this update."""
         return not self.by_node or self.update < update
 
 
@@ -36,28 +36,28 @@ class Inbox:
     name: str
     waiting: deque[Event] = field(default_factory=deque)
     lost: int = 0
-    """How many were dropped because too many waited, since the receiver last looked."""
+    """How many were dropped since `take_lost` was last called."""
 
     def put(self, event: Event) -> None:
-        """Adds an event; the oldest is lost if too many wait."""
+        """Adds an event; drops the oldest if too many wait."""
         if len(self.waiting) == LONGEST_QUEUE:
             self.waiting.popleft()
             self.lost += 1
         self.waiting.append(event)
 
     def take_lost(self) -> int:
-        """How many events were lost since this was last asked."""
+        """How many events were dropped since the last call."""
         lost, self.lost = self.lost, 0
         return lost
 
     def take(self, update: int) -> Event | None:
-        """The oldest event that may be had in this update; None if there is none."""
+        """The oldest event that is deliverable in this update, or None."""
         if self.waiting and self.waiting[0].deliverable(update):
             return self.waiting.popleft()
         return None
 
     def take_all(self, update: int) -> list[Event]:
-        """All events that may be had in this update, oldest first."""
+        """All events that are deliverable in this update, oldest first."""
         taken = []
         while (event := self.take(update)) is not None:
             taken.append(event)
@@ -75,14 +75,17 @@ class EventBus:
     def send(
         self, name: str, payload: Mapping[str, Any] | None = None, *, update: int = 0, by_node: bool = False
     ) -> None:
-        """Sends an event in the update of that index."""
+        """Sends an event; `update`: the index of the present update."""
         event = Event(name, dict(payload or {}), update, by_node)
         self._keep(event)
         for inbox in self._inboxes.get(name, ()):
             inbox.put(event)
 
     def open(self, name: str, update: int) -> Inbox:
-        """A new inbox; events of this and of the last update are in it, so that nobody needs to come first."""
+        """A new inbox.
+
+        It already holds the events of this and of the last update, so the order of creation does not matter.
+        """
         inbox = Inbox(name)
         if name in self._recent:
             kept = self._recent[name]
@@ -92,7 +95,7 @@ class EventBus:
         return inbox
 
     def close(self, inbox: Inbox) -> None:
-        """Delivers nothing to it any more."""
+        """Stops delivering to an inbox."""
         inboxes = self._inboxes.get(inbox.name, [])
         if inbox in inboxes:
             inboxes.remove(inbox)
@@ -100,7 +103,7 @@ class EventBus:
             self._inboxes.pop(inbox.name, None)
 
     def clear(self) -> None:
-        """Forgets what is on its way, as a stop does."""
+        """Drops all undelivered events, as a stop does."""
         self._recent.clear()
         for inboxes in self._inboxes.values():
             for inbox in inboxes:
@@ -108,7 +111,7 @@ class EventBus:
                 inbox.lost = 0
 
     def _keep(self, event: Event) -> None:
-        """Holds the events of this and of the last update for receivers that come late."""
+        """Keeps the events of this and of the last update for inboxes that are opened later."""
         if event.update != self._newest:
             self._newest = event.update
             for kept in [*self._recent.values()]:

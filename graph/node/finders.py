@@ -11,26 +11,26 @@ if TYPE_CHECKING:
     from .registry import Registry
 
 Finder = Callable[["Registry"], None]
-"""Adds what it finds to a registry; called once, when a type is looked up that nobody before it has."""
+"""Adds the types it finds to a registry; called once, when an unknown name is first looked up."""
 
 ENTRY_POINTS = "tickgraph.nodes"
-"""Entry point group of third-party node packages: each names a module whose import registers its types."""
+"""Entry point group of third-party node packages: each entry names a module that registers its types at import."""
 
 OGN_ENTRY_POINTS = "tickgraph.ogn"
 """Entry point group of packages with `.ogn` files, see `graph.ogn`."""
 
 _OGN = "graph.ogn.packages"
-"""The reader of those; named, not imported: it stands on this room."""
+"""The module that reads them; named here and not imported, because it imports this package."""
 
 
 def shipped_types(registry: Registry) -> None:
-    """Notes the names of the shipped types; the module of one is imported when the type is asked for."""
+    """Adds the names of the shipped types; a type's module is imported when the type is first used."""
     for module, ids in registry.library.types.items():
         registry.note(f"{registry.library.package}.{module}", ids)
 
 
 def installed_packages(registry: Registry) -> None:
-    """Imports what installed packages add."""
+    """Imports the types of installed packages."""
     installed = metadata.entry_points()
     for entry in _in_order(installed.select(group=ENTRY_POINTS)):
         registry.add_package(f"{entry.name} ({entry.value})", entry.load)
@@ -44,4 +44,4 @@ def _in_order(entries: Iterable[metadata.EntryPoint]) -> list[metadata.EntryPoin
 
 
 ALL = (shipped_types, installed_packages)
-"""What the default registry finds its types with."""
+"""The finders of the default registry, in order."""

@@ -1,4 +1,4 @@
-"""What a node type's `resolve` gets to know before it settles open types."""
+"""What the `resolve` function of a node type gets: the types that are already known."""
 
 from __future__ import annotations
 
@@ -10,20 +10,21 @@ from graph.values.types import Type
 
 
 class KnownTypes(Mapping[str, "Type | None"]):
-    """Settled types by attribute name, None for those still open.
+    """Resolved types by attribute name; None for those still open.
 
-    Names are short (`a`; an input goes before an output of that name) or full (`outputs:a`). `resolve` returns the
-    types (or OGN names) of other open attributes, outputs before inputs where a short name means both; it is called
-    again whenever more is known, and the first answer stays. It raises ValueError where types do not go together.
+    Names are short (`a`; an input is preferred over an output of the same name) or full (`outputs:a`). `resolve`
+    returns the types (or OGN names) of other open attributes; here a short name prefers the output. It is called again
+    whenever more types are known, and its first answer for an attribute stays. It raises ValueError if types do not
+    match.
     """
 
     @abstractmethod
     def value(self, name: str) -> Any:
-        """The value that an unconnected input will start with: as written, else its default."""
+        """The initial value of an unconnected input: as written, else its default."""
 
     @abstractmethod
     def end(self, name: str) -> str:
-        """How a message names an input with its type and, if it is connected, with where it comes from."""
+        """An input as messages name it: with its type and, if it is connected, its source."""
 
     @abstractmethod
     def variable(self, name: str) -> Type | None:
@@ -37,4 +38,4 @@ class KnownTypes(Mapping[str, "Type | None"]):
     @property
     @abstractmethod
     def unfinished(self) -> bool:
-        """Whether the graph may hold what a run will refuse, as the original allows while it is edited."""
+        """Whether the graph is being edited and may still contain what a run would refuse, as in the original."""

@@ -1,4 +1,4 @@
-"""What the package of the shipped node types says beside their declarations: tables, imported when first needed."""
+"""What the package of shipped node types provides beside declarations: tables that are imported at first use."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from graph.base.errors import UserError
 
 
 class Renames(Protocol):
-    """How things were called in older files; see `nodes.catalog.renames`."""
+    """Names that types and attributes had in older files; see `nodes.catalog.renames`."""
 
     PREFIXES: Mapping[str, tuple[str, ...]]
     TYPES: Mapping[str, str]
@@ -21,14 +21,14 @@ class Renames(Protocol):
 
 
 class Library:
-    """A package of node types: its `TYPES` says which module registers which, its `catalog` the rest."""
+    """A package of node types: `TYPES` says which module registers which type, `catalog` holds the other tables."""
 
     def __init__(self, package: str) -> None:
         self.package = package
 
     @property
     def types(self) -> Mapping[str, tuple[str, ...]]:
-        """Type ids by the module that registers them. Raises UserError where another package hides it."""
+        """Type ids by the module that registers them. Raises UserError if another package of the same name hides it."""
         package = import_module(self.package)
         if not hasattr(package, "TYPES"):
             raise UserError(
@@ -40,11 +40,11 @@ class Library:
 
     @cached_property
     def renames(self) -> Renames:
-        """What types and attributes were called in older files."""
+        """The names that types and attributes had in older files."""
         return cast("Renames", import_module(f"{self.package}.catalog.renames"))
 
     def why_absent(self, name: str) -> str | None:
-        """Why a type that files name does not work here, by its id or the last part of it; None for any other name."""
+        """Why a type of the original is not available here, by its id or its last part; None for any other name."""
         absent: Mapping[str, str] = import_module(f"{self.package}.catalog.absent").ABSENT
         if name in absent or "." in name:
             return absent.get(name)
@@ -52,4 +52,4 @@ class Library:
 
 
 SHIPPED = Library("nodes")
-"""The library of the shipped types; they win when two types share a short name."""
+"""The library of the shipped types; they are preferred when two types share a short name."""

@@ -1,7 +1,7 @@
 """Which node types exist: those that were added, and those that finders find.
 
-A shipped type is known by name only until it is asked for; then its module is imported. Installed packages are imported
-when a name is asked for that no shipped type has; one that fails is left out, with a warning.
+Only the name of a shipped type is known until the type is used; then its module is imported. Installed packages are
+imported when no shipped type has the name; a package that fails is left out, with a warning.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _LOG = logging.getLogger("tickgraph")
 
 
 class UnknownNodeTypeError(UserError, KeyError):
-    """No registered node type has that id or short name."""
+    """No registered node type has this id or short name."""
 
     def __str__(self) -> str:
         return Exception.__str__(self)
@@ -32,18 +32,18 @@ class Registry:
     """Node types by id and by short name: the id's last part, with or without a leading `Ogn`."""
 
     def __init__(self, finders: Iterable[Finder] = (), library: Library = SHIPPED) -> None:
-        # A shipped type that nobody has asked for yet is the name of the module that registers it.
+        # Until a shipped type is used, its value is the name of the module that registers it.
         self._types: dict[str, NodeType | str] = {}
         self._short: dict[str, list[str]] = {}
         self._broken: dict[str, str] = {}
         self._left_out: list[str] = []
         self.library = library
-        """What is known of types that are absent or had other names."""
+        """Knows the types that are not available here, and former names."""
         self._finders = tuple(finders)
         self._asked = 0
 
     def add(self, node_type: NodeType) -> None:
-        """Registers a type. Raises UserError, naming both origins, if its id is taken."""
+        """Registers a type. Raises UserError, which names both origins, if its id is taken."""
         taken = self._types.get(node_type.id)
         if isinstance(taken, str) and node_type.origin.rpartition(":")[0] != taken:
             taken = self._loaded(node_type.id)
@@ -61,14 +61,15 @@ class Registry:
         self._types[type_id] = known
 
     def add_broken(self, name: str, problem: str) -> None:
-        """Notes that the type of that short name has a declaration that cannot be used, and what is wrong with it."""
+        """Records that a type's declaration cannot be used, and why."""
         self._broken.setdefault(_bare(name), problem)
 
     def get(self, name: str, *, suggest: bool = True) -> NodeType:
-        """The type of that id or short name.
+        """The type with that id or short name.
 
-        Raises UnknownNodeTypeError with the nearest name (not without `suggest`: looking for one takes its time), with
-        the candidates of an ambiguous one, or with what is wrong with the `.ogn` file or the package that declares it.
+        Raises UnknownNodeTypeError: with the nearest name (`suggest=False` skips it, because the search takes time),
+        with the candidates of an ambiguous name, or with the mistake in the `.ogn` file or in the package that declares
+        the type.
         """
         self._load()
         found = self._find(name) or (self._search() and self._find(name))
@@ -89,7 +90,7 @@ class Registry:
         raise UnknownNodeTypeError(f'no node type "{name}"{near}{lost}')
 
     def _find(self, name: str) -> str | None:
-        """The id of a type by id or short name; None if there is none or the short name means several."""
+        """The id of a type by id or short name; None if it is unknown or the short name is ambiguous."""
         if name in self._types:
             return name
         candidates = self._short.get(name, [])
@@ -113,11 +114,11 @@ class Registry:
         return iter(self.all())
 
     def _loaded(self, type_id: str) -> NodeType:
-        """The type of a known id; its module is imported at the first call."""
+        """The type with a known id; imports its module at the first call."""
         known = self._types[type_id]
         if isinstance(known, str):
             import_module(known)
-            registered = DEFAULT._types[type_id]  # where shipped modules register, whoever asks for them
+            registered = DEFAULT._types[type_id]  # shipped modules register here, whatever registry asks for them
             if isinstance(registered, str):
                 raise LookupError(f'{known} is to register the node type "{type_id}", and does not')
             known = self._types[type_id] = registered
@@ -128,11 +129,11 @@ class Registry:
         return isinstance(known, str) or known.shipped
 
     def _load(self) -> None:
-        """Asks the first finder, which comes before every look-up."""
+        """Runs the first finder, which is needed before every look-up."""
         self._ask(1)
 
     def _search(self) -> bool:
-        """Asks the finders that are left, once; says whether it did so now."""
+        """Runs the other finders, once; returns whether it ran them now."""
         before = self._asked
         self._ask(len(self._finders))
         return self._asked > before
@@ -147,7 +148,7 @@ class Registry:
                 raise
 
     def note(self, module: str, ids: Iterable[str]) -> None:
-        """Notes types that a shipped module registers when it is imported, which is when one of them is asked for."""
+        """Records the types that a shipped module registers; the module is imported when one of them is used."""
         for type_id in ids:
             taken = self._types.get(type_id)
             if taken is None:
@@ -156,11 +157,11 @@ class Registry:
                 import_module(module)  # says whose id it is
 
     def add_package(self, name: str, add: Callable[[], object]) -> None:
-        """Adds the types of a package, all or, with a warning, none of them; `add` registers them."""
+        """Adds all types of a package, or none of them and a warning; `add` registers them."""
         before = set(self._types)
         try:
             add()
-        except (Exception, SystemExit) as error:  # whatever a module of somebody else's may raise
+        except (Exception, SystemExit) as error:  # a third-party module may raise anything
             for type_id in set(self._types) - before:
                 self.remove(type_id)
             reason = " ".join(str(error).split())
@@ -175,7 +176,7 @@ class Registry:
             self._left_out.append(f'the node package "{package}" {place}, which is left out: {reason}')
 
     def remove(self, type_id: str) -> None:
-        """Takes a type away again. Raises KeyError for an unknown id."""
+        """Removes a type. Raises KeyError for an unknown id."""
         del self._types[type_id]
         for name in _short_names(type_id):
             self._short[name].remove(type_id)
@@ -198,7 +199,7 @@ DEFAULT = Registry(finders.ALL)
 
 
 def get(name: str) -> NodeType:
-    """The type of that id or short name in the default registry; see `Registry.get`."""
+    """The type with that id or short name in the default registry; see `Registry.get`."""
     return DEFAULT.get(name)
 
 

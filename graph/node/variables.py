@@ -11,7 +11,7 @@ from graph.values.types import Type
 
 
 class Variables(Mapping[str, Any]):
-    """Values by name; writing converts to the variable's type. `reset` brings the file's values back."""
+    """Values by name. Assigning converts to the variable's type; `reset` restores the values of the file."""
 
     def __init__(self, types: Mapping[str, Type], initial: Mapping[str, Any]) -> None:
         self.types = dict(types)
@@ -22,12 +22,12 @@ class Variables(Mapping[str, Any]):
         self._watchers: list[Callable[[str], None]] = []
 
     def __getitem__(self, name: str) -> Any:
-        """The value. Raises KeyError with the nearest name where the graph has no such variable."""
+        """The value. Raises KeyError with the nearest name if the graph has no such variable."""
         self._check(name)
         return self._values[name]
 
     def __setitem__(self, name: str, value: Any) -> None:
-        """Sets a value. Raises KeyError for an unknown name and ValueError for a value that is not of its type."""
+        """Sets a value. Raises KeyError for an unknown name and ValueError for a value that does not fit the type."""
         self._check(name)
         self._values[name] = coerce(self.types[name], value)
         self.changes += 1
@@ -41,17 +41,17 @@ class Variables(Mapping[str, Any]):
         return len(self._values)
 
     def watch(self, told: Callable[[str], None]) -> Callable[[], None]:
-        """Calls `told(name)` after every write; returns the function that ends it."""
+        """Calls `told(name)` after every write; returns a function that stops this."""
         self._watchers.append(told)
         return lambda: self._watchers.remove(told)
 
     def initial(self, name: str) -> Any:
-        """The value that a reset brings back."""
+        """The value that a reset restores."""
         self._check(name)
         return self._initial[name]
 
     def take(self, fresh: Variables) -> None:
-        """Becomes what an edit made of the variables: those that stay with their type keep their values."""
+        """Takes over the variables of an edited graph; variables that keep their type keep their values."""
         kept = {
             name: self._values[name] if self.types.get(name) is type_ else fresh[name]
             for name, type_ in fresh.types.items()
@@ -59,7 +59,7 @@ class Variables(Mapping[str, Any]):
         self.types, self._initial, self._values = fresh.types, fresh._initial, kept
 
     def reset(self) -> None:
-        """Brings back the values that the file gave."""
+        """Restores the values of the file."""
         self._values = dict(self._initial)
 
     def _check(self, name: str) -> None:

@@ -1,4 +1,4 @@
-"""What OmniGraph's Python nodes and scripts see of their node: our database under the names that they use."""
+"""The `db` of OmniGraph's Python nodes and scripts: our database under OmniGraph's names."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ LOGGER = logging.getLogger("tickgraph")
 
 
 class CheckedOutputs:
-    """A node's outputs: values are checked against their types, execution outputs fire when they are enabled.
+    """A node's outputs: values are checked against their types, execution outputs fire when they are set to enabled.
 
-    `NAME_size = n` makes the array output NAME n elements long, zeros behind those that it had; until the compute
-    ends they may be written in place.
+    `NAME_size = n` makes the array output NAME n elements long, new elements zero; it may be written in place until the
+    compute ends.
     """
 
     def __init__(self, db: Database) -> None:
@@ -58,13 +58,13 @@ class CheckedOutputs:
         setattr(db.outputs, name, value)
 
     def close(self) -> None:
-        """Ends the writing in place: from here on others hold the arrays."""
+        """Ends the writing in place: from now on other nodes share the arrays."""
         for array in self._open:
             array.setflags(write=False)
         self._open.clear()
 
     def _sized(self, name: str) -> Type | None:
-        """The type of the array output whose size this name means; None if it means none."""
+        """The type of the array output whose size this name sets; None for any other name."""
         array = name.removesuffix("_size")
         if array == name or not hasattr(self._db.outputs, array):
             return None
@@ -92,10 +92,10 @@ class CheckedOutputs:
 
 
 class OgnDatabase:
-    """`db` as OmniGraph's Python nodes know it: inputs, outputs, state, tokens, logging, and a place of its own.
+    """`db` as OmniGraph's Python nodes know it: inputs, outputs, state, tokens, logging and private memory.
 
-    `internal_state`, `per_instance_state` and `shared_state` are the node's one memory, made afresh after every stop.
-    Everything else is that of the node's own database (`graph.node.database.Database`).
+    `internal_state`, `per_instance_state` and `shared_state` are the same private memory, made again after every stop.
+    Everything else comes from the node's own database (`graph.node.database.Database`).
     """
 
     def __init__(self, db: Database, tokens: Mapping[str, str] | None = None) -> None:
@@ -117,12 +117,12 @@ class OgnDatabase:
 
     @property
     def per_instance_state(self) -> Any:
-        """The same: a node has one instance."""
+        """The same as `internal_state`: a node has one instance."""
         return self.internal_state
 
     @property
     def shared_state(self) -> Any:
-        """The same: a node has one instance."""
+        """The same as `internal_state`: a node has one instance."""
         return self.internal_state
 
     def log_warn(self, message: str) -> None:
@@ -131,5 +131,5 @@ class OgnDatabase:
 
 
 def log_print(*values: Any, sep: str = " ", **_: Any) -> None:
-    """`print` of a script: to the log, since standard output may hold a report."""
+    """`print` of a script, sent to the log, because standard output may hold a report."""
     LOGGER.info("%s", sep.join(map(str, values)))

@@ -1,4 +1,4 @@
-"""The `.ogn` files of installed packages and the Python that computes them."""
+"""Node types from the `.ogn` files of installed packages and the Python beside them."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ MAX_BYTES = 1_000_000
 def register_package(registry: Registry, extension: str, package: str) -> list[NodeType]:
     """Registers a type for each `.ogn` file in a package and the folders below it; returns them.
 
-    The type of a file with mistakes is left out, with a warning for each in the log: a graph that does without it runs,
-    one that uses it gets an error that says why. Raises ImportError where the package is not there.
+    A file with mistakes is left out, with a warning for each mistake in the log: a graph that does not use its type
+    runs, a graph that uses it gets an error with the reason. Raises ImportError if the package is not installed.
     """
     made = []
     for name, module_name, file in sorted(_ogn_files(resources.files(package), package), key=lambda one: one[0]):
@@ -64,7 +64,7 @@ def _text(file: Traversable, name: str) -> str:
 
 
 def _implementation(module_name: str, name: str) -> Any:
-    """The class of the file's stem in the module of that name, else the module with its `compute`."""
+    """The class named after the file in the module of that name, else the module itself with its `compute`."""
     stem = module_name.rpartition(".")[2]
     try:
         with importable():
@@ -83,7 +83,7 @@ def _implementation(module_name: str, name: str) -> Any:
 
 
 def _node_type(node: OgnNode, name: str, implementation: Any) -> NodeType:
-    """The node type of a declaration and what computes it."""
+    """The node type that a declaration and its compute function make."""
     made_state: Callable[[], Any] | None = getattr(implementation, "internal_state", None)
     release: Callable[[Any], Any] | None = getattr(implementation, "release", None)
     keeps = callable(made_state) or bool(node.state)

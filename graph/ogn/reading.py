@@ -1,4 +1,4 @@
-"""The text of an `.ogn` file to a declaration; everything that is wrong with it is told at once, with its place."""
+"""Reads the text of an `.ogn` file to a declaration; all its mistakes are reported at once, each with its place."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ ROLES: dict[str, Role] = {
     "inputs.timeStamp": "stamp",
     "outputs.renderProductPath": "product",
 }
-"""What attributes of these names are in OmniGraph's own nodes; a declaration has no words for it."""
+"""Roles by attribute name, as OmniGraph's own nodes use these names; the format has no field for a role."""
 _USD_TUPLE = re.compile(r"^(double|float|half|int)([234])(?=(?:\[\])?$)")
-"""The names that USD has for plain tuples; declarations have them for `float[3]` and its like."""
+"""USD's names of plain tuples, which some declarations use for `float[3]` and others."""
 
 
 @dataclass(slots=True)
 class OgnNode:
-    """What an `.ogn` file declares. volatile: it reads more than its inputs; tokens: texts with names of their own."""
+    """The content of an `.ogn` file. volatile: it reads more than its inputs; tokens: texts and their names."""
 
     id: str
     version: int
@@ -52,14 +52,16 @@ class OgnNode:
 
     @property
     def is_event(self) -> bool:
-        """Whether walks begin at it: it has execution outputs and no execution input."""
+        """Whether execution starts at it: it has execution outputs and no execution input."""
         return any(one.is_execution for one in self.outputs.values()) and not any(
             one.is_execution for one in self.inputs.values()
         )
 
 
 def read_ogn(text: str, *, name: str, extension: str = "") -> OgnNode:
-    """The declaration in an `.ogn` text. `name` stands in messages; `extension` goes before a type name without a dot.
+    """The declaration in an `.ogn` text.
+
+    `name` is used in messages; `extension` is the prefix of a type name without a dot.
 
     Raises UserError with every problem, each with line and column.
     """
@@ -131,7 +133,7 @@ class _Reader:
             return None
         given = one.get("metadata")
         metadata = given if isinstance(given, Map) else Map()
-        idle = declared == "execution" and not one.get("default")  # many write 0: it is not triggered
+        idle = declared == "execution" and not one.get("default")  # many files write 0 for a node that is not triggered
         attribute = Attribute(
             _USD_TUPLE.sub(r"\1[\2]", declared) if isinstance(declared, str) else tuple(declared),
             self._text(one, "description", at),
@@ -168,7 +170,7 @@ class _Reader:
         return version
 
     def _text(self, body: Map, key: str, at: int) -> str:
-        """A text, or a list of its lines; needed."""
+        """A text, or a list of its lines; required."""
         value = body.get(key)
         if isinstance(value, str):
             return value
@@ -191,7 +193,7 @@ class _Reader:
         return {one: one for one in self._texts(body, "tokens")}
 
     def _texts(self, body: Map, key: str, *, split: bool = False) -> tuple[str, ...]:
-        """A text, a list of texts, or a mapping to texts, as the tuple of them; `split`: a text may hold commas."""
+        """A text, a list of texts, or a mapping to texts, as a tuple; `split`: a text may be a list with commas."""
         value = body.get(key, [])
         if isinstance(value, str):
             return tuple(one.strip() for one in value.split(",")) if split else (value,)
@@ -218,5 +220,5 @@ def _is_text(value: Any) -> bool:
 
 
 def _true(value: Any) -> bool:
-    """Whether a flag in the metadata, where everything is text, is set."""
+    """Whether a flag in the metadata, where every value is text, is set."""
     return str(value).lower() in ("1", "true")

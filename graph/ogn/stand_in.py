@@ -1,4 +1,6 @@
-"""The module `omni.graph.core`, which OmniGraph's Python imports as `og`: as much of it as a node's own code needs."""
+"""A stand-in for the module `omni.graph.core`, which OmniGraph's Python imports as `og`: what a node's own code
+needs.
+"""
 
 from __future__ import annotations
 
@@ -13,11 +15,11 @@ from typing import Any
 
 NAME = "omni.graph.core"
 KIT = ("carb", "isaacsim", "omni")
-"""Top packages that only Kit has."""
+"""Top-level packages that exist only in Kit."""
 
 
 class ExecutionAttributeState(IntEnum):
-    """What may be assigned to an execution output; only the enabled ones are followed."""
+    """What may be assigned to an execution output; only enabled outputs are followed."""
 
     DISABLED = 0
     ENABLED = 1
@@ -25,7 +27,7 @@ class ExecutionAttributeState(IntEnum):
 
 
 class _StandIn(ModuleType):
-    """Has what `graph.controller` has, under the same names; that is imported when it is used."""
+    """Offers the names of `graph.controller`, which is imported at first use."""
 
     ExecutionAttributeState = ExecutionAttributeState
 
@@ -45,9 +47,9 @@ OG = _StandIn(NAME, __doc__)
 
 @contextmanager
 def importable() -> Iterator[None]:
-    """Lets the code within say `import omni.graph.core as og`; not longer, so that nobody takes this process for Kit.
+    """Makes `import omni.graph.core as og` work within a `with` block only, so that no other code takes this for Kit.
 
-    Where the real module is installed, that is what it gets.
+    If the real module is installed, the import gives the real one.
     """
     absent = _absent()
     try:
@@ -61,7 +63,7 @@ def importable() -> Iterator[None]:
 
 @cache
 def _absent() -> dict[str, ModuleType]:
-    """Stand-ins for the module and the packages around it, by name: none for those that are installed."""
+    """Stand-ins by name for the module and its parent packages, except for those that are installed."""
     made: dict[str, ModuleType] = {}
     parent: ModuleType | None = None
     for name in ("omni", "omni.graph", NAME):
@@ -78,7 +80,7 @@ def _absent() -> dict[str, ModuleType]:
 
 
 def advice(error: ImportError) -> str:
-    """What to do about a module of Kit's that is not there, as the tail of a message; "" for any other module."""
+    """What to do about a missing module of Kit, as the tail of a message; "" for any other module."""
     if (error.name or "").partition(".")[0] not in KIT:
         return ""
     if f"{NAME}.".startswith(f"{error.name}."):

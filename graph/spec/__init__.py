@@ -1,1 +1,1 @@
-"""What a graph file says, as plain data (`file_spec`), and how old files are brought up to date (`migration`)."""
+"""A graph file's content as plain data (`file_spec`), and the upgrade of old files (`migration`)."""

@@ -1,6 +1,6 @@
-"""What a graph file says, as plain data: the result of loading, the input of compiling.
+"""A graph file's content as plain data: the result of loading and the input of compiling.
 
-Every part keeps the `Mark` of its place, so that later stages can still name file, line and column.
+Every part keeps the `Mark` of its place, so that later stages can report file, line and column.
 """
 
 from __future__ import annotations
@@ -16,17 +16,17 @@ from graph.base.errors import Mark
 Evaluator = Literal["execution", "push", "dirty_push"]
 PipelineStage = Literal["simulation", "pre_render", "post_render", "on_demand"]
 EvaluationMode = Literal["automatic", "standalone", "instanced"]
-"""Runs once, once for each prim that has the graph, or (automatic) the second where any prim has it."""
+"""Whether a graph runs once, once for each prim that has it, or (automatic) once for each prim if any prim has it."""
 Note = tuple[str, str, str]
-"""A warning before there is an App to take it: its code, where, the message."""
+"""A warning from before the App exists: code, place, message."""
 
 
 @dataclass(frozen=True, slots=True)
 class NodeSpec:
     """A node of a graph: its name, its type id as written, the inputs (and state) that the file sets.
 
-    `attributes` are those the file adds to the node, full name to OGN type: `inputs:gain` to `double`. A node of a
-    compound lies below it and is named by its path from the graph: `compound/Subgraph/add`.
+    `attributes` are those that the file adds to the node, full name to OGN type: `inputs:gain` to `double`. A node
+    inside a compound is named by its path from the graph: `compound/Subgraph/add`.
     """
 
     name: str
@@ -39,7 +39,10 @@ class NodeSpec:
 
 @dataclass(frozen=True, slots=True)
 class ConnectionSpec:
-    """One source to one destination, as written: `tick.tick`, `tick.outputs:tick`, `/World/G/n.outputs:x`."""
+    """A connection from one source to one destination, as written:
+
+    `tick.tick`, `tick.outputs:tick`, `/World/G/n.outputs:x`.
+    """
 
     source: str
     target: str
@@ -59,11 +62,11 @@ class VariableSpec:
 class GraphSpec:
     """One graph: its path, how and when it is evaluated, its variables, nodes and connections in file order.
 
-    compounds: by the name of each compound, its ports (`inputs:x`, `outputs:y`) and the ends inside that each stands
-    for (`compound/Subgraph/add.inputs:a`); the nodes inside are among `nodes`. unfinished: open inputs may be unset as
-    long as nothing computes their node. saved: it comes from a saved scene (`lenient` in a graph file), where what a
-    node lacks is a warning, its work is left out and the run goes on. instances: prims that have the graph, each with
-    the variable values it gives.
+    compounds: for each compound, its ports (`inputs:x`, `outputs:y`) and the inner attributes that each port stands for
+    (`compound/Subgraph/add.inputs:a`); the inner nodes are among `nodes`. unfinished: open inputs may be unset as long
+    as nothing computes their node. saved: the graph comes from a saved scene (`lenient` in a graph file): if something
+    that a node needs is missing, the run warns, leaves out the node's work and goes on. instances: prims that have the
+    graph, each with its own variable values.
     """
 
     path: str
@@ -82,9 +85,9 @@ class GraphSpec:
 
 @dataclass(frozen=True, slots=True)
 class SceneSpec:
-    """Where the world comes from: a USD or MJCF file (absolute path) and prims authored inline, in order.
+    """Where the world comes from: a USD or MJCF file (absolute path), and prims in the graph file, in order.
 
-    keyframe: of the MJCF model, by name or number, the one to start in.
+    keyframe: the initial keyframe of the MJCF model, by name or number.
     """
 
     usd: Path | None = None
@@ -98,7 +101,7 @@ class SceneSpec:
 
 @dataclass(frozen=True, slots=True)
 class ClockSpec:
-    """Rates [Hz] that the file authors (None: the scene's, else 60) and the clock's behaviour."""
+    """Rates [Hz] that the file sets (None: the scene's rate, else 60), and how the clock behaves."""
 
     physics_hz: Fraction | None = None
     loop_hz: Fraction | None = None
@@ -109,7 +112,7 @@ class ClockSpec:
 
 @dataclass(frozen=True, slots=True)
 class FileSpec:
-    """A whole graph file. `folder` is the root below which every file it names must lie."""
+    """A whole graph file. Every file that it names must lie below `folder`."""
 
     path: Path | None = None
     folder: Path | None = None
@@ -127,5 +130,5 @@ class FileSpec:
 
     @property
     def lenient(self) -> bool:
-        """Whether what cannot be compiled is left out with a note, as it is of scenes that people saved."""
+        """Whether what cannot be compiled is left out with a warning, as in saved scenes."""
         return any(graph.saved for graph in self.graphs)

@@ -1,7 +1,7 @@
-"""Old files brought up to date: type ids and attributes that were renamed since.
+"""Upgrades old files: type ids and attributes that have been renamed since.
 
-The tables are data of the node library (`nodes.catalog.renames`), which the registry gives. An id that a registered
-type has is never touched.
+The tables are data of the node library (`nodes.catalog.renames`), which the registry provides. The id of a registered
+type is never changed.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ def meant_nothing(type_id: str, registry: Registry = DEFAULT) -> tuple[int, Mapp
 def upgraded(
     type_id: str, version: int | None, inputs: Mapping[str, Any], registry: Registry = DEFAULT
 ) -> Mapping[str, Any]:
-    """The inputs that a file of an old type version sets, as the present version would have them."""
+    """The inputs that a file of an older type version sets, as the present version expects them."""
     since, unset = meant_nothing(type_id, registry)
     if version is None or version >= since:
         return inputs
@@ -33,13 +33,13 @@ def upgraded(
 
 @dataclass(slots=True)
 class Notes:
-    """Notes of one file: each said once, for the first place it holds, with how many more there are."""
+    """Warnings of one file: each is given once, for the first place it concerns, with the number of further places."""
 
     first: dict[tuple[str, str], tuple[Mark | None, str]] = field(default_factory=dict)
     more: dict[tuple[str, str], int] = field(default_factory=dict)
 
     def add(self, code: str, message: str, mark: Mark | None, path: str) -> None:
-        """Notes what holds at `mark`, or where there is none at the prim path."""
+        """Adds a warning at `mark`, or at the prim path if the file has no lines."""
         key = (code, message)
         if key in self.first:
             self.more[key] = self.more.get(key, 0) + 1
@@ -47,7 +47,7 @@ class Notes:
             self.first[key] = mark, path
 
     def all(self) -> tuple[Note, ...]:
-        """Every note, in the order they came up."""
+        """All warnings, in the order in which they were added."""
 
         def line(key: tuple[str, str]) -> str:
             count = self.more.get(key)
@@ -57,9 +57,9 @@ class Notes:
 
 
 def migrated_type(type_id: str, registry: Registry = DEFAULT) -> tuple[str, str | None]:
-    """The present id of a type and, where it differs, a sentence that says so; an unknown id comes back unchanged.
+    """The present id of a type, and a sentence if it differs from the given one; an unknown id comes back unchanged.
 
-    An id that moved to a type which is not registered here gets its new name too, so that messages show it.
+    If the present type is not registered here the new id is still given, so that messages show it.
     """
     if type_id in registry:
         return type_id, None
@@ -70,7 +70,7 @@ def migrated_type(type_id: str, registry: Registry = DEFAULT) -> tuple[str, str 
         if new in registry:
             return new, f'the ROS 1 node type "{type_id}" is gone; its ROS 2 twin "{new}" runs instead'
         if registry.library.why_absent(new) is None:
-            return type_id, None  # no twin: the message about an unknown type shows the file's own id
+            return type_id, None  # no present type: the message about an unknown type shows the id of the file
         return new, f'the ROS 1 node type "{type_id}" is gone; its ROS 2 twin is "{new}"'
     return new, f'node type "{type_id}" is now called "{new}"; the new name is used'
 
@@ -90,7 +90,7 @@ def _by_prefix(type_id: str, registry: Registry) -> str | None:
 
 
 def migrate(spec: FileSpec, registry: Registry = DEFAULT) -> FileSpec:
-    """The file with every old id and attribute brought up to date; each change is noted once for the whole file."""
+    """The file with every old id and attribute upgraded; each kind of change is noted once for the whole file."""
     notes = Notes()
     graphs = tuple(_graph(graph, registry, notes) for graph in spec.graphs)
     if not notes.first and all(new is old for new, old in zip(graphs, spec.graphs, strict=True)):
@@ -126,7 +126,7 @@ def _graph(graph: GraphSpec, registry: Registry, notes: Notes) -> GraphSpec:
 
 
 def _renamed(node: NodeSpec, graph: GraphSpec, fed: Sequence[str], registry: Registry, notes: Notes) -> dict[str, str]:
-    """The attributes of a node that have another name now, or none (""); `fed` are those that connections lead to."""
+    """The old and the present names of a node's attributes, "" if removed; `fed`: those with a connection."""
     renames = registry.library.renames
     table = renames.RENAMED.get(node.type, {})
     found: dict[str, str] = {}
@@ -141,9 +141,9 @@ def _renamed(node: NodeSpec, graph: GraphSpec, fed: Sequence[str], registry: Reg
 
 
 def changed_attribute(type_id: str, full: str, registry: Registry = DEFAULT) -> tuple[str, str, str] | None:
-    """What an old attribute of a present type is called now, "" where it is gone, with a warning's code and sentence.
+    """The present name of an old attribute, "" if it was removed, with a warning's code and sentence.
 
-    None for one that the type has, or of which nothing is known.
+    None if the type has the attribute, or if the name is not known at all.
     """
     renames = registry.library.renames
     table = renames.RENAMED.get(type_id, {})
@@ -163,7 +163,7 @@ def _has_old(node: NodeSpec, removed: Mapping[str, str]) -> bool:
 
 
 def _fed_inputs(graph: GraphSpec) -> Mapping[str, list[str]]:
-    """What connections lead to, by the node's name."""
+    """The inputs to which connections lead, by node name."""
     found: dict[str, list[str]] = {}
     for one in graph.connections:
         node, _, attribute = one.target.rpartition(".")

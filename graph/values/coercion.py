@@ -28,7 +28,7 @@ _DTYPES = {
     "double": "float64",
 }
 LARGEST = {"half": 65504.0, "float": 3.4028234663852886e38}
-"""The largest finite number of the storages that Python's float goes beyond."""
+"""The largest finite number of the types that are stored as a wider Python float."""
 
 
 @cache
@@ -40,7 +40,7 @@ def dtype_of(type_: Type) -> np.dtype[Any]:
 
 
 def zero(type_: AnyType) -> Any:
-    """The value of an attribute that nobody set: 0, False, "", empty, or the identity for quaternions and matrices."""
+    """The value of an unset attribute: 0, False, "", empty, or the identity for quaternions and matrices."""
     if isinstance(type_, Extended):
         return None
     if type_.storage == "target" or (type_.storage == "token" and type_.array):
@@ -73,10 +73,10 @@ def _zero_array(type_: Type) -> np.ndarray[Any, Any]:
 
 
 def coerce(type_: Type, value: Any) -> Any:
-    """`value`, as a file, a test or a script gives it, as a value of `type_`.
+    """`value` (from a file, a test or a script) as a value of `type_`.
 
-    Whole floats are accepted for integers, ints for reals, one path for a target, flat lists for matrices; never
-    bool for a number or text for either. Raises ValueError with what was expected and what came.
+    Accepted: whole floats for integers, ints for reals, one path for a target, flat lists for matrices. Refused: bool
+    for a number, text for a bool or a number. Raises ValueError that says what was expected and what was given.
     """
     return _coercer(type_)(value)
 
@@ -154,7 +154,7 @@ def _real(type_: Type, value: Any) -> float:
         real = float(value)
     except OverflowError:
         real = math.inf
-    # An infinity that was written as one is fine; a finite number that would become one is not.
+    # An infinity that the user wrote is kept; a finite number that would become infinite is refused.
     if (math.isinf(real) and isinstance(value, int)) or LARGEST.get(type_.storage, math.inf) < abs(real) < math.inf:
         raise ValueError(f"{shown(value)} does not fit {type_}")
     rounder = ROUNDERS.get(type_.storage)
@@ -220,7 +220,7 @@ def _holds_bool(value: Any) -> bool:
 
 
 def _from_objects(type_: Type, value: Any, expected: str) -> np.ndarray[Any, Any]:
-    """Whole numbers too large for NumPy's own guess, or nothing numeric at all."""
+    """An array of integers too large for NumPy's own choice of dtype; ValueError if a value is not a number."""
     import numpy as np
 
     array = np.array(value, dtype=object)

@@ -1,4 +1,6 @@
-"""Which types may be connected, and what happens to a value on the way: OmniGraph's implicit conversions, no others.
+"""Which types may be connected, and how a value is converted on a connection:
+
+OmniGraph's implicit conversions, no others.
 
 Allowed: the same type; the same storage in another role (double[3] to vectord[3]); one number to another; one text to
 another. Refused: bool to number, tuple to scalar, scalar to tuple, element to array, and execution, target or bundle to
@@ -29,11 +31,10 @@ def convertible(source: Type, target: Type) -> bool:
 
 @cache
 def converter(source: Type, target: Type) -> Converter | None:
-    """The function that turns a value of `source` into one of `target`; None where the value passes as it is.
+    """The function that turns a value of `source` into one of `target`; None if the value passes unchanged.
 
-    A float becomes an integer towards zero; a number that does not fit raises ValueError when it is converted. On the
-    way through a `float` or `half` at either end a real number takes that precision.
-    Raises TypeError where the table allows no conversion.
+    A float is truncated to an integer; a number out of range raises ValueError at the conversion. If either end is
+    `float` or `half`, a real number is rounded to that precision. Raises TypeError if the types cannot be connected.
     """
     if not convertible(source, target):
         raise TypeError(f"{source} cannot feed {target}")
@@ -49,9 +50,9 @@ def converter(source: Type, target: Type) -> Converter | None:
 
 
 def way_between(source: Type | None, target: AnyType | None) -> str:
-    """The tail of a message about two types that cannot meet: the node that leads from one to the other, if any.
+    """The tail of a message about two types that cannot be connected: the node that converts one to the other, if any.
 
-    For a union without such a node: what it takes.
+    For a union without such a node: the types it accepts.
     """
     if source is None or target is None:
         return ""
@@ -76,7 +77,7 @@ def way_between(source: Type | None, target: AnyType | None) -> str:
 
 
 def _way_into(source: Type, target: Extended) -> str:
-    """As `way_between`, into an open attribute."""
+    """As `way_between`, for an open target."""
     if source.storage == "execution" or settle(source, target) is not None:
         return ""
     nearest: list[tuple[Type, str]] = []
@@ -99,7 +100,7 @@ def _way_into(source: Type, target: Extended) -> str:
 
 
 def _kinds(target: Extended) -> str:
-    """What a union takes, in words: its types where they are few, else the kinds of them."""
+    """The types a union accepts, in words: each type if they are few, else their kinds."""
     members = target.members
     if len(members) <= 4:
         return _either([one.name for one in members])
@@ -121,9 +122,9 @@ def _either(words: Sequence[str]) -> str:
 
 
 def settle(source: Type, target: Extended) -> Type | None:
-    """The type an open `target` takes from a connected `source`; None if they cannot meet.
+    """The type that an open `target` takes from a connected `source`; None if they do not match.
 
-    The source's own type where the target accepts it, else the first member it converts to, reals before integers.
+    The source's own type if the target accepts it, else the first member it converts to, reals before integers.
     """
     if target.accepts(source):
         return source

@@ -1,4 +1,4 @@
-"""Whether two pieces of plain data say the same to a reader of a file: 1 and 1.0 do, nan and nan; 1 and true do not.
+"""Equality of plain data as a graph file means it: 1 equals 1.0, nan equals nan, 1 does not equal true.
 
 Key order matters too: prims are authored, and nodes computed, in the order of the file.
 """

@@ -1,7 +1,7 @@
 """Rounding to the precision of `float` and `half` attributes, whose values are Python floats.
 
-A `float` attribute holds only numbers that float32 has, a `half` only those of float16 (IEEE 754, ties to even):
-0.1 + 16777216 is 16777216 there, as in OmniGraph's own attributes.
+A `float` attribute holds only numbers of float32, a `half` only those of float16 (IEEE 754, ties to even): 0.1 +
+16777216 is 16777216 in a `float`, as in OmniGraph's own attributes.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ def half(value: float) -> float:
 
 
 ROUNDERS: dict[str, Rounder] = {"half": half, "float": single}
-"""By storage; other storages need no rounding. The first is the coarser one."""
+"""The rounding of each storage that needs it, coarsest first."""
 
 
 def coarser(*storages: str) -> Rounder | None:
-    """The rounding that a number passes on its way through attributes of these storages; None for none."""
+    """The rounding of a number that passes attributes of both storages; None if neither rounds."""
     return next((ROUNDERS[storage] for storage in ROUNDERS if storage in storages), None)

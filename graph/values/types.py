@@ -1,7 +1,7 @@
-"""The attribute types of OmniGraph: their OGN names, what they store, and the names that stand for several.
+"""The attribute types of OmniGraph: OGN names, storage, and the names of type groups.
 
-Every legal concrete name is in one table, `TYPES`; `parse_type` also reads `any`, unions and their groups.
-Nothing here needs NumPy: values live in `graph.values.coercion`, conversions in `graph.values.conversion`.
+Every concrete type is in one table, `TYPES`; `parse_type` also reads `any`, unions and groups. This module does not
+need NumPy: values live in `graph.values.coercion`, conversions in `graph.values.conversion`.
 """
 
 from __future__ import annotations
@@ -30,10 +30,11 @@ NUMBERS = (*INTEGER_RANGES, *DECIMALS)
 
 @dataclass(frozen=True, slots=True)
 class Type:
-    """One concrete type. Equal types are one object, so `is` compares them.
+    """One concrete type. Equal types are one object, so they can be compared with `is`.
 
-    storage: what is kept (`double`, `token`, `target` ...); role: what it means (`point`, `quat`, `timecode` ...),
-    "" for none; count: numbers in a tuple, rows of a matrix, else 1; square: a matrix; array: any number of those.
+    storage: what is kept (`double`, `token`, `target` ...); role: what it means (`point`, `quat`, `timecode` ...), or
+    ""; count: numbers in a tuple or rows of a matrix, else 1; square: whether it is a matrix; array: whether it is an
+    array of these.
     """
 
     name: str
@@ -48,12 +49,12 @@ class Type:
 
     @property
     def numeric(self) -> bool:
-        """Whether it is made of numbers, alone or many."""
+        """Whether its values are numbers: a scalar, a tuple, a matrix or an array of them."""
         return self.storage in NUMBERS
 
     @property
     def scalar(self) -> bool:
-        """Whether it is a single thing: no tuple, matrix or array."""
+        """Whether it is a single value: not a tuple, matrix or array."""
         return self.count == 1 and not self.array
 
     @property
@@ -75,26 +76,29 @@ class Type:
 
     @property
     def element(self) -> Type:
-        """What an array holds; any other type itself."""
+        """The element type of an array; the type itself if it is not an array."""
         return TYPES[self.name.removesuffix("[]")]
 
     @property
     def component(self) -> Type:
-        """The number a tuple, matrix or an array of them is made of."""
+        """The scalar type that a tuple, a matrix or an array consists of."""
         return TYPES[self.storage] if self.count > 1 else self.element
 
     def array_of(self) -> Type:
-        """The array of this type. Raises ValueError where OGN has none."""
+        """The array of this type. Raises ValueError if OGN has no such type."""
         return concrete_type(self.name + "[]")
 
     def tuple_of(self, count: int) -> Type:
-        """The plain tuple of `count` of these numbers. Raises ValueError where OGN has none."""
+        """The plain tuple of `count` of these numbers. Raises ValueError if OGN has no such type."""
         return concrete_type(f"{self.storage}[{count}]")
 
 
 @dataclass(frozen=True, slots=True)
 class Extended:
-    """A type still open: `any` (no members) or a union. Connections and values settle it when the graph is compiled."""
+    """A type that is still open:
+
+    `any` (no members) or a union. Connections and values resolve it when the graph is compiled.
+    """
 
     name: str
     members: tuple[Type, ...] = ()
@@ -145,7 +149,7 @@ EXECUTION = TYPES["execution"]
 
 
 def concrete_type(name: str) -> Type:
-    """The concrete type of that OGN name. Raises ValueError with the nearest name for any other text."""
+    """The concrete type with that OGN name. Raises ValueError with the nearest name for any other text."""
     try:
         return TYPES[name]
     except KeyError:
@@ -178,11 +182,11 @@ def _groups() -> dict[str, tuple[Type, ...]]:
 
 
 GROUPS: dict[str, tuple[Type, ...]] = _groups()
-"""Names that stand for several types in a union; "scalers" is OGN's spelling."""
+"""Names of several types, used in a union; "scalers" is OGN's spelling."""
 
 
 def parse_type(spec: str | Sequence[str]) -> AnyType:
-    """The type a declaration names: an OGN name, `any`, a group, or a sequence of names and groups (a union).
+    """The type that a declaration names: an OGN name, `any`, a group, or a sequence of names and groups (a union).
 
     Raises ValueError with the nearest name for anything else.
     """

@@ -1,4 +1,4 @@
-"""Values that come without a type, or with one: what an open attribute takes when it is only set."""
+"""Values written without a type, or with an explicit one: the type that an open attribute takes from its value."""
 
 from __future__ import annotations
 
@@ -12,7 +12,10 @@ _STORAGES = ("bool", "uchar", "int", "uint", "int64", "uint64", "half", "float",
 
 
 def natural_type(value: Any) -> list[Type]:
-    """The types an untyped value may be meant as, likeliest first: what an open attribute takes when only set."""
+    """The types that an untyped value may have, most likely first.
+
+    An unconnected open attribute takes the first that fits.
+    """
     if hasattr(value, "tolist") and hasattr(value, "dtype"):
         own = next((s for s in _STORAGES if dtype_of(TYPES[s]) == value.dtype), None)
         if own is not None and value.ndim == 0:
@@ -53,7 +56,7 @@ def _sequence_types(value: list[Any], storage: str | None) -> list[Type]:
 
 
 def coerced(type_: Type, raw: Any) -> Any:
-    """A value as of this type, given as it is or in the explicit form. Raises ValueError where that cannot be."""
+    """A value, plain or in the explicit form, as a value of `type_`. Raises ValueError if it cannot be converted."""
     explicit = typed_value(raw)
     return coerce(type_, raw if explicit is None else explicit[1])
 
@@ -61,7 +64,7 @@ def coerced(type_: Type, raw: Any) -> Any:
 def typed_value(value: Any) -> tuple[Type, Any] | None:
     """The type and value of the explicit form `{type: double[3], value: [1, 0, 0]}`; None for any other value.
 
-    Raises ValueError for an unknown type or a value that is not of it.
+    Raises ValueError for an unknown type or a value that does not fit it.
     """
     if not isinstance(value, Mapping) or set(value) != {"type", "value"}:
         return None
