@@ -1,4 +1,4 @@
-"""Graphs made, changed, read and evaluated from Python: OmniGraph's Controller.
+"""Makes, changes, reads and evaluates graphs from Python: OmniGraph's Controller.
 
 from graph import Controller
 """

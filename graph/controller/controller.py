@@ -41,7 +41,7 @@ UNGIVEN: Any = object()
 
 
 class OnEither(Generic[P, R]):
-    """A method of the class and of its instances: called on the class, it works on the present set of graphs."""
+    """A method of the class and of its instances; called on the class, it works on the present set of graphs."""
 
     def __init__(self, function: Callable[Concatenate[Any, P], R]) -> None:
         self._function = function
@@ -52,15 +52,15 @@ class OnEither(Generic[P, R]):
 
 
 class Controller:
-    """Edits, reads and evaluates the graphs of the most recently entered App; without one, those of this process.
+    """Edits, reads and evaluates the graphs of the most recently entered App; without an App, those of this process.
 
     Every call works on the class and on an instance. An instance may be bound to an attribute (`Controller(attribute)`
-    with `get`, `set`), to an App or to a set of graphs of its own.
+    with `get`, `set`), to an App or to its own set of graphs.
 
-    An edit is checked whole, then applied whole: it raises OmniGraphError with every problem, nothing being changed, or
-    it is done. It counts from the next evaluation of its graph on; one that a node makes while the graph is being
-    evaluated is checked at once and applied when that evaluation has ended. Nodes that stay keep their memory, state,
-    outputs and sleep. Values (`set`) are set at once.
+    An edit is checked completely before it is applied: either it raises OmniGraphError with every problem and changes
+    nothing, or it is done. It takes effect at the next evaluation of its graph. An edit that a node makes during the
+    evaluation of the graph is checked at once and applied when that evaluation has ended. Nodes that stay keep their
+    memory, state, outputs and sleep. Values (`set`) are set at once.
     """
 
     Keys = Keys
@@ -77,7 +77,9 @@ class Controller:
         graphs: GraphSet | None = None,
         registry: Registry | None = None,
     ) -> None:
-        """attribute: what `get` and `set` mean; app, graphs: whose graphs; registry: own graphs, of these types."""
+        """attribute: what `get` and `set` mean; app, graphs: whose graphs; registry: for an own set of graphs, of
+        these types.
+        """
         if graphs is None and registry is not None:
             graphs = GraphSet(registry=registry)
         self._set = graphs if graphs is not None else graphs_of(app) if app is not None else None
@@ -94,13 +96,13 @@ class Controller:
     def edit(
         self: Any, graph_id: Any, edit_commands: Mapping[str, Any] | None = None
     ) -> tuple[Graph, list[Any], list[Any], dict[str, Any]]:
-        """Makes or changes a graph; gives the graph, the new nodes, the new prims, and new nodes by short name.
+        """Makes or changes a graph; returns the graph, the new nodes, the new prims, and the new nodes by short name.
 
-        graph_id: the path of a graph (made with the default settings, push, if there is none), a Graph, the path of a
-        compound's inside (`.../compound/Subgraph`), or a dict with graph_path, evaluator_name, pipeline_stage,
-        evaluation_mode, which makes a new graph. edit_commands: lists by
-        key, see `Keys`; a single entry may stand for a list of one. Raises OmniGraphError with every problem, and
-        OmniGraphValueError where only values are wrong; then nothing has changed.
+        graph_id: the path of a graph (a missing one is made with the default settings, push), a Graph, the path of a
+        compound's inside (`.../compound/Subgraph`), or a dict with graph_path, evaluator_name, pipeline_stage and
+        evaluation_mode, which makes a new graph. edit_commands: lists by key, see `Keys`; a single entry may stand for
+        a list of one. Raises OmniGraphError with every problem, or OmniGraphValueError if only values are wrong; then
+        nothing has changed.
         """
         graphs: GraphSet = self.graphs
         with collector_paused():
@@ -115,7 +117,7 @@ class Controller:
 
     @OnEither
     def create_graph(self: Any, graph_id: Any) -> Graph:
-        """Makes a graph; `graph_id` as in `edit`. Raises OmniGraphError if there is one of that path."""
+        """Makes a graph; `graph_id` as in `edit`. Raises OmniGraphError if the path is already a graph."""
         path = find.existing(self.graphs, graph_id)
         if path:
             raise OmniGraphError(f"graph {path} already exists")
@@ -124,12 +126,12 @@ class Controller:
 
     @OnEither
     def delete_graph(self: Any, graph_id: Any) -> None:
-        """Takes a graph away and releases what its nodes hold."""
+        """Removes a graph and releases what its nodes hold."""
         self.graphs.remove(find.graph_path(graph_id))
 
     @OnEither
     def create_node(self: Any, node_id: Any, node_type_id: Any, allow_exists: bool = False) -> Any:
-        """Makes a node; `node_id`: its path, or (name, graph). An existing one is given back if `allow_exists`."""
+        """Makes a node; `node_id`: its path, or (name, graph). With `allow_exists` an existing one is returned."""
         graph, name = find.graph_and_name(self.graphs, node_id)
         there = graph.nodes.get(name)
         if there is not None and allow_exists:
@@ -138,7 +140,7 @@ class Controller:
 
     @OnEither
     def delete_node(self: Any, node_id: Any, graph_id: Any = None, ignore_if_missing: bool = False) -> bool:
-        """Removes a node with its connections; False if it was missing and that is ignored."""
+        """Removes a node with its connections; False if it is missing and `ignore_if_missing`."""
         node = find.node(self.graphs, node_id, graph_id, missing=ignore_if_missing)
         if node is None:
             return False
@@ -161,13 +163,13 @@ class Controller:
 
     @OnEither
     def connect(self: Any, src_spec: Any, dst_spec: Any) -> None:
-        """Connects two attributes; a connection that is there already is not a mistake."""
+        """Connects two attributes; an existing connection is not an error."""
         graph = find.graph_of_end(self.graphs, dst_spec)
         self.edit(graph, {Keys.CONNECT: [(src_spec, dst_spec)]})
 
     @OnEither
     def disconnect(self: Any, src_spec: Any, dst_spec: Any) -> None:
-        """Takes a connection away. Raises OmniGraphError if there is none."""
+        """Removes a connection. Raises OmniGraphError if it does not exist."""
         graph = find.graph_of_end(self.graphs, dst_spec)
         self.edit(graph, {Keys.DISCONNECT: [(src_spec, dst_spec)]})
 
@@ -175,22 +177,28 @@ class Controller:
 
     @OnEither
     def graph(self: Any, graph_id: Any) -> Graph:
-        """The graph of that path. Raises OmniGraphError with the nearest one."""
+        """The graph with that path. Raises OmniGraphError with the nearest one."""
         return find.graph(self.graphs, graph_id)
 
     @OnEither
     def node(self: Any, node_id: Any, graph_id: Any = None) -> Any:
-        """The node of that path, of that name in a graph, or of (name, graph). Raises OmniGraphError for none."""
+        """The node with that path, of that name in a graph, or of (name, graph).
+
+        Raises OmniGraphError if there is no such node.
+        """
         return find.node(self.graphs, node_id, graph_id)
 
     @OnEither
     def attribute(self: Any, attribute_id: Any, node_id: Any = None, graph_id: Any = None) -> AttributeOf:
-        """The attribute of that path, of that name on a node, or of (name, node). Raises OmniGraphError otherwise."""
+        """The attribute with that path, of that name on a node, or of (name, node).
+
+        Raises OmniGraphError if it does not exist.
+        """
         return find.attribute(self.graphs, attribute_id, node_id, graph_id)
 
     @OnEither
     def variable(self: Any, variable_id: Any, graph_id: Any = None) -> Variable:
-        """The variable of that name of a graph, or of (graph, name)."""
+        """The variable with that name in a graph, or of (graph, name)."""
         if isinstance(variable_id, tuple):
             graph_id, variable_id = variable_id
         graph = find.graph(self.graphs, graph_id)
@@ -201,7 +209,7 @@ class Controller:
 
     @OnEither
     def prim(self: Any, prim_id: Any) -> Any:
-        """The prim of that path on the App's stage. Raises OmniGraphError if there is none."""
+        """The prim with that path on the App's stage. Raises OmniGraphError if it does not exist."""
         from .names import node_text
 
         path = node_text(prim_id, "prim")
@@ -215,18 +223,18 @@ class Controller:
 
     @OnEither
     def get(self: Any, attribute: Any = None, node: Any = None) -> Any:
-        """The present value of an attribute (or variable); without one, of that of this Controller."""
+        """The present value of an attribute (or variable); without argument, of the attribute of this Controller."""
         found = _value_of(self, attribute, node)
         if isinstance(found, AttributeOf) and found.full_name not in found.node.types:
-            self.edit(found.node.graph, {Keys.CREATE_ATTRIBUTES: [(found, "any")]})  # a field of a message, say
+            self.edit(found.node.graph, {Keys.CREATE_ATTRIBUTES: [(found, "any")]})  # for example a field of a message
         return found.get()
 
     @OnEither
     def set(self: Any, attribute: Any = UNGIVEN, value: Any = UNGIVEN, node: Any = None) -> None:
         """Sets the value of an attribute (or variable), now and for every start after a stop.
 
-        `Controller(attribute).set(value)` takes the value alone. Raises OmniGraphValueError for one that is not of its
-        type, not allowed, or that a connection would overwrite.
+        `Controller(attribute).set(value)` takes the value alone. Raises OmniGraphValueError for a value that does not
+        fit the type, is not allowed, or that a connection would overwrite.
         """
         if value is UNGIVEN:
             attribute, value = None, attribute
@@ -245,7 +253,7 @@ class Controller:
 
     @OnEither
     def evaluate_sync(self: Any, graph_id: Any = None) -> None:
-        """Evaluates a graph, several, or (without argument) every graph of the simulation stage, once.
+        """Evaluates once a graph, several, or (without argument) every graph of the simulation stage.
 
         Raises OmniGraphError for graphs that do not exist and for those of the pre-render and post-render stages, which
         the renderer evaluates.
@@ -258,12 +266,12 @@ class Controller:
 
     @OnEither
     async def evaluate(self: Any, graph_id: Any = None) -> None:
-        """`evaluate_sync` for scripts that await it."""
+        """`evaluate_sync` as a coroutine."""
         self.evaluate_sync(graph_id)
 
 
 def _edited(graphs: GraphSet, graph_id: Any, commands: Mapping[str, Any]) -> tuple[Edit, Graph, list[Any]]:
-    """The edit, made: in place where its effect is small, else by compiling the graph anew."""
+    """Makes the edit: in place if its effect is small, else by compiling the graph again."""
     path, scope = find.inside_compound(graphs, graph_id)
     path = path or find.existing(graphs, graph_id)
     model = graphs.lasting_model(path) if path else None
@@ -303,7 +311,7 @@ def get_graph_by_path(path: str) -> Graph: ...
 @overload
 def get_graph_by_path(path: str, default: None) -> Graph | None: ...
 def get_graph_by_path(path: str, default: Any = UNGIVEN) -> Graph | None:
-    """The graph of that path; `default` where there is none, else OmniGraphError."""
+    """The graph with that path, or `default`; without a default, raises OmniGraphError if it does not exist."""
     graph = present_set().graphs.get(path)
     if graph is None and default is UNGIVEN:
         return present_set().get(path)
@@ -311,13 +319,13 @@ def get_graph_by_path(path: str, default: Any = UNGIVEN) -> Graph | None:
 
 
 def get_node_by_path(path: str) -> Node:
-    """The node of that path. Raises OmniGraphError if there is none."""
+    """The node with that path. Raises OmniGraphError if it does not exist."""
     node: Node = find.node(present_set(), path)
     return node
 
 
 def get_registered_nodes() -> list[str]:
-    """The ids of all node types there are."""
+    """The ids of all registered node types."""
     return [one.id for one in present_set().registry.all()]
 
 

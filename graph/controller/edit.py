@@ -1,4 +1,4 @@
-"""One edit: its entries are worked into models of the graphs, which are then compiled and applied as a whole."""
+"""One edit: its entries are applied to models of the graphs, which are then compiled and applied as a whole."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ COMPOUND = "omni.graph.nodes.CompoundSubgraph"
 
 
 class _ToldError(Exception):
-    """What is wrong has been told of another entry."""
+    """The problem has already been reported for another entry."""
 
 
 class Edit:
@@ -47,10 +47,10 @@ class Edit:
         self.created: list[str] = []
         """Names of new nodes in this graph, compounds included, in order."""
         self.names: dict[str, str] = {}
-        """Short name to the name in this graph."""
+        """Name in this graph by short name."""
 
     def collect(self, operations: Mapping[str, Any], scope: str = "") -> None:
-        """Works all entries into the models; `scope` is the beginning of the names inside a compound."""
+        """Applies all entries to the models; `scope` is the prefix of the names inside a compound."""
         if not isinstance(operations, Mapping):
             raise OmniGraphError(
                 f"{shown(operations)} is not an edit; write a dict, of lists by key: {', '.join(ORDER)}"
@@ -77,8 +77,10 @@ class Edit:
                     self._problems.append(Problem(message, mark))
 
     def apply_in_place(self) -> tuple[Graph, list[Any]] | None:
-        """Makes an edit that only adds and sets where it has its effect; None, and nothing is changed, if that does not
-        do: then the graph has to be compiled, or the edit is wrong.
+        """Makes the edit in place if it only adds and sets.
+
+        Returns None, with nothing changed, if that is not possible: then the graph must be compiled, or the edit is
+        wrong.
         """
         patch = None if self._problems or len(self._models) > 1 else self._main.patch()
         graph = self._graphs.patched(self._main, patch) if patch is not None else None
@@ -88,13 +90,13 @@ class Edit:
         return graph, self._prims.apply()
 
     def apply(self) -> tuple[Graph, list[Any]]:
-        """Compiles and applies; gives the graph and the prims. Raises OmniGraphError, with nothing changed."""
+        """Compiles and applies; returns the graph and the prims. Raises OmniGraphError, with nothing changed."""
         for path in list(self._models):
             for other in self._graphs.linked_with(path):
                 self._model(other)
         specs = [model.spec() for model in self._models.values()]
         if self._problems:
-            self._problems += self._graphs.problems(specs)  # of the entries that could be worked in
+            self._problems += self._graphs.problems(specs)  # of the entries that were applied
             self._raise_problems()
         touched = {path: model.touched for path, model in self._models.items()}
         try:
@@ -118,7 +120,7 @@ class Edit:
         raise (OmniGraphValueError if only_values else OmniGraphError)(self._problems)
 
     def _forget_marks(self, applied: Mapping[str, Graph]) -> None:
-        """The place in an edit means nothing to whoever reads a message later."""
+        """Removes places in the edit, which mean nothing in later messages."""
         for path, model in self._models.items():
             if not model.touched:
                 continue
@@ -176,7 +178,7 @@ class Edit:
         raise OmniGraphError(f'"{written}" is not a legal node; graph {main.path} does not contain it{near}')
 
     def _ends(self, spec: Any, scope: str, side: Side) -> list[tuple[Model, str, str]]:
-        """The model, node and full attribute of an end; several behind an input of a compound."""
+        """The model, node and full attribute of an end; several for an input of a compound."""
         owner, _, attribute = end_text(spec).rpartition(".")
         model, name = self._known_name(owner, scope)
         if name not in model.compounds:
@@ -196,7 +198,8 @@ class Edit:
         return [(model, node, inner) for node, _, inner in inside]
 
     def _targets(self, spec: Any, scope: str) -> list[tuple[Model, str, str]]:
-        """As `_ends` of a target, attributes of older releases by the names they have now; without those that are gone.
+        """As `_ends` of a target, with attributes of older releases under their present names; removed ones are left
+        out.
 
         An attribute that the script made itself is never an old one.
         """
@@ -275,7 +278,7 @@ class Edit:
         model.changes.others |= name not in model.changes.nodes
 
     def _flag(self, node: NodeModel, full: str, value: Any) -> Any:
-        """0 and 1 as the false and true that OmniGraph takes them for where the attribute is a bool."""
+        """0 and 1 as False and True if the attribute is a bool, as OmniGraph does."""
         if type(value) is not int or value not in (0, 1):
             return value
         prefix, _, name = full.partition(":")
@@ -388,7 +391,7 @@ def type_name(kind: Any) -> str:
 
 
 def plain_value(value: Any, kind: Any = None) -> Any:
-    """The value as a spec holds it: with its type where one is given; nodes and paths as text."""
+    """The value as a spec holds it: with its type if one is given; nodes and paths as text."""
     if isinstance(value, TypedValue):
         value, kind = value.value, value.type
     if kind is not None:

@@ -1,4 +1,4 @@
-"""Evaluating graphs on request."""
+"""Evaluates graphs on request."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _RENDERED = ("pre_render", "post_render")
 
 
 def evaluate_all(graphs: GraphSet, chosen: Sequence[Graph] | None) -> None:
-    """Evaluates the chosen graphs once, in that order; None means all of the simulation stage, by path.
+    """Evaluates the chosen graphs once, in that order; None means all graphs of the simulation stage, by path.
 
     Raises OmniGraphError, with nothing evaluated, if one belongs to a render stage.
     """

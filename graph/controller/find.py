@@ -1,4 +1,4 @@
-"""Looking graphs, nodes and attributes up by whatever people name them with."""
+"""Finds graphs, nodes and attributes by the forms in which scripts name them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .names import attribute_text, end_text, node_text
 
 
 def graph_path(graph_id: Any) -> str:
-    """The path that a graph id names."""
+    """The path that a graph id means."""
     if isinstance(graph_id, Mapping):
         if "graph_path" not in graph_id:
             raise OmniGraphError('a graph dict needs "graph_path"')
@@ -26,7 +26,7 @@ def graph_path(graph_id: Any) -> str:
 
 
 def inside_compound(graphs: GraphSet, graph_id: Any) -> tuple[str, str]:
-    """The graph and the beginning of the names where the path is that of a compound's inside; else "", ""."""
+    """The graph and the prefix of the names if the path is a compound's inside; else "", ""."""
     path = graph_path(graph_id)
     if not path.endswith(f"/{SUBGRAPH}") or graphs.latest(path) is not None:
         return "", ""
@@ -40,7 +40,7 @@ def inside_compound(graphs: GraphSet, graph_id: Any) -> tuple[str, str]:
 
 
 def existing(graphs: GraphSet, graph_id: Any) -> str:
-    """The path of the graph to edit; "" if it is to be made. Raises OmniGraphError for a dict of one that exists."""
+    """The path of the graph to edit; "" if it is to be made. Raises OmniGraphError for a dict of an existing graph."""
     path = graph_path(graph_id)
     there = graphs.latest(path) is not None
     if isinstance(graph_id, Graph) and not there:
@@ -55,7 +55,7 @@ def graph(graphs: GraphSet, graph_id: Any) -> Graph:
     if graph_id is None:
         raise OmniGraphError("name a graph")
     if isinstance(graph_id, Graph) and graph_id.target != graph_id.path:
-        return graph_id  # as one prim has it: the path is that of the graph on all of them
+        return graph_id  # an instance: its path is that of the graph
     return graphs.get(graph_path(graph_id))
 
 
@@ -69,7 +69,7 @@ def graph_and_name(graphs: GraphSet, node_id: Any) -> tuple[Graph, str]:
 
 
 def node(graphs: GraphSet, node_id: Any, graph_id: Any = None, *, missing: bool = False) -> Any:
-    """The node or compound. Raises OmniGraphError, or gives None where it may be missing."""
+    """The node or compound. If it does not exist: None if `missing` is allowed, else raises OmniGraphError."""
     if isinstance(node_id, (Node, Compound)):
         return node_id
     path = node_text(node_id if graph_id is None else (node_id, graph(graphs, graph_id)))
@@ -107,7 +107,7 @@ def attribute(graphs: GraphSet, attribute_id: Any, node_id: Any = None, graph_id
 
 
 def graph_of_end(graphs: GraphSet, end: Any) -> Graph:
-    """The graph of the node that an attribute belongs to, as edited last."""
+    """The graph of the node that an attribute belongs to, as last edited."""
     if isinstance(end, AttributeOf):
         return end.node.graph
     owner = end_text(end).rpartition(".")[0]

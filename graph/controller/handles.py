@@ -1,4 +1,4 @@
-"""What an edit returns beside nodes: compounds."""
+"""Compounds as an edit returns them, beside nodes."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from graph.evaluate.omnigraph_names import AttributeOf
 
 
 class Compound:
-    """A compound of a graph: its ports stand for attributes of the nodes inside."""
+    """A compound of a graph: its ports stand for attributes of the inner nodes."""
 
     def __init__(self, graph: Graph, name: str) -> None:
         self.graph = graph
@@ -24,16 +24,19 @@ class Compound:
 
     @property
     def ports(self) -> dict[str, tuple[str, ...]]:
-        """Its ports, `inputs:x`, with the ends inside that each stands for."""
+        """Its ports, `inputs:x`, with the inner attributes that each stands for."""
         return dict(self.graph.spec.compounds.get(self.name, {}))
 
     @property
     def nodes(self) -> list[Node]:
-        """The nodes inside."""
+        """The inner nodes."""
         return [node for name, node in self.graph.nodes.items() if name.startswith(f"{self.name}/")]
 
     def get_attribute(self, name: str) -> AttributeOf:
-        """The attribute inside that a port stands for, the first of several. Raises OmniGraphError for no port."""
+        """The inner attribute that a port stands for, the first of several.
+
+        Raises OmniGraphError for an unknown port.
+        """
         ports = self.ports
         for full in (name, *(f"{prefix}:{name}" for prefix in PREFIXES)):
             if full in ports:

@@ -1,4 +1,4 @@
-"""The names that edits are written with; the same as OmniGraph's."""
+"""The names used in edits; the same as OmniGraph's."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from graph.spec.file_spec import EvaluationMode, Evaluator, PipelineStage
 
 
 class Keys:
-    """What an edit may do, as the keys of `Controller.edit`. Their order in the dict does not matter."""
+    """What an edit can do, as the keys of `Controller.edit`. Their order in the dict does not matter."""
 
     DELETE_NODES = "delete_nodes"
     CREATE_NODES = "create_nodes"
@@ -38,11 +38,11 @@ FORMS = {
     Keys.CONNECT: "(source, destination)",
     Keys.SET_VALUES: "(node.inputs:name, value) or (node.inputs:name, value, type)",
 }
-"""What an entry of each key is."""
+"""The form of an entry of each key."""
 
 
 class PrimExposureType:
-    """How EXPOSE_PRIMS shows a prim: the node type that reads or writes it."""
+    """How EXPOSE_PRIMS exposes a prim: the node type that reads or writes it."""
 
     AS_ATTRIBUTES = "omni.graph.nodes.ReadPrimAttributes"
     AS_BUNDLE = "omni.graph.nodes.ReadPrimsBundle"
@@ -50,7 +50,7 @@ class PrimExposureType:
 
 
 class GraphPipelineStage:
-    """Pipeline stages by the names that scripts use."""
+    """Pipeline stages by their names in scripts."""
 
     GRAPH_PIPELINE_STAGE_SIMULATION: PipelineStage = "simulation"
     GRAPH_PIPELINE_STAGE_PRERENDER: PipelineStage = "pre_render"
@@ -59,7 +59,7 @@ class GraphPipelineStage:
 
 
 class GraphEvaluationMode:
-    """Evaluation modes by the names that scripts use."""
+    """Evaluation modes by their names in scripts."""
 
     GRAPH_EVALUATION_MODE_AUTOMATIC: EvaluationMode = "automatic"
     GRAPH_EVALUATION_MODE_STANDALONE: EvaluationMode = "standalone"
@@ -68,7 +68,7 @@ class GraphEvaluationMode:
 
 @dataclass(frozen=True, slots=True)
 class TypedValue:
-    """A value together with its OGN type, for attributes whose type is open."""
+    """A value together with its OGN type, for attributes of open type."""
 
     value: Any
     type: str

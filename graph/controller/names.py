@@ -1,4 +1,4 @@
-"""What people may write for a graph, a node or an attribute, turned into text."""
+"""Turns the forms in which scripts name graphs, nodes and attributes into text."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from graph.evaluate import Graph, Node
 
 
 def node_text(spec: Any, what: str = "node") -> str:
-    """The name or path that stands for a node: text, a path object, a node, or (name, graph)."""
+    """The name or path of a node: from text, a path object, a node, or (name, graph)."""
     if isinstance(spec, (Node, Graph)):
         return spec.path
     if isinstance(spec, tuple) and len(spec) == 2:
@@ -23,7 +23,7 @@ def node_text(spec: Any, what: str = "node") -> str:
 
 
 def end_text(spec: Any) -> str:
-    """`node.inputs:x` for what stands for an attribute: text, a path object, an attribute, or (attribute, node)."""
+    """`node.inputs:x` of an attribute: from text, a path object, an attribute, or (attribute, node)."""
     if isinstance(spec, tuple) and len(spec) in (2, 3):
         attribute, *owner = spec
         if owner[0] is None:
@@ -55,7 +55,7 @@ def listed(entries: Any) -> list[Any]:
 
 
 def _is_end(entry: Any) -> bool:
-    """Whether it is (attribute, node) and not an entry of its own."""
+    """Whether it is (attribute, node), which is a part of an entry and not a whole entry."""
     if len(entry) != 2 or isinstance(entry[1], Node):
         return len(entry) == 2
     first, second = entry

@@ -1,4 +1,4 @@
-"""Which graphs the Controller means where nobody says: those of the most recently entered App."""
+"""The graphs that the Controller uses by default: those of the most recently entered App."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ _WITHOUT_APP = GraphSet()
 
 
 def present_set() -> GraphSet:
-    """The graphs of the most recently entered App; without one, those of this process."""
-    module = sys.modules.get("graph.sim.app")  # where no App was made, no world is imported
+    """The graphs of the most recently entered App; without an App, those of this process."""
+    module = sys.modules.get("graph.sim.app")  # does not import the world if no App was made
     if module is not None:
         try:
             return graphs_of(module.App.current())

@@ -16,7 +16,7 @@ from .names import node_text
 
 
 class PrimPlan:
-    """The prims that one edit makes."""
+    """The prims that one edit creates."""
 
     def __init__(self, graphs: GraphSet, graph_path: str) -> None:
         """graph_path: of the graph that the edit makes or changes."""
@@ -26,9 +26,9 @@ class PrimPlan:
         self._entries: dict[str, tuple[str, dict[str, tuple[Any, Any]]]] = {}
 
     def add(self, entry: Any) -> None:
-        """Notes one entry: path, (path, type), (path, {attribute: (type, value)}) or all three.
+        """Adds one entry: path, (path, type), (path, {attribute: (type, value)}) or all three.
 
-        Raises OmniGraphError for what cannot be made.
+        Raises OmniGraphError for an entry that is not valid.
         """
         path, attributes, kind = _parts(entry)
         if self._app is None:
@@ -44,7 +44,7 @@ class PrimPlan:
         self._entries[path] = kind, {name: _typed(usd, path, name, given) for name, given in attributes.items()}
 
     def _refuse_while_playing(self, usd: Any, path: str, kind: str) -> None:
-        """Raises OmniGraphError for what physics or sensors would have to take in while the App plays."""
+        """Raises OmniGraphError for prims that physics or sensors cannot add while the App plays."""
         live = self._app.live
         if live is None or live.watch.collecting or self._app.when_playing == "recompile":
             return
@@ -57,7 +57,7 @@ class PrimPlan:
             )
 
     def apply(self) -> list[Any]:
-        """Makes the prims, in order."""
+        """Creates the prims, in order."""
         made = []
         for path, (kind, attributes) in self._entries.items():
             prim = self._app.stage.DefinePrim(path, kind)
@@ -78,7 +78,7 @@ def _parts(entry: Any) -> tuple[str, Mapping[str, Any], str]:
 
 
 def _typed(usd: Any, path: str, name: str, given: Any) -> tuple[Any, Any]:
-    """The Sdf type and the value of an attribute, the value as that type holds it."""
+    """The Sdf type of an attribute, and its value converted to that type."""
     if not isinstance(given, (tuple, list)) or len(given) != 2:
         raise OmniGraphError(f"prim {path}: {name}: write (type, value), not {shown(given)}")
     written, value = str(given[0]), given[1]
@@ -96,7 +96,7 @@ def _typed(usd: Any, path: str, name: str, given: Any) -> tuple[Any, Any]:
 
 
 def _usd_name(written: str) -> str:
-    """`point3d` for pointd[3]; what is not an OGN name may be a name of USD."""
+    """`point3d` for pointd[3]; a name that is not an OGN type may be a USD type."""
     if written not in TYPES:
         return written
     return str(import_module("graph.usd_files.values").sdf_name(TYPES[written]))

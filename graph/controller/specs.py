@@ -1,4 +1,4 @@
-"""New graphs: what the dict of an edit says about one."""
+"""The spec of a new graph from the dict of an edit."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _KEYS = ("graph_path", "evaluator_name", "pipeline_stage", "evaluation_mode", "f
 
 
 def new_spec(graphs: GraphSet, graph_id: Any) -> GraphSpec:
-    """The spec of a new, empty graph. Raises OmniGraphError for a path or a setting that cannot be."""
+    """The spec of a new, empty graph. Raises OmniGraphError for an invalid path or setting."""
     path = graph_path(graph_id)
     parts = path.split("/")[1:]
     if not path.startswith("/") or not all(part.replace("_", "a").isalnum() for part in parts):
@@ -46,7 +46,7 @@ def new_spec(graphs: GraphSet, graph_id: Any) -> GraphSpec:
 
 
 def _refuse_other_prims(graphs: GraphSet, path: str) -> None:
-    """Raises OmniGraphError where the stage has a prim at the path that is something else."""
+    """Raises OmniGraphError if the path is that of another prim on the stage."""
     prim = graphs.app.stage.GetPrimAtPath(path) if graphs.app is not None else None
     kind = str(prim.GetTypeName()) if prim else ""
     if kind not in import_module("graph.session.stage").GRAPH_PRIMS:

@@ -1,1 +1,1 @@
-"""Running graphs that can be changed: what they say now, and the edits that are made to them."""
+"""Graphs that can be changed while they run: a model of their present state, and the edits of it."""

@@ -1,4 +1,4 @@
-"""What the Controller raises."""
+"""The exceptions of the Controller."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from graph.base.errors import UserError
 
 
 class OmniGraphError(UserError):
-    """An edit, a look-up or an evaluation that cannot be done; carries every problem found, one line each."""
+    """An edit, a look-up or an evaluation that is not possible; carries every problem found, one line each."""
 
 
 class OmniGraphValueError(OmniGraphError, ValueError):
-    """A value that is not of its attribute's type, or not allowed for it."""
+    """A value that does not fit its attribute's type, or is not allowed for it."""
 
     def __str__(self) -> str:
         return Exception.__str__(self)

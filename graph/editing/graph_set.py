@@ -1,4 +1,4 @@
-"""A set of graphs that live together: those of one App, or those of a script without a world."""
+"""A set of graphs that are evaluated together: those of one App, or those of a script without a world."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from .errors import OmniGraphError
 from .model import Model
 
 MOST_COMPILED = 64
-"""How many edits are compiled at most before one is tried in place again."""
+"""Most edits that are compiled before the next one is tried in place again."""
 
 
 class GraphSet:
-    """Graphs by path, in the order in which they came, and the context that they are evaluated with.
+    """Graphs by path, in the order in which they were added, and the context in which they are evaluated.
 
-    Without an App the set has a clock of its own: every evaluation on request is one playing update at 60 Hz.
+    Without an App the set has its own clock: every evaluation on request is one playing update at 60 Hz.
     """
 
     def __init__(
@@ -48,29 +48,29 @@ class GraphSet:
         self._prepare = prepare
         self._waiting: dict[str, Graph] = {}
         self._models: dict[str, Model] = {}
-        """What edits were made in place with, by path."""
+        """The models that edits in place are made with, by path."""
         self._given_up: dict[str, int] = {}
         self._patience: dict[str, int] = {}
-        """How many edits are compiled before one is tried in place again, by path."""
+        """How many edits to compile before one is tried in place again, by path."""
         self._touched: dict[str, set[str]] = {}
 
     def close(self) -> None:
-        """Ends what the set and its App know of each other, so that a closed App is freed with its last reference."""
+        """Removes the references between the set and its App, so that a closed App is freed with its last reference."""
         self.app = self.context.app = self._prepare = None
 
     def latest(self, path: str) -> Graph | None:
-        """The graph of that path as edited last: edits made while it runs count already."""
+        """The graph with that path as last edited; edits made while it runs are included."""
         return self._waiting.get(path) or self.graphs.get(path)
 
     def get(self, path: str) -> Graph:
-        """The graph of that path. Raises OmniGraphError with the nearest one."""
+        """The graph with that path. Raises OmniGraphError with the nearest one."""
         graph = self.graphs.get(path) or self._waiting.get(path)
         if graph is None:
             raise OmniGraphError(f'there is no graph "{path}"{did_you_mean(path, self.graphs)}')
         return graph
 
     def owner_of(self, node_path: str) -> Graph | None:
-        """The graph, as edited last, whose prim path the path of a node begins with."""
+        """The graph, as last edited, to which the path of a node belongs."""
         parent = node_path.rpartition("/")[0]
         while parent:
             graph = self.latest(parent)
@@ -80,7 +80,7 @@ class GraphSet:
         return None
 
     def linked_with(self, path: str) -> list[str]:
-        """The graphs that exchange data with one, directly or through others, itself first."""
+        """The graphs that exchange data with a graph, directly or through others; the graph itself is first."""
         found = [path]
         for one in found:
             graph = self.latest(one)
@@ -88,7 +88,7 @@ class GraphSet:
         return found
 
     def current_spec(self, path: str) -> GraphSpec:
-        """What a graph would be compiled from now: its spec with the values that were set since."""
+        """The spec to compile a graph from now: its spec with the values that were set since."""
         graph = self.latest(path)
         assert graph is not None
         if not graph.written:
@@ -98,9 +98,9 @@ class GraphSet:
         return replace(graph.spec, nodes=tuple(nodes))
 
     def lasting_model(self, path: str) -> Model | None:
-        """A model of a graph to be edited in place, which lasts from one such edit to the next; None if it runs.
+        """A model of a graph for edits in place, kept from one such edit to the next; None if the graph is running.
 
-        Values that were set on the nodes need not stand in it. It has to be given up (`forget`) when an edit fails.
+        It need not contain values that were set on the nodes. Drop it with `forget` when an edit fails.
         """
         if self._waiting or self._runs(path):
             return None
@@ -114,17 +114,19 @@ class GraphSet:
         return model
 
     def forget(self, path: str) -> None:
-        """Gives up a model that an edit was worked into which was not made.
+        """Drops a model to which an edit was applied that was not made.
 
-        Making a new one costs as much as compiling the graph: the more edits in a row could not be made in place, the
-        more of those that follow are compiled without a try.
+        A new model costs as much as compiling the graph. So the more edits in a row could not be made in place, the
+        more of the following ones are compiled without a try.
         """
         self._models.pop(path, None)
         self._given_up[path] = min(2 * self._given_up.get(path, 0) + 1, MOST_COMPILED)
         self._patience[path] = self._given_up[path] // 2
 
     def patched(self, model: Model, patch: Patch) -> Graph | None:
-        """The graph of a lasting model, with a patch made in place; None, with nothing changed, if that does not do."""
+        """The graph of a kept model, with a patch made in place; None, with nothing changed, if that is not
+        possible.
+        """
         graph = self.graphs[model.path]
         if model.patches is None:
             model.patches = Patches(graph, self.registry)
@@ -134,7 +136,7 @@ class GraphSet:
         graph.spec = model.patched(patch)
         self._given_up.pop(model.path, None)
         for name, full, _ in patch.values:
-            graph.written.pop((name, full), None)  # the spec has it
+            graph.written.pop((name, full), None)  # the spec contains it
         return graph
 
     def problems(self, specs: Iterable[GraphSpec]) -> Sequence[Problem]:
@@ -146,9 +148,9 @@ class GraphSet:
         return ()
 
     def apply(self, specs: Iterable[GraphSpec], touched: Mapping[str, Collection[str]]) -> dict[str, Graph]:
-        """Compiles the specs and gives the graphs of these paths that form; makes those that do not exist yet.
+        """Compiles the specs and applies them to the graphs with these paths; creates those that do not exist yet.
 
-        At once, or when the last of them that is being evaluated has ended. `touched` names the nodes that the edit
+        The change happens at once, or after the running evaluations have ended. `touched` names the nodes that the edit
         concerns. Returns the graphs as they are or will be. Raises UserError, with nothing changed, if one is wrong.
         """
         fresh = {graph.path: graph for graph in compile_graphs(list(specs), self.registry)}
@@ -160,7 +162,7 @@ class GraphSet:
         adopt({path: self._waiting[path] for path in fresh if path in self._waiting}, fresh, touched)
         for path, graph in fresh.items():
             if path in self.graphs:
-                self.graphs[path].written.clear()  # the specs have them; what is set from here on comes on top
+                self.graphs[path].written.clear()  # the specs contain them; later values come on top
             self._waiting.setdefault(path, graph)
             self._touched.setdefault(path, set()).update(touched.get(path, ()))
         for path in fresh:
@@ -169,7 +171,7 @@ class GraphSet:
         return {path: self._waiting[path] for path in fresh}
 
     def node(self, path: str) -> Node | None:
-        """The node of that path: the one that runs, else one that is to come."""
+        """The node with that path: the running one, else one that will be added."""
         for graphs in (self.graphs, self._waiting):
             parent = path.rpartition("/")[0]
             while parent:
@@ -180,7 +182,10 @@ class GraphSet:
         return None
 
     def remove(self, path: str) -> None:
-        """Takes a graph away and releases what its nodes hold. Raises OmniGraphError if it runs or is not there."""
+        """Removes a graph and releases what its nodes hold.
+
+        Raises OmniGraphError if it is running or does not exist.
+        """
         graph = self.get(path)
         if graph.running:
             raise OmniGraphError(f"graph {path} is being evaluated; delete it afterwards")
@@ -230,16 +235,16 @@ _OF_APP: WeakKeyDictionary[Any, GraphSet] = WeakKeyDictionary()
 
 
 def bound_to(app: Any) -> GraphSet | None:
-    """The set that an App's graphs are edited in; None before anything was bound."""
+    """The set in which an App's graphs are edited; None before one was bound."""
     return _OF_APP.get(app)
 
 
 def bind(app: Any, graphs: GraphSet) -> None:
-    """Makes a set the one that an App's graphs are edited in."""
+    """Makes a set the one in which an App's graphs are edited."""
     _OF_APP[app] = graphs
 
 
 def unbind(app: Any, graphs: GraphSet) -> None:
-    """Forgets an App that is closed, so that it can be freed; another set than the one it has is left alone."""
+    """Removes the entry of a closed App, so that it can be freed; only if the App is bound to this set."""
     if _OF_APP.get(app) is graphs:
         del _OF_APP[app]

@@ -1,4 +1,4 @@
-"""A graph while it is edited: what its spec says, in a form that can be changed, with ends named in full."""
+"""A graph while it is edited: its spec in a form that can be changed, with ends named in full."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from graph.spec.file_spec import ConnectionSpec, GraphSpec, NodeSpec, VariableSp
 Side = Literal["source", "target"]
 PREFIXES = ("inputs", "outputs", "state")
 SUBGRAPH = "Subgraph"
-"""The part of a path between a compound and what is inside it."""
+"""The part of a path between a compound and its inner nodes."""
 
 
 @dataclass(slots=True)
 class NodeModel:
-    """A node being edited. `marks` say which entry of the edit is to blame for a value."""
+    """A node being edited. `marks` say which entry of the edit set each value."""
 
     type: str
     inputs: dict[str, Any] = field(default_factory=dict)
@@ -27,25 +27,25 @@ class NodeModel:
     attributes: dict[str, str] = field(default_factory=dict)
     mark: Mark | None = None
     spec: NodeSpec | None = None
-    """The node as it was, while nothing of it has changed."""
+    """The former node, as long as nothing of it has changed."""
 
 
 @dataclass(slots=True)
 class Changes:
-    """What one edit does to a model, as far as it can be made in place."""
+    """What one edit does to a model, for edits in place."""
 
     nodes: dict[str, None] = field(default_factory=dict)
     connections: list[tuple[str, str]] = field(default_factory=list)
     removed: list[str] = field(default_factory=list)
     cut: list[tuple[str, str]] = field(default_factory=list)
     values: list[tuple[str, str]] = field(default_factory=list)
-    """Set on nodes that were there: the node and the attribute's full name."""
+    """Values set on existing nodes: the node and the attribute's full name."""
     others: bool = False
-    """Whether it does more than that."""
+    """Whether the edit also does something that these fields do not hold."""
 
 
 class Model:
-    """An editable graph. Connections are kept by their ends: `node.outputs:x`, absolute where in another graph."""
+    """An editable graph. Connections are kept by their ends: `node.outputs:x`, absolute for another graph."""
 
     def __init__(self, spec: GraphSpec, registry: Registry) -> None:
         self.base = spec
@@ -61,16 +61,16 @@ class Model:
         self.compounds = {name: dict(ports) for name, ports in spec.compounds.items()}
         self._connections: dict[tuple[str, str], ConnectionSpec] | None = None
         self._by_owner: dict[str, dict[tuple[str, str], None]] | None = None
-        """Ends of connections by either node; None until they are asked for."""
+        """Ends of connections by either node; None until first needed."""
         self.touched: set[str] = set()
         self.patches: Any = None
-        """What makes edits in place; made at the first."""
+        """Makes edits in place; created at the first."""
         self.changes = Changes()
         self._positions = {node.name: position for position, node in enumerate(spec.nodes)}
 
     @property
     def connections(self) -> dict[tuple[str, str], ConnectionSpec]:
-        """Connections by both ends in full, in order."""
+        """Connections by both full ends, in order."""
         if self._connections is None:
             self._connections = {
                 (self.full_end(one.source, "source"), self.full_end(one.target, "target")): one
@@ -79,7 +79,7 @@ class Model:
         return self._connections
 
     def change(self, name: str) -> NodeModel:
-        """The node, which is going to be changed."""
+        """The node, marked as changed."""
         node = self.nodes[name]
         node.spec = None
         self.touched.add(name)
@@ -102,7 +102,9 @@ class Model:
         return owner
 
     def full_attribute(self, name: str, written: str, side: Side) -> str:
-        """`inputs:x` for `x`, as it is meant on this side; as written where the node has no such attribute."""
+        """The full name of an attribute on this side, `inputs:x` for `x`; as written if the node has no such
+        attribute.
+        """
         prefix, _, rest = written.partition(":")
         if prefix in PREFIXES and rest:
             return written
@@ -124,7 +126,7 @@ class Model:
         return written
 
     def remove_node(self, name: str) -> None:
-        """Removes a node, or a compound with all that is inside, with every connection in this graph."""
+        """Removes a node, or a compound with all inner nodes, and their connections in this graph."""
         gone = {name, *(one for one in self.nodes if one.startswith(f"{name}/"))}
         self.changes.others |= name in self.compounds or not gone.isdisjoint(self.changes.nodes)
         self.changes.removed += [one for one in self.nodes if one in gone]
@@ -142,7 +144,7 @@ class Model:
         self.changes.connections.append(ends)
 
     def disconnect(self, ends: tuple[str, str]) -> bool:
-        """Takes a connection away; False if there is none."""
+        """Removes a connection; False if it does not exist."""
         if self.connections.pop(ends, None) is None:
             return False
         self.changes.cut.append(ends)
@@ -163,7 +165,7 @@ class Model:
                     self.touched.add(ends[1].rpartition(".")[0])
 
     def patch(self) -> Patch | None:
-        """What the edit adds and sets, without its marks; None if it does more than that."""
+        """What the edit adds and sets, without marks; None if it does more than that."""
         changes = self.changes
         if changes.others:
             return None
@@ -180,7 +182,7 @@ class Model:
         )
 
     def patched(self, patch: Patch) -> GraphSpec:
-        """The spec with a patch that was made; the model goes on from there."""
+        """The spec with a patch that was made; further edits of the model start from it."""
         nodes = [*self.base.nodes, *patch.nodes]
         for node in patch.nodes:
             self._positions[node.name] = len(self._positions)
@@ -199,12 +201,12 @@ class Model:
         return self.base
 
     def as_it_is(self, name: str) -> NodeSpec:
-        """A node's spec that later edits leave alone."""
+        """A node's spec that later edits do not change."""
         node = self.nodes[name]
         return NodeSpec(name, node.type, dict(node.inputs), node.mark, dict(node.marks), dict(node.attributes))
 
     def spec(self) -> GraphSpec:
-        """What the graph is to be compiled from."""
+        """The spec to compile the graph from."""
         return replace(
             self.base,
             nodes=tuple(_node_spec(name, node) for name, node in self.nodes.items()),
@@ -224,7 +226,7 @@ def _node_spec(name: str, node: NodeModel) -> NodeSpec:
 
 
 def ports_of(compounds: Mapping[str, Mapping[str, tuple[str, ...]]], end: str) -> tuple[str, ...] | None:
-    """The ends inside that a compound's port stands for; None if `end` is not a port of a compound."""
+    """The inner attributes that a compound's port stands for; None if `end` is not a port of a compound."""
     owner, _, attribute = end.rpartition(".")
     ports = compounds.get(owner)
     if ports is None:

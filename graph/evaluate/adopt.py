@@ -1,4 +1,4 @@
-"""Edits of graphs that exist: the newly compiled form takes the old one's place, what was gathered stays."""
+"""Applies edits to existing graphs: they take over the newly compiled form and keep what they have gathered."""
 
 from __future__ import annotations
 
@@ -10,13 +10,12 @@ from .node import Node
 
 
 def adopt(graphs: Mapping[str, Graph], fresh: Mapping[str, Graph], touched: Mapping[str, Collection[str]]) -> None:
-    """Gives each of `graphs` the form of the graph of that path in `fresh`; none of them may be running.
+    """Gives each of `graphs` the form of the graph with the same path in `fresh`; none of them may be running.
 
-    Graphs in `fresh` alone are new ones; they are connected to the nodes of the others that stay.
-
-    Graph, Node and Variables objects stay the same, so that what people hold remains good, and with them memory, state,
-    outputs, sleep and counts; a node whose type id changed is a new one. `touched` names the nodes that the edit
-    concerns, by graph path: a lazy graph computes these again. Nodes that are gone are released.
+    Graphs that are only in `fresh` are new; they are connected to the nodes of the graphs that stay. Graph, Node and
+    Variables objects stay the same, so that references to them remain valid; they keep memory, state, outputs, sleep
+    and counts. A node whose type id changed is a new node. `touched` names the nodes that the edit concerns, by graph
+    path: a lazy graph computes these again. Removed nodes are released.
     """
     kept: dict[Node, Node] = {}
     changed: dict[str, list[Node]] = {}
@@ -32,7 +31,7 @@ def adopt(graphs: Mapping[str, Graph], fresh: Mapping[str, Graph], touched: Mapp
 
 
 def _take_nodes(graph: Graph, new: Graph, touched: set[str], kept: dict[Node, Node]) -> list[Node]:
-    """Merges the nodes; gives those that compute anew in a lazy graph."""
+    """Merges the nodes; returns those that a lazy graph must compute again."""
     nodes: dict[str, Node] = {}
     changed: list[Node] = []
     for name, fresh in new.nodes.items():

@@ -1,4 +1,4 @@
-"""What a failed node says about its failure."""
+"""The message of a failed compute."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from graph.base.errors import RunError, UserError
 from graph.node.database import Database, NodeError, python_name
 from graph.values.coercion import shown
 
-# What Python and NumPy raise when a number is none that they can work with.
+# Errors that Python and NumPy raise for an infinite number or NaN.
 _ARITHMETIC = (ArithmeticError, ValueError, TypeError)
 
 
 def cause_of(db: Database, error: Exception) -> str:
-    """The message of a compute's exception, on one line; an input that holds nothing, or no finite number, is named."""
+    """The message of a compute's exception, on one line; names an input that is empty or not finite."""
     if isinstance(error, NodeError | RunError | UserError):
         return " ".join(str(error).split())
     text = " ".join(f"{type(error).__name__}: {error}".split())
@@ -33,7 +33,7 @@ def _plain(value: object) -> object:
 
 
 def _finite(value: object) -> bool:
-    """False for numbers, alone or in an array, that are infinite or not a number; True for all else."""
+    """False for numbers, single or in an array, that are infinite or NaN; True for everything else."""
     value = _plain(value)
     if isinstance(value, list | tuple):
         return all(_finite(one) for one in value)

@@ -1,4 +1,4 @@
-"""The evaluator of dirty_push (lazy) graphs: like push, but only where something changed."""
+"""The evaluator of dirty_push (lazy) graphs: like push, but only nodes whose inputs changed."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ _PLAIN = (bool, int, float, str)
 class DirtyPushEvaluator:
     """Computes, in dependency order, the nodes whose inputs changed since they last computed.
 
-    The first evaluation computes all. Later ones compute the nodes that were set from outside to another value or asked
-    for (`Node.request_compute`), those that read more than their inputs (`NodeType.always_dirty`), and what lies behind
-    an output that got another value. Plain values are compared; arrays, lists and bundles that a node writes count as
-    changed.
+    The first evaluation computes all nodes. A later one computes the nodes that were set to another value from outside
+    or requested (`Node.request_compute`), those that read more than their inputs (`NodeType.always_dirty`), and the
+    readers of outputs that changed. Plain values are compared; an array, list or bundle counts as changed whenever a
+    node writes it.
     """
 
     def __init__(self, graph: Graph) -> None:
@@ -36,7 +36,7 @@ class DirtyPushEvaluator:
         self.reset()
 
     def run(self, activations: Sequence[Activation]) -> None:
-        """Evaluates the graph once; an activation computes its node with that input triggered."""
+        """Evaluates the graph once; an activation computes its node with that execution input triggered."""
         if self._edited:
             self._take_edits()
         for _, node in self._always:
@@ -62,7 +62,7 @@ class DirtyPushEvaluator:
         self._always = [(node.rank, node) for node in self._nodes if node.type.always_dirty]
 
     def edited(self, changed: Iterable[Node]) -> None:
-        """Hears of an edit, made in place, that concerned the `changed` nodes; what it means is worked out at `run`."""
+        """Records an edit in place of the `changed` nodes; `run` works out what it means."""
         self._edited = True
         for node in changed:
             for one in (node,) if node.type.compute is not None else node.readers:
@@ -77,7 +77,7 @@ class DirtyPushEvaluator:
         self._queue = [(node.rank, node) for node in self._nodes if node in self._queued]
 
     def reset(self) -> None:
-        """Everything is to be computed again."""
+        """Everything will be computed again."""
         if self._edited:
             self._take_edits()
         self._seen.clear()
@@ -85,18 +85,18 @@ class DirtyPushEvaluator:
         self._queued = set(self._nodes)
 
     def carry(self, before: DirtyPushEvaluator, changed: Iterable[Node]) -> None:
-        """Goes on where another evaluator of the graph was before an edit that concerned the `changed` nodes."""
+        """Continues the work of another evaluator of the graph, after an edit that concerned the `changed` nodes."""
         present = set(self._nodes)
         self._seen = {node: values for node, values in before._seen.items() if node in present}
         self._queue, self._queued = [], set()
         for node in (*before._queued, *changed):
-            # A constant never computes, what it feeds does.
+            # A constant never computes, but its readers do.
             for one in (node,) if node.type.compute is not None else node.readers:
                 if one in present:
                     self._mark(one)
 
     def touched(self, node: Node) -> None:
-        """A node was set from outside: it and the readers of its inputs are to be computed."""
+        """A node was set from outside: it and the readers of its inputs will be computed."""
         self._mark(node)
         for reader in node.readers:
             self._mark(reader)
@@ -127,7 +127,7 @@ class DirtyPushEvaluator:
         if done is False:
             return
         if not node.readers:
-            # What nobody has got yet is new to a reader that an edit connects.
+            # A value that nobody has read is new to a reader that an edit connects.
             self._seen.pop(node, None)
             return
         values = node.source_values()

@@ -11,7 +11,10 @@ if TYPE_CHECKING:
 
 
 class ComputeError(RunError):
-    """A node's compute raised; names the node, its place in the file and the update. The cause is chained."""
+    """A node's compute raised.
+
+    The message names the node, its place in the file and the update; the cause is chained.
+    """
 
     def __init__(self, node: Node, update: int, message: str) -> None:
         self.node = node
@@ -21,4 +24,4 @@ class ComputeError(RunError):
 
 
 class RunawayError(RunError):
-    """Execution wires lead round and round without a latent node in between."""
+    """Execution wires form a loop without a latent node in it."""

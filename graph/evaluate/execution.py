@@ -1,4 +1,4 @@
-"""The evaluator of action graphs: control follows execution wires, data is pulled."""
+"""The evaluator of action graphs: execution follows wires, data is pulled."""
 
 from __future__ import annotations
 
@@ -18,11 +18,12 @@ if TYPE_CHECKING:
 
 
 class ExecutionEvaluator:
-    """Sleeping nodes first, then event nodes, then activations; within each group in file order.
+    """Starts with sleeping nodes, then event nodes, then activations; within each group in file order.
 
-    Each of them starts a walk that is followed to its end before the next: depth first, outputs in the order they were
-    fired, targets in the order of the file's connections. Before a node computes, the data nodes (those without
-    execution attributes) upstream of it do, each once; nodes with execution attributes are never computed on demand.
+    Each of them starts a walk, which is followed to its end before the next one: depth first, outputs in the order in
+    which they fired, targets in the order of the file's connections. Before a node computes, the data nodes upstream of
+    it (those without execution attributes) compute, each once. Nodes with execution attributes are never computed on
+    demand.
     """
 
     def __init__(self, graph: Graph) -> None:
@@ -32,14 +33,14 @@ class ExecutionEvaluator:
         ordered = [node.db for node in sorted(events, key=lambda node: (node.type.event, node.index))]
         self._events = [db for db in ordered if db._node.type.phase != CLOSING]
         self._at_the_end = [db for db in ordered if db._node.type.phase == CLOSING]
-        # An edit makes a new evaluator of a graph in which nodes sleep.
+        # Nodes may sleep already, because an edit creates a new evaluator.
         self._sleepers: list[Database] = [node.db for node in nodes if node.db.asleep]
         self._woken: list[Database] = []
         self._foreign: set[Graph] = set()
         self._spent = 0
 
     def run(self, activations: Sequence[Activation]) -> None:
-        """Evaluates the graph once; where the App is about to close, only the events of that."""
+        """Evaluates the graph once; when the App is about to close, only the events of closing."""
         self._share_context()
         self._spent = 0
         try:
@@ -60,7 +61,7 @@ class ExecutionEvaluator:
             self._woken.clear()
 
     def _spend(self, steps: int) -> None:
-        """Counts the computes of a pass or walk that ended: loops within loops multiply."""
+        """Counts the computes of a finished pass or walk: loops within loops multiply."""
         self._spent += steps
         if self._spent > limits.most("graph.steps"):
             raise RunawayError(
@@ -69,12 +70,12 @@ class ExecutionEvaluator:
             )
 
     def _share_context(self) -> None:
-        """Data nodes of other graphs see the time of the evaluation that pulls them."""
+        """Gives data nodes of other graphs the time of the evaluation that pulls them."""
         for graph in self._foreign:
             graph.context = self._graph.context
 
     def reset(self) -> None:
-        """Forgets who sleeps."""
+        """Wakes all nodes."""
         self._sleepers.clear()
         self._woken.clear()
 
@@ -85,19 +86,19 @@ class ExecutionEvaluator:
             self._sleepers.append(db)
 
     def wakes(self, db: Database) -> None:
-        """The node stays deaf until this evaluation ends."""
+        """The node ignores triggers until this evaluation ends."""
         self._sleepers.remove(db)
         self._woken.append(db)
 
     def touched(self, node: Node) -> None:
-        """Nothing to do: nodes compute when control reaches them."""
+        """Does nothing: nodes compute when execution reaches them."""
 
     def _walk(self, db: Database, cause: Any) -> None:
-        """Follows control from one node to the end of every wire.
+        """Follows execution from one node to the end of every wire.
 
-        The inner loop goes along single wires and leaves the stack alone; it is the hot path of an action graph.
+        The inner loop follows single wires without the stack; it is the hot path of an action graph.
         """
-        # A wait that ended: what starts from it may lead back.
+        # A wait has ended: what starts from it may lead back to the node.
         origin = db if cause is STARTED else None
         limit = self._graph.step_limit
         steps = 0
@@ -148,9 +149,9 @@ class ExecutionEvaluator:
                 self._graph.failed(db, error)
 
     def _branch(self, db: Database, stack: list[Step], steps: int) -> int:
-        """Puts several fired outputs, or one to return from, on the stack; gives the step count to go on with.
+        """Puts several fired outputs, or one to return from, on the stack; returns the step count to go on with.
 
-        A loop's pass counts its own steps: the count so far waits until the walk returns to the node.
+        Each pass of a loop counts its own steps; the count so far waits until the walk returns to the node.
         """
         for name in reversed(db._enabled):
             if name is RETURN:
@@ -167,7 +168,7 @@ class ExecutionEvaluator:
         return steps
 
     def _pull(self, db: Database) -> None:
-        """Computes the data nodes upstream of a node, upstream before downstream."""
+        """Computes the data nodes upstream of a node, sources first."""
         if db._pulls is True:
             db._pulls = upstream_data(db._node)
             self._foreign.update(data._node.graph for data in db._pulls)
@@ -191,14 +192,14 @@ class ExecutionEvaluator:
         )
 
     def _endless(self, db: Database) -> RunawayError:
-        """A loop node that comes back too often."""
+        """The error of a loop node that is returned to too often."""
         return RunawayError(
             f"graph {self._graph.path}: loop {db._node.name} makes more than {self._graph.step_limit} passes in update "
             f"{self._graph.context.update}; give it fewer, or spread them over updates"
         )
 
     def _runaway(self, db: Database) -> RunawayError:
-        """Names the nodes that go round, by following the busiest wires until a node comes again."""
+        """The error of a runaway walk; names its nodes by following the busiest wires until a node repeats."""
         names: dict[str, None] = {}
         leading: list[Wire] = []
         while db._node.name not in names:
@@ -219,7 +220,7 @@ class ExecutionEvaluator:
 
 
 def _leads_back(db: Database) -> bool:
-    """Whether wires that were followed lead from the node back to it."""
+    """Whether the wires that were followed lead from the node back to it."""
     seen: set[Database] = set()
     pending = [db]
     while pending:

@@ -1,4 +1,4 @@
-"""A compiled graph: its nodes, and the evaluation that its evaluator type stands for."""
+"""A compiled graph: its nodes, and the evaluation by its evaluator."""
 
 from __future__ import annotations
 
@@ -20,40 +20,40 @@ from .omnigraph_names import FamiliarGraph
 from .wire import Copy
 
 Activation = tuple[Node, str]
-"""A node and the execution input that is triggered."""
+"""A node and the execution input to trigger."""
 
 
 class EvaluatorProtocol(Protocol):
-    """One way to evaluate a graph: `run` once, `reset` at a stop, hear of sleeping nodes and of changed ones."""
+    """One way to evaluate a graph; it is also notified of sleeping and of changed nodes."""
 
     def run(self, activations: Sequence[Activation]) -> None:
         """Evaluates the graph once."""
 
     def reset(self) -> None:
-        """Forgets what it kept between evaluations."""
+        """Drops what it kept between evaluations."""
 
     def sleeps(self, db: Database) -> None:
-        """Hears that a node fell asleep."""
+        """Called when a node falls asleep."""
 
     def wakes(self, db: Database) -> None:
-        """Hears that a node ended its sleep."""
+        """Called when a node wakes up."""
 
     def touched(self, node: Node) -> None:
-        """Hears that a value of a node was set from outside."""
+        """Called when a value of a node was set from outside."""
 
 
 class Graph(FamiliarGraph):
     """One graph, ready to run. Made by `graph.plan.compile_graphs`.
 
-    on_error: "stop" (a failing node ends the run) or "continue" (it is warned of and treated as having nothing to do).
-    step_limit: how many nodes one walk may compute without coming to an end (loops made by `fire_and_return` count
-    each pass for itself); beyond it the walk is taken for a runaway.
-    interrupts: whether a trigger that reaches a sleeping node starts it anew instead of being ignored.
+    on_error: "stop" (a failing node ends the run) or "continue" (a warning is given, and the node counts as having
+    nothing to do). step_limit: how many nodes one walk may compute (in loops made by `fire_and_return`, each pass is
+    counted by itself); a longer walk is reported as a runaway. interrupts: whether a trigger that reaches a sleeping
+    node starts it again instead of being ignored.
     """
 
     def __init__(self, spec: GraphSpec, variables: Variables, target: str = "") -> None:
         self.spec = spec
-        """What it was compiled from; values set since stand in `written`."""
+        """What it was compiled from; values set since are in `written`."""
         self.path = spec.path
         self.evaluator: Evaluator = spec.evaluator
         self.pipeline_stage: PipelineStage = spec.pipeline_stage
@@ -61,41 +61,41 @@ class Graph(FamiliarGraph):
         self.mark = spec.mark
         self.nodes: dict[str, Node] = {}
         self.ranks = 0
-        """More than any of its nodes' ranks."""
+        """Larger than the rank of any of its nodes."""
         self.reorder: Callable[[], None] | None = None
-        """Brings the ranks up to date, where edits left them in an order that does but is not that of the file."""
+        """Restores the ranks after edits that left a valid order that differs from the file's."""
         self.context = Context()
         self.on_error: Literal["stop", "continue"] = "stop"
         self.excuses_lacks = spec.saved
-        """Whether a node that lacks what the file should have given it is only warned of."""
+        """Whether something missing in the file is only a warning."""
         self.step_limit = 1_000_000
         self.interrupts = False
         self.evaluations = 0
         self.notes: tuple[tuple[str, str, str], ...] = ()
         """Warnings of the compiler (code, where, message); given to the context at the first evaluation."""
         self.starts: dict[Copy, None] = {}
-        """Copies along every data connection that begins or ends in this graph."""
+        """The copies of every data connection that begins or ends in this graph."""
         self.linked: set[str] = set()
-        """Paths of the graphs that it exchanges data with."""
+        """Paths of the graphs with which it exchanges data."""
         self.written: dict[tuple[str, str], Any] = {}
         """Values set since it was compiled, by node name and full attribute name."""
         self.target = target or spec.path
-        """The prim that `_OMNI_GRAPH_TARGET` stands for: the one that has this instance, else the graph itself."""
+        """The prim that `_OMNI_GRAPH_TARGET` stands for: the prim of this instance, else the graph itself."""
         self.instances: dict[str, Graph] = {}
-        """The graph once more for each prim that has it, with values and memory of its own."""
+        """A copy of the graph for each prim that has it, with its own values and memory."""
         self._wraps: list[Callable[[Node, Compute], Compute]] = []
         self._idle: list[Callable[[], None]] = []
         self._requested: dict[Node, None] = {}
         self._told = False
         self.evaluator_state: EvaluatorProtocol | None = None
-        """What evaluates it; made at the first evaluation."""
+        """The evaluator; made at the first evaluation."""
         self._running = False
 
     def __repr__(self) -> str:
         return f"<{self.evaluator} graph {self.path}, {len(self.nodes)} nodes>"
 
     def node(self, name: str) -> Node:
-        """The node of that name or path. Raises KeyError with the nearest name."""
+        """The node with that name or path. Raises KeyError with the nearest name."""
         name = name.removeprefix(f"{self.path}/")
         try:
             return self.nodes[name]
@@ -103,7 +103,7 @@ class Graph(FamiliarGraph):
             raise KeyError(f'graph {self.path} has no node "{name}"{did_you_mean(name, self.nodes)}') from None
 
     def to_networkx(self) -> Any:
-        """This graph as a `networkx.MultiDiGraph`, for analyses of your own; see `graph.evaluate.links.to_networkx`."""
+        """This graph as a `networkx.MultiDiGraph`, for your own analyses; see `graph.evaluate.links.to_networkx`."""
         from .links import to_networkx
 
         return to_networkx([self])
@@ -111,10 +111,9 @@ class Graph(FamiliarGraph):
     def evaluate(self, context: Context, activations: Sequence[tuple[Node | str, str]] = ()) -> None:
         """Evaluates once. Execution graphs: sleeping nodes, then events, then `activations` in the given order.
 
-        A graph that prims have is evaluated once for each of them, in their order, and not by itself. What its nodes
-        edit takes effect when the evaluation has ended. Raises ComputeError when a node fails and RunawayError when a
-        walk does not end; a graph that is asked to evaluate itself from within one of its own nodes raises
-        RuntimeError.
+        A graph with instances is evaluated once for each prim, in their order, and not by itself. Edits by its own
+        nodes take effect when the evaluation has ended. Raises ComputeError when a node fails, RunawayError when a walk
+        does not end, and RuntimeError when one of its own nodes evaluates the graph.
         """
         if self._running:
             raise RuntimeError(f"graph {self.path} is being evaluated already; a node cannot evaluate its own graph")
@@ -141,19 +140,19 @@ class Graph(FamiliarGraph):
                 self._now_idle()
 
     def settle_order(self) -> None:
-        """Brings the ranks up to date."""
+        """Updates the ranks."""
         reorder, self.reorder = self.reorder, None
         if reorder is not None:
             reorder()
 
     def request(self, node: Node) -> None:
-        """Has a node compute in the next evaluation: after the events and activations; at most once."""
+        """Makes a node compute in the next evaluation, after events and activations, at most once."""
         self._requested[node] = None
 
     def _take_requested(self) -> list[tuple[Node, Any]]:
         requested, self._requested = self._requested, {}
         present = [node for node in requested if self.nodes.get(node.name) is node]
-        # Events compute anyway, in lazy and push graphs everybody does.
+        # Events compute anyway; in lazy and push graphs every node is reached.
         if self.evaluator == "execution":
             return [(node, STARTED) for node in present if node.type.event is None and node.type.compute is not None]
         for node in present:
@@ -167,12 +166,12 @@ class Graph(FamiliarGraph):
 
     @property
     def runs_in_instances(self) -> bool:
-        """Whether it is evaluated for the prims that have it instead of once by itself."""
+        """Whether it is evaluated once for each prim that has it, instead of once by itself."""
         mode = self.spec.evaluation_mode
         return mode == "instanced" or (mode == "automatic" and bool(self.instances))
 
     def instance(self, prim: str) -> Graph:
-        """The graph as this prim has it. Raises KeyError with the nearest prim."""
+        """The instance of a prim. Raises KeyError with the nearest prim."""
         try:
             return self.instances[prim]
         except KeyError:
@@ -180,7 +179,7 @@ class Graph(FamiliarGraph):
             raise KeyError(f"graph {self.path} has no instance on {prim}{near}") from None
 
     def change_pipeline_stage(self, stage: PipelineStage) -> None:
-        """Makes it be evaluated in another stage from the next update on."""
+        """Moves the graph to another pipeline stage, from the next update on."""
         if stage not in get_args(PipelineStage):
             known = ", ".join(get_args(PipelineStage))
             raise ValueError(
@@ -189,14 +188,14 @@ class Graph(FamiliarGraph):
         self.pipeline_stage = stage
 
     def when_idle(self, action: Callable[[], None]) -> None:
-        """Calls `action` once the present evaluation has ended; at once if there is none."""
+        """Calls `action` when the present evaluation has ended; at once if none is running."""
         if self._running:
             self._idle.append(action)
         else:
             action()
 
     def resolved(self, value: Any) -> Any:
-        """The value with `_OMNI_GRAPH_TARGET` replaced by the prim that has this instance."""
+        """The value with `_OMNI_GRAPH_TARGET` replaced by the prim of this instance."""
         return with_target(value, self.target)
 
     def _evaluate_instances(self, context: Context, activations: Sequence[tuple[Node | str, str]]) -> None:
@@ -213,7 +212,7 @@ class Graph(FamiliarGraph):
             action()
 
     def observe(self, wrap: Callable[[Node, Compute], Compute]) -> None:
-        """Puts `wrap(node, compute)` in the place of every node's compute, for tools that measure or trace.
+        """Replaces every node's compute by `wrap(node, compute)`, for tools that measure or trace.
 
         Raises RuntimeError during an evaluation.
         """
@@ -222,22 +221,22 @@ class Graph(FamiliarGraph):
         self._wraps.append(wrap)
         self._wrap((wrap,))
         if self.evaluator == "push":
-            self.evaluator_state = None  # its plan holds the functions; it keeps nothing else
+            self.evaluator_state = None  # its plan holds the functions, and nothing else that must be kept
         for instance in self.instances.values():
             instance.observe(wrap)
 
     @property
     def observed(self) -> bool:
-        """Whether anything was put in the place of its nodes' computes."""
+        """Whether any tool wraps the computes of its nodes."""
         return bool(self._wraps)
 
     def observe_as(self, other: Graph) -> None:
-        """Has its computes observed like those of another graph."""
+        """Wraps its computes like those of another graph."""
         for wrap in other._wraps:
             self.observe(wrap)
 
     def take(self, fresh: Graph) -> None:
-        """Becomes what an edit made of the graph; nodes, variables and instances are dealt with by `adopt`."""
+        """Takes over the form of an edited graph; `adopt` handles nodes, variables and instances."""
         if fresh.spec.pipeline_stage != self.spec.pipeline_stage:
             self.pipeline_stage = fresh.pipeline_stage
         self.spec, self.evaluator, self.mark = fresh.spec, fresh.evaluator, fresh.mark
@@ -249,7 +248,7 @@ class Graph(FamiliarGraph):
         self._wrap(self._wraps)
 
     def add(self, nodes: Mapping[str, Node], starts: Mapping[Copy, None]) -> None:
-        """Takes in new nodes, which come behind all others, and the copies among them."""
+        """Adds new nodes, after all others, and the copies among them."""
         for node in nodes.values():
             node.graph = self
         self.nodes.update(nodes)
@@ -266,7 +265,7 @@ class Graph(FamiliarGraph):
                 wire.renew()
 
     def reset(self) -> None:
-        """What a timeline stop does: values as authored, fresh memory, everybody awake. Compute counts go on."""
+        """What a timeline stop does: authored values, new memory, all nodes awake. Compute counts continue."""
         for instance in self.instances.values():
             instance.reset()
         self.variables.reset()
@@ -290,24 +289,24 @@ class Graph(FamiliarGraph):
     # -- for nodes and evaluators ------------------------------------------------------------------------------------
 
     def sleeps(self, db: Database) -> None:
-        """A node of this graph fell asleep."""
+        """Called when a node of this graph falls asleep."""
         if self.evaluator_state is not None:
             self.evaluator_state.sleeps(db)
 
     def wakes(self, db: Database) -> None:
-        """A node of this graph ended its sleep."""
+        """Called when a node of this graph wakes up."""
         if self.evaluator_state is not None:
             self.evaluator_state.wakes(db)
 
     def touched(self, node: Node) -> None:
-        """A value of this node was set from outside."""
+        """Called when a value of this node was set from outside."""
         if self.evaluator_state is not None:
             self.evaluator_state.touched(node)
 
     def failed(self, db: Database, error: Exception) -> None:
-        """Deals with an exception of this node's compute by `on_error`. Raises ComputeError for "stop".
+        """Handles an exception of this node's compute according to `on_error`. Raises ComputeError for "stop".
 
-        What a node of a saved scene lacks is only warned of, unless somebody asked to stop at errors.
+        Something missing in a saved scene is only a warning, unless the user asked to stop at errors.
         """
         db._enabled.clear()
         message = cause_of(db, error)
@@ -320,7 +319,7 @@ class Graph(FamiliarGraph):
 
 
 def by_path(graphs: Sequence[Graph]) -> Mapping[str, Graph]:
-    """The graphs by path, in their order."""
+    """The graphs by path, in order."""
     return {graph.path: graph for graph in graphs}
 
 

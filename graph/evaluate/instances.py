@@ -1,8 +1,8 @@
-"""One graph on many prims: what differs from one to the next.
+"""One graph on many prims: what differs from one instance to the next.
 
-A prim has a graph when its relationship `omniGraphs` (OmniGraphAPI) names it. The graph then runs once for each of
-them, with variables, values and memory of its own, and the token `_OMNI_GRAPH_TARGET` in its values means that prim.
-A graph that no prim has takes the token for itself.
+A prim has a graph when its relationship `omniGraphs` (OmniGraphAPI) names it. The graph then runs once for each such
+prim, with its own variables, values and memory, and the token `_OMNI_GRAPH_TARGET` in its values means that prim. In a
+graph without instances the token means the graph itself.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ from typing import Any
 from graph.spec.file_spec import GraphSpec
 
 GRAPH_TARGET = "_OMNI_GRAPH_TARGET"
-"""What stands for the prim of the instance, alone or as a part of a path."""
+"""The token for the prim of the instance, alone or as a part of a path."""
 
 
 def with_target(value: Any, target: str) -> Any:
-    """The value with the token replaced; texts in lists and in `{type:, value:}` too.
+    """The value with the token replaced, also in texts inside lists and in `{type:, value:}`.
 
-    What stands in front of the token in a path goes: editors anchor `_OMNI_GRAPH_TARGET/arm` at the graph.
+    What stands before the token in a path is dropped: editors prefix `_OMNI_GRAPH_TARGET/arm` with the graph's path.
     """
     if isinstance(value, str):
         if GRAPH_TARGET not in value:
@@ -42,7 +42,7 @@ def _has_target(values: Iterable[Any]) -> bool:
 
 
 def instance_spec(spec: GraphSpec, prim: str) -> GraphSpec:
-    """The graph as one prim has it: the prim's variable values in the place of the graph's."""
+    """The spec of one instance, with the prim's variable values instead of the graph's."""
     given = spec.instances[prim]
     variables = {
         name: replace(variable, value=given[name]) if name in given else variable

@@ -1,4 +1,4 @@
-"""The connections of graphs that are compiled, node to node: for reports, checks and people's own analyses."""
+"""The connections of compiled graphs, node to node: for reports, checks and users' own analyses."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Link:
 
 
 def links_of(graphs: Iterable[Graph]) -> Iterator[Link]:
-    """Every connection of these graphs, in file order; one to a node of a graph that is not among them is left out."""
+    """Every connection of these graphs, in file order, except those to nodes of other graphs."""
     graphs = list(graphs)
     nodes = {node.path: node for graph in graphs for node in graph.nodes.values()}
     for graph in graphs:

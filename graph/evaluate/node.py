@@ -1,4 +1,4 @@
-"""A node of a compiled graph: what tools and tests see of it, and how it starts afresh."""
+"""A node of a compiled graph: what tools and tests see of it, and how it is reset."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ _FROM_FRESH = (
 
 
 class Node(FamiliarNode):
-    """One node. `types` has its attributes' settled types by full name (`inputs:x`), None for open ones."""
+    """One node. `types` holds its attributes' resolved types by full name (`inputs:x`), None for open ones."""
 
     __slots__ = (
         "_consumed",
@@ -78,14 +78,14 @@ class Node(FamiliarNode):
         self.index = index
         self.mark = mark
         self.rank = 0
-        """Position in dependency order over all graphs compiled together."""
+        """Position in the dependency order over all graphs compiled together."""
         self.sources: tuple[Node, ...] = ()
-        """The nodes whose outputs or state its inputs get, in any graph."""
+        """The nodes from which its inputs get outputs or state, in any graph."""
         self.readers: tuple[Node, ...] = ()
-        """The nodes that get its outputs, state or set inputs, in any graph."""
+        """The nodes that read its outputs, state or set inputs, in any graph."""
         self.types: Mapping[str, Type | None] = {}
         self.names: Mapping[str, tuple[str, ...]] = {}
-        """Attribute names by prefix, dynamic ones last, in file order."""
+        """Attribute names by prefix, in file order; dynamic ones last."""
         self._initial: Mapping[str, Any] = {}
         self._fed: frozenset[str] = frozenset()
         self._consumed: frozenset[str] = frozenset()
@@ -102,12 +102,12 @@ class Node(FamiliarNode):
 
     @property
     def computes(self) -> int:
-        """How often it has computed, in all instances of its graph."""
+        """How often it has computed, summed over all instances of its graph."""
         return self.db.computes + sum(one.nodes[self.name].computes for one in self.graph.instances.values())
 
     @property
     def fired(self) -> dict[str, int]:
-        """How often each execution output was followed, in all instances of its graph."""
+        """How often each execution output was followed, summed over all instances of its graph."""
         instances = [one.nodes[self.name].db._wires for one in self.graph.instances.values()]
         return {
             name: wire.count + sum(wires[name].count for wires in instances) for name, wire in self.db._wires.items()
@@ -137,15 +137,15 @@ class Node(FamiliarNode):
         full = self.full_name(name)
         prefix, short = full.split(":", 1)
         value = getattr(getattr(self.db, prefix), python_name(short), None)
-        # What a compute wrote into a float or half is rounded where it is read: here and on connections.
+        # What a compute wrote into a float or half is rounded when it is read: here and on connections.
         if isinstance(value, float) and (type_ := self.types[full]) is not None and type_.storage in ROUNDERS:
             return ROUNDERS[type_.storage](value)
         return value
 
     def set(self, name: str, value: Any) -> None:
-        """Sets an input or state attribute, now and for every start after a stop; the same value changes nothing.
+        """Sets an input or state attribute, now and for every start after a stop; an equal value changes nothing.
 
-        Raises KeyError for an unknown name and ValueError for a value that is not of its type or that a connection
+        Raises KeyError for an unknown name and ValueError for a value that does not fit the type or that a connection
         would overwrite.
         """
         full = self.full_name(name)
@@ -177,16 +177,16 @@ class Node(FamiliarNode):
             instance.nodes[self.name].set(full, instance.resolved(value))
 
     def initial(self, full: str) -> Any:
-        """The value that an attribute, named in full, starts with."""
+        """The initial value of an attribute, named in full."""
         return self._initial[full]
 
     def connected(self, name: str) -> bool:
-        """Whether something feeds this input (or state), or leads away from this output."""
+        """Whether a connection leads to this input (or state), or from this output."""
         full = self.full_name(name)
         return full in self._consumed if full.startswith("outputs:") else full in self._fed
 
     def wires_into(self, name: str) -> int:
-        """How many connections lead to an execution input."""
+        """The number of connections to an execution input."""
         return len(self._wires_in.get(f"inputs:{name}", ()))
 
     def consumed(self, name: str) -> bool:
@@ -200,12 +200,12 @@ class Node(FamiliarNode):
                 yield f"{prefix}:{name}", self.attribute(f"{prefix}:{name}")
 
     def prepare(self, context: Context | None = None) -> None:
-        """Computes the data nodes it reads and calls the type's `prepare`; fires and computes nothing itself."""
+        """Computes the data nodes that it reads and calls the type's `prepare`; it does not compute or fire itself."""
         if self.type.prepare is None:
             return
         if context is not None:
             self.graph.context = context
-        # What is prepared is held by the memory, so it is released like the work of a compute.
+        # The memory holds what is prepared, so it is released like the results of a compute.
         self._used = -1
         db = self.db
         try:
@@ -228,7 +228,7 @@ class Node(FamiliarNode):
         added: Mapping[str, Attribute],
         layout: Layout,
     ) -> None:
-        """Makes the storage: names by prefix, types and starting values by full name, attributes the file added."""
+        """Makes the storage: names by prefix, types and initial values by full name, attributes that the file added."""
         self.names, self.types, self._initial, self.added = names, types, initial, added
         db = self.db
         db.inputs, db.outputs, db.state = layout.inputs(), layout.outputs(), layout.state()
@@ -247,17 +247,17 @@ class Node(FamiliarNode):
         wires_in: Mapping[str, list[Wire]],
         unset: str,
     ) -> None:
-        """Gives the node its connections: what feeds it, what it feeds, how its outputs and set inputs get there.
+        """Gives the node its connections: its sources and readers, and the functions that copy outputs and set inputs.
 
-        wires_in: the wires that lead to each execution input; unset: what keeps it from computing, "" for nothing.
+        wires_in: the wires that lead to each execution input; unset: why it cannot compute, "" if it can.
         """
         self._fed, self._consumed, self._passes, self._wires_in = fed, consumed, passes, wires_in
         self.sources, self.readers = sources, readers
         self._pushes = pushes
         self.db._push = all_of(pushes)
-        # Found at the first compute: most nodes of a large graph may never be asked.
+        # Found at the first compute: most nodes of a large graph may never need it.
         self.db._pulls = True if sources else ()
-        # Before any wire takes the compute up.
+        # Before any wire stores the compute function.
         if unset:
             self.db._compute = _refusing(unset)
             return
@@ -266,14 +266,14 @@ class Node(FamiliarNode):
             self.db._compute = own
 
     def lead_wire(self, output: str, target: Node, name: str) -> None:
-        """Adds a wire, behind all others of its execution output, to another node's input (full names)."""
+        """Adds a wire, after all others of its execution output, to another node's input (full names)."""
         self._add_connection(output, target, name)
         wire = self.db._wires[output.partition(":")[2]]
         wire.add(target.db, name.partition(":")[2])
         target._wires_in = {**target._wires_in, name: [*target._wires_in.get(name, ()), wire]}
 
     def cut_wire(self, output: str, target: Node, name: str) -> None:
-        """Takes a wire away that leads from an execution output to another node's input (full names)."""
+        """Removes a wire from an execution output to another node's input (full names)."""
         wire = self.db._wires[output.partition(":")[2]]
         wire.remove(target.db, name.partition(":")[2])
         left = list(target._wires_in[name])
@@ -285,7 +285,7 @@ class Node(FamiliarNode):
             self._consumed -= {output}
 
     def lead_data(self, source: str, target: Node, name: str, copy: Copy) -> None:
-        """Adds a connection by which `copy` brings an output, or a set input, to another node's input.
+        """Adds a connection: `copy` writes an output, or a set input, to another node's input.
 
         source, name: full names.
         """
@@ -300,14 +300,14 @@ class Node(FamiliarNode):
             target.pull_anew()
 
     def lead_otherwise(self, source: str, before: Copy, copy: Copy) -> None:
-        """Has another copy make what one made so far."""
+        """Replaces a copy function."""
         copies = self._passes[source] if source.startswith("inputs:") else self._pushes
         copies[copies.index(before)] = copy
         if copies is self._pushes:
             self._renew_pushes()
 
     def cut_data(self, source: str, target: Node, name: str, copy: Copy, *, last: bool) -> None:
-        """Takes away what `lead_data` added; last: whether nothing else is connected to the source now."""
+        """Removes what `lead_data` added; last: whether nothing else is connected to the source now."""
         target._fed -= {name}
         if last:
             self._consumed -= {source}
@@ -318,7 +318,7 @@ class Node(FamiliarNode):
             self._renew_pushes()
 
     def neighbours(self, sources: Iterable[Node] | None, readers: Iterable[Node] | None) -> None:
-        """Sets whom it gets data from, or who gets its own, where connections were taken away."""
+        """Sets its sources, or its readers, after connections were removed."""
         if readers is not None:
             self.readers = tuple(dict.fromkeys(readers))
         if sources is not None:
@@ -326,7 +326,7 @@ class Node(FamiliarNode):
             self.pull_anew()
 
     def retype(self, types: Mapping[str, Type | None], initial: Mapping[str, Any]) -> None:
-        """Takes other types and starting values; outputs and state keep their values where their types stay."""
+        """Takes other types and initial values; outputs and state keep their values if their types stay."""
         db = self.db
         parts = {"inputs": db.inputs, "outputs": db.outputs, "state": db.state}
         for full, value in initial.items():
@@ -336,13 +336,13 @@ class Node(FamiliarNode):
         self.types, self._initial = types, initial
 
     def start_with(self, full: str, value: Any) -> None:
-        """Gives an input that nothing feeds the value that it starts with, now too."""
+        """Gives an unconnected input its initial value, now and at every start."""
         self._initial = {**self._initial, full: value}
         prefix, name = _place(full)
         setattr(getattr(self.db, prefix), name, value)
 
     def specialize(self, unset: str) -> None:
-        """Has it compute as its types ask for; unset: what keeps it from computing, "" for nothing."""
+        """Chooses the compute for its types; unset: why it cannot compute, "" if it can."""
         db = self.db
         own = None if unset or self.type.specialize is None else self.type.specialize(db)
         db._compute = _refusing(unset) if unset else own or self.type.compute
@@ -358,7 +358,7 @@ class Node(FamiliarNode):
                 wire.renew()
 
     def pull_anew(self) -> None:
-        """Has whoever computes it on demand look for what is upstream again."""
+        """Makes whoever computes it on demand search for its sources again."""
         self.db._pulls = True if self.sources else ()
         seen, pending = {self}, [self] if self.graph.evaluator == "execution" else []
         while pending:
@@ -374,7 +374,7 @@ class Node(FamiliarNode):
         target._fed |= {name}
 
     def take(self, fresh: Node) -> bool:
-        """Becomes what an edit made of it, and keeps what it has gathered: memory, state, outputs, sleep, counts.
+        """Takes over an edited node's form and keeps what it has gathered: memory, state, outputs, sleep, counts.
 
         `fresh` is the same node, newly compiled. Returns whether any of its types changed.
         """
@@ -398,13 +398,13 @@ class Node(FamiliarNode):
         return not same_types
 
     def release(self) -> None:
-        """Lets the type release what the node's memory holds, if the node has computed since it started."""
+        """Lets the type release what the node's memory holds, if the node has computed since its start."""
         if self.type.release is not None and self.db.computes != self._used:
             self._used = self.db.computes
             self.type.release(self.db)
 
     def reset(self) -> None:
-        """Back to the start: values as authored, fresh memory, awake. Counts go on."""
+        """Back to the start: authored values, new memory, awake. Counts continue."""
         self.release()
         self._used = self.db.computes
         self._fill()
@@ -436,14 +436,14 @@ def _without(mapping: Mapping[str, Any], key: str) -> dict[str, Any]:
 
 @cache
 def _place(full: str) -> tuple[str, str]:
-    """Where the value of an attribute, named in full, is stored: the part and the name in it."""
+    """Where the value of an attribute, named in full, is stored: the storage object and the name in it."""
     prefix, _, short = full.partition(":")
     return prefix, python_name(short)
 
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """What nodes with the same attributes are built of: classes of values by prefix, names of execution outputs."""
+    """The classes that nodes with the same attributes share: storage by prefix, names of execution outputs."""
 
     inputs: Callable[[], Any]
     outputs: Callable[[], Any]
@@ -452,14 +452,14 @@ class Layout:
 
     @classmethod
     def of(cls, owner: str, names: Mapping[str, Sequence[str]], initial: Container[str]) -> Layout:
-        """For attributes of these names by prefix; those without a starting value are execution."""
+        """For attributes of these names by prefix; an attribute without an initial value is execution."""
         data = {prefix: tuple(n for n in names[prefix] if f"{prefix}:{n}" in initial) for prefix in PREFIXES}
         inputs, outputs, state = (storage(f"{prefix} of {owner}", data[prefix]) for prefix in PREFIXES)
         return cls(inputs, outputs, state, tuple(n for n in names["outputs"] if n not in data["outputs"]))
 
 
 def _refusing(message: str) -> Compute:
-    """The compute of a node that an unset open input keeps from working."""
+    """The compute function of a node that cannot compute because an open input is unset."""
 
     def compute(db: Database) -> NoReturn:
         raise LackError(message)
@@ -468,10 +468,10 @@ def _refusing(message: str) -> Compute:
 
 
 def upstream_data(node: Node) -> tuple[Database, ...]:
-    """The data nodes that a node reads and that nothing else computes, upstream first.
+    """The data nodes that a node reads and that nothing else computes, sources first.
 
-    Through other data nodes too, never through nodes with execution attributes. Data nodes of push graphs are left out:
-    they compute by themselves.
+    Includes indirect sources through other data nodes, but not through nodes with execution attributes. Data nodes of
+    push graphs are left out: they compute by themselves.
     """
     found: dict[Node, None] = {}
     pending = list(node.sources)
@@ -485,7 +485,7 @@ def upstream_data(node: Node) -> tuple[Database, ...]:
 
 
 def _equal(before: Any, now: Any) -> bool:
-    """Whether a value set from outside is the one that is there, of the same type and shape."""
+    """Whether a value set from outside equals the present one, in type and shape too."""
     if hasattr(now, "dtype"):
         return hasattr(before, "dtype") and before.shape == now.shape and bool((before == now).all())
     return type(before) is type(now) and bool(before == now)

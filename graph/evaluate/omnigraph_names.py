@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 class AttributeOf:
-    """An attribute of one node: `inputs:x` there, whatever edits make of the node."""
+    """An attribute of one node. It stays valid when edits change the node."""
 
     __slots__ = ("full_name", "node")
 
@@ -37,7 +37,7 @@ class AttributeOf:
         return self.node.get(self.full_name)
 
     def set(self, value: Any) -> None:
-        """Sets the value. Raises ValueError for one that is not of its type or that a connection would overwrite."""
+        """Sets the value. Raises ValueError if it does not fit the type or if a connection would overwrite it."""
         self.node.set(self.full_name, value)
 
     def get_name(self) -> str:
@@ -53,7 +53,7 @@ class AttributeOf:
         return self.node
 
     def get_type_name(self) -> str:
-        """The OGN type name: the settled one of an open attribute, else as declared."""
+        """The OGN type name: the resolved one of an open attribute, else the declared one."""
         settled = self.node.types.get(self.full_name)
         if settled is not None or self.full_name not in self.node.types:
             return str(settled or "any")
@@ -64,7 +64,7 @@ class AttributeOf:
         return self.full_name.partition(":")[0]
 
     def is_connected(self) -> bool:
-        """Whether something feeds it or leads away from it."""
+        """Whether a connection leads to it or from it."""
         return self.full_name in self.node._fed or self.full_name in self.node._consumed
 
 
@@ -83,11 +83,11 @@ class Variable:
         return self.name
 
     def get(self, instance_path: str | None = None) -> Any:
-        """The present value, of the graph or of the instance on a prim."""
+        """The present value in the graph, or in the instance on a prim."""
         return self._of(instance_path).variables[self.name]
 
     def set(self, value: Any, instance_path: str | None = None) -> None:
-        """Sets the value. Raises ValueError for one that is not of its type."""
+        """Sets the value. Raises ValueError if it does not fit the type."""
         self._of(instance_path).variables[self.name] = value
 
     def get_type_name(self) -> str:
@@ -99,14 +99,14 @@ class Variable:
 
 
 class FamiliarNode:
-    """What scripts call on a node."""
+    """The methods that scripts call on a node."""
 
     __slots__ = ()
 
     def get_attribute(self: Any, name: str) -> AttributeOf:
         """The attribute of that name, `x` or `inputs:x`. Raises KeyError with the nearest one.
 
-        One that the node may be given, such as a field of a message, comes to be with its first connection or value.
+        A dynamic attribute, such as a field of a message, is created by its first connection or value.
         """
         try:
             return AttributeOf(self, self.full_name(name))
@@ -121,7 +121,7 @@ class FamiliarNode:
         return [AttributeOf(self, full) for full, _ in self.attributes()]
 
     def get_attribute_exists(self: Any, name: str) -> bool:
-        """Whether there is an attribute of that name."""
+        """Whether an attribute of that name exists."""
         try:
             self.full_name(name)
         except KeyError:
@@ -146,12 +146,12 @@ class FamiliarNode:
         return int(self.computes)
 
     def request_compute(self: Any) -> None:
-        """Has it compute in the next evaluation of its graph, once however often this is asked."""
+        """Makes it compute once in the next evaluation of its graph, however often this is called."""
         self.graph.request(self)
 
 
 class FamiliarGraph:
-    """What scripts call on a graph."""
+    """The methods that scripts call on a graph."""
 
     def get_nodes(self: Any) -> list[Node]:
         """All nodes, in order."""
@@ -167,7 +167,7 @@ class FamiliarGraph:
         return str(self.path)
 
     def get_pipeline_stage(self: Any) -> str:
-        """The stage it is evaluated in."""
+        """The pipeline stage in which it is evaluated."""
         return str(self.pipeline_stage)
 
     def get_evaluator_name(self: Any) -> str:
@@ -179,5 +179,5 @@ class FamiliarGraph:
         return [Variable(self, name) for name in self.variables]
 
     def find_variable(self: Any, name: str) -> Variable | None:
-        """The variable of that name; None if there is none."""
+        """The variable of that name, or None."""
         return Variable(self, name) if name in self.variables else None

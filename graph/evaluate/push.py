@@ -13,9 +13,9 @@ if TYPE_CHECKING:
 
 
 class PushEvaluator:
-    """Computes every node once per evaluation in dependency order (file order where that leaves a choice).
+    """Computes every node once per evaluation, in dependency order; ties are in file order.
 
-    Execution wires are not followed: what a node fires is only counted, and no execution input is ever triggered.
+    Execution wires are not followed: fired outputs are only counted, and no execution input is triggered.
     """
 
     def __init__(self, graph: Graph) -> None:
@@ -25,7 +25,7 @@ class PushEvaluator:
         self._firing = [node.db for node in nodes if node.db._wires]
 
     def run(self, activations: Sequence[Activation]) -> None:
-        """Evaluates the graph once; an activation computes its node once more, with that input triggered."""
+        """Evaluates the graph once; an activation computes its node once more, with that execution input triggered."""
         self._run_plan()
         for node, name in activations:
             node.db._active = name
@@ -70,7 +70,7 @@ class PushEvaluator:
 
 
 def count_fired(db: Database) -> None:
-    """Counts what a node fired where nobody follows it."""
+    """Counts fired outputs that are not followed."""
     for name in db._enabled:
         if name is not RETURN:
             wire = db._wires.get(name) or db._no_wire(name)

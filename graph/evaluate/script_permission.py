@@ -1,4 +1,4 @@
-"""The user's leave to run code that a graph file brings: a file from a stranger must not run any."""
+"""The user's permission to run code from a graph file: without it, no code of the file runs."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ REFUSED = (
 
 
 def script_problems(graphs: Iterable[Graph]) -> list[Problem]:
-    """A line for each node that would run code of the file."""
+    """A line for each node that would run code from the file."""
     return [
         Problem(f'node "{node.name}" ({node.type.short_name}) {REFUSED}', node.mark)
         for graph in graphs

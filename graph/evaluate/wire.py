@@ -16,17 +16,22 @@ Copy = Callable[[], None]
 
 
 Step = tuple["Database", Any, Any, "Copy | None", list[Any]]
-"""A node to compute and what makes it (an execution input's name, STARTED or RETURNED), with what the walk needs of
-the node at hand: its compute, its copies, the list of what it fires."""
+"""A node to compute, why it computes, and what the walk needs of it.
+
+The reason is an execution input's name, STARTED or RETURNED; the walk needs its compute function, its copies and the
+list of fired outputs.
+"""
 
 
 def step_to(db: Database, cause: Any) -> Step:
-    """The step that computes a connected node for this cause."""
+    """The step that computes a connected node for this reason."""
     return db, cause, db._compute, db._push, db._enabled
 
 
 class Wire:
-    """An execution output: its targets, last connection first because a walk is a stack; `only` if it has just one."""
+    """An execution output: its targets, last connection first because a walk is a stack; `only` if there is just
+    one.
+    """
 
     __slots__ = ("count", "name", "only", "targets")
 
@@ -37,28 +42,28 @@ class Wire:
         self.only: Step | None = None
 
     def lead_to(self, targets: Sequence[tuple[Database, str]]) -> None:
-        """Sets the targets, in the order in which they are to be followed; their nodes are connected already."""
+        """Sets the targets, in the order in which they are followed; their nodes are connected already."""
         self.targets = tuple([step_to(db, name) for db, name in reversed(targets)])
         self.only = self.targets[0] if len(targets) == 1 else None
 
     def add(self, db: Database, name: str) -> None:
-        """Adds a target that is followed after the others."""
+        """Adds a target, which is followed after the others."""
         self.lead_to([*((step[0], step[1]) for step in reversed(self.targets)), (db, name)])
 
     def remove(self, db: Database, name: str) -> None:
-        """Takes a target away."""
+        """Removes a target."""
         kept = [(step[0], step[1]) for step in reversed(self.targets)]
         kept.remove((db, name))
         self.lead_to(kept)
 
     def renew(self) -> None:
-        """Takes up the present compute functions of the targets."""
+        """Reads the present compute functions of the targets."""
         self.targets = tuple(step_to(db, cause) for db, cause, *_ in self.targets)
         self.only = self.targets[0] if len(self.targets) == 1 else None
 
 
 def storage(owner: str, names: Sequence[str]) -> type:
-    """A class of objects with just these attributes; another name is an AttributeError that tells whose it would be."""
+    """A class of objects with exactly these attributes; any other name is an AttributeError that says who has it."""
     return _storage_class(owner, tuple(map(python_name, names)))
 
 
@@ -68,7 +73,7 @@ def _storage_class(owner: str, names: tuple[str, ...]) -> type:
 
 
 def copy_between(source: Any, source_name: str, target: Any, target_name: str, convert: Any = None) -> Copy:
-    """The function that copies one attribute's value to another, converted if `convert` is given.
+    """The function that copies one attribute's value to another; `convert`, if given, converts it.
 
     A closure over both objects with the names compiled in: half the time of getattr and setattr.
     """
@@ -77,7 +82,7 @@ def copy_between(source: Any, source_name: str, target: Any, target_name: str, c
 
 
 def all_of(copies: Sequence[Copy]) -> Copy | None:
-    """One function that makes all these copies; None if there are none."""
+    """One function that calls all these copies; None for an empty list."""
     if not copies:
         return None
     if len(copies) == 1:
@@ -93,7 +98,7 @@ def all_of(copies: Sequence[Copy]) -> Copy | None:
 
 @cache
 def _copier(source_name: str, target_name: str, converts: bool) -> Any:
-    # The names are attribute names, checked here: they are all that goes into the source text.
+    # The names are attribute names, checked here; nothing else goes into the source text.
     if not all(name.isidentifier() and not keyword.iskeyword(name) for name in (source_name, target_name)):
         return _slow_copier(source_name, target_name)
     value = f"convert(source.{source_name})" if converts else f"source.{source_name}"

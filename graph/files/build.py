@@ -153,7 +153,7 @@ class Builder:
     def _values(
         self, node: str, written: Map | None, prefix: str, values: dict[str, Any], marks: dict[str, Mark]
     ) -> None:
-        """Adds the values that the file sets, by attribute name: inputs without a prefix, state attributes with
+        """Adds the values that the file sets, by attribute name: inputs without prefix, state attributes with
         `state:`.
         """
         for key, value in (written or {}).items():

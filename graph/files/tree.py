@@ -41,8 +41,9 @@ class Seq(list[Any]):
 
 
 def offset(root: Map, location: Sequence[str | int], *, key: bool = False) -> int:
-    """The offset of the value at a location, or of its key with `key`; if a part is missing, that of its nearest
-    parent.
+    """The offset of the value at a location, or of its key with `key`.
+
+    If a part is missing: the offset of its nearest parent.
     """
     node: Any = root
     at = root.at

@@ -1,6 +1,4 @@
-"""A stand-in for the module `omni.graph.core`, which OmniGraph's Python imports as `og`: what a node's own code
-needs.
-"""
+"""A stand-in for `omni.graph.core`, which OmniGraph's Python imports as `og`, with what a node's own code needs."""
 
 from __future__ import annotations
 

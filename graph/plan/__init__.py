@@ -1,4 +1,4 @@
-"""From what a file says to graphs that run."""
+"""Compiles graph specs into graphs that run."""
 
 from graph.evaluate import ComputeError, Graph, Node, RunawayError
 

@@ -1,4 +1,4 @@
-"""Compiles graph specs into graphs that run: every mistake of a file is found here, in one go."""
+"""Compiles graph specs into graphs that run, and reports every mistake of a file at once."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from .wiring import flows, rank, wire
 
 SKIP_ADVICE = "--skip-unknown runs the rest of the file"
 _SUGGESTED = 20
-"""Unknown types of a file for which the nearest name is looked for."""
+"""Most unknown types of a file for which the nearest name is searched."""
 _NODE_NAME = re.compile(r"[^\s./:\[\]>]+(?:/[^\s./:\[\]>]+)*")
 
 
@@ -39,7 +39,7 @@ class _Problems:
 
     def raise_if_any(self) -> None:
         if self.found:
-            # In the order of the file; what has no place comes last, in the order it was found.
+            # In the order of the file; problems without a place come last, in the order they were found.
             placed = sorted((p for p in self.found if p.mark), key=lambda p: p.mark or Mark("", 0, 0))
             raise UserError([*placed, *(p for p in self.found if not p.mark)])
 
@@ -47,8 +47,8 @@ class _Problems:
 def compile_graphs(specs: Sequence[GraphSpec], registry: Registry = DEFAULT) -> list[Graph]:
     """The graphs of a file, in its order, ready to evaluate.
 
-    Resolves short names, checks names, types and values, settles open types, finds cycles and orders the nodes.
-    Raises UserError with every problem of all graphs, each with its place and, where a name is close, a suggestion.
+    Resolves short names, checks names, types and values, resolves open types, finds cycles and orders the nodes.
+    Raises UserError with every problem of all graphs, each with its place and, if a name is close, a suggestion.
     """
     with collector_paused():
         graphs = _compile(specs, registry)
@@ -59,7 +59,7 @@ def compile_graphs(specs: Sequence[GraphSpec], registry: Registry = DEFAULT) -> 
 
 
 def _instances(graph: Graph, registry: Registry) -> dict[str, Graph]:
-    """The graph once more for each prim that has it."""
+    """A copy of the graph for each prim that has it."""
     spec = graph.spec
     if graph.linked:
         others = ", ".join(sorted(graph.linked))
@@ -154,7 +154,7 @@ def _draft_nodes(
 
 
 def _node_type(name: str, nodes: Nodes, registry: Registry) -> NodeType | str:
-    """The type of that name, or why there is none: with the nearest name for the first few of the file only."""
+    """The type with that name, or why it is unknown; with the nearest name for the first few of a file only."""
     if name in nodes.unknown:
         return nodes.unknown[name]
     try:

@@ -1,4 +1,4 @@
-"""What the ends of a connection mean, and whether they may meet at all."""
+"""Resolves the ends of connections and checks whether they may be connected."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from .draft import Draft, Report, no_attribute
 
 Side = Literal["source", "target"]
 MOST_SUGGESTIONS = 100
-"""How many unknown nodes get a suggestion: each is compared with every node there is."""
+"""Most unknown nodes that get a suggestion, because each is compared with every existing node."""
 
 
 @dataclass(eq=False, slots=True)
 class Link:
-    """One connection between two attributes that exist."""
+    """One connection between two existing attributes."""
 
     source: Draft
     source_name: str
@@ -34,13 +34,13 @@ class Link:
         return f"{ends[0]} -> {ends[1]}"
 
     def ends(self) -> tuple[str, str]:
-        """Both ends as messages name them: with the graph's path where they are in two graphs."""
+        """Both ends as messages name them: with the graph's path if they are in two graphs."""
         local = self.source.node.graph is self.target.node.graph
         source, target = (d.node.name if local else d.node.path for d in (self.source, self.target))
         return f"{source}.{self.source_name}", f"{target}.{self.target_name}"
 
     def ends_with_types(self) -> tuple[str, str]:
-        """Both ends with their types: the settled ones, else the declared ones."""
+        """Both ends with their types: the resolved ones, else the declared ones."""
         named = []
         for end, draft, name in zip(
             self.ends(), (self.source, self.target), (self.source_name, self.target_name), strict=True
@@ -50,18 +50,18 @@ class Link:
 
 
 class Nodes:
-    """The nodes of all graphs by path; `broken` are those whose type is unknown, so that one mistake is told once."""
+    """The nodes of all graphs by path. `broken` holds those of unknown type, so that each mistake is reported once."""
 
     def __init__(self) -> None:
         self.drafts: dict[str, Draft] = {}
         self.broken: set[str] = set()
         self.of_graph: dict[str, list[str]] = {}
         self.unknown: dict[str, str] = {}
-        """What is wrong with each type that is not there."""
+        """What is wrong with each unknown type."""
         self._suggestions = MOST_SUGGESTIONS
 
     def find(self, graph: str, name: str) -> Draft | str | None:
-        """The node that `name` means in a graph; its path if it is broken; None if there is none.
+        """The node that `name` means in a graph; its path if it is broken; None if it does not exist.
 
         An absolute name is `/Graph/node` or `/Graph.node`.
         """
@@ -77,7 +77,7 @@ class Nodes:
         return None
 
     def near(self, graph: str, name: str) -> str:
-        """The tail of a message about an unknown node; empty after the first hundred of a file."""
+        """The tail of a message about an unknown node; "" after the first hundred of a file."""
         self._suggestions -= 1
         if self._suggestions < 0:
             return ""
@@ -87,17 +87,17 @@ class Nodes:
 
 
 class _Meanings:
-    """What ends of connections mean on nodes of a type, and which two may meet: worked out once for each type."""
+    """What names mean on nodes of a type, and which attributes may be connected, computed once for each type."""
 
     def __init__(self) -> None:
         self.names: dict[tuple[NodeType, str, Side], str] = {}
         """Full names of declared attributes."""
         self.meet: dict[tuple[NodeType, str, NodeType, str], bool] = {}
-        """Pairs within one graph that may meet, and whether they are execution."""
+        """Pairs within one graph that may be connected, and whether they are execution."""
 
 
 def link_all(specs: Sequence[GraphSpec], nodes: Nodes, report: Report) -> list[Link]:
-    """Every connection that can be made, in file order; the others are reported."""
+    """Every valid connection, in file order; the others are reported."""
     links: list[Link] = []
     fan_in: dict[tuple[Draft, str], list[Link]] = {}
     known = _Meanings()
@@ -159,7 +159,7 @@ def _end(
 
 
 def _attribute(draft: Draft, written: str, side: Side) -> str | None:
-    """The attribute that the short or the full form means on this side of a connection."""
+    """The attribute that a short or full name means on this side of a connection."""
     prefix, _, name = written.partition(":")
     if prefix in ("inputs", "outputs", "state") and name:
         return draft.find(prefix, name)
@@ -167,12 +167,12 @@ def _attribute(draft: Draft, written: str, side: Side) -> str | None:
         declared = draft.find("inputs", written, add=False) or draft.find("state", written, add=False)
         return declared or draft.find("inputs", written)
     outputs = draft.find("outputs", written)
-    # A dynamic input is a source only if something else has made it: any misspelt output would be one.
+    # A dynamic input can be a source only if it exists already: otherwise any misspelt output would be one.
     return outputs or draft.find("inputs", written, add=False) or draft.find("state", written, add=False)
 
 
 def _may_meet(link: Link, report: Report) -> bool:
-    """Reports connections that no types could make right."""
+    """Whether the attributes may be connected; reports connections that are wrong whatever the types are."""
     source, target = link.source.attribute(link.source_name), link.target.attribute(link.target_name)
     mixed = source.is_execution != target.is_execution
     if link.target_name.startswith("outputs:"):

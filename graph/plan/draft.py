@@ -1,4 +1,4 @@
-"""Nodes while they are being compiled: what the file says, held against what the node type declares."""
+"""Nodes while they are being compiled: what the file says, checked against what the node type declares."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Report = Callable[[str, "Mark | None"], None]
 
 @dataclass(eq=False, slots=True)
 class Draft:
-    """A node in the making. Attributes are named in full, `inputs:x`."""
+    """A node that is being compiled. Attributes are named in full, `inputs:x`."""
 
     node: Node
     type: NodeType
@@ -41,7 +41,7 @@ class Draft:
     """The link that ends at each connected data attribute."""
     consumed: set[str] = field(default_factory=set)
     unset: str = ""
-    """What keeps the node of an unfinished graph from computing."""
+    """Why the node of an unfinished graph cannot compute."""
 
     @property
     def label(self) -> str:
@@ -57,7 +57,10 @@ class Draft:
         return declared
 
     def find(self, prefix: str, name: str, *, add: bool = True) -> str | None:
-        """The full name of an attribute, made now if it is dynamic and `add`; None if the type has none such."""
+        """The full name of an attribute; with `add`, a dynamic one is created.
+
+        None if the type has no such attribute.
+        """
         full = f"{prefix}:{name}"
         if name in getattr(self.type, prefix) or full in self.dynamic:
             return full
@@ -68,7 +71,7 @@ class Draft:
         return None
 
     def add(self, full: str, attribute: Attribute) -> None:
-        """Gives the node an attribute that its type does not have."""
+        """Adds an attribute that the type does not declare."""
         self.dynamic[full] = attribute
         parsed = attribute.parsed
         self.types = {**self.types, full: parsed if isinstance(parsed, Type) else None}
@@ -76,13 +79,13 @@ class Draft:
             self.open += (full,)
 
     def mark_of(self, key: str) -> Mark | None:
-        """The place of an authored value, else of the node."""
+        """The place of an authored value, else that of the node."""
         return self.spec.input_marks.get(key, self.spec.mark)
 
 
 @dataclass(slots=True)
 class Shape:
-    """What all nodes of one type share: attribute names, types, starting values and storage."""
+    """What all nodes of one type share: attribute names, types, initial values and storage."""
 
     names: Mapping[str, tuple[str, ...]]
     types: dict[str, Type | None]
@@ -94,7 +97,7 @@ class Shape:
 
     @classmethod
     def of(cls, node_type: NodeType) -> Shape:
-        """The shape that the declarations give."""
+        """The shape that follows from the declarations."""
         attributes = {
             f"{prefix}:{name}": attribute
             for prefix in PREFIXES
@@ -114,8 +117,8 @@ class Shape:
 
 
 def draft_node(graph: Graph, spec: NodeSpec, node_type: NodeType, shape: Shape, index: int, report: Report) -> Draft:
-    """Starts a node and notes the values that the file gives it; reports names the type does not have."""
-    # Only open types are ever written to: nodes without any share the dict.
+    """Starts a node with the values that the file gives; reports names that the type does not have."""
+    # Only open types are ever written to: nodes without open types share the dict.
     types = dict(shape.types) if shape.open else shape.types
     draft = Draft(Node(graph, spec.name, node_type, index, spec.mark), node_type, spec, types, shape.open)
     for added, type_name in spec.attributes.items():
@@ -127,7 +130,7 @@ def draft_node(graph: Graph, spec: NodeSpec, node_type: NodeType, shape: Shape, 
             continue
         prefixes = (prefix,) if prefix in ("inputs", "state") else ("inputs", "state")
         name = name if prefix in ("inputs", "state") else key
-        # A declared state attribute goes before a dynamic input of any name.
+        # A declared state attribute is preferred over a dynamic input of any name.
         full = next((f for p in prefixes if (f := draft.find(p, name, add=False))), None)
         full = full or next((f for p in prefixes if (f := draft.find(p, name))), None)
         if full is None:
@@ -140,7 +143,7 @@ def draft_node(graph: Graph, spec: NodeSpec, node_type: NodeType, shape: Shape, 
 
 
 def _add_attribute(draft: Draft, full: str, type_name: str, report: Report) -> None:
-    """Makes an attribute that the file adds. One that the type declares keeps its declaration."""
+    """Creates an attribute that the file adds. An attribute that the type declares keeps its declaration."""
     prefix, _, name = full.partition(":")
     if prefix not in PREFIXES or not name:
         report(
@@ -162,7 +165,7 @@ def _add_attribute(draft: Draft, full: str, type_name: str, report: Report) -> N
 
 
 def no_attribute(draft: Draft, kind: str, name: str) -> str:
-    """The rest of a message about an attribute that the type does not have; kind: input or output."""
+    """The end of a message about an attribute that the type does not have; kind: input or output."""
     prefixes = ("outputs", "inputs", "state") if kind == "output" else ("inputs", "state")
     known = [one for prefix in prefixes for one in getattr(draft.type, prefix)]
     other = "inputs" if kind == "output" else "outputs"
@@ -173,7 +176,7 @@ def no_attribute(draft: Draft, kind: str, name: str) -> str:
 
 
 def initial_values(draft: Draft, shape: Shape, report: Report) -> Mapping[str, Any]:
-    """The starting value of each data attribute; reports written values that are not of the settled type."""
+    """The initial value of each data attribute; reports written values that do not fit the resolved type."""
     if not draft.authored and not draft.dynamic and not draft.open:
         return shape.initial
     initial = dict(shape.initial)
@@ -207,7 +210,7 @@ def initial_values(draft: Draft, shape: Shape, report: Report) -> Mapping[str, A
 
 
 def _untypable(attribute: Attribute, raw: Any, explicit: tuple[Type, Any] | None) -> str:
-    """Why a value settles no type of an open attribute."""
+    """Why a value does not determine the type of an open attribute."""
     value, declared = explicit[1] if explicit else raw, attribute.parsed
     given = explicit[0] if explicit else next(iter(natural_type(raw)), None)
     if given is None or not isinstance(declared, Extended) or declared.accepts(given):
@@ -216,7 +219,7 @@ def _untypable(attribute: Attribute, raw: Any, explicit: tuple[Type, Any] | None
 
 
 def all_names(draft: Draft, shape: Shape) -> Mapping[str, tuple[str, ...]]:
-    """Attribute names by prefix, dynamic ones last in the order they came up."""
+    """Attribute names by prefix; dynamic ones last, in the order they were added."""
     if not draft.dynamic:
         return shape.names
     names = {prefix: list(shape.names[prefix]) for prefix in PREFIXES}

@@ -1,4 +1,4 @@
-"""The data connections of a graph by their nodes: what an edit in place looks at instead of the whole graph."""
+"""The data connections of a graph by node: an edit in place looks at these instead of the whole graph."""
 
 from __future__ import annotations
 
@@ -14,34 +14,34 @@ from graph.values.types import Extended
 from .draft import Shape
 
 Stage = tuple[int, ...]
-"""When a type was settled: (0,) along connections, (1, node, attribute) from that written value, BACKWARDS."""
+"""When a type was resolved: (0,) along connections, (1, node, attribute) from that written value, BACKWARDS."""
 BACKWARDS: Stage = (2,)
 End = tuple[Node, str]
 
 
 class OtherwiseError(Exception):
-    """The edit is not one that can be made in place."""
+    """The edit cannot be made in place."""
 
 
 @dataclass(eq=False, slots=True)
 class Feed:
-    """A data connection: `copy` brings the value of `output` of the source to `input` of the target (full names)."""
+    """A data connection: `copy` writes the value of `output` of the source to `input` of the target (full names)."""
 
     source: Node
     output: str
     target: Node
     input: str
     number: int
-    """Connections that come later have greater ones."""
+    """Later connections have larger numbers."""
     copy: Copy = field(init=False, default=lambda: None)
 
     @property
     def types(self) -> tuple[object, object]:
-        """The settled types at both ends."""
+        """The resolved types of both ends."""
         return self.source.types[self.output], self.target.types[self.input]
 
     def made(self) -> Copy:
-        """A copy for the present types."""
+        """A copy function for the present types."""
         part, _, output = self.output.partition(":")
         first, second = self.source.types[self.output], self.target.types[self.input]
         convert = None if first is None or second is None else converter(first, second)
@@ -50,7 +50,7 @@ class Feed:
 
 
 class Feeds:
-    """The feeds of one graph by either end, in the order of the connections; when its open types were settled."""
+    """The feeds of one graph by either end, in the order of the connections, and when its open types were resolved."""
 
     def __init__(self, graph: Graph) -> None:
         self.graph = graph
@@ -62,7 +62,7 @@ class Feeds:
         """Count so far; also the last one's number."""
 
     def add(self, source: Node, output: str, target: Node, name: str) -> Feed:
-        """A new feed, behind all others; its copy is not made yet."""
+        """A new feed, after all others, without a copy function yet."""
         self.count += 1
         feed = Feed(source, output, target, name, self.count)
         self.into.setdefault(target, {})[name] = feed
@@ -70,12 +70,12 @@ class Feeds:
         return feed
 
     def remove(self, feed: Feed) -> None:
-        """Forgets a feed."""
+        """Removes a feed."""
         del self.into[feed.target][feed.input]
         del self.out_of[feed.source][feed]
 
     def forget(self, node: Node) -> None:
-        """Forgets a node without feeds."""
+        """Removes a node without feeds."""
         self.into.pop(node, None)
         self.out_of.pop(node, None)
         self.stages.pop(node, None)
@@ -86,13 +86,13 @@ class Feeds:
         yield from self.out_of.get(node, ())
 
     def has_open(self, node: Node) -> bool:
-        """Whether anything about the node's types depends on its values and connections."""
+        """Whether the node's types depend on its values and connections."""
         if node.type.resolve is not None or self.shape(node.type).open:
             return True
         return any(isinstance(one.parsed, Extended) for one in node.added.values())
 
     def shape(self, node_type: NodeType) -> Shape:
-        """What all nodes of the type share."""
+        """What all nodes of this type share."""
         found = self.shapes.get(node_type)
         if found is None:
             found = self.shapes[node_type] = Shape.of(node_type)
@@ -100,7 +100,10 @@ class Feeds:
 
 
 def feeds_of(graph: Graph) -> Feeds:
-    """The feeds of a graph. Raises OtherwiseError where inputs pass on what feeds them: these are not a feed each."""
+    """The feeds of a graph.
+
+    Raises OtherwiseError if an input passes its value on, because such a connection is not one feed.
+    """
     feeds = Feeds(graph)
     for connection in graph.spec.connections:
         at, output = _end_as_written(graph, connection.source, ("outputs", "inputs", "state"))
@@ -142,7 +145,7 @@ def _end_as_written(graph: Graph, text: str, prefixes: Sequence[str]) -> End:
 
 
 def end_of(graph: Graph, end: str) -> End:
-    """The node and the attribute of an end in full. Raises OtherwiseError for what is not there."""
+    """The node and the full attribute name of an end. Raises OtherwiseError if it does not exist."""
     name, _, full = end.rpartition(".")
     node = graph.nodes.get(name)
     if node is None or full not in node.types:

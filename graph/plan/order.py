@@ -1,4 +1,4 @@
-"""The dependency order of nodes, and the cycles that prevent one."""
+"""The dependency order of nodes, and the cycles that prevent it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def dependency_order(count: int, readers: Sequence[Sequence[int]]) -> list[int]:
-    """The nodes 0 .. count-1 with every node before its readers, the lowest number first where there is a choice.
+    """Orders the nodes 0 .. count-1 so that every node precedes its readers; ties go to the lowest number.
 
     Nodes on a cycle, and those behind one, are left out.
     """
@@ -32,9 +32,9 @@ def dependency_order(count: int, readers: Sequence[Sequence[int]]) -> list[int]:
 
 
 def moved_behind(source: Node, target: Node) -> dict[Node, int] | None:
-    """New ranks that put a node behind another one, and all others behind what they read; None where that is a cycle.
+    """New ranks that move a node after another one and keep every node after its sources; None if that is a cycle.
 
-    Only nodes between the two are looked at (Pearce and Kelly 2006).
+    Only nodes between the two are examined (Pearce and Kelly 2006).
     """
     low, high = target.rank, source.rank
 
@@ -55,7 +55,7 @@ def moved_behind(source: Node, target: Node) -> dict[Node, int] | None:
 
 
 def cycles(count: int, readers: Sequence[Sequence[int]], *, most: int) -> list[list[int]]:
-    """Cycles that have no node in common, each as nodes in the direction of the data; at most `most` of them."""
+    """At most `most` cycles without a common node, each as nodes in the direction of the data."""
     found: list[list[int]] = []
     removed: set[int] = set()
     while True:
@@ -65,7 +65,7 @@ def cycles(count: int, readers: Sequence[Sequence[int]], *, most: int) -> list[l
         left = set(range(count)) - set(dependency_order(count, kept)) - removed
         if not left or len(found) == most:
             return found
-        # Every node that is left waits for another one that is left: going upstream must come round.
+        # Every remaining node waits for another remaining node, so going upstream must return to a visited one.
         upstream: dict[int, int] = {}
         for node in sorted(left):
             for target in kept[node]:

@@ -1,11 +1,11 @@
-"""Edits of a compiled graph, made in place: what they do not concern is not looked at.
+"""Edits a compiled graph in place, without looking at the parts that do not change.
 
-New nodes, connections and values, and what is taken away, have their effect where they are; open types are settled anew
-as far as they may change (`region`), the order of computing is brought up to date before the next evaluation. Whatever
-else an edit does, or does wrong, is left to the compiler, which sees the whole graph and says what is wrong.
+Nodes, connections and values are added and removed directly. Open types are resolved again where they may change
+(`region`), and the order of computing is updated before the next evaluation. Every other edit, and every wrong one, is
+left to the compiler, which sees the whole graph and reports the mistakes.
 
-What this module, `region` and `feeds` buy (one `Controller.edit` in a graph of Add nodes, two busy cores, against
-compiling the graph anew): with 100 nodes 0.1 to 0.4 ms against 15 ms, with 10,000 nodes 1 to 10 ms against 1.3 s, with
+What this module, `region` and `feeds` save (one `Controller.edit` in a graph of Add nodes, two busy cores, against
+compiling the graph again): with 100 nodes 0.1 to 0.4 ms against 15 ms, with 10,000 nodes 1 to 10 ms against 1.3 s, with
 100,000 nodes 10 to 90 ms against 19 s.
 """
 
@@ -31,25 +31,25 @@ from .order import dependency_order, moved_behind
 from .region import settle_region
 
 Wire = tuple[Node, str, Node, str]
-"""An execution output, and the input that it leads to."""
+"""An execution output, and the input that it is connected to."""
 SpecOf = Callable[[Node], NodeSpec]
-"""What a node is made of after the edit."""
+"""Gives the spec of a node after the edit."""
 
 
 @dataclass(frozen=True)
 class Patch:
-    """What is added, by full names (`node.outputs:x`), and what is taken away: nodes with all of their connections."""
+    """What is added, by full names (`node.outputs:x`), and what is removed: nodes with all of their connections."""
 
     nodes: Sequence[NodeSpec] = ()
     connections: Sequence[ConnectionSpec] = ()
     values: Sequence[tuple[str, str, Any]] = ()
-    """Of nodes that were there: name, full attribute name, value."""
+    """Values of existing nodes: name, full attribute name, value."""
     removed: Sequence[str] = ()
     cut: Sequence[tuple[str, str]] = ()
 
 
 class Patches:
-    """Makes edits of one graph in place, as long as nothing else changes it."""
+    """Edits one graph in place, as long as nothing else changes it."""
 
     def __init__(self, graph: Graph, registry: Registry) -> None:
         self._graph = graph
@@ -57,7 +57,10 @@ class Patches:
         self._feeds: Feeds | None = None
 
     def make(self, patch: Patch, spec_of: SpecOf) -> bool:
-        """Makes the edit; False, and nothing is changed, if it must be compiled. The graph is not being evaluated."""
+        """Makes the edit.
+
+        Returns False, with nothing changed, if it must be compiled. The graph must not be running.
+        """
         graph = self._graph
         if graph.linked or graph.instances or graph.spec.instances or graph.observed:
             return False
@@ -88,9 +91,9 @@ def _as_compiled(graph: Graph) -> SpecOf:
 
 
 def with_written(spec: NodeSpec, graph: Graph, besides: Container[tuple[str, str]] = ()) -> NodeSpec:
-    """The node with the values that were set on it since it was compiled, but for those that an edit sets.
+    """The node's spec with the values that were set since it was compiled, except those that an edit sets.
 
-    What is set on an attribute whose type is open keeps the type that it had then.
+    A value that is set on an attribute of open type keeps the type that it had then.
     """
     node = graph.nodes.get(spec.name)
     if node is None:
@@ -107,11 +110,11 @@ def with_written(spec: NodeSpec, graph: Graph, besides: Container[tuple[str, str
 
 
 def _compiled(graph: Graph, patch: Patch, registry: Registry) -> dict[str, Node]:
-    """The new nodes, behind all others and without connections."""
+    """The new nodes, after all others and without connections."""
     if not patch.nodes:
         return {}
     if any(node.name in graph.nodes for node in patch.nodes):
-        raise OtherwiseError  # made anew under its name
+        raise OtherwiseError  # removed and created again under the same name
     spec = replace(graph.spec, nodes=tuple(patch.nodes), connections=(), compounds={})
     alone = compile_graphs([spec], registry)[0]
     if alone.notes:
@@ -125,7 +128,7 @@ def _compiled(graph: Graph, patch: Patch, registry: Registry) -> dict[str, Node]
 
 
 class _Plan:
-    """One edit, checked whole: nothing is changed before `make`."""
+    """One edit, checked completely: nothing is changed before `make`."""
 
     def __init__(self, feeds: Feeds, patch: Patch, fresh: dict[str, Node], spec_of: SpecOf) -> None:
         graph = feeds.graph
@@ -167,7 +170,7 @@ class _Plan:
         (at, output), (to, name) = self._end(source), self._end(target)
         for node, full in ((at, output), (to, name)):
             if full in node.added and node not in self._gone and full not in self._spec_of(node).attributes:
-                raise OtherwiseError  # it was there for the connection alone
+                raise OtherwiseError  # it existed only for the connection
         if to.attribute(name).is_execution:
             self._wires_cut.append((at, output, to, name))
             return
@@ -224,7 +227,7 @@ class _Plan:
         return node, full, value
 
     def _order(self) -> dict[Node, int]:
-        """New ranks where a connection leads from a later node to an earlier one."""
+        """New ranks if a connection leads from a later node to an earlier one."""
         late = [one for one in self._leads if one.output.startswith("outputs:") and one.source.rank >= one.target.rank]
         if not late:
             return {}
@@ -236,7 +239,7 @@ class _Plan:
         return ranks
 
     def _start(self) -> Iterator[Node]:
-        """The nodes whose open types the edit may change at once."""
+        """The nodes whose open types the edit may change directly."""
         feeds = self._feeds
         for node in (*self._fresh.values(), *self._open_values):
             if feeds.has_open(node):
@@ -267,12 +270,12 @@ class _Plan:
         return region.type_of(feed.source, feed.output), region.type_of(feed.target, feed.input)
 
     def _check(self, feed: Feed) -> None:
-        """Raises OtherwiseError where the types or the present values at both ends cannot meet."""
+        """Raises OtherwiseError if the types, or the present values, at both ends do not match."""
         region = self._region
         first, second = region.type_of(feed.source, feed.output), region.type_of(feed.target, feed.input)
         if first is None or second is None:
             if feed.source in region.drafts or feed.target in region.drafts:
-                return  # settled, and checked, there
+                return  # resolved, and checked, there
             raise OtherwiseError
         if not convertible(first, second):
             raise OtherwiseError
@@ -289,7 +292,7 @@ class _Plan:
             raise OtherwiseError from error
 
     def _values_of_cut(self) -> list[tuple[Node, str, Any]]:
-        """What inputs of settled types start with that nothing feeds any more."""
+        """The initial values of inputs of fixed type that lost their connection."""
         found = []
         for feed in self._cut:
             node, full = feed.target, feed.input
@@ -401,7 +404,7 @@ class _Plan:
 
 
 def _reorder(graph: Graph) -> None:
-    """Gives every node the rank that a compile would."""
+    """Gives every node the rank that compiling would give it."""
     nodes = list(graph.nodes.values())
     number = {node: position for position, node in enumerate(nodes)}
     readers = [[number[one] for one in node.readers if node in one.sources] for node in nodes]

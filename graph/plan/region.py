@@ -1,9 +1,8 @@
-"""Settles open types anew where an edit may change them, and only there.
+"""Resolves open types again where an edit may change them, and only there.
 
-A region of nodes is settled as the whole graph would be, with what its neighbours know as given, and at the moment at
-which they come to know it: along connections, from some written value, or backwards from a reader. Where the outcome
-would tell a neighbour something else, or at another moment, the region grows by it. What remains is what a compile of
-the whole graph finds.
+A region of nodes is resolved as the whole graph would be. What its neighbours know is given, and becomes known at the
+same moment: along connections, from some written value, or backwards from a reader. If a neighbour would then know
+something else, or at another moment, it joins the region. The result equals that of compiling the whole graph.
 """
 
 from __future__ import annotations
@@ -23,19 +22,21 @@ from .types import Known, Settling, check_types
 
 FORWARDS: Stage = (0,)
 SMALL = 32
-"""Nodes that are settled anew in any graph; of more, up to a quarter of it, beyond which compiling it costs less."""
+"""A region may always have this many nodes; beyond it, up to a quarter of the graph, above which compiling costs
+less.
+"""
 Late = tuple[Stage, Draft, str, Type]
-"""A type that a neighbour comes to know at a stage."""
+"""A type that a neighbour gets to know at a stage."""
 
 
 def decline(message: str, mark: Any) -> None:
-    """Stands for a report: the compiler tells what is wrong."""
+    """Takes a report's place: the compiler will report what is wrong."""
     raise OtherwiseError
 
 
 @dataclass(slots=True)
 class Region:
-    """Nodes whose types were settled anew: drafts of them, with what each starts with, and the stages."""
+    """Nodes whose types were resolved again: their drafts, initial values and stages."""
 
     drafts: dict[Node, Draft] = field(default_factory=dict)
     initial: dict[Node, Mapping[str, Any]] = field(default_factory=dict)
@@ -47,12 +48,12 @@ class Region:
         return node.types[full] if draft is None else draft.types[full]
 
     def initial_of(self, node: Node, full: str) -> Any:
-        """What an attribute starts with, in the region or outside."""
+        """The initial value of an attribute, in the region or outside."""
         return self.initial[node][full] if node in self.initial else node.initial(full)
 
 
 class _Resettling(Settling):
-    """Settles a region; `neighbours` are never asked, `late` is what they come to know after the start."""
+    """Resolves a region. `neighbours` are not resolved; `late` is what they get to know after the start."""
 
     def __init__(
         self, drafts: Sequence[Draft], links: Sequence[Link], neighbours: Collection[Draft], late: Sequence[Late]
@@ -94,9 +95,9 @@ class _Resettling(Settling):
 def settle_region(
     feeds: Feeds, start: Iterable[Node], spec_of: Callable[[Node], NodeSpec], at: Callable[[Node], Iterable[Feed]]
 ) -> Region:
-    """Settles these nodes, and as many more as that concerns; at: the feeds of a node after the edit.
+    """Resolves these nodes, and as many more as that affects; at: the feeds of a node after the edit.
 
-    Raises OtherwiseError where something is wrong, or where the outcome depends on more than is looked at.
+    Raises OtherwiseError if something is wrong, or if the result depends on more than is examined.
     """
     nodes = dict.fromkeys(start)
     if not nodes:
@@ -111,7 +112,7 @@ def settle_region(
 
 
 def _grow(nodes: dict[Node, None], more: Iterable[Node], at: Callable[[Node], Iterable[Feed]]) -> None:
-    """Adds nodes, and as many of those that read them, directly or through others, as doubles the region."""
+    """Adds nodes, and so many of their direct and indirect readers that the region doubles."""
     room = len(nodes)
     found = dict.fromkeys(more)
     for node in (pending := list(found)):
@@ -194,7 +195,7 @@ def _concerned(
     feeds: Feeds,
     stages: Mapping[tuple[Draft, str], Stage],
 ) -> bool:
-    """Whether the neighbour at the other end of a feed has to be settled anew, too."""
+    """Whether the neighbour at the other end of a feed has to be resolved again too."""
     if feed.source in drafts and feed.target in drafts:
         return False
     outside, full, draft = (
@@ -211,7 +212,7 @@ def _concerned(
 
 
 def _refuse_order(draft: Draft) -> None:
-    """Raises OtherwiseError where what the node answers depends on which of its inputs it gets to know first."""
+    """Raises OtherwiseError if the node's answer depends on the order in which it gets to know its inputs."""
     resolve = draft.type.resolve
     open_feeds = [
         full
@@ -237,7 +238,7 @@ def _refuse_order(draft: Draft) -> None:
 
 
 def is_open_link(link: Link) -> bool:
-    """Whether the source's type is an open one."""
+    """Whether the source's declared type is open."""
     from graph.values.types import Extended
 
     return isinstance(link.source.attribute(link.source_name).parsed, Extended)

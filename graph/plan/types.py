@@ -1,4 +1,4 @@
-"""Settles open types (any, unions) along connections, and checks that every two connected types can meet."""
+"""Resolves open types (any, unions) along connections, and checks that connected types match."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .draft import Draft, Report
 
 
 class _WrongValueError(Exception):
-    """A written value that `resolve` asks for is none that the input takes."""
+    """`resolve` asks for a written value that the input does not accept."""
 
 
 class Known(KnownTypes):
@@ -40,9 +40,9 @@ class Known(KnownTypes):
         return len(self._draft.types)
 
     def value(self, name: str) -> Any:
-        """The value that an unconnected input will start with: as written, else its default.
+        """The initial value of an unconnected input: as written, else its default.
 
-        What may not be written ends the resolving; it is told with its own mark when the values are read.
+        A value that is not allowed ends the resolving; it is reported with its own mark when the values are read.
         """
         full = f"inputs:{name}"
         attribute, type_ = self._draft.attribute(full), self._draft.types[full]
@@ -60,14 +60,14 @@ class Known(KnownTypes):
         return value
 
     def end(self, name: str) -> str:
-        """How a message names an input with its type and, if it is connected, with where it comes from."""
+        """An input as messages name it: with its type and, if it is connected, its source."""
         type_ = self[f"inputs:{name}"]
         link = self._draft.fed.get(f"inputs:{name}")
         source = f", from {link.source.node.name}.{link.source_name}" if link else ""
         return f"input {name} ({type_}{source})"
 
     def variable(self, name: str) -> Type | None:
-        """The type of a graph variable; None if there is none."""
+        """The type of a graph variable; None for an unknown name."""
         return self._draft.node.graph.variables.types.get(name)
 
     @property
@@ -77,12 +77,12 @@ class Known(KnownTypes):
 
     @property
     def unfinished(self) -> bool:
-        """Whether the graph may hold what a run will refuse, as the original allows while it is edited."""
+        """Whether the graph is being edited and may still contain what a run would refuse, as in the original."""
         return self._draft.node.graph.spec.unfinished
 
 
 class Settling:
-    """Settles the open types of some nodes along some links."""
+    """Resolves the open types of some nodes along some links."""
 
     def __init__(self, drafts: Sequence[Draft], links: Sequence[Link], report: Report) -> None:
         self._open = [draft for draft in drafts if draft.open]
@@ -118,7 +118,7 @@ class Settling:
                 try:
                     explicit = typed_value(draft.authored[full])
                 except ValueError:
-                    continue  # told with the value's own mark when the values are read
+                    continue  # reported with the value's own mark when the values are read
                 declared = draft.attribute(full).parsed
                 if explicit is not None and isinstance(declared, Extended):
                     chosen = explicit[0] if declared.accepts(explicit[0]) else settle(explicit[0], declared)
@@ -182,9 +182,9 @@ class Settling:
 
 
 def settle_types(drafts: Sequence[Draft], links: Sequence[Link], report: Report) -> None:
-    """Settles every open type that anything settles; reports connections whose types cannot meet.
+    """Resolves every open type that can be resolved; reports connections whose types do not match.
 
-    An open output that nothing settles stays open: its values pass as they are. A required open input that is neither
+    An open output that nothing resolves stays open: its values pass unchanged. A required open input that is neither
     connected nor set is reported.
     """
     Settling(drafts, links, report).run()
@@ -192,7 +192,7 @@ def settle_types(drafts: Sequence[Draft], links: Sequence[Link], report: Report)
 
 
 def check_types(drafts: Sequence[Draft], links: Sequence[Link], report: Report) -> None:
-    """Reports connections whose types cannot meet, and required open inputs that are neither connected nor set."""
+    """Reports connections whose types do not match, and required open inputs that are neither connected nor set."""
     unknowable: set[Draft] | None = None
     for link in links:
         source, target = link.source.types[link.source_name], link.target.types[link.target_name]
@@ -204,7 +204,7 @@ def check_types(drafts: Sequence[Draft], links: Sequence[Link], report: Report) 
             if source is None:
                 unknowable = _behind_cycles(links) if unknowable is None else unknowable
                 if link.source in unknowable:
-                    continue  # the cycle is what is told
+                    continue  # the cycle is reported instead
             ends = link.ends_with_types()
             report(f"{ends[0]} cannot feed {ends[1]}{way_between(source, _asked_of(link))}", link.mark)
     for draft in drafts:
@@ -222,7 +222,7 @@ def check_types(drafts: Sequence[Draft], links: Sequence[Link], report: Report) 
 
 
 def _behind_cycles(links: Sequence[Link]) -> set[Draft]:
-    """The nodes that lie on a cycle of data, or get theirs from one."""
+    """The nodes that lie on a data cycle, or get their types from one."""
     waits: dict[Draft, int] = {}
     readers: dict[Draft, list[Draft]] = {}
     for link in links:
@@ -240,18 +240,18 @@ def _behind_cycles(links: Sequence[Link]) -> set[Draft]:
 
 
 def _asked_of(link: Link) -> AnyType:
-    """The type that the target has, or the ones it takes."""
+    """The type that the target has, or those that it accepts."""
     return link.target.types[link.target_name] or link.target.attribute(link.target_name).parsed
 
 
 def _closed_to(link: Link, target: Type) -> bool:
-    """Whether an open source could never have been of a type that feeds the target."""
+    """Whether no type of the open source could feed the target."""
     declared = link.source.attribute(link.source_name).parsed
     return isinstance(declared, Extended) and settle(target, declared) is None
 
 
 def _open_type(draft: Draft, full: str) -> Extended | None:
-    """The declared type of an attribute that is open and not settled yet."""
+    """The declared type of an attribute that is open and not resolved yet."""
     declared: AnyType | None = draft.attribute(full).parsed if draft.types[full] is None else None
     return declared if isinstance(declared, Extended) else None
 

@@ -1,4 +1,4 @@
-"""Turns checked connections into copies, wires and an order: all that is decided before anything runs."""
+"""Turns checked connections into copies, wires and an order: everything that is decided before a run."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from .order import cycles, dependency_order
 End = tuple[Draft, str]
 
 MOST_CYCLES = 20
-"""How many cycles one report tells of."""
+"""Most cycles that one report names."""
 
 
 @dataclass(slots=True)
 class Flow:
-    """Where an attribute's value really comes from, through inputs that only pass it on."""
+    """Where an attribute's value comes from, through inputs that only pass it on."""
 
     origin: Draft
     name: str
@@ -32,7 +32,7 @@ class Flow:
 
 
 def flows(links: Sequence[Link], report: Report) -> dict[End, Flow]:
-    """The flow into each connected data attribute; inputs that feed each other in a ring are reported."""
+    """The flow into each connected data attribute; inputs that feed each other in a cycle are reported."""
     feeding = {(link.target, link.target_name): link for link in links if not link.execution}
     found: dict[End, Flow] = {}
     converters: dict[tuple[int, int], Converter | None] = {}
@@ -44,7 +44,7 @@ def flows(links: Sequence[Link], report: Report) -> dict[End, Flow]:
         return converters[key]
 
     for end, first in feeding.items():
-        if (first.source, first.source_name) not in feeding:  # from an output, as nearly all
+        if (first.source, first.source_name) not in feeding:  # from an output, the usual case
             found[end] = Flow(first.source, first.source_name, step(first), first)
             continue
         chain: list[End] = []
@@ -90,7 +90,7 @@ def _compose(first: Converter | None, second: Converter | None) -> Converter | N
 
 
 def rank(drafts: Sequence[Draft], found: dict[End, Flow], report: Report) -> None:
-    """Gives every node its place in dependency order over all graphs; reports data cycles hop by hop."""
+    """Gives every node its place in the dependency order over all graphs; reports data cycles hop by hop."""
     number = {draft: position for position, draft in enumerate(drafts)}
     readers: list[list[int]] = [[] for _ in drafts]
     hops: dict[tuple[int, int], Flow] = {}
@@ -131,7 +131,7 @@ class _Wiring:
 def wire(drafts: Sequence[Draft], links: Sequence[Link], found: dict[End, Flow], report: Report) -> None:
     """Connects the built nodes: data by copies from each origin to all its readers, execution by wires.
 
-    Every reader gets the starting value of its source; one that does not fit is reported.
+    Every reader gets the initial value of its source; a value that does not fit is reported.
     """
     wirings = {draft: _Wiring() for draft in drafts}
     ends: dict[Wire, list[tuple[Database, str]]] = {}
@@ -163,12 +163,12 @@ def wire(drafts: Sequence[Draft], links: Sequence[Link], found: dict[End, Flow],
             wiring.wires,
             draft.unset,
         )
-    for wire, targets in ends.items():  # in file order, once all nodes are connected
+    for wire, targets in ends.items():  # in file order, after all nodes are connected
         wire.lead_to(targets)
 
 
 def _start(copy: Copy, flow: Flow, target: Draft, report: Report) -> None:
-    """Makes a copy for the first time, and notes that either graph makes it again when it starts afresh."""
+    """Makes a copy for the first time, and has both graphs repeat it when they start again."""
     origin_graph, target_graph = flow.origin.node.graph, target.node.graph
     if origin_graph is not target_graph:
         origin_graph.linked.add(target_graph.path)
@@ -193,11 +193,11 @@ def _copy(flow: Flow, target: Draft, name: str) -> Copy:
 
 
 def _needs_telling(source: Node, reader: Node) -> bool:
-    """Whether the reader's graph only learns of a new value by being told: it is lazy and not the source's own."""
+    """Whether the reader's graph must be notified of new values: it is lazy and not the source's own graph."""
     return reader.graph is not source.graph and reader.graph.evaluator == "dirty_push"
 
 
 def _teller(reader: Node) -> Copy:
-    # By its db: an edit gives the db of a newly compiled node to the one that people hold.
+    # Through its db: an edit hands the db of a newly compiled node to the existing Node object.
     db = reader.db
     return lambda: db._node.graph.touched(db._node)

@@ -1,1 +1,1 @@
-"""From a graph file to a running App: the room that joins files, engine, world, sensors and nodes."""
+"""From a graph file to a running App: this package joins files, engine, world, sensors and nodes."""

@@ -1,4 +1,4 @@
-"""Graphs that compile and still do not do what they look like: the warnings of `graph check` and of a run."""
+"""Warnings of `graph check` and of a run about graphs that compile but do not do what they seem to do."""
 
 from __future__ import annotations
 
@@ -18,16 +18,15 @@ if TYPE_CHECKING:
     from graph.spec.file_spec import Note
 
 MOST_CYCLES = 8
-"""Cycles of one graph that are named."""
+"""Most cycles of one graph that are named."""
 MOST_LINKED_NODES = 512
-"""Connections of more nodes than this are followed by `graph explain` only: each fan-out is compared in pairs."""
+"""Above this many nodes, connections are checked by `graph explain` only, because fan-outs are compared in pairs."""
 SHOWN = 12
-"""Nodes of a cycle that are named."""
+"""Most nodes of a cycle that are named."""
 
 
 def graph_notes(graphs: Iterable[Graph]) -> Iterator[Note]:
-    """A warning for each graph that nothing evaluates, for each cycle of execution wires that nothing decides, and for
-    what `link_notes` finds."""
+    """Warnings: graphs that nothing evaluates, cycles of execution wires that never end, and those of `link_notes`."""
     graphs = list(graphs)
     for graph in graphs:
         if why := _never_runs(graph):
@@ -39,7 +38,7 @@ def graph_notes(graphs: Iterable[Graph]) -> Iterator[Note]:
 
 
 def _never_runs(graph: Graph) -> str:
-    """Why nothing starts a graph; "" if something does or if it has nothing to compute."""
+    """Why nothing starts a graph; "" if something starts it or if it has nothing to compute."""
     if not any(node.type.compute is not None for node in graph.nodes.values()):
         return ""
     if graph.pipeline_stage == "on_demand":
@@ -55,7 +54,7 @@ def _never_runs(graph: Graph) -> str:
 
 
 def _execution_cycles(graph: Graph) -> Iterator[Note]:
-    """Cycles of nodes that each pass on what they get: no wait, one execution input, one execution output."""
+    """Cycles of nodes that all pass execution on: no wait, one execution input, one execution output."""
     passing = [node for node in graph.nodes.values() if _passes_on(node)]
     number = {node: position for position, node in enumerate(passing)}
     readers = [

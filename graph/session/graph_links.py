@@ -23,7 +23,7 @@ class Links:
             self.out_of.setdefault(link.source, []).append(link)
 
     def execution_outputs(self) -> Iterator[tuple[Node, str, list[Node]]]:
-        """(node, output, targets in file order) of each execution output that leads to two nodes or more."""
+        """(node, output, targets in file order) of each execution output with two or more connected nodes."""
         fans: dict[tuple[Node, str], list[Node]] = {}
         for link in self.all:
             if link.execution:
@@ -45,7 +45,7 @@ class Links:
         return found
 
     def data_sources(self, link: Link) -> Iterator[Link]:
-        """The data connections behind one, itself first, back through nodes that have no execution."""
+        """The data connections behind one, itself first, upstream through nodes without execution attributes."""
         seen: set[Link] = set()
         pending = [link]
         while pending:

@@ -1,4 +1,4 @@
-"""Connections that work and still surprise: stamps of another clock, values that depend on the order of wires."""
+"""Warnings about connections that work but surprise: stamps of another clock, values that depend on wire order."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ TIMES: Mapping[Role, str] = {
     "timeline time": "timeline time, which loops and runs ahead of the physics clock",
     "loop time": "the run loop's time, which no stop resets",
 }
-"""What an output of this role is, instead of the time that sensors are stamped with."""
+"""The time that an output of this role gives, which is not the time of sensor stamps."""
 
 
 def link_notes(links: Links) -> Iterator[Note]:
-    """A warning for each stamp of a wrong clock or of none, and each exchange that the order of wires decides."""
+    """Warnings: stamps that are unconnected or of a wrong clock, and values that depend on the order of wires."""
     yield from _stamp_notes(links)
     yield from _order_notes(links)
 
@@ -79,7 +79,7 @@ def _order_notes(links: Links) -> Iterator[Note]:
 
 
 def _exchange(links: Links, writers: set[Node], readers: set[Node]) -> str:
-    """The first data connection from one of the writers to one of the readers, as text; "" if there is none."""
+    """The first data connection from one of the writers to one of the readers, as text, or ""."""
     for link in links.all:
         if link.target in readers and not link.execution:
             for source in links.data_sources(link):

@@ -1,4 +1,4 @@
-"""From a graph file to graphs that run."""
+"""Loads a graph file and compiles its graphs."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from graph.spec.file_spec import FileSpec
 
 @dataclass(frozen=True, slots=True)
 class LoadedFile:
-    """What a file says (`spec`) and its graphs, compiled, in file order."""
+    """The content of a file (`spec`) and its graphs, compiled, in file order."""
 
     spec: FileSpec
     graphs: tuple[Graph, ...]
 
     def graph(self, path: str) -> Graph:
-        """The graph of that path. Raises KeyError with the nearest one."""
+        """The graph with that path. Raises KeyError with the nearest one."""
         from graph.base.suggest import did_you_mean
 
         for graph in self.graphs:
@@ -40,8 +40,8 @@ class LoadedFile:
 def load_graph(path: str | Path, allow: Iterable[Path] = (), *, skip_unknown: bool = False) -> LoadedFile:
     """Loads a graph file (YAML, JSON or a USD scene with OmniGraph prims) and compiles its graphs.
 
-    allow: folders, beside the file's own, that it may name files in. skip_unknown: nodes of unknown types are left out.
-    Raises UserError with every problem of the file and of its graphs together; `spec.notes` has what is only odd.
+    allow: further folders in which the file may name files, besides its own. skip_unknown: nodes of unknown types are
+    left out. Raises UserError with every problem of the file and of its graphs together; warnings are in `spec.notes`.
     """
     from graph.files import examine
 

@@ -1,4 +1,4 @@
-"""From a graph file to a running App: the one place that joins engine, world, sensors and nodes."""
+"""Opens a graph file as an App; the one module that joins engine, world, sensors and nodes."""
 
 from __future__ import annotations
 
@@ -36,9 +36,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Parts:
-    """What a graph file gave: what it says, its compiled graphs, its stage (None where it could not be made),
-    everything that is wrong with it, warnings that do not stop loading (code, where, message); the MJCF model that its
-    stage mirrors, if it does."""
+    """The parts that a graph file gives.
+
+    spec and compiled graphs; stage (None if it could not be made); problems; warnings that do not stop loading (code,
+    place, message); the MJCF model that the stage mirrors, if any.
+    """
 
     spec: FileSpec | None
     graphs: list[Graph]
@@ -50,7 +52,7 @@ class Parts:
 
 @dataclass(frozen=True, slots=True)
 class Session:
-    """An opened graph file: what it says, the App that runs it, the graphs bound to that App."""
+    """An opened graph file: its spec, the App that runs it, the graphs bound to that App."""
 
     spec: FileSpec
     app: App
@@ -69,12 +71,12 @@ def build_parts(
     registry: Registry | None = None,
     skip_unknown: bool = False,
 ) -> Parts:
-    """Loads, compiles and stages a graph file; each step works on what the one before found right.
+    """Loads, compiles and stages a graph file; each step works on the valid part of the step before.
 
-    A `FileSpec` is taken as it is. `allow` names folders besides the file's own that it may read; what a scene refers
-    to outside is refused, or with `skip_outside` left out with a warning; `overrides` maps
-    NODE.ATTR to a value as in YAML; `settings` and `fidelity` beat the file's; `registry` has the node types (default:
-    all there are); `skip_unknown` leaves nodes of other types out.
+    A `FileSpec` is taken unchanged. `allow` names further folders that the file may read, besides its own. References
+    of a scene to other folders are refused, or with `skip_outside` left out with a warning. `overrides` maps NODE.ATTR
+    to a value as in YAML; `settings` and `fidelity` replace the file's; `registry` has the node types (default: all);
+    `skip_unknown` leaves out nodes of other types.
     """
     from graph.files import examine
     from graph.node.registry import DEFAULT
@@ -142,10 +144,10 @@ def open_session(
     skip_unknown: bool = False,
     allow_scripts: bool = False,
 ) -> Session:
-    """Loads, checks and builds everything that `path` names (or a loaded file says); nothing plays yet.
+    """Loads, checks and builds everything that `path` names (or a loaded file contains); nothing plays yet.
 
-    `settings` and `fidelity` beat the file's; `on_error` is "stop" or "continue" (None: "continue" for a saved scene
-    with missing assets, whose nodes cannot all work, else as the setting nodeErrorsStop says). Nodes that run code of
+    `settings` and `fidelity` replace the file's. `on_error` is "stop" or "continue"; None means "continue" for a saved
+    scene with missing assets, whose nodes cannot all work, else the setting nodeErrorsStop. Nodes that run code from
     the file are refused unless `allow_scripts`; those of a saved scene do nothing, with a warning. Raises UserError
     with every problem found.
     """

@@ -1,4 +1,4 @@
-"""What a caller sets over what a graph file says: `--set NODE.ATTR=VALUE`."""
+"""Values of the caller that replace those of a graph file: `--set NODE.ATTR=VALUE`."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from graph.spec.file_spec import FileSpec, GraphSpec
 
 
 def override_inputs(spec: FileSpec, overrides: Mapping[str, str]) -> FileSpec:
-    """The file with `NODE.ATTR` inputs replaced; NODE is a node's name, or its path where the name stands twice."""
+    """The file with `NODE.ATTR` inputs replaced; NODE is a node's name, or its path if the name is not unique."""
     from graph.files import parse_value
 
     graphs = list(spec.graphs)

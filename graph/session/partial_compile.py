@@ -1,4 +1,4 @@
-"""Running what is right of a file: unknown node types left out on request, saved scenes compiled as far as they go."""
+"""Runs the valid part of a file: unknown node types left out on request, saved scenes compiled as far as possible."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from graph.plan import SKIP_ADVICE, compile_graphs
 from graph.spec.file_spec import ConnectionSpec, FileSpec, GraphSpec, NodeSpec, Note
 
 _ROUNDS = 20
-"""Leaving a part out can lay another mistake bare, but not for ever."""
+"""Leaving a part out can reveal another mistake; bounded."""
 
 
 def compile_file(
     spec: FileSpec, registry: Registry = DEFAULT, *, skip_unknown: bool = False
 ) -> tuple[list[Graph], FileSpec]:
-    """The compiled graphs of a file, and the file without what was left out for it, each with a note.
+    """The compiled graphs of a file, and the file without the parts left out, each with a note.
 
-    skip_unknown: nodes of unknown types are left out with their connections. In a lenient file (a saved scene) what
-    cannot be compiled otherwise is left out too: a value, a connection, else the node. Raises UserError with every
+    skip_unknown: nodes of unknown types are left out with their connections. In a lenient file (a saved scene)
+    everything that cannot be compiled is left out: a value, a connection, else the node. Raises UserError with every
     other problem.
     """
     if spec.lenient:
@@ -41,7 +41,7 @@ def compile_file(
 
 
 def without_unknown_types(spec: FileSpec, registry: Registry = DEFAULT) -> FileSpec:
-    """The file without nodes of types that are not registered; one note for each type says how many there were."""
+    """The file without nodes of unregistered types; one note for each type says how many there were."""
     lost: dict[str, list[tuple[GraphSpec, NodeSpec]]] = {}
     for graph in spec.graphs:
         for node in graph.nodes:
@@ -61,7 +61,9 @@ def without_unknown_types(spec: FileSpec, registry: Registry = DEFAULT) -> FileS
 
 
 def without_untyped(spec: FileSpec) -> FileSpec:
-    """The file without the nodes of its USD prims that have no type, which no graph file can name; notes say which."""
+    """The file without USD prims that should be nodes but have no type, with notes; no graph file can name such a
+    type.
+    """
     untyped = {
         f"{graph.path}/{node.name}": node for graph in spec.graphs for node in graph.nodes if not node.type.strip()
     }
@@ -73,7 +75,7 @@ def without_untyped(spec: FileSpec) -> FileSpec:
 
 
 def _left_out(spec: FileSpec, problems: Iterable[Problem], registry: Registry) -> tuple[list[Problem], FileSpec]:
-    """The problems that no leaving out solves, and the file without the parts that have the others."""
+    """The problems that leaving out cannot solve, and the file without the parts that have the other problems."""
     nodes: dict[int, str] = {}
     unknown: set[int] = set()
     values: dict[int, tuple[str, str]] = {}
@@ -104,7 +106,7 @@ def _left_out(spec: FileSpec, problems: Iterable[Problem], registry: Registry) -
             lost_values.add(values[mark])
             notes.append(_note("value-left-out", problem, "the value is left out"))
         elif mark in nodes and nodes[mark] in lost_nodes:
-            continue  # one line for a node is enough
+            continue  # one line for each node is enough
         elif mark in nodes:
             lost_nodes.add(nodes[mark])
             notes.append(_note("node-left-out", problem, "the node is left out"))
@@ -119,7 +121,7 @@ def _left_out(spec: FileSpec, problems: Iterable[Problem], registry: Registry) -
 
 
 def _with_advice(problem: Problem) -> Problem:
-    """The problem of an unknown type with what helps in any case: nobody typed the names of a saved scene."""
+    """The problem of an unknown type with the general advice: nobody typed the names of a saved scene."""
     asks = problem.message.endswith("?")
     return replace(problem, message=f"{problem.message} {SKIP_ADVICE}") if asks else problem
 
@@ -138,7 +140,7 @@ def _without(graph: GraphSpec, values: set[tuple[str, str]], connections: set[in
 
 
 def _without_nodes(spec: FileSpec, gone: set[str]) -> FileSpec:
-    """The file without some nodes, by path, and the connections from and to them."""
+    """The file without some nodes, by path, and without their connections."""
     if not gone:
         return spec
 

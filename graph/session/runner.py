@@ -21,10 +21,12 @@ OnError = Literal["stop", "continue"]
 INTERRUPTS_OFF = "/ext/omni.graph.action/disableInterrupts"
 """Setting: whether a trigger that reaches a sleeping node is ignored."""
 ERRORS_STOP = "/tickgraph/nodeErrorsStop"
-"""Setting: whether a node that raises ends the run; else it is warned of and the run goes on."""
+"""Setting: whether a node that raises ends the run; otherwise it is a warning and the run goes on."""
 
 Entry = tuple["Node", str, str]
-"""A node that new frames start: the execution input that they trigger, the input that names the render product."""
+"""A node that new frames start: the node, the execution input that they trigger, the input that names the render
+product.
+"""
 
 STARTS = ("OmniGraph Start Play", "Simulation Start Play", "Animation Start Play")
 STOPS = ("OmniGraph Stop Play", "Simulation Stop Play", "Animation Stop Play")
@@ -32,16 +34,16 @@ STOPS = ("OmniGraph Stop Play", "Simulation Stop Play", "Animation Stop Play")
 
 @dataclass(frozen=True, slots=True)
 class _Stages:
-    """Which graphs are evaluated when, in their order."""
+    """The graphs of each pipeline stage, in order."""
 
     every_update: tuple[Graph, ...]
     after_frames: tuple[tuple[Graph, tuple[Entry, ...]], ...]
     demanded: dict[str, list[Graph]]
-    """On-demand graphs by the phase that their events name."""
+    """On-demand graphs by the phase of their events."""
 
     @classmethod
     def of(cls, graphs: Iterable[Graph]) -> _Stages:
-        """The graphs by their present stages."""
+        """The graphs grouped by their present stages."""
         of_stage: dict[str, list[Graph]] = {}
         for graph in graphs:
             of_stage.setdefault(graph.pipeline_stage, []).append(graph)
@@ -59,11 +61,11 @@ class _Stages:
 
 
 class GraphRunner:
-    """Binds graphs to an App: who is evaluated in which phase, in file order; all node state resets on stop.
+    """Binds graphs to an App: each is evaluated in the phase of its stage, in file order; a stop resets all nodes.
 
-    Graphs may be added, edited and moved to another stage at any time (see `graph.Controller`); each update begins
-    with what they are then. `on_error`: what a node that raises does to the run (None: as the settings say; what a node
-    of a saved scene lacks does not end it then).
+    Graphs may be added, edited and moved to another stage at any time (see `graph.Controller`); each update starts with
+    their state at that moment. `on_error`: what a node that raises does to the run. None: as the settings say, and
+    something missing in a saved scene does not end the run.
     """
 
     def __init__(
@@ -96,11 +98,11 @@ class GraphRunner:
 
     @property
     def events(self) -> Any:
-        """The event bus of these graphs, for scripts that send events to their nodes."""
+        """The event bus of these graphs, by which scripts send events to their nodes."""
         return self._context.events
 
     def close(self) -> None:
-        """Releases what the nodes hold and leaves the App's phases; calling it twice is harmless."""
+        """Releases what the nodes hold and unsubscribes from the App's phases; calling it twice is harmless."""
         while self._unsubscribe:
             self._unsubscribe.pop()()
         while self._in_phases:
@@ -120,7 +122,7 @@ class GraphRunner:
             graph.interrupts = not off
 
     def _regroup(self) -> None:
-        """Takes up what edits and changes of stage have made of the graphs."""
+        """Updates the groups after edits and changes of stage."""
         key = tuple([(graph, graph.pipeline_stage, id(graph.nodes)) for graph in self.graphs.values()])
         if key == self._key:
             return
@@ -145,7 +147,7 @@ class GraphRunner:
             graph.evaluate(self._context)
 
     def _run_frames(self) -> None:
-        """Post-render graphs: once for each frame that starts nodes of it; one without such nodes, for any frame."""
+        """Runs post-render graphs: once for each frame that starts nodes of them; without such nodes, for any frame."""
         new = self._app.rendering.new_frames
         for product in new:
             for graph, entries in self._stages.after_frames:
@@ -174,7 +176,7 @@ class GraphRunner:
             self.events.send(f"stage:{name}", update=self._context.update)
 
     def _close_down(self) -> None:
-        """Walks once from the events that come with the App's end; a graph that runs just now is left alone."""
+        """Walks once from the events of closing; a graph that is running now is left out."""
         self._context.follow(self._app)
         self._context.closing = True
         try:
@@ -203,12 +205,12 @@ class GraphRunner:
 
 
 def _on_error(app: App) -> OnError:
-    """What the App's settings say of a node that raises."""
+    """What a node that raises does to the run, by the App's settings."""
     return "stop" if app.settings.get(ERRORS_STOP, True) else "continue"
 
 
 def frame_entries(graph: Graph) -> Iterable[Entry]:
-    """The nodes that a new frame of their render product starts: their first execution input is not connected."""
+    """The nodes that a new frame of their render product starts: their first execution input is unconnected."""
     for node in graph.nodes.values():
         products = node.type.inputs_as("product")
         if not products:
@@ -220,12 +222,12 @@ def frame_entries(graph: Graph) -> Iterable[Entry]:
 
 
 def runs_by_itself(graph: Graph) -> bool:
-    """Whether an evaluation that nothing starts computes anything: events in an execution graph, any node in others."""
+    """Whether an evaluation without a trigger computes anything: events in an execution graph, any node in others."""
     return graph.evaluator != "execution" or any(
         node.type.event is not None and node.type.phase != CLOSING for node in graph.nodes.values()
     )
 
 
 def graphs_of(app: App) -> GraphSet:
-    """The set of an App's graphs; an App that has none gets an empty one, evaluated in its phases."""
+    """The set of an App's graphs; an App without one gets an empty set, evaluated in its phases."""
     return bound_to(app) or GraphRunner(app, []).set

@@ -1,4 +1,4 @@
-"""The stage that a graph file describes, and what is wrong with it for the graphs that will run over it."""
+"""Builds the stage of a graph file and checks it for the graphs that will run on it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from graph.evaluate import Graph, Node
 
 GRAPH_PRIMS = ("", "Scope", "Xform", "OmniGraph", "ComputeGraph")
-"""Types of prims that a graph's path may name."""
+"""Prim types that a graph's path may have on the stage."""
 
 
 def build_stage(
@@ -44,7 +44,7 @@ def build_stage(
             placed = [one if one.mark else Problem(one.message, scene.mark) for one in error.problems]
             raise UserError(placed) from error
         stage = mjcf.stage
-        if scene.usd is not None:  # a USD file of graphs over the model
+        if scene.usd is not None:  # a USD file of graphs on top of the model
             add_scene(stage, scene.usd, roots, warn, skip_outside=skip_outside)
     else:
         stage = open_stage(scene.usd, roots, warn, skip_outside=skip_outside)
@@ -76,14 +76,14 @@ def stage_problems(stage: Usd.Stage, spec: FileSpec) -> Iterator[Problem]:
 
 
 def bad_sensors(stage: Usd.Stage, spec: FileSpec) -> list[Problem]:
-    """A line for each thing that is wrong with a sensor of the stage, at its prim in the file where it stands there."""
+    """A line for each mistake in a sensor of the stage, at its prim if the file authors it."""
     from sensors.sensor_types import sensor_problems
 
     return [Problem(message, spec.scene.prim_marks.get((path,))) for path, message in sensor_problems(stage)]
 
 
 def taken_paths(stage: Usd.Stage, spec: FileSpec) -> list[Problem]:
-    """A line for each graph whose path is that of a prim which is something else."""
+    """A line for each graph whose path is that of another prim."""
     problems = []
     for graph in spec.graphs:
         kind = str(stage.GetPrimAtPath(graph.path).GetTypeName()) if stage.GetPrimAtPath(graph.path) else ""
@@ -95,7 +95,7 @@ def taken_paths(stage: Usd.Stage, spec: FileSpec) -> list[Problem]:
 def missing_targets(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Graph]) -> list[Problem]:
     """A line for each `target` input of a node whose prim is not on the stage.
 
-    Graphs and render products are no prims of the scene: they come to be when the file runs.
+    Graphs and render products are excluded: they are created when the file runs.
     """
     from graph.sim.scene.prim_paths import is_prim_path
 
@@ -116,7 +116,7 @@ def missing_targets(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Graph]) -
 
 
 def unrenderable_cameras(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Graph]) -> list[Problem]:
-    """A line for each sensor input that the file gives whose prim is there and is not a sensor that can be rendered."""
+    """A line for each sensor input in the file whose prim exists but is not a sensor that can be rendered."""
     from graph.sim.scene.prim_paths import prim_at
     from sensors.products import sensor_problem
 
@@ -130,7 +130,7 @@ def unrenderable_cameras(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Grap
 
 
 def prims_for_products(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Graph]) -> list[Problem]:
-    """A line for each render product path that the file gives and that is a prim of the scene: no frame would come."""
+    """A line for each render product path in the file that is a prim of the scene: no frame would come from it."""
     from graph.sim.scene.prim_paths import prim_at
 
     problems = []
@@ -144,7 +144,7 @@ def prims_for_products(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Graph]
 
 
 def type_problems(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Graph]) -> list[Problem]:
-    """A line for each thing that the nodes' own types find wrong with their values and wiring (`NodeType.check`)."""
+    """A line for each mistake that the nodes' own types find in their values and connections (`NodeType.check`)."""
     written = [(node, author) for node, author in _written_nodes(spec, graphs) if node.type.check is not None]
     if not written:
         return []
@@ -164,7 +164,7 @@ def type_problems(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Graph]) -> 
 
 
 def _sensors_behind(node: Node, given: Mapping[Node, Mapping[str, Mark | None]]) -> tuple[str, ...]:
-    """The sensor prims whose render product is connected to a node, as far as the file says: those of its one maker."""
+    """The sensor prims whose render product is connected to a node, as far as the file determines them."""
     if not any(node.connected(name) for name in node.type.inputs_as("product")):
         return ()
     makers = [source for source in node.sources if source.type.inputs_as("sensor")]
@@ -176,7 +176,7 @@ def _sensors_behind(node: Node, given: Mapping[Node, Mapping[str, Mark | None]])
 
 
 def _given_inputs(spec: FileSpec, graphs: Sequence[Graph]) -> Iterator[tuple[Node, str, Mark | None]]:
-    """Each input that the file gives a value, of nodes that are not switched off, and that no connection feeds."""
+    """Each input that the file sets and no connection feeds, of enabled nodes."""
     for node, author in _written_nodes(spec, graphs):
         names = [name.removeprefix("inputs:") for name in author.inputs]
         names = [name for name in names if name in node.names["inputs"] and not node.connected(name)]
@@ -187,7 +187,7 @@ def _given_inputs(spec: FileSpec, graphs: Sequence[Graph]) -> Iterator[tuple[Nod
 
 
 def _written_nodes(spec: FileSpec, graphs: Sequence[Graph]) -> Iterator[tuple[Node, NodeSpec]]:
-    """Each compiled node with what the file says of it."""
+    """Each compiled node with its spec in the file."""
     written = {f"{graph.path}/{node.name}": node for graph in spec.graphs for node in graph.nodes}
     for graph in graphs:
         for node in graph.nodes.values():

@@ -1,4 +1,4 @@
-"""Trace events: the JSON that Chrome and Perfetto read, written as it comes."""
+"""Writes trace events, the JSON that Chrome and Perfetto read, during the run."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from typing import Any, TextIO
 WALL, TIMELINE, PHYSICS, RENDERER = 1, 2, 3, 4
 _GROUPS = {WALL: "wall time", TIMELINE: "timeline", PHYSICS: "physics", RENDERER: "renderer"}
 _BUFFERED = 4096
-"""Events that are held back before they are written."""
+"""Events that are buffered before they are written."""
 
 Event = dict[str, Any]
 
 
 class TraceWriter:
-    """Writes trace events as a JSON array, some thousands at a time; a file that was cut off can still be read.
+    """Writes trace events as a JSON array, some thousands at a time; a truncated file can still be read.
 
-    `failed` hears of the error if the file cannot be written (any more); from then on nothing is.
+    `failed` is called with the error if the file cannot be written; from then on nothing is written.
     """
 
     def __init__(self, stream: TextIO, failed: Callable[[OSError], object]) -> None:
@@ -33,7 +33,7 @@ class TraceWriter:
             self.add({"ph": "M", "pid": group, "tid": 0, "name": "process_sort_index", "args": {"sort_index": group}})
 
     def track(self, group: int, name: str) -> int:
-        """The number of a track of a group, made when first asked for."""
+        """The number of a track in a group, created at first use."""
         number = self._tracks.get((group, name))
         if number is None:
             number = self._tracks[group, name] = len(self._tracks) + 1
@@ -43,11 +43,11 @@ class TraceWriter:
         return number
 
     def slice(self, group: int, track: int, name: str, start_us: float, length_us: float, **args: Any) -> None:
-        """Something that lasted, in microseconds."""
+        """An interval, in microseconds."""
         self.add({"ph": "X", "pid": group, "tid": track, "name": name, "ts": start_us, "dur": length_us, "args": args})
 
     def instant(self, group: int, track: int, name: str, at_us: float, **args: Any) -> None:
-        """Something that happened at a moment."""
+        """A single moment, in microseconds."""
         self.add({"ph": "i", "s": "t", "pid": group, "tid": track, "name": name, "ts": at_us, "args": args})
 
     def curve(self, name: str, at_us: float, **values: float) -> None:
@@ -55,7 +55,7 @@ class TraceWriter:
         self.add({"ph": "C", "pid": WALL, "tid": 0, "name": name, "ts": at_us, "args": values})
 
     def add(self, event: Event) -> None:
-        """Takes one event; after `close` it is dropped."""
+        """Adds one event; after `close` events are dropped."""
         if self._closed:
             return
         self._pending.append(event)
@@ -63,7 +63,7 @@ class TraceWriter:
             self.flush()
 
     def flush(self) -> None:
-        """Writes what is held back."""
+        """Writes the buffered events."""
         pending, self._pending = self._pending, []
         lines = [json.dumps(event, separators=(",", ":"), default=str) for event in pending]
         if lines:

@@ -1,9 +1,9 @@
-"""A trace of a run as Chrome and Perfetto read it (chrome://tracing, ui.perfetto.dev): JSON trace events.
+"""A trace of a run for Chrome and Perfetto (chrome://tracing, ui.perfetto.dev): JSON trace events.
 
 Four groups of tracks share the time axis. "wall time" shows what the machine did: updates and their phases, the nodes
 of each graph, the sensors, published messages, and the three clocks as curves. "timeline", "physics" and "renderer"
 show the run on its own clocks, in simulated time: updates and node computes; physics steps; scans from their first to
-their last moment. Each clock begins anew at a stop. Nothing is installed in an App that is not traced.
+their last moment. Each clock starts again at a stop. An App that is not traced has no tracing code installed.
 """
 
 from __future__ import annotations
@@ -23,11 +23,14 @@ if TYPE_CHECKING:
     from graph.sim.renderer.sensor import Sensor, SensorFrame
 
 _FIRST, _LAST = -(2**60), 2**60
-"""Orders ahead of and behind all other subscribers."""
+"""Orders before and after all other subscribers."""
 
 
 class Tracer:
-    """Watches an App and its graphs and writes what happens. Attach it before the first update; close it at the end."""
+    """Watches an App and its graphs and writes what happens.
+
+    Attach it before the first update and close it at the end.
+    """
 
     def __init__(self, app: App, graphs: Iterable[Graph], stream: TextIO) -> None:
         self._app = app
@@ -56,7 +59,7 @@ class Tracer:
             self._noted("play")()
 
     def close(self) -> None:
-        """Ends what is still going on (a run that failed ends inside a phase) and finishes the file."""
+        """Ends the open intervals (a run that failed ends inside a phase) and finishes the file."""
         while self._undo:
             self._undo.pop()()
         while self._open:
@@ -82,20 +85,20 @@ class Tracer:
         self._open.append((name, self._now()))
 
     def _end(self, name: str) -> None:
-        """Ends what began under this name, and what began in it and never ended."""
+        """Ends the interval with this name, and the intervals inside it that are still open."""
         if any(name == began for began, _ in self._open):
             while self._close_last(name):
                 pass
 
     def _close_last(self, name: str = "") -> bool:
-        """Ends what began last; whether more is to be ended until `name` is."""
+        """Ends the newest interval; returns whether more must be ended until `name` is."""
         began, start = self._open.pop()
         args = {} if began == name else {"unfinished": True}
         self._writer.slice(WALL, self._phases, began, start, round(self._now() - start, 3), **args)
         return began != name
 
     def _begin_update(self) -> None:
-        while self._open:  # an update that failed, of an App that went on
+        while self._open:  # an update that failed, in an App that went on
             self._close_last()
         self._begin(f"update {self._app.update_index}")
 
@@ -157,7 +160,7 @@ class Tracer:
         self._writer.slice(PHYSICS, self._steps, name, *_span(self._step_began, simulation.time))
 
     def _find_sensors(self) -> None:
-        """Watches the sensors of products that came since the last update."""
+        """Watches the sensors of products that were created since the last update."""
         for product in self._app.rendering.products.values():
             if not any(product.sensor is known for known in self._sensors):
                 self._sensors.append(product.sensor)
@@ -199,7 +202,7 @@ class Tracer:
         self._app.warn("trace-cut-off", "trace", f"the trace ends early: {error.strerror or error}")
 
     def _now(self) -> float:
-        """Wall time since the trace began [us]."""
+        """Wall time since the start of the trace [us]."""
         return (time.perf_counter_ns() - self._began) / 1000
 
 
@@ -209,6 +212,6 @@ def _us(seconds: Fraction) -> float:
 
 
 def _span(start: Fraction, end: Fraction) -> tuple[float, float]:
-    """Start and length in microseconds, such that neighbours meet exactly."""
+    """Start and length in microseconds, such that adjacent intervals meet exactly."""
     first, last = round(start * 10**9), round(end * 10**9)
     return first / 1000, (last - first) / 1000
