@@ -77,8 +77,8 @@ class Controller:
         graphs: GraphSet | None = None,
         registry: Registry | None = None,
     ) -> None:
-        """attribute: what `get` and `set` mean; app, graphs: whose graphs; registry: for an own set of graphs, of
-        these types.
+        """attribute: for `get` and `set`; app, graphs: whose graphs; registry: makes an own set of graphs of these
+        types.
         """
         if graphs is None and registry is not None:
             graphs = GraphSet(registry=registry)

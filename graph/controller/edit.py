@@ -198,8 +198,7 @@ class Edit:
         return [(model, node, inner) for node, _, inner in inside]
 
     def _targets(self, spec: Any, scope: str) -> list[tuple[Model, str, str]]:
-        """As `_ends` of a target, with attributes of older releases under their present names; removed ones are left
-        out.
+        """As `_ends` of a target, with old attributes under their present names; removed ones are left out.
 
         An attribute that the script made itself is never an old one.
         """

@@ -124,9 +124,7 @@ class GraphSet:
         self._patience[path] = self._given_up[path] // 2
 
     def patched(self, model: Model, patch: Patch) -> Graph | None:
-        """The graph of a kept model, with a patch made in place; None, with nothing changed, if that is not
-        possible.
-        """
+        """The graph of a kept model, patched in place; None, with nothing changed, if that is not possible."""
         graph = self.graphs[model.path]
         if model.patches is None:
             model.patches = Patches(graph, self.registry)

@@ -102,8 +102,9 @@ class Model:
         return owner
 
     def full_attribute(self, name: str, written: str, side: Side) -> str:
-        """The full name of an attribute on this side, `inputs:x` for `x`; as written if the node has no such
-        attribute.
+        """The full name of an attribute on this side:
+
+        `inputs:x` for `x`. As written if the node has no such attribute.
         """
         prefix, _, rest = written.partition(":")
         if prefix in PREFIXES and rest:

@@ -29,8 +29,9 @@ def step_to(db: Database, cause: Any) -> Step:
 
 
 class Wire:
-    """An execution output: its targets, last connection first because a walk is a stack; `only` if there is just
-    one.
+    """An execution output.
+
+    Its targets are stored last connection first, because a walk is a stack; `only`: the single target.
     """
 
     __slots__ = ("count", "name", "only", "targets")

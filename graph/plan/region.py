@@ -22,8 +22,9 @@ from .types import Known, Settling, check_types
 
 FORWARDS: Stage = (0,)
 SMALL = 32
-"""A region may always have this many nodes; beyond it, up to a quarter of the graph, above which compiling costs
-less.
+"""A region may always have this many nodes.
+
+Beyond it, a quarter of the graph at most: above that, compiling the whole graph costs less.
 """
 Late = tuple[Stage, Draft, str, Type]
 """A type that a neighbour gets to know at a stage."""

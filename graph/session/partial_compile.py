@@ -61,9 +61,7 @@ def without_unknown_types(spec: FileSpec, registry: Registry = DEFAULT) -> FileS
 
 
 def without_untyped(spec: FileSpec) -> FileSpec:
-    """The file without USD prims that should be nodes but have no type, with notes; no graph file can name such a
-    type.
-    """
+    """The file without USD prims that are nodes without a type, with notes. No graph file can express such a node."""
     untyped = {
         f"{graph.path}/{node.name}": node for graph in spec.graphs for node in graph.nodes if not node.type.strip()
     }

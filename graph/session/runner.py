@@ -24,9 +24,7 @@ ERRORS_STOP = "/tickgraph/nodeErrorsStop"
 """Setting: whether a node that raises ends the run; otherwise it is a warning and the run goes on."""
 
 Entry = tuple["Node", str, str]
-"""A node that new frames start: the node, the execution input that they trigger, the input that names the render
-product.
-"""
+"""A node that new frames start: node, triggered execution input, input that names the render product."""
 
 STARTS = ("OmniGraph Start Play", "Simulation Start Play", "Animation Start Play")
 STOPS = ("OmniGraph Stop Play", "Simulation Stop Play", "Animation Stop Play")
