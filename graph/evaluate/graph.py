@@ -264,13 +264,18 @@ class Graph(FamiliarGraph):
             for wire in node.db._wires.values():
                 wire.renew()
 
-    def reset(self) -> None:
-        """What a timeline stop does: authored values, new memory, all nodes awake. Compute counts continue."""
+    def reset(self, *, clear_commands: bool = False) -> None:
+        """What a timeline stop does: authored values, new memory, all nodes awake. Compute counts continue.
+
+        clear_commands: inputs of the role "command" become zero or empty.
+        """
         for instance in self.instances.values():
-            instance.reset()
+            instance.reset(clear_commands=clear_commands)
         self.variables.reset()
         for node in self.nodes.values():
             node.reset()
+            if clear_commands:
+                node.clear(node.type.inputs_as("command"))
         for copy in self.starts:
             copy()
         if self.evaluator_state is not None:

@@ -12,7 +12,7 @@ from graph.base.suggest import did_you_mean
 from graph.node.context import Context
 from graph.node.database import Database, LackError, python_name
 from graph.node.declaration import Attribute, Compute, NodeType
-from graph.values.coercion import coerce
+from graph.values.coercion import coerce, zero
 from graph.values.precision import ROUNDERS
 from graph.values.types import Type
 
@@ -408,6 +408,13 @@ class Node(FamiliarNode):
         self.release()
         self._used = self.db.computes
         self._fill()
+
+    def clear(self, inputs: Iterable[str]) -> None:
+        """Gives inputs the zero of their type; an empty array where it is one."""
+        for name in inputs:
+            settled = self.types[f"inputs:{name}"]
+            if settled is not None:
+                setattr(self.db.inputs, python_name(name), zero(settled))
 
     def source_values(self) -> tuple[Any, ...]:
         """The present values of its outputs and state, to see whether a compute changed any."""

@@ -20,6 +20,8 @@ OnError = Literal["stop", "continue"]
 
 INTERRUPTS_OFF = "/ext/omni.graph.action/disableInterrupts"
 """Setting: whether a trigger that reaches a sleeping node is ignored."""
+STOP_CLEARS_COMMANDS = "/tickgraph/stopClearsCommands"
+"""Setting: whether a stop clears the inputs of the role "command"."""
 ERRORS_STOP = "/tickgraph/nodeErrorsStop"
 """Setting: whether a node that raises ends the run; otherwise it is a warning and the run goes on."""
 
@@ -167,8 +169,9 @@ class GraphRunner:
             self.events.send(f"stage:{name}", update=self._context.update)
 
     def _reset(self) -> None:
+        clear = bool(self._app.settings.get(STOP_CLEARS_COMMANDS))
         for graph in self.graphs.values():
-            graph.reset()
+            graph.reset(clear_commands=clear)
         self.events.clear()
         for name in STOPS:
             self.events.send(f"stage:{name}", update=self._context.update)

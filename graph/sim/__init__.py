@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from .managers.physics_scene import PhysicsScene as PhysicsScene
     from .managers.physx_scene import PhysxGpuCfg as PhysxGpuCfg
     from .managers.physx_scene import PhysxScene as PhysxScene
+    from .managers.simulation_events import IsaacEvents as IsaacEvents
     from .managers.simulation_events import SimulationEvent as SimulationEvent
     from .messages.bus import CountingSink as CountingSink
     from .messages.bus import MemorySink as MemorySink
@@ -36,6 +37,7 @@ _HOME = {
     "App": "app",
     "CountingSink": "messages.bus",
     "Fidelity": "fidelity",
+    "IsaacEvents": "managers.simulation_events",
     "McapSink": "messages.recording",
     "MemorySink": "messages.bus",
     "MessageBus": "messages.bus",
@@ -59,6 +61,7 @@ __all__ = [
     "App",
     "CountingSink",
     "Fidelity",
+    "IsaacEvents",
     "McapSink",
     "MemorySink",
     "MessageBus",

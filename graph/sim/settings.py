@@ -41,6 +41,7 @@ LIDAR_HEADER = "/tickgraph/lidarHeader"
 HEADER_FRAME, HEADER_SCAN_START, HEADER_UPDATE = "frame", "scanStart", "update"
 SCAN_BINS = "/tickgraph/laserScanBinsOfFieldOfView"
 SCAN_END_BEYOND = "/tickgraph/laserScanEndsBeyondLastBeam"
+STOP_CLEARS_COMMANDS = "/tickgraph/stopClearsCommands"
 NODE_ERRORS_STOP = "/tickgraph/nodeErrorsStop"
 ID_MAP_EXTENSION = "/tickgraph/idMapExtension"
 
@@ -81,6 +82,7 @@ DEFAULTS: dict[str, Any] = {
     SCAN_END_BEYOND: False,
     LIDAR_HEADER: HEADER_FRAME,
     SCAN_BINS: False,
+    STOP_CLEARS_COMMANDS: False,
     NODE_ERRORS_STOP: True,
     ID_MAP_EXTENSION: True,
 }

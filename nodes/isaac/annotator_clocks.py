@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from graph.node import Attribute, Database, node_type
 
-from .clocks import DENOMINATOR, NUMERATOR, read_simulation_time, read_system_time
+from .clocks import DENOMINATOR, NUMERATOR, READ_AT, read_simulation_time, read_system_time
 
 EXEC_IN = Attribute("execution", "reads the clock")
 EXEC_OUT = Attribute("execution", "follows every reading")
@@ -22,6 +22,7 @@ EXEC_OUT = Attribute("execution", "follows every reading")
     outputs={
         "execOut": EXEC_OUT,
         "simulationTime": Attribute("double", "physics time", unit="s"),
+        **READ_AT,
     },
 )
 def read_simulation_time_annotator(db: Database) -> None:
@@ -37,6 +38,7 @@ def read_simulation_time_annotator(db: Database) -> None:
     outputs={
         "execOut": EXEC_OUT,
         "systemTime": Attribute("double", "wall time of the physics step, UNIX seconds", unit="s"),
+        **READ_AT,
     },
 )
 def read_system_time_annotator(db: Database) -> None:

@@ -40,9 +40,15 @@ def robot_at(db: Database, path: str) -> Any:
             "token[]", "the commanded joints by name; wins over jointIndices, empty means by index"
         ),
         "jointIndices": Attribute("int[]", "the commanded joints by index; empty means all joints"),
-        "positionCommand": Attribute("double[]", f"wanted positions, one per joint; {NAN}", unit="rad or m"),
-        "velocityCommand": Attribute("double[]", f"wanted speeds, one per joint; {NAN}", unit="rad/s or m/s"),
-        "effortCommand": Attribute("double[]", f"wanted efforts, one per joint; {NAN}", unit="N m or N"),
+        "positionCommand": Attribute(
+            "double[]", f"wanted positions, one per joint; {NAN}", unit="rad or m", role="command"
+        ),
+        "velocityCommand": Attribute(
+            "double[]", f"wanted speeds, one per joint; {NAN}", unit="rad/s or m/s", role="command"
+        ),
+        "effortCommand": Attribute(
+            "double[]", f"wanted efforts, one per joint; {NAN}", unit="N m or N", role="command"
+        ),
     },
     memory=_Robot,
 )

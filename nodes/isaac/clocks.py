@@ -19,12 +19,28 @@ NUMERATOR = Attribute(
     unit="s",
 )
 DENOMINATOR = Attribute("uint64", "denominator of that moment")
+READ_AT = {
+    "referenceTimeNumerator": Attribute(
+        "int64",
+        "numerator of the moment that was read: the input's, else that of the frame that started the graph, else now",
+        unit="s",
+    ),
+    "referenceTimeDenominator": Attribute("uint64", "denominator of that moment"),
+}
+"""Outputs of the clock nodes: the reference time of a frame, for nodes that look it up."""
 
 
 def _reference(db: Database) -> Fraction | None:
-    """The past moment asked for, or None for the current one."""
+    """The past moment asked for, or None for the current one; either goes to the outputs."""
     numerator, denominator = db.inputs.referenceTimeNumerator, db.inputs.referenceTimeDenominator
-    return Fraction(numerator, denominator) if denominator > 0 else None
+    moment = Fraction(numerator, denominator) if denominator > 0 else None
+    context = db.context
+    if moment is None and context.app is not None:
+        simulation = context.app.simulation
+        present = context.app.rendering.time if context.frame_time is None else context.frame_time
+        numerator, denominator = simulation.frame_key(present).as_integer_ratio()
+    db.outputs.referenceTimeNumerator, db.outputs.referenceTimeDenominator = numerator, denominator
+    return moment
 
 
 @node_type(
@@ -36,7 +52,7 @@ def _reference(db: Database) -> Fraction | None:
         "referenceTimeNumerator": NUMERATOR,
         "referenceTimeDenominator": DENOMINATOR,
     },
-    outputs={"simulationTime": Attribute("double", "physics time", unit="s")},
+    outputs={"simulationTime": Attribute("double", "physics time", unit="s"), **READ_AT},
 )
 def read_simulation_time(db: Database) -> None:
     """Read the physics clock: the number of steps divided by the steps per second.
@@ -63,13 +79,23 @@ def read_simulation_time(db: Database) -> None:
     version=1,
     volatile=True,
     inputs={"referenceTimeNumerator": NUMERATOR, "referenceTimeDenominator": DENOMINATOR},
-    outputs={"systemTime": Attribute("double", "wall time of the last physics step, UNIX seconds", unit="s")},
+    outputs={
+        "systemTime": Attribute("double", "wall time of the last physics step, UNIX seconds", unit="s"),
+        **READ_AT,
+    },
 )
 def read_system_time(db: Database) -> None:
-    """Read the wall clock as it stood at the last physics step (virtual unless the run is in real time)."""
-    simulation, moment = db.app.simulation, _reference(db)
-    time = simulation.system_time if moment is None else simulation.get_system_time_at_time(moment)
-    db.outputs.systemTime = float(time)
+    """Read the wall clock as it stood at the last physics step (virtual unless the run is in real time).
+
+    In a graph that a frame starts (post_render) it is that of the state which the frame shows.
+    """
+    simulation, moment, frame_time = db.app.simulation, _reference(db), db.context.frame_time
+    if moment is not None:
+        db.outputs.systemTime = simulation.get_system_time_at_time(moment)
+    else:
+        db.outputs.systemTime = (
+            simulation.system_time if frame_time is None else simulation.of_frame(frame_time, "system")
+        )
 
 
 @dataclass(slots=True)

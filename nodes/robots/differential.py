@@ -87,8 +87,12 @@ class _Driving:
         "maxLinearSpeed": Attribute("double", f"limit on the body's speed; {UNLIMITED}", default=0.0, unit="m/s"),
         "maxAngularSpeed": Attribute("double", f"limit on the turn rate; {UNLIMITED}", default=0.0, unit="rad/s"),
         "maxWheelSpeed": Attribute("double", f"limit on each wheel by itself; {UNLIMITED}", default=0.0, unit="rad/s"),
-        "linearVelocity": Attribute("double", "wanted forward speed of the body", default=0.0, unit="m/s"),
-        "angularVelocity": Attribute("double", "wanted turn rate, positive to the left", default=0.0, unit="rad/s"),
+        "linearVelocity": Attribute(
+            "double", "wanted forward speed of the body", default=0.0, unit="m/s", role="command"
+        ),
+        "angularVelocity": Attribute(
+            "double", "wanted turn rate, positive to the left", default=0.0, unit="rad/s", role="command"
+        ),
     },
     outputs={
         "velocityCommand": Attribute("double[]", "wheel speeds, left then right", default=[0.0, 0.0], unit="rad/s")

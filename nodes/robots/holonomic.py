@@ -99,7 +99,7 @@ class _Driving:
         "wheelAxis": Attribute("double[3]", f"axle in the frame of a wheel's joint; {ONCE}", default=[1.0, 0.0, 0.0]),
         "upAxis": Attribute("double[3]", f"up axis of the body; {ONCE}", default=[0.0, 0.0, 1.0]),
         "inputVelocity": Attribute(
-            "double[3]", "wanted speed of the body along x and y, and round", unit="m/s, m/s, rad/s"
+            "double[3]", "wanted speed of the body along x and y, and round", unit="m/s, m/s, rad/s", role="command"
         ),
         "maxLinearSpeed": Attribute(
             "double", f"limit of the linear speed; {ONCE}", default=NO_LIMIT, optional=True, unit="m/s"

@@ -16,6 +16,7 @@ from sensors.gmo import channels_for, pack
 from sensors.sensor_types import prim_types_of, sensor_types
 
 from .outputs import EXTRACT_CHANNELS, empty_outputs, extract_point_cloud
+from .times import reference_time, simulation_time, system_time
 
 if TYPE_CHECKING:
     from graph.sim import App
@@ -152,6 +153,9 @@ for _kind in (
         optional=True,
         instead="IsaacExtractRTXSensorPointCloud",
     ),
+    AnnotatorType("ReferenceTime", reference_time, lambda reading: ()),
+    AnnotatorType("IsaacReadSimulationTime", simulation_time, lambda reading: (), options={"resetOnStop": True}),
+    AnnotatorType("IsaacReadSystemTime", system_time, lambda reading: ()),
 ):
     TYPES[_kind.name] = _kind
 

@@ -37,6 +37,20 @@ class SimulationEvent(StrEnum):
     PRIM_DELETED = "isaacsim.simulation.prim_deleted"
 
 
+class IsaacEvents(StrEnum):
+    """Older names for the end of the warm-up, in the order in which they come right after SIMULATION_SETUP."""
+
+    PHYSICS_WARMUP = "isaac.physics_warmup"
+    SIMULATION_VIEW_CREATED = "isaac.simulation_view_created"
+    PHYSICS_READY = "isaac.physics_ready"
+
+
+_INSTEAD = {
+    IsaacEvents.PHYSICS_WARMUP: SimulationEvent.SIMULATION_SETUP,
+    IsaacEvents.SIMULATION_VIEW_CREATED: SimulationEvent.SIMULATION_SETUP,
+    IsaacEvents.PHYSICS_READY: SimulationEvent.SIMULATION_STARTED,
+}
+_EVENTS: dict[str, SimulationEvent | IsaacEvents] = {each.value: each for each in (*SimulationEvent, *IsaacEvents)}
 _STEPS = {SimulationEvent.PHYSICS_PRE_STEP, SimulationEvent.PHYSICS_POST_STEP}
 
 
@@ -59,7 +73,7 @@ class SimulationEvents:
         self.warm = False
         self._world, self._simulation, self._setup = world, simulation, setup
         self._ids = count(FIRST_ID)
-        self._lists = {event: CallbackList() for event in SimulationEvent if event not in _STEPS}
+        self._lists = {event: CallbackList() for event in _EVENTS.values() if event not in _STEPS}
         self._steps: dict[int, Unsubscribe] = {}
         self._deletions: Deletions | None = None
         self._watching = True
@@ -73,12 +87,14 @@ class SimulationEvents:
             )
         if not callable(callback):
             raise ValueError(f"callback {callback!r} cannot be called; give a function")
-        try:
-            known = SimulationEvent(event)
-        except ValueError:
-            events = ", ".join(each.name for each in SimulationEvent)
-            raise ValueError(f"there is no simulation event {event!r}; there are {events}") from None
+        known = _EVENTS.get(str(getattr(event, "value", event)))
+        if known is None:
+            events = ", ".join(each.name for each in _EVENTS.values())
+            raise ValueError(f"there is no simulation event {event!r}; there are {events}")
         order = exact.count(order, "order")
+        if isinstance(known, IsaacEvents):
+            instead = f"this event is deprecated; use SimulationEvent.{_INSTEAD[known].name}"
+            self._world.warn("event-deprecated", known.name, instead)
         uid = next(self._ids)
 
         def died(called: bool) -> None:
@@ -121,7 +137,7 @@ class SimulationEvents:
         self._watch()
         self._ids = count(FIRST_ID)
 
-    def dispatch(self, event: SimulationEvent) -> None:
+    def dispatch(self, event: SimulationEvent | IsaacEvents) -> None:
         """Calls the callbacks of an event that comes with nothing."""
         callbacks = self._lists[event]
         if callbacks:
@@ -132,7 +148,7 @@ class SimulationEvents:
         self._watching = watching
         self._watch()
 
-    def _subscribe_steps(self, event: SimulationEvent, held: Held, order: int) -> Unsubscribe:
+    def _subscribe_steps(self, event: SimulationEvent | IsaacEvents, held: Held, order: int) -> Unsubscribe:
         simulation, setup = self._simulation, self._setup
         clock = simulation.clock
         pre_step = event is SimulationEvent.PHYSICS_PRE_STEP

@@ -20,7 +20,7 @@ from graph.sim.timing.timeline import Change, Timeline
 from graph.sim.world import World
 
 from .callbacks import Registered
-from .simulation_events import SimulationEvent, SimulationEvents
+from .simulation_events import IsaacEvents, SimulationEvent, SimulationEvents
 from .simulation_setup import SimulationSetup
 
 if TYPE_CHECKING:
@@ -134,6 +134,8 @@ class ManagedSimulation:
     get_simulation_time_at_time = forward("times", TimeQueries.get_simulation_time_at_time)
     get_simulation_time_monotonic_at_time = forward("times", TimeQueries.get_simulation_time_monotonic_at_time)
     get_system_time_at_time = forward("times", TimeQueries.get_system_time_at_time)
+    frame_key = forward("times", TimeQueries.frame_key)
+    of_frame = forward("times", TimeQueries.of_frame)
     get_all_samples = forward("times", TimeQueries.get_all_samples)
     get_sample_count = forward("times", TimeQueries.get_sample_count)
     get_sample_range = forward("times", TimeQueries.get_sample_range)
@@ -235,7 +237,8 @@ class ManagedSimulation:
             self.build()
         self.steps.warm_up()
         self.events.warm = True
-        self.events.dispatch(SimulationEvent.SIMULATION_SETUP)
+        for event in (SimulationEvent.SIMULATION_SETUP, *IsaacEvents):
+            self.events.dispatch(event)
 
     def invalidate_physics(self) -> None:
         """Ends being warm: the next play warms up again. Where the timeline stands still the world is freed."""
@@ -274,7 +277,8 @@ class ManagedSimulation:
 
         PHYSICS_PRE_STEP and PHYSICS_POST_STEP call it with (dt [s], `StepContext`) around each substep, not during
         warm-up; PRIM_DELETED with (path); all others with (event). Lower order first, ties as registered; post-step
-        callbacks below order 0 see the clocks before the step. A bound method is held weakly: it ends with its object.
+        callbacks below order 0 see the clocks before the step. The older `IsaacEvents`, each with a warning, come
+        between SIMULATION_SETUP and SIMULATION_STARTED. A bound method is held weakly: it ends with its object.
         `name=` is ignored with a warning. Raises ValueError for what is not an event, or if the arguments are swapped.
         """
         if "name" in options:

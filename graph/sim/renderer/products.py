@@ -33,7 +33,7 @@ class RenderProduct:
         """External time [s] up to which a sensor that wants updates has been advanced."""
         self.capture: Any = None
         self.captured_at = Fraction(0)
-        """External time [s] of the state in `capture`."""
+        """External time [s] of the state that the next tick looks at; it is in `capture` where anything moves."""
         self.capture_index = 0
         self.clear()
 

@@ -105,7 +105,7 @@ class SensorScheduler(ProductList):
                 step = schedule.state_step(index)
                 if self._clock.count < step and (step < target or not renders_there):
                     product.capture_index = index
-                    product.capture = None
+                    product.capture, product.captured_at = None, step / self._clock.rate
                     captures.append((step, number, product))
         self._captures = sorted(captures, key=lambda entry: entry[:2], reverse=True)
         if captures:
@@ -117,8 +117,7 @@ class SensorScheduler(ProductList):
         poses = self.capture_state()
         captures, step = self._captures, self.next_capture
         while captures and captures[-1][0] == step:
-            product = captures.pop()[2]
-            product.capture, product.captured_at = poses, self._clock.time
+            captures.pop()[2].capture = poses
         self.next_capture = captures[-1][0] if captures else NEVER
 
     def render_due(self, *, playing: bool = True) -> None:

@@ -85,6 +85,11 @@ DIFFERENCES: tuple[Difference, ...] = (
         "a LaserScan has one cell for each beam, in the order of firing, and a flat scan one for each emitter of a "
         "solid-state lidar; or both cut the field of view into as many bins as there are beams, ascending",
     ),
+    Difference(
+        keys.STOP_CLEARS_COMMANDS,
+        True,
+        "at stop the command inputs of controllers keep what is written on them, or become 0 (empty, of arrays)",
+    ),
     Difference(keys.NODE_ERRORS_STOP, False, "a compute that raises stops the run, or is logged and the run goes on"),
     Difference(
         keys.ID_MAP_EXTENSION,

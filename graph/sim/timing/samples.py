@@ -15,6 +15,14 @@ CAPACITY = 31
 Which = Literal["simulation", "monotonic", "system"]
 
 
+class SampleData(NamedTuple):
+    """The times of a sample as floats [s]."""
+
+    simulation: float
+    monotonic: float
+    system: float
+
+
 class Sample(NamedTuple):
     """What the clocks read at `key` [s]: simulation and monotonic time, and wall-clock time at that physics step."""
 
@@ -22,6 +30,16 @@ class Sample(NamedTuple):
     simulation: Fraction
     monotonic: Fraction
     system: Fraction
+
+    @property
+    def data(self) -> SampleData:
+        """The three times as floats [s]."""
+        return SampleData(float(self.simulation), float(self.monotonic), float(self.system))
+
+    @property
+    def valid(self) -> bool:
+        """Whether the entry holds times: True, since nothing else is kept."""
+        return True
 
 
 class TimeSamples:

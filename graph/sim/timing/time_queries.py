@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 from collections.abc import Callable
 from fractions import Fraction
 from typing import Protocol
@@ -10,7 +11,7 @@ from typing import Protocol
 from graph.sim import settings as keys
 from graph.sim.settings import Settings
 
-from .clocks import PhysicsClock
+from .clocks import MICROSECONDS, PhysicsClock
 from .samples import CAPACITY, Sample, TimeSamples, Which
 
 _log = logging.getLogger("tickgraph.clocks")
@@ -99,6 +100,33 @@ class TimeQueries:
     def get_system_time_at_time(self, time: ReferenceTime) -> float:
         """Wall-clock time [UNIX s] of the physics step at reference time `time`; now where no sample answers."""
         return self._at(time, "system", self._system_time)
+
+    def frame_key(self, reference: Fraction) -> Fraction:
+        """The reference time [s] by which look-ups find a frame's own time: the key of its sample.
+
+        reference: the frame's time on the renderer's clock. With a sample for each substep keys are in whole
+        microseconds, rounded down.
+        """
+        if self.samples.per_substep and self._external.multi_tick:
+            return Fraction(math.floor(reference * MICROSECONDS), MICROSECONDS)
+        return reference
+
+    def of_frame(self, reference: Fraction, which: Which) -> float:
+        """Simulation, monotonic or system time [s] of the state that a frame with this reference time shows.
+
+        What `get_simulation_time_at_time(frame_key(reference))` and its kin give. Where no sample answers (it is older
+        than 31 samples, or than the first one): counted back from now, and of the system time that of now.
+        """
+        key = self.frame_key(reference)
+        if which == "simulation" and self.samples.per_substep and self._external.multi_tick:
+            return float(key)
+        found = self.samples.at(key, which)
+        if found is None and which == "system":
+            found = self._system_time
+        if found is None:
+            now = self.clock.time if which == "simulation" else self.clock.monotonic
+            found = now - (self._external.time - reference)
+        return float(found)
 
     def get_all_samples(self) -> list[Sample]:
         """The time samples, oldest first."""

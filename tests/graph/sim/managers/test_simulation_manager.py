@@ -10,7 +10,7 @@ from fractions import Fraction
 import pytest
 
 from graph.base.errors import RunError, UserError
-from graph.sim import App, RenderingManager, SimulationEvent, SimulationManager
+from graph.sim import App, IsaacEvents, RenderingManager, SimulationEvent, SimulationManager
 from graph.sim import settings as keys
 from graph.sim.scene.prims import author_prims
 from graph.sim.usd import UsdPhysics, UsdUtils
@@ -783,6 +783,30 @@ def test_the_fabric_notice_handler_takes_the_stages_id():
 def test_assets_loading_is_false():
     with App() as app:
         assert app.simulation.assets_loading() is False
+
+
+def test_the_older_events_come_between_setup_and_started_each_with_a_warning():
+    with App() as app:
+        order = []
+        wanted = (SimulationEvent.SIMULATION_STARTED, *reversed(IsaacEvents), SimulationEvent.SIMULATION_SETUP)
+        for event in wanted:
+            app.simulation.register_callback(lambda event: order.append(event.event_name), event)
+        app.play()
+        app.pause()
+        app.play()
+        assert order == [
+            "isaacsim.simulation.simulation_setup",
+            "isaac.physics_warmup",
+            "isaac.simulation_view_created",
+            "isaac.physics_ready",
+            "isaacsim.simulation.started",
+        ]
+        told = [(one.where, one.message) for one in app.warnings if one.code == "event-deprecated"]
+        assert told == [
+            ("PHYSICS_READY", "this event is deprecated; use SimulationEvent.SIMULATION_STARTED"),
+            ("SIMULATION_VIEW_CREATED", "this event is deprecated; use SimulationEvent.SIMULATION_SETUP"),
+            ("PHYSICS_WARMUP", "this event is deprecated; use SimulationEvent.SIMULATION_SETUP"),
+        ]
 
 
 # -- the raw interface ---------------------------------------------------------------------------------------------

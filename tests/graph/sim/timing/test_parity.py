@@ -45,6 +45,17 @@ graphs:
       - tick.tick -> fails.execIn
       - tick.tick -> note.execIn
 """
+DRIVES = """\
+graphs:
+  /World/G:
+    nodes:
+      tick: OnPlaybackTick
+      drive: {type: DifferentialController, inputs: {wheelRadius: 0.1, wheelDistance: 0.5, linearVelocity: 1.0}}
+      around: {type: HolonomicController, inputs: {inputVelocity: [1, 2, 3]}}
+      joints: {type: IsaacArticulationController, inputs: {velocityCommand: [5]}}
+    connections:
+      - tick.tick -> drive.execIn
+"""
 
 
 @pytest.fixture
@@ -345,6 +356,46 @@ def test_row_laser_scan_end_angle(run, parity, settings, value):
     scan = app.sink.messages["/scan"][0].message
     last = scan.angle_min + (len(scan.ranges) - 1) * scan.angle_increment
     assert scan.angle_max == pytest.approx(last + (scan.angle_increment if value else 0), abs=1e-9)
+
+
+@both(keys.LIDAR_HEADER)
+def test_row_header_of_lidar_messages(run, parity, settings, value):
+    # 10 updates of 1/24 s at 240 Hz: the tick at 0.1 s is step 24, in update 3, which ends at 0.125 s.
+    still = {keys.WARM_UP_STEPS: 0, keys.MIN_FRAME_RATE: 0}
+    app = run(lidar_graph(), parity, {**still, **settings}, physics_hz=240, loop_hz=24)
+    app.play()
+    app.update(10)
+    stamp = app.sink.messages["/points"][0].message.header.stamp
+    assert stamp.sec == 0
+    assert stamp.nanosec == {keys.HEADER_FRAME: 100_000_000, keys.HEADER_UPDATE: 125_000_000}[value]
+
+
+@both(keys.SCAN_BINS)
+def test_row_cells_of_a_laser_scan(run, parity, settings, value):
+    # A clockwise lidar of 3600 beams: 0.1 deg from beam to beam, falling as it fires, or ascending bins.
+    app = run(LIDAR, parity, settings)
+    app.play()
+    app.update(14)
+    scan = app.sink.messages["/scan"][0].message
+    assert len(scan.ranges) == 3600
+    assert scan.angle_increment == pytest.approx(math.radians(0.1 if value else -0.1), rel=1e-6)
+
+
+@both(keys.STOP_CLEARS_COMMANDS)
+def test_row_commands_of_controllers_at_stop(run, parity, settings, value):
+    # v / r = 1 / 0.1 rad/s on both wheels.
+    app = run(DRIVES, parity, settings)
+    nodes = app.graphs["/World/G"].nodes
+    for drives in (True, not value):
+        app.play()
+        app.update()
+        assert list(nodes["drive"].get("outputs:velocityCommand")) == ([10.0, 10.0] if drives else [0.0, 0.0])
+        app.stop()
+        assert list(nodes["drive"].get("outputs:velocityCommand")) == [0.0, 0.0]
+    assert nodes["drive"].get("inputs:linearVelocity") == (0.0 if value else 1.0)
+    assert nodes["drive"].get("inputs:wheelRadius") == 0.1
+    assert list(nodes["around"].get("inputs:inputVelocity")) == ([0, 0, 0] if value else [1, 2, 3])
+    assert list(nodes["joints"].get("inputs:velocityCommand")) == ([] if value else [5])
 
 
 @both(keys.NODE_ERRORS_STOP)

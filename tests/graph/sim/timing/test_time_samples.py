@@ -45,6 +45,13 @@ def test_product_keys_are_whole_microseconds_rounded_down(product):
     assert sample_keys(product) == microseconds(16666, 33333, 50000)
 
 
+def test_an_entry_has_its_times_as_floats_and_is_valid(product):
+    first = product.simulation.get_all_samples()[0]
+    assert (first.valid, first.key) == (True, Fraction(16666, 10**6))
+    assert first.data == (1 / 60, 1 / 60, 1_700_000_000.0)
+    assert all(type(each) is float for each in first.data)
+
+
 def test_product_each_substep_has_its_own_key():
     with App(physics_hz=240, parity=PRODUCT, settings=PER_SUBSTEP) as app:
         app.play()
