@@ -56,12 +56,18 @@ def planned_ticks(
         copy: TickSchedule | EveryUpdate = EveryUpdate(created, schedule.rate)
     else:
         copy = TickSchedule(schedule.rate, created, accumulates=schedule.accumulates)
-    every_update = not app.rendering.multi_tick and not copy.accumulates and isinstance(copy, TickSchedule)
+    scheduler = app.rendering.scheduler
+    every_update = not scheduler.multi_tick and not copy.accumulates and isinstance(copy, TickSchedule)
     found, last = [], created
     for step in steps[made_in:]:
         time = step.external_time
         tick = Tick(0, copy.rate, time, last, time) if every_update else copy.advance(time)
-        if tick is None and app.rendering.autotrigger_idle and isinstance(copy, EveryUpdate) and not copy.rate:
+        if (
+            tick is None
+            and app.rendering.scheduler.autotrigger_idle
+            and isinstance(copy, EveryUpdate)
+            and not copy.rate
+        ):
             tick = copy.repeat(time)
         last = time
         if tick is not None:
@@ -109,6 +115,6 @@ def _rule(app: App, product: RenderProduct) -> str:
     from graph.sim.renderer.schedule import TickSchedule
 
     schedule = product.sensor.schedule
-    if isinstance(schedule, TickSchedule) and not app.rendering.multi_tick and not schedule.accumulates:
+    if isinstance(schedule, TickSchedule) and not app.rendering.scheduler.multi_tick and not schedule.accumulates:
         return "multi-tick off"
     return product.sensor.rule

@@ -114,7 +114,7 @@ class Driver:
         """Sets every clock to where it was right after play; the monotonic and the loop's clock go on."""
         self.timeline.set_current_time(self.timeline.start_time)
         self._simulation.restart_time()
-        self._rendering.restart()
+        self._rendering.scheduler.restart()
         self._bus.restart()
 
     # -- updates -----------------------------------------------------------------------------------------------------

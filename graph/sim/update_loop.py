@@ -40,6 +40,7 @@ class UpdateLoop:
         self.closed = False
         """Whether the App is closed; nothing is updated then."""
         self._world, self._simulation, self._rendering = world, simulation, rendering
+        self._scheduler = rendering.scheduler
         self._timeline, self._bus = timeline, bus
         self._timeline_state, self._timeline_phase = phases["timeline_state"], phases["timeline"]
         self._physics_phase, self._graphs_phase = phases["physics"], phases["simulation_graphs"]
@@ -72,20 +73,20 @@ class UpdateLoop:
         try:
             for _ in range(steps):
                 self._update()
-                self._rendering.end_update()
+                self._scheduler.end_update()
                 self.update_index += 1
                 if self.exit_requested:
                     break
         finally:
-            self._rendering.end_update()
+            self._scheduler.end_update()
             self.phases.running = False
 
     def _update(self) -> None:
-        rendering, bus, timeline = self._rendering, self._bus, self._timeline
+        scheduler, bus, timeline = self._scheduler, self._bus, self._timeline
         bus.begin_update()
         dt = self.run_loop.begin()
-        if rendering.frames_later:
-            rendering.deliver_pending()
+        if scheduler.frames_later:
+            scheduler.deliver_pending()
             self._hand_over()
 
         for callback in self._timeline_state.before:
@@ -93,12 +94,12 @@ class UpdateLoop:
         timeline.commit()
         for callback in self._timeline_state.after:
             callback()
-        rendering.begin_update(dt)
+        scheduler.begin_update(dt)
         live = self._world.live
         if live is not None:
             live.check()
             if others := live.watch.others:
-                if any(product.camera_path in others for product in rendering.products.values()):
+                if any(product.camera_path in others for product in scheduler.products.values()):
                     self._sensors_edited()
                 others.clear()
 
@@ -126,13 +127,13 @@ class UpdateLoop:
 
         for callback in self._render_phase.before:
             callback()
-        rendering.render_due(playing=timeline.is_playing())
+        scheduler.render_due(playing=timeline.is_playing())
         for callback in self._render_phase.after:
             callback()
         done = perf_counter()
         self._render_s += done - started
 
-        if rendering.new_frames and not rendering.frames_later:
+        if scheduler.new_frames and not scheduler.frames_later:
             self._hand_over()
 
         self._end_phase()
@@ -140,18 +141,18 @@ class UpdateLoop:
 
     def deliver_frames(self) -> None:
         """Delivers now what was rendered and would only arrive with the next update (profile `isaacsim-6.0.1`)."""
-        if self._rendering.pending_frames:
-            self._rendering.deliver_pending()
+        if self._scheduler.pending_frames:
+            self._scheduler.deliver_pending()
             self._hand_over()
 
     def _hand_over(self) -> None:
-        rendering, bus = self._rendering, self._bus
-        if not rendering.new_frames:
+        if not self._scheduler.new_frames:
             return
+        bus = self._bus
         began, io = perf_counter(), bus.io_seconds
         for callback in self._frames_phase.before:
             callback()
-        rendering.hand_over()
+        self._rendering.hand_over()
         for callback in self._frames_phase.after:
             callback()
         self._graph_s += perf_counter() - began - (bus.io_seconds - io)

@@ -58,9 +58,10 @@ class ManagedSimulation:
     ) -> None:
         """now: the wall clock's time [s]. follows_stage_rate: play takes the rate of the active physics scene."""
         self._world, self._rendering, self._timeline, self._bus = world, rendering, timeline, bus
+        self._scheduler = rendering.scheduler
         self._settings, self._phases = settings, phases
-        self.times = TimeQueries(clock, rendering, settings, now, world.warn)
-        self.steps = Simulation(world, self.times, rendering, settings, phases)
+        self.times = TimeQueries(clock, rendering.scheduler, settings, now, world.warn)
+        self.steps = Simulation(world, self.times, rendering.scheduler, settings, phases)
         self.setup = SimulationSetup(world, self.steps, timeline, settings)
         self.events = SimulationEvents(world, self.steps, self.setup)
         self.clock = clock
@@ -72,7 +73,7 @@ class ManagedSimulation:
         self._authored_rate = world.authored_rate
         self._animation: Animation | None = None
         self._defaults = dict.fromkeys(_DEFAULTS, True)
-        self._read_rendering_settings()
+        self._set_up_scheduler()
 
     # -- what the parts do -------------------------------------------------------------------------------------------
 
@@ -175,9 +176,9 @@ class ManagedSimulation:
 
         self._take_authored_rate()
         self._world.build()
-        self._read_rendering_settings()
-        self._rendering.capture_state = self._world.fabric.capture
-        self._rendering.begin_play()
+        self._set_up_scheduler()
+        self._scheduler.capture_state = self._world.fabric.capture
+        self._scheduler.begin_play()
         self._animation = animate(self._world, self._timeline, self.steps, self._phases)
         self.setup.begin()
 
@@ -190,8 +191,8 @@ class ManagedSimulation:
         self.steps.end()
         if self._defaults["on_stop"]:
             self.events.warm = False
-        self._rendering.capture_state = None
-        self._rendering.end_play()
+        self._scheduler.capture_state = None
+        self._scheduler.end_play()
         self._bus.restart()
         self._world.restore()
         self.setup.keep_scene_changes()
@@ -338,9 +339,9 @@ class ManagedSimulation:
         """Whether deleted prims are noticed (PRIM_DELETED)."""
         self.events.watch_stage(enable)
 
-    def _read_rendering_settings(self) -> None:
-        settings, rendering = self._settings, self._rendering
-        rendering.multi_tick = settings.get(keys.MULTI_TICK)
-        rendering.capture_at_ticks = self._world.fidelity.tlas == "sensor" and settings.get(keys.SENSOR_TICK_TLAS)
-        rendering.autotrigger_idle = settings.get(keys.AUTOTRIGGER_IDLE)
-        rendering.frames_later = frames_come_later(settings)
+    def _set_up_scheduler(self) -> None:
+        settings, scheduler = self._settings, self._scheduler
+        scheduler.multi_tick = settings.get(keys.MULTI_TICK)
+        scheduler.capture_at_ticks = self._world.fidelity.tlas == "sensor" and settings.get(keys.SENSOR_TICK_TLAS)
+        scheduler.autotrigger_idle = settings.get(keys.AUTOTRIGGER_IDLE)
+        scheduler.frames_later = frames_come_later(settings)

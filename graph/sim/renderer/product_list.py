@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from fractions import Fraction
 from typing import Any
 
 from graph.base.errors import UserError
@@ -13,58 +12,48 @@ from .schedule import EveryUpdate, TickSchedule
 
 
 class ProductList:
-    """Render products in the order of their creation; the ground that the scheduler stands on."""
+    """Render products in the order of their creation."""
 
     def __init__(self) -> None:
         self.products: dict[str, RenderProduct] = {}
+        """Those there are, by path."""
+        self.scheduled: list[RenderProduct] = []
+        """Those that render at ticks."""
+        self.eager: list[RenderProduct] = []
+        """Those that have something to do in every update."""
         self._history: dict[str, RenderProduct] = {}
-        self._scheduled: list[RenderProduct] = []
-        self._eager: list[RenderProduct] = []
-        self._at_play: list[tuple[RenderProduct, list[Callable[[Any], object]]]] | None = None
-
-    @property
-    def time(self) -> Fraction:
-        """The external time [s] that schedules follow."""
-        raise NotImplementedError
-
-    @property
-    def moment(self) -> Fraction:
-        """The external time [s] at which a product made now begins to exist."""
-        raise NotImplementedError
+        self._at_play: list[tuple[RenderProduct, list[Callable[[Any], object]]]] = []
 
     @property
     def history(self) -> tuple[RenderProduct, ...]:
         """Every product made so far, those removed or gone with a stop included; of one path the newest."""
         return tuple(self._history.values())
 
-    def add(self, product: RenderProduct) -> RenderProduct:
-        """Takes a product from now on. Raises UserError if its path is taken."""
-        if product.path in self.products:
-            raise UserError(f"render product {product.path} already exists; use it or give the new one another path")
-        moment = self.moment
-        product.restart(moment if product.created_at is None else max(moment, product.created_at))
-        product.on_enabled = self._enabled_changed
+    def check_free(self, path: str) -> None:
+        """Raises UserError if a product has this path."""
+        if path in self.products:
+            raise UserError(f"render product {path} already exists; use it or give the new one another path")
+
+    def add(self, product: RenderProduct) -> None:
+        """Takes a product whose path is free."""
         self.products[product.path] = product
         self._history[product.path] = product
-        self._sort_products()
-        return product
+        self.sort()
 
     def remove(self, path: str) -> None:
         """Takes a product away; its counts stay in `history`. An unknown path is ignored."""
         product = self.products.pop(path, None)
         if product is not None:
             product.writers.clear()
-            self._sort_products()
+            self.sort()
 
     def begin_play(self) -> None:
         """Remembers the products and writers there are; only they outlive the next stop."""
         self._at_play = [(product, list(product.writers)) for product in self.products.values()]
 
     def end_play(self) -> None:
-        """Stop: products and writers made since play are gone, the others begin anew at external time 0."""
-        kept = self._at_play or []
-        self._at_play = None
-        self._forget_frames()
+        """Stop: products and writers made since play are gone."""
+        kept, self._at_play = self._at_play, []
         removed = [path for path, product in self.products.items() if all(product is not kept_ for kept_, _ in kept)]
         for path in removed:
             self.products[path].new_frame = False
@@ -72,38 +61,13 @@ class ProductList:
         for product, writers in kept:
             if self.products.get(product.path) is product:
                 product.writers[:] = writers
-        self._begin_anew()
 
-    def restart(self) -> None:
-        """The external time is 0 again: every product begins anew."""
-        self._forget_frames()
-        self._begin_anew()
-
-    def _begin_anew(self) -> None:
-        for product in self.products.values():
-            product.clear()
-            product.restart(self.time)
-            product.sensor.reset()
-        self._sort_products()
-
-    def _forget_frames(self) -> None:
-        """Frames that wait, and what was rendered so far, are no more."""
-
-    def _bind(self) -> None:
-        """The products that render are others."""
-
-    def _enabled_changed(self, product: RenderProduct) -> None:
-        if product.enabled:
-            product.restart(self.moment)
-            product.sensor.reset()
-        self._sort_products()
-
-    def _sort_products(self) -> None:
+    def sort(self) -> None:
+        """Finds again which render at ticks and which in every update: products or their sensors have changed."""
         enabled = [product for product in self.products.values() if product.enabled]
-        self._scheduled = [product for product in enabled if isinstance(product.sensor.schedule, TickSchedule)]
-        self._eager = [
+        self.scheduled = [product for product in enabled if isinstance(product.sensor.schedule, TickSchedule)]
+        self.eager = [
             product
             for product in enabled
             if isinstance(product.sensor.schedule, EveryUpdate) or product.sensor.wants_updates
         ]
-        self._bind()

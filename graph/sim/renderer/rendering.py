@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from enum import StrEnum
 from fractions import Fraction
 from itertools import count
@@ -11,6 +11,7 @@ from typing import Any, Protocol
 from graph.base import exact
 from graph.base.errors import RunError
 from graph.sim import settings as keys
+from graph.sim.forwarding import forward
 from graph.sim.managers.callbacks import CallbackList, Event, Held, Registered, dropped_early
 from graph.sim.managers.loop_runner import LoopRunner
 from graph.sim.settings import Settings
@@ -57,8 +58,11 @@ def _ignored(product: RenderProduct) -> None:
     """Nobody schedules it any more."""
 
 
-class Rendering(SensorScheduler):
-    """Render products and their schedule, dt of the run loop, NEW_FRAME callbacks."""
+class Rendering:
+    """What users ask of rendering: render products, dt of the run loop, NEW_FRAME callbacks.
+
+    `scheduler` renders the products that are due; `products` are those there are, by path.
+    """
 
     def __init__(
         self,
@@ -69,7 +73,8 @@ class Rendering(SensorScheduler):
         stage: Any,
         warn: Callable[[str, str, str], None],
     ) -> None:
-        super().__init__(clock, None, lambda: run_loop.time)
+        self.scheduler = SensorScheduler(clock, None, lambda: run_loop.time)
+        self.products: Mapping[str, RenderProduct] = self.scheduler.products
         self.updates: Updates | None = None
         """Runs the updates of `render`; None before there is a driver, and once the App is closed."""
         self._run_loop, self._timeline, self._settings = run_loop, timeline, settings
@@ -77,6 +82,42 @@ class Rendering(SensorScheduler):
         self._time_codes: float | None = None
         self._callbacks = CallbackList()
         self._ids = count()
+
+    # -- products ----------------------------------------------------------------------------------------------------
+
+    add = forward("scheduler", SensorScheduler.add)
+    remove = forward("scheduler", SensorScheduler.remove)
+
+    @property
+    def history(self) -> tuple[RenderProduct, ...]:
+        """Every product made so far, those removed or gone with a stop included; of one path the newest."""
+        return self.scheduler.history
+
+    @property
+    def new_frames(self) -> Sequence[RenderProduct]:
+        """The products that delivered a frame in this update, in the order of their creation."""
+        return self.scheduler.new_frames
+
+    @property
+    def time(self) -> Fraction:
+        """The external time [s] that schedules follow."""
+        return self.scheduler.time
+
+    @property
+    def moment(self) -> Fraction:
+        """The external time [s] at which a product made now begins to exist: that of the start of a running update."""
+        return self.scheduler.moment
+
+    def hand_over(self) -> None:
+        """Gives this update's frames to the NEW_FRAME callbacks and then to the products' writers."""
+        new = tuple(self.scheduler.new_frames)
+        if self._callbacks:
+            self._callbacks(FrameEvent(NEW_FRAME, {"products": new}))
+        for product in new:
+            for writer in tuple(product.writers):
+                writer(product.frame)
+
+    # -- the run loop ------------------------------------------------------------------------------------------------
 
     def set_dt(self, dt: float | Fraction) -> None:
         """Makes every update last `dt` [s] on all that follows the loop: manual step and mode, time codes per second.
@@ -145,6 +186,8 @@ class Rendering(SensorScheduler):
             raise RunError("the App is closed; make a new one")
         return self.updates
 
+    # -- callbacks ---------------------------------------------------------------------------------------------------
+
     def register_callback(
         self, event: str, *misplaced: object, callback: Registered | None = None, order: int = 0
     ) -> int:
@@ -187,13 +230,5 @@ class Rendering(SensorScheduler):
         """Callbacks and updates end; products can still be read."""
         self._callbacks.clear()
         self.updates = None
-        for product in self.history:
+        for product in self.scheduler.history:
             product.on_enabled = _ignored
-
-    def hand_over(self) -> None:
-        """Gives this update's frames to the NEW_FRAME callbacks and then to the products' writers."""
-        if self._callbacks:
-            self._callbacks(FrameEvent(NEW_FRAME, {"products": tuple(self.new_frames)}))
-        for product in tuple(self.new_frames):
-            for writer in tuple(product.writers):
-                writer(product.frame)

@@ -14,8 +14,8 @@ from .schedule import NEVER, EveryUpdate, Tick, TickSchedule
 from .sensor import SensorFrame
 
 
-class SensorScheduler(ProductList):
-    """Render products in the order of their creation, ticked on the physics clock.
+class SensorScheduler:
+    """Ticks render products on the physics clock, in the order of their creation.
 
     With multi-tick rendering off there is no sensor clock of its own: `loop_time` (the run loop's time since the App
     was made, which runs on while the timeline is paused) takes the place of the external time, and every sensor renders
@@ -25,7 +25,9 @@ class SensorScheduler(ProductList):
     def __init__(
         self, clock: PhysicsClock, capture: Callable[[], Any] | None, loop_time: Callable[[], Fraction]
     ) -> None:
-        super().__init__()
+        self._list = ProductList()
+        self.products = self._list.products
+        """The products there are, by path; `add` and `remove` change them."""
         self.new_frames: list[RenderProduct] = []
         """The products that delivered a frame in this update, in the order of their creation."""
         self.capture_state = capture
@@ -48,6 +50,59 @@ class SensorScheduler(ProductList):
         self._captures: list[tuple[int, int, RenderProduct]] = []
         self._pending: list[tuple[Fraction, RenderProduct, SensorFrame]] = []  # each with when it may be delivered
         self._held = True  # without multi-tick rendering: nothing was rendered in the update before
+
+    # -- products ----------------------------------------------------------------------------------------------------
+
+    @property
+    def history(self) -> tuple[RenderProduct, ...]:
+        """Every product made so far, those removed or gone with a stop included; of one path the newest."""
+        return self._list.history
+
+    def add(self, product: RenderProduct) -> RenderProduct:
+        """Takes a product from now on. Raises UserError if its path is taken."""
+        self._list.check_free(product.path)
+        moment = self.moment
+        product.restart(moment if product.created_at is None else max(moment, product.created_at))
+        product.on_enabled = self._enabled_changed
+        self._list.add(product)
+        self._bind()
+        return product
+
+    def remove(self, path: str) -> None:
+        """Takes a product away; its counts stay in `history`. An unknown path is ignored."""
+        if path in self.products:
+            self._list.remove(path)
+            self._bind()
+
+    def begin_play(self) -> None:
+        """Remembers the products and writers there are; only they outlive the next stop."""
+        self._list.begin_play()
+
+    def end_play(self) -> None:
+        """Stop: products and writers made since play are gone, the others start again at external time 0."""
+        self._list.end_play()
+        self.restart()
+
+    def restart(self) -> None:
+        """The external time is 0 again: every product starts again."""
+        self._forget_frames()
+        for product in self.products.values():
+            product.clear()
+            product.restart(self.time)
+            product.sensor.reset()
+        self._sort()
+
+    def _enabled_changed(self, product: RenderProduct) -> None:
+        if product.enabled:
+            product.restart(self.moment)
+            product.sensor.reset()
+        self._sort()
+
+    def _sort(self) -> None:
+        self._list.sort()
+        self._bind()
+
+    # -- times -------------------------------------------------------------------------------------------------------
 
     @property
     def time(self) -> Fraction:
@@ -72,6 +127,8 @@ class SensorScheduler(ProductList):
         self._began_at = self._clock.reading() if self.multi_tick else dt
         if self.new_frames and not self.frames_later:
             self._end_frames()
+
+    # -- one update --------------------------------------------------------------------------------------------------
 
     @property
     def pending_frames(self) -> bool:
@@ -98,7 +155,7 @@ class SensorScheduler(ProductList):
         if target < self._next_due or not (self.capture_at_ticks and self.multi_tick and self.capture_state):
             return
         captures = []
-        for number, product in enumerate(self._scheduled):
+        for number, product in enumerate(self._list.scheduled):
             schedule = product.sensor.schedule
             if isinstance(schedule, TickSchedule) and product.is_frozen and schedule.due_step <= target:
                 index = schedule.newest(target)
@@ -144,13 +201,13 @@ class SensorScheduler(ProductList):
         self._rendered_step, self._rendered_version = steps, clock.version
         if clock.rate is not self._rate:
             self._take_rate()
-        if self._eager:
+        if self._list.eager:
             time = clock.time
             for product in tuple(self.products.values()):
                 if product.enabled:
                     self._render_one(product, steps, time)
         elif steps >= self._next_due:
-            for product in tuple(self._scheduled):
+            for product in tuple(self._list.scheduled):
                 self._render_if_due(product, steps)
         else:
             return
@@ -173,7 +230,7 @@ class SensorScheduler(ProductList):
 
     def _bind(self) -> None:
         self._rate = self._clock.rate
-        for product in self._scheduled:
+        for product in self._list.scheduled:
             schedule = product.sensor.schedule
             if isinstance(schedule, TickSchedule):
                 schedule.bind(self._rate)
@@ -181,7 +238,7 @@ class SensorScheduler(ProductList):
 
     def _find_next_due(self) -> None:
         due = NEVER
-        for product in self._scheduled:
+        for product in self._list.scheduled:
             schedule = product.sensor.schedule
             if isinstance(schedule, TickSchedule) and schedule.due_step < due:
                 due = schedule.due_step
@@ -209,7 +266,7 @@ class SensorScheduler(ProductList):
                 self._deliver(product, tick)
 
     def _render_idle(self) -> None:
-        for product in tuple(self._eager):
+        for product in tuple(self._list.eager):
             schedule = product.sensor.schedule
             if isinstance(schedule, EveryUpdate) and not schedule.rate:
                 self._deliver(product, schedule.repeat(self._clock.time))
