@@ -13,7 +13,6 @@ import errno
 import gc
 import os
 import sys
-import traceback
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from importlib import import_module
@@ -21,11 +20,9 @@ from io import TextIOWrapper
 from typing import Any, NoReturn
 
 from graph.base.errors import RunError, UserError
-from graph.base.limits import raised
 from graph.base.suggest import did_you_mean
 
-from .arguments import limits_of
-from .printing import problem_line, safe_log, say, tell
+from .printing import problem_line, say, tell
 
 DONE, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
 
@@ -96,9 +93,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         if isinstance(stream, TextIOWrapper):  # a terminal that cannot show a character gets its escape, no traceback
             stream.reconfigure(errors="backslashreplace")
     debug = "--debug" in _options(arguments)
-    safe_log(debug)
     try:
-        code = _dispatch(arguments)
+        code = _dispatch(arguments, debug)
         sys.stdout.flush()
         return code
     except SystemExit as left:  # argparse has printed a --help
@@ -191,7 +187,7 @@ def split_settings(arguments: Sequence[str]) -> tuple[list[str], dict[str, Any]]
     return rest, settings
 
 
-def _dispatch(arguments: list[str]) -> int:
+def _dispatch(arguments: list[str], debug: bool) -> int:
     rest, settings = split_settings(arguments)
     # `graph --debug run FILE` means the same as `graph run FILE --debug`.
     name = next((argument for argument in rest if not argument.startswith("-")), None)
@@ -204,6 +200,12 @@ def _dispatch(arguments: list[str]) -> int:
     command = COMMANDS[name]
     if settings and not command.settings:
         raise UserError(f"graph {name} builds no App and takes no settings; leave out --{next(iter(settings))}")
+    from graph.base.limits import raised
+
+    from .arguments import limits_of
+    from .safe_log import safe_log
+
+    safe_log(debug)
     module = import_module(f"graph.cli.{command.module}")
     parser = _Parser(prog=f"graph {name}", description=f"{command.help[0].upper()}{command.help[1:]}.")
     parser.add_argument("--debug", action="store_true", help="show tracebacks")
@@ -269,6 +271,8 @@ def _options(arguments: Sequence[str]) -> Sequence[str]:
 
 def _trace(debug: bool) -> None:
     if debug:
+        import traceback
+
         traceback.print_exc()
 
 

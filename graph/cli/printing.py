@@ -6,10 +6,7 @@ every line goes through `safe_line` or `printable` here; nowhere else in the com
 
 from __future__ import annotations
 
-import json
-import logging
 import sys
-import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
@@ -35,6 +32,8 @@ def say(text: str = "") -> None:
 
 def say_json(value: Any, default: Callable[[Any], Any] | None = None) -> None:
     """Prints a value as indented JSON on stdout; what is not printable stands as JSON's escapes."""
+    import json
+
     print(json.dumps(value, indent=2, default=default).replace("\x7f", "\\u007f"))
 
 
@@ -53,26 +52,6 @@ def printable(text: str) -> str:
     if text.isprintable():
         return text
     return "".join(c if c.isprintable() else " " if c in "\n\t" else f"\\u{ord(c):04x}" for c in text)
-
-
-class SafeFormatter(logging.Formatter):
-    """One printable line for each record of the log."""
-
-    def format(self, record: logging.LogRecord) -> str:
-        """The line."""
-        return safe_line(super().format(record))
-
-
-def safe_log(debug: bool = False) -> None:
-    """What is logged and nobody else handles goes to stderr as printable lines.
-
-    Libraries' own warnings (numpy's of overflow and the like) name lines of source, not of the user's file: they are
-    kept quiet unless `debug`. Who computes says what is wrong with a result.
-    """
-    if logging.lastResort is not None:
-        logging.lastResort.setFormatter(SafeFormatter())
-    if not debug:
-        warnings.simplefilter("ignore")
 
 
 def aligned(rows: Iterable[Sequence[str]]) -> Iterator[str]:

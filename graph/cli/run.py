@@ -23,7 +23,8 @@ from graph.base.limits import check
 from .arguments import add_allow, add_skip_outside
 from .interrupts import between_updates
 from .message_sources import add_play_argument, open_sources, play_into, warn_unheard
-from .printing import SafeFormatter, say, say_json, tell
+from .printing import say, say_json, tell
+from .safe_log import SafeFormatter
 
 if TYPE_CHECKING:
     from graph.session.open import Session

@@ -5,21 +5,25 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from weakref import WeakKeyDictionary
 
 from graph.base.errors import Problem, UserError
 from graph.base.suggest import did_you_mean
 from graph.evaluate import Graph, Node
-from graph.evaluate.adopt import adopt
 from graph.node.context import Context
 from graph.node.registry import DEFAULT, Registry
 from graph.plan import compile_graphs
-from graph.plan.patch import Patch, Patches, with_written
 from graph.spec.file_spec import GraphSpec
 
 from .errors import OmniGraphError
-from .model import Model
+
+if TYPE_CHECKING:
+    from graph.plan.patch import Patch
+
+    from .model import Model
+
+# What only edits need is imported by the first edit: most runs, and every check, make none.
 
 MOST_COMPILED = 64
 """Most edits that are compiled before the next one is tried in place again."""
@@ -93,6 +97,8 @@ class GraphSet:
         assert graph is not None
         if not graph.written:
             return graph.spec
+        from graph.plan.patch import with_written
+
         concerned = {name for name, _ in graph.written}
         nodes = (with_written(node, graph) if node.name in concerned else node for node in graph.spec.nodes)
         return replace(graph.spec, nodes=tuple(nodes))
@@ -107,6 +113,8 @@ class GraphSet:
         if self._patience.get(path, 0) > 0:
             self._patience[path] -= 1
             return None
+        from .model import Model
+
         spec = self.graphs[path].spec
         model = self._models.get(path)
         if model is None or model.base is not spec:
@@ -125,6 +133,8 @@ class GraphSet:
 
     def patched(self, model: Model, patch: Patch) -> Graph | None:
         """The graph of a kept model, patched in place; None, with nothing changed, if that is not possible."""
+        from graph.plan.patch import Patches, with_written
+
         graph = self.graphs[model.path]
         if model.patches is None:
             model.patches = Patches(graph, self.registry)
@@ -157,6 +167,8 @@ class GraphSet:
         if not waiting:
             self._take(into, fresh, touched)
             return {path: self.graphs[path] for path in fresh}
+        from graph.evaluate.adopt import adopt
+
         adopt({path: self._waiting[path] for path in fresh if path in self._waiting}, fresh, touched)
         for path, graph in fresh.items():
             if path in self.graphs:
@@ -218,6 +230,8 @@ class GraphSet:
     def _take(
         self, into: Mapping[str, Graph], fresh: Mapping[str, Graph], touched: Mapping[str, Collection[str]]
     ) -> None:
+        from graph.evaluate.adopt import adopt
+
         adopt(into, fresh, touched)
         for path, graph in fresh.items():
             if path not in into:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,7 +16,9 @@ from graph.sim.usd import EARLIEST
 
 from .attributes import applied_schemas, kilograms_per_unit, value_of
 from .model import Body, BodyForce, MovingSurface
-from .protocol import PhysicsEngine
+
+if TYPE_CHECKING:
+    from .protocol import PhysicsEngine
 
 FORCE, SURFACE = "PhysxForceAPI", "PhysxSurfaceVelocityAPI"
 DEGREES = math.pi / 180

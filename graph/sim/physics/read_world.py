@@ -18,15 +18,13 @@ from graph.sim.usd import EARLIEST, UsdGeom, UsdPhysics
 
 from .attributes import kilograms_per_unit, value_of, vector
 from .authored_settings import StoredSettings, check_settings
-from .filters import read_filters
+from .filters import Filters, read_filters
 from .locked_axes import read_locks
-from .model import Body, Collider, Joint, WorldModel
-from .read_colliders import read_colliders
+from .model import Body, Collider, Gripper, Joint, WorldModel
 from .read_forces import read_forces, read_surfaces
-from .read_grippers import read_grippers
 from .read_joints import read_joints, read_mimics
 from .read_mass import read_mass
-from .read_soft import read_softs
+from .soft import Soft
 from .solver import authored_options
 
 EARTH_GRAVITY = 9.81
@@ -63,18 +61,39 @@ def read_world(scan: Scan, warn: Warn, known: Known = NOTHING) -> WorldModel:
     return WorldModel(
         gravity=read_gravity(scan, warn),
         bodies=bodies,
-        colliders=read_colliders(scan, filters, warn, known.colliders),
+        colliders=_colliders(scan, filters, warn, known) if scan.colliders else (),
         joints=(*joints, *(known.joints.get(lock.path, lock) for lock in locks)),
         filtered=filters.apart,
-        grippers=read_grippers(scan, warn),
+        grippers=_grippers(scan, warn) if scan.grippers else (),
         mimics=read_mimics(scan, joints, warn),
         meets=None if filters.meets.all() else filters.meets,
         options=authored_options(scan, warn),
-        softs=read_softs(scan, warn),
+        softs=_softs(scan, warn) if scan.soft else (),
         forces=read_forces(scan, warn),
         surfaces=read_surfaces(scan, bodies, warn),
         given=tuple(_body(scan, body, warn) for body in scan.bodies.values() if body.given),
     )
+
+
+# These are imported where a scene has what they read: a check reads no shape, and most scenes are rigid.
+
+
+def _colliders(scan: Scan, filters: Filters, warn: Warn, known: Known) -> tuple[Collider, ...]:
+    from .read_colliders import read_colliders
+
+    return read_colliders(scan, filters, warn, known.colliders)
+
+
+def _grippers(scan: Scan, warn: Warn) -> tuple[Gripper, ...]:
+    from .read_grippers import read_grippers
+
+    return read_grippers(scan, warn)
+
+
+def _softs(scan: Scan, warn: Warn) -> tuple[Soft, ...]:
+    from .read_soft import read_softs
+
+    return read_softs(scan, warn)
 
 
 def survey(stage: Any, *, mirrors: bool = False) -> list[tuple[str, str, str]]:

@@ -83,7 +83,8 @@ def _values(file: BinaryIO, length: int, version: bytes, packed: bytes, count: i
         words = np.frombuffer(decompress(packed[1:], uncompressed_size=count * 8), "<u8")
     except (LZ4BlockError, MemoryError, OverflowError):
         return
-    for word in np.unique(words).tolist():
+    words = np.sort(words)
+    for word in words[np.append(True, words[1:] != words[:-1])].tolist():  # np.unique would import numpy.ma
         kind, place = (word >> 48) & 0xFF, word & (2**48 - 1)
         if word & _INLINED or not place:
             continue

@@ -7,7 +7,8 @@ import pytest
 
 import graph.cli
 from graph.cli.main import main
-from graph.cli.printing import SafeFormatter, printable, say_json
+from graph.cli.printing import printable, say_json
+from graph.cli.safe_log import SafeFormatter
 
 TITLE = "\x1b]0;owned\x07"
 """What sets the title of a terminal's window."""

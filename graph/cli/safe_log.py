@@ -1,0 +1,28 @@
+"""What libraries and our own modules log, as printable lines on stderr."""
+
+from __future__ import annotations
+
+import logging
+import warnings
+
+from .printing import safe_line
+
+
+class SafeFormatter(logging.Formatter):
+    """One printable line for each record of the log."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        """The line."""
+        return safe_line(super().format(record))
+
+
+def safe_log(debug: bool = False) -> None:
+    """What is logged and nobody else handles goes to stderr as printable lines.
+
+    Libraries' own warnings (numpy's of overflow and the like) name lines of source, not of the user's file: they are
+    kept quiet unless `debug`. Who computes says what is wrong with a result.
+    """
+    if logging.lastResort is not None:
+        logging.lastResort.setFormatter(SafeFormatter())
+    if not debug:
+        warnings.simplefilter("ignore")
