@@ -29,7 +29,8 @@ STABLE_IDS = "/rtx-transient/stableIds/enabled"
 class Channel:
     """One array of a frame: `width` values of `dtype` per element, available from aux level `level` on.
 
-    setting: one that must be true, or the channel stays empty, with the warning `setting_code`.
+    setting: one that must be true, or the channel stays empty, with the warning `setting_code`. image: the array is
+    (height, width) or (height, width, n), the first row on top.
     """
 
     name: str
@@ -40,16 +41,18 @@ class Channel:
     doc: str = ""
     setting: str = ""
     setting_code: str = ""
+    image: bool = False
 
     def empty(self) -> np.ndarray:
         """An array of no elements, with the channel's dtype and shape."""
-        return np.empty((0, self.width) if self.width > 1 else 0, self.dtype)
+        none = (0, 0) if self.image else (0,)
+        return np.empty((*none, self.width) if self.width > 1 else none, self.dtype)
 
 
 def _channel(
-    name: str, dtype: str, level: AuxLevel, unit: str, doc: str, width: int = 1, *setting: str
+    name: str, dtype: str, level: AuxLevel, unit: str, doc: str, width: int = 1, setting: str = "", code: str = ""
 ) -> tuple[str, Channel]:
-    return name, Channel(name, np.dtype(dtype), width, level, unit, doc, *setting)
+    return name, Channel(name, np.dtype(dtype), width, level, unit, doc, setting, code)
 
 
 CHANNELS: dict[str, Channel] = dict(

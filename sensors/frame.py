@@ -42,7 +42,8 @@ class Frame:
     reference: the time [s], on the same clock, that its messages carry: that of the pose to transform it with.
     frame_id counts the sensor's frames from 0. start, end: poses at both ends. frame_of_reference: SENSOR, WORLD or
     CUSTOM, what xyz, azimuth, elevation, distance, normals and velocities are given in. coords: SPHERICAL or CARTESIAN,
-    what x, y, z of a GenericModelOutput hold. arrays: channel name -> array of `count` rows; only demanded channels.
+    what x, y, z of a GenericModelOutput hold. arrays: channel name -> array of `count` rows, an image of as
+    many pixels, or a list of something else; only demanded channels.
     one_instant: the whole frame shows the state of its reference time, whatever the elements' own times say.
     config: the sensor's configuration (a LidarConfig for lidars).
     """

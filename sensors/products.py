@@ -47,7 +47,7 @@ def place_product(app: App, path: str, prim_path: str, resolution: tuple[int, in
     """
     from graph.sim.renderer.products import RenderProduct
 
-    product = RenderProduct(path, prim_path, resolution, _sensor(app, prim_path))
+    product = RenderProduct(path, prim_path, resolution, _sensor(app, prim_path, resolution))
     if path in app.rendering.products:
         app.rendering.remove(path)
     _author(app, path, prim_path, resolution)
@@ -99,14 +99,14 @@ def sensor_problem(stage: Usd.Stage, prim_path: str) -> str | None:
     return f"{prim_path}: a {name or 'typeless prim'} is not a sensor; give the path of an {' or '.join(known)}"
 
 
-def _sensor(app: App, prim_path: str) -> Sensor:
+def _sensor(app: App, prim_path: str, resolution: tuple[int, int]) -> Sensor:
     if not prim_path:
         from .blank import Blank
 
         return Blank(app)
     if problem := sensor_problem(app.stage, prim_path):
         raise SensorValueError(problem)
-    return sensor_types()[str(app.stage.GetPrimAtPath(prim_path).GetTypeName())].runtime(app, prim_path)
+    return sensor_types()[str(app.stage.GetPrimAtPath(prim_path).GetTypeName())].runtime(app, prim_path, resolution)
 
 
 def _free_name(app: App, wanted: str) -> str:

@@ -39,7 +39,8 @@ Config = TypeVar("Config")
 class Measurement:
     """What a model measured for one tick.
 
-    arrays: channel -> rows, one an element; `count` of them (None: as many as the first array has). ends: sensor to
+    arrays: channel -> rows, one an element; `count` of them (None: as many as the first array has). Of an image the
+    elements are its pixels. ends: sensor to
     world, (4, 4) float64 [m], at both ends of the interval; None where the runtime is to find them. complete: False for
     a part of a scan.
     """
@@ -64,8 +65,10 @@ class SensorRuntime(ABC, Generic[Config]):
     wants_updates = False
     coords = "NOT_APPLICABLE"
 
-    def __init__(self, app: App, prim_path: str) -> None:
+    def __init__(self, app: App, prim_path: str, resolution: tuple[int, int] = (1280, 720)) -> None:
         self.path = prim_path
+        self.resolution = resolution
+        """Width and height of its render product [px]; what is not an image takes no notice."""
         self.demand = Demand()
         self._owner = weakref.ref(app)  # the App keeps its sensors; they must not keep it
         self._authored: Any = None

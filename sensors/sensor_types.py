@@ -25,10 +25,10 @@ if TYPE_CHECKING:
 
 ENTRY_POINTS = "tickgraph.sensors"
 
-BUILT_IN = ("sensors.lidar.sensor_type",)
+BUILT_IN = ("sensors.lidar.sensor_type", "sensors.camera.sensor_type")
 """Modules that register what ships."""
 
-NOT_YET = {"OmniRadar": "radars", "OmniAcoustic": "acoustic sensors", "Camera": "cameras"}
+NOT_YET = {"OmniRadar": "radars", "OmniAcoustic": "acoustic sensors"}
 """Types of sensor prims that cannot be rendered yet -> what they are called."""
 
 _LOG = logging.getLogger("tickgraph.warnings")
@@ -39,9 +39,9 @@ class SensorType:
     """One modality.
 
     - prim_type: of the prims that are such sensors.
-    - modality: its name in `GenericModelOutput`.
-    - runtime: makes the sensor of a prim: a `SensorRuntime` class, or a function. Raises UserError for a prim that
-      describes no such sensor.
+    - modality: its name in `GenericModelOutput`, or another where none is made of its frames.
+    - runtime: makes the sensor of a prim for images of a width and height (what makes no images takes no notice): a
+      `SensorRuntime` class, or a function. Raises UserError for a prim that describes no such sensor.
     - channels: what it can measure; new ones join `CHANNELS`.
     - annotators, writers: its own, beside those for all sensors.
     - attributes: those of its prims that no USD schema declares: name -> USD value type, such as "double".
@@ -54,7 +54,7 @@ class SensorType:
     """
 
     prim_type: str
-    runtime: Callable[[App, str], Sensor]
+    runtime: Callable[[App, str, tuple[int, int]], Sensor]
     modality: str = "UNDEFINED"
     channels: Sequence[Channel] = POINT_CHANNELS
     annotators: Sequence[AnnotatorType] = ()

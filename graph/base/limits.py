@@ -41,6 +41,7 @@ LIMITS: dict[str, Limit] = {
     "physics.iterations": Limit(10_000, "iterations", "a solver or collision of physics, each of its counts"),
     "lidar.rays": Limit(10_000_000, "rays", "a scan, with the sub-rays of each beam"),
     "lidar.bins": Limit(10_000, "spans", "a scan of lidar.motion continuous"),
+    "camera.rays": Limit(10_000_000, "rays", "an image, with the samples of each pixel"),
     "graph.steps": Limit(5_000_000, "computes", "a graph in one evaluation, the passes of all its loops together"),
     "graph.bytes": Limit(1024 * MIB, "bytes", "the values of all graphs together"),
     "scene.triangles": Limit(20_000_000, "triangles", "what rays can hit, copies included"),

@@ -158,10 +158,10 @@ def _described(product: RenderProduct, output: Annotator | None, app: App) -> di
     frame = product.frame
     if output is None:
         channels = {
-            name: _array(name, array) | (_values(name, array) if len(array) else {})
+            name: _array(name, array) | (_values(name, array) if array.size else {})
             for name, array in frame.arrays.items()
         }
-        return {"header": _frame_header(frame), "channels": channels, "hits": {}}
+        return {"header": _frame_header(frame), "channels": channels, "hits": _shown(app, product)}
     gmo = parse_generic_model_output_data(output.get_data())
     ids = product.sensor.object_ids(resolve_all=True)
     return {"header": _header(gmo), "channels": _channels(gmo, app), "hits": _hits(frame, ids)}
@@ -230,16 +230,24 @@ def _array(name: str, array: Any) -> dict[str, Any]:
 
 
 def _values(name: str, array: Any) -> dict[str, Any]:
+    import numpy as np
+
+    from sensors.channels import CHANNELS
+
     if name == "objId":
         from sensors import parse_object_ids
 
         numbers = parse_object_ids(array)
         return {"distinct": len(set(numbers)), "first": [f"{number:#034x}" for number in numbers[:FIRST_VALUES]]}
-    return {
-        "min": array.min().item(),
-        "max": array.max().item(),
-        "first": [_short(value) for value in array[:FIRST_VALUES].tolist()],
-    }
+    if name in CHANNELS and CHANNELS[name].image:
+        array = array.reshape(-1, *array.shape[2:])
+    first = [_short(value) for value in array[:FIRST_VALUES].tolist()]
+    if array.dtype.names:  # a list of records
+        return {"first": first}
+    finite = array[np.isfinite(array)]
+    if not finite.size:
+        return {"first": first}
+    return {"min": finite.min().item(), "max": finite.max().item(), "first": first}
 
 
 def _short(value: Any) -> Any:
@@ -268,6 +276,27 @@ def _hits(frame: Any, ids: Mapping[int, str]) -> dict[str, int]:
     return dict(sorted(counts.items(), key=lambda entry: (-entry[1], entry[0])))
 
 
+def _shown(app: App, product: RenderProduct) -> dict[str, int]:
+    """Prim path -> pixels that show it, most first; empty for what makes no images."""
+    import numpy as np
+
+    from sensors.annotators.annotator import Annotator
+    from sensors.annotators.types import annotator_types
+    from sensors.sensor_types import prim_types_of
+
+    kind = annotator_types().get("instance_id_segmentation")
+    if kind is None or product.sensor.type_name not in prim_types_of(kind.modality):
+        return {}
+    found = Annotator(kind, app=app).attach(product).get_data()
+    numbers, pixels = np.unique(found["data"], return_counts=True)
+    paths = found["info"]["idToLabels"]
+    counts = {
+        paths[number] if number else "(nothing)": count
+        for number, count in zip(numbers.tolist(), pixels.tolist(), strict=True)
+    }
+    return dict(sorted(counts.items(), key=lambda entry: (-entry[1], entry[0])))
+
+
 def as_text(told: Mapping[str, Any]) -> Iterator[str]:
     """The lines that a person reads."""
     header = told["header"]
@@ -285,16 +314,20 @@ def as_text(told: Mapping[str, Any]) -> Iterator[str]:
         elif "first" not in one:
             row += ["-", "empty: no elements"]
         else:
-            span = f"{one['distinct']} different" if "distinct" in one else f"{one['min']:.6g} to {one['max']:.6g}"
+            span = f"{one['distinct']} different" if "distinct" in one else _span(one)
             row += [span, "  ".join(_text(value) for value in one["first"])]
         rows.append(row)
     yield from aligned([("name", "dtype", "shape", "unit", "range", "first"), *rows])
     yield ""
     hits = told["hits"]
-    if "objId" in told["channels"]:
+    if hits or "objId" in told["channels"]:
         yield "hits" if hits else "hits: none (object ids are off, or nothing was hit)"
     total = sum(hits.values())
     yield from aligned((path, f"{count:,}", f"{100 * count / total:.1f} %") for path, count in hits.items())
+
+
+def _span(one: Mapping[str, Any]) -> str:
+    return f"{one['min']:.6g} to {one['max']:.6g}" if "min" in one else "-"
 
 
 def _text(value: Any) -> str:

@@ -29,10 +29,10 @@ RULES = {
 }
 
 
-def _runtime(app: App, prim_path: str) -> LidarRuntime:
+def _runtime(app: App, prim_path: str, resolution: tuple[int, int]) -> LidarRuntime:
     from .runtime import LidarRuntime
 
-    return LidarRuntime(app, prim_path)
+    return LidarRuntime(app, prim_path, resolution)
 
 
 def _check(prim: Usd.Prim) -> Iterator[str]:

@@ -7,7 +7,7 @@ import pytest
 
 import sensors.replicator as rep
 from sensors import LidarSensor
-from sensors.channels import AUXILIARY, CHANNELS, AuxLevel, Consumer, Demand
+from sensors.channels import AUXILIARY, CHANNELS, POINT_CHANNELS, AuxLevel, Consumer, Demand
 from sensors.lidar import returns, runtime
 from sensors.lidar.authoring import Lidar
 from sensors.lidar.prim import write_config
@@ -129,7 +129,7 @@ def test_optional_channels_are_asked_for_as_far_as_the_level_goes_and_without_a_
 
 def test_the_empty_arrays_have_the_types_of_the_full_ones(app):
     product = rep.create_render_product("/World/Lidar", app=app)
-    product.sensor.require("all", set(CHANNELS))
+    product.sensor.require("all", {channel.name for channel in POINT_CHANNELS})
     app.play()
     app.update(steps=6)
 

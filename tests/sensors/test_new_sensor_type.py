@@ -245,7 +245,9 @@ def test_keys_of_sensors_take_it_and_refuse_what_is_no_sensor_naming_it(file, ca
     excluding["scene"]["prims"]["/World/Ball"]["exclude"] = PROBE
     file.write_text(json.dumps(excluding))
     assert main(["check", str(file)]) == 2
-    assert "only sensors exclude what they never hit (OmniLidar, Thermometer, " in capsys.readouterr().err
+    error = capsys.readouterr().err
+    assert "only sensors exclude what they never hit (OmniLidar, " in error
+    assert "Thermometer, " in error
 
 
 def test_attributes_written_while_playing_count_in_the_next_update(app):
@@ -395,7 +397,7 @@ def test_an_installed_package_brings_its_sensor_type_by_an_entry_point(tmp_path)
     done = subprocess.run(
         [sys.executable, "-c", code], env={**os.environ, "PYTHONPATH": path}, capture_output=True, text=True, check=True
     )
-    assert done.stdout.split() == ["OmniLidar", "Thermometer"]
+    assert {"OmniLidar", "Camera", "Thermometer"} <= set(done.stdout.split())
     assert "warning sensor-package: broken (no_such_library:SENSOR): ModuleNotFoundError" in done.stderr
 
 

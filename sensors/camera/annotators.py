@@ -1,0 +1,147 @@
+"""The annotators of cameras, named and shaped as in Replicator."""
+
+from __future__ import annotations
+
+import colorsys
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sensors.annotators.types import AnnotatorType, Reading
+from sensors.channels import CHANNELS
+
+from .channels import FIRST, INSTANCE, LABELLED, SEMANTIC
+from .label_filter import OPTIONS, kept_labels
+from .names import MODALITY
+
+if TYPE_CHECKING:
+    from .entities import Entities
+
+COLORIZE = {"colorize": False}
+GOLDEN_TURN = 0.61803398875
+
+
+def _image(name: str, width: int = 1) -> Callable[[Reading], np.ndarray]:
+    """Reads an image; width: numbers a pixel that Replicator gives, those beyond the channel's 0."""
+
+    def read(reading: Reading) -> np.ndarray:
+        frame = reading.frame
+        array = CHANNELS[name].empty() if frame is None else frame.channel(name)
+        if width <= CHANNELS[name].width:
+            return array
+        padded = np.zeros((*array.shape[:2], width), array.dtype)
+        padded[..., : array.shape[2]] = array
+        return padded
+
+    return read
+
+
+def _one(kind: str, name: str, width: int = 1) -> AnnotatorType:
+    return AnnotatorType(name, _image(kind, width), lambda reading: (kind,), modality=MODALITY)
+
+
+def _seen(numbers: np.ndarray) -> list[int]:
+    """The numbers that are in an image, rising."""
+    if not numbers.size:
+        return []
+    there = np.zeros(int(numbers.max()) + 1, bool)
+    there[numbers.reshape(-1)] = True
+    return [int(number) for number in np.flatnonzero(there)]
+
+
+def _entities(reading: Reading, kind: str) -> Entities:
+    from .entities import entities_of  # which needs USD
+
+    return entities_of(reading.app, kind)
+
+
+def _semantic(reading: Reading) -> dict[str, Any]:
+    numbers = _image(SEMANTIC)(reading)
+    if reading.frame is None:
+        return {"data": numbers, "info": {"idToLabels": {}}}
+    labels = _entities(reading, SEMANTIC).labels
+    if any(reading.options[name] for name in OPTIONS):
+        numbers, labels = _renumbered(numbers, labels, reading.options)
+    shown = {number: dict(labels[number]) for number in _seen(numbers)}
+    if reading.options["colorize"]:
+        return _coloured(numbers, shown, {})
+    return {"data": numbers, "info": {"idToLabels": {str(number): found for number, found in shown.items()}}}
+
+
+def _renumbered(
+    numbers: np.ndarray, labels: Mapping[int, dict[str, str]], options: Mapping[str, Any]
+) -> tuple[np.ndarray, dict[int, dict[str, str]]]:
+    """The numbers and labels that are left by a filter; what has no label any more is 1."""
+    kept = {number: kept_labels(found, options) for number, found in labels.items() if number >= FIRST}
+    texts = sorted({tuple(sorted(found.items())) for found in kept.values() if found})
+    place = {key: number for number, key in enumerate(texts, start=FIRST)}
+    table = np.arange(max(labels) + 1, dtype=np.uint32)
+    for number, found in kept.items():
+        table[number] = place[tuple(sorted(found.items()))] if found else 1
+    return table[numbers], {0: labels[0], 1: labels[1]} | {number: dict(key) for key, number in place.items()}
+
+
+def _instances(kind: str) -> Callable[[Reading], dict[str, Any]]:
+    nothing = "INVALID" if kind == INSTANCE else "BACKGROUND"
+
+    def read(reading: Reading) -> dict[str, Any]:
+        numbers = _image(kind)(reading)
+        if reading.frame is None:
+            return {"data": numbers, "info": {"idToLabels": {}, "idToSemantics": {}}}
+        entities = _entities(reading, kind)
+        numbers = _labelled_only(numbers, entities, reading.options) if kind == LABELLED else numbers
+        shown = {number: entities.paths.get(number, ("UNLABELLED", nothing)[number == 0]) for number in _seen(numbers)}
+        labels = {number: _semantics_of(number, entities, nothing) for number in shown}
+        if reading.options["colorize"]:
+            return _coloured(numbers, shown, labels)
+        return {"data": numbers, "info": {"idToLabels": shown, "idToSemantics": labels}}
+
+    return read
+
+
+def _labelled_only(numbers: np.ndarray, entities: Entities, options: Mapping[str, Any]) -> np.ndarray:
+    """Entities whose labels a filter takes away count as unlabelled."""
+    gone = [number for number, found in entities.labels.items() if not kept_labels(found, options)]
+    return np.where(np.isin(numbers, gone), np.uint32(1), numbers) if gone else numbers
+
+
+def _semantics_of(number: int, entities: Entities, nothing: str) -> dict[str, str]:
+    if number == 0:
+        return {"class": nothing}
+    return dict(entities.labels.get(number) or {"class": "UNLABELLED"})
+
+
+def _coloured(numbers: np.ndarray, shown: Mapping[int, Any], labels: Mapping[int, Any]) -> dict[str, Any]:
+    """Numbers as colours, (height, width, 4) uint8; the tables have colours, as text, for numbers."""
+    table = np.array([colour_of(number) for number in range(max(shown, default=0) + 1)], np.uint8)
+    info = {"idToLabels": {str(tuple(table[number].tolist())): found for number, found in shown.items()}}
+    if labels:
+        info["idToSemantics"] = {str(tuple(table[number].tolist())): found for number, found in labels.items()}
+    return {"data": table[numbers], "info": info}
+
+
+def colour_of(number: int) -> tuple[int, int, int, int]:
+    """The colour of an entity, r, g, b, a: transparent for nothing, black for what has no label."""
+    if number < FIRST:
+        return 0, 0, 0, 255 * number
+    red, green, blue = colorsys.hsv_to_rgb(number * GOLDEN_TURN % 1.0, 0.65 + 0.35 * (number % 2), 0.9)
+    return round(red * 255), round(green * 255), round(blue * 255), 255
+
+
+def _segmentation(kind: str, name: str) -> AnnotatorType:
+    if kind == SEMANTIC:
+        return AnnotatorType(
+            name, _semantic, lambda reading: (kind,), options={**COLORIZE, **OPTIONS}, modality=MODALITY
+        )
+    options = {**COLORIZE, **OPTIONS} if kind == LABELLED else COLORIZE
+    return AnnotatorType(name, _instances(kind), lambda reading: (kind,), options=options, modality=MODALITY)
+
+
+ANNOTATORS = (
+    _one("distance_to_camera", "distance_to_camera"),
+    _one("distance_to_image_plane", "distance_to_image_plane"),
+    _one("normals", "normals", 4),
+    _segmentation(SEMANTIC, SEMANTIC),
+    *(_segmentation(kind, f"{kind}{fast}") for kind in (LABELLED, INSTANCE) for fast in ("", "_fast")),
+)

@@ -1,0 +1,131 @@
+"""What a Camera prim describes: its lens for an image of a size, and what it shows of depth."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from graph.base.errors import UserError
+
+from .lens import Lens, ParallelLens
+from .lens_models import distorting_lens
+
+if TYPE_CHECKING:
+    from pxr import Usd
+
+TENTH = 0.1
+"""Focal length and apertures are in tenths of a stage unit."""
+
+
+@dataclass(frozen=True)
+class CameraConfig:
+    """A camera at one image size.
+
+    lens: at that size. near, far: distances from the image plane [m] that it shows. The other numbers are those of the
+    prim, in its units: focal length, apertures (width, height) and their offsets in tenths of a stage unit,
+    focus_distance in stage units. exposure: what linear light is multiplied with.
+    """
+
+    lens: Lens
+    near: float
+    far: float
+    focal_length: float
+    apertures: tuple[float, float]
+    offsets: tuple[float, float]
+    focus_distance: float
+    f_stop: float
+    clipping: tuple[float, float]
+    exposure: float = 1.0
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of the image [px]."""
+        return self.lens.width, self.lens.height
+
+
+def read_config(prim: Usd.Prim, size: tuple[int, int], meters_per_unit: float) -> CameraConfig:
+    """The camera that a prim describes, for images of width x height.
+
+    Pixels are square, so that the aperture's height follows from its width and the image; a lens schema of OpenCV has
+    focal lengths of its own. Raises UserError, naming prim and attribute, for what no camera has.
+    """
+    attributes = _Attributes(prim)
+    focal, apertures = attributes.positive("focalLength"), _pair(attributes, "Aperture", positive=True)
+    offsets = _pair(attributes, "ApertureOffset")
+    near, far = attributes.pair("clippingRange")
+    if not 0 <= near < far:
+        raise attributes.wrong("clippingRange", (near, far), "give the nearest and the farthest distance, 0 or more")
+    return CameraConfig(
+        _lens(attributes, size, (focal, apertures[0], offsets), meters_per_unit),
+        near * meters_per_unit,
+        far * meters_per_unit,
+        focal,
+        apertures,
+        offsets,
+        attributes.number("focusDistance"),
+        attributes.number("fStop"),
+        (near, far),
+        _exposure(attributes),
+    )
+
+
+def _lens(
+    attributes: _Attributes, size: tuple[int, int], film: tuple[float, float, tuple[float, float]], unit: float
+) -> Lens:
+    width, height = size
+    focal, aperture, (right, up) = film
+    if attributes.text("projection") == "orthographic":
+        scale = width / (aperture * TENTH * unit)  # pixels in a metre
+        shift = width / aperture
+        return ParallelLens(width, height, scale, scale, width / 2 - right * shift, height / 2 + up * shift)
+    pixels = width / aperture  # in a tenth of a unit
+    found = distorting_lens(attributes.prim, size)
+    if found is not None:
+        return found
+    return Lens(width, height, *(focal * pixels,) * 2, width / 2 - right * pixels, height / 2 + up * pixels)
+
+
+def _pair(attributes: _Attributes, name: str, *, positive: bool = False) -> tuple[float, float]:
+    read = attributes.positive if positive else attributes.number
+    return read(f"horizontal{name}"), read(f"vertical{name}")
+
+
+def _exposure(attributes: _Attributes) -> float:
+    """2^exposure responsivity time (iso / 100) / fStop^2 of the exposure attributes; see `sensors/README.md`."""
+    number = attributes.number
+    scale = number("exposure:responsivity", 1.0) * number("exposure:time", 1.0) * number("exposure:iso", 100.0) / 100
+    return float(2.0 ** number("exposure") * scale / (number("exposure:fStop", 1.0) or 1.0) ** 2)
+
+
+class _Attributes:
+    """The attributes of a Camera, told as one line where they cannot be."""
+
+    def __init__(self, prim: Usd.Prim) -> None:
+        self.prim = prim
+
+    def wrong(self, name: str, value: Any, advice: str) -> UserError:
+        return UserError(f"{self.prim.GetPath()}.{name} is {value}; {advice}")
+
+    def text(self, name: str) -> str:
+        attribute = self.prim.GetAttribute(name)
+        return str(attribute.Get() or "") if attribute else ""
+
+    def number(self, name: str, default: float = 0.0) -> float:
+        attribute = self.prim.GetAttribute(name)
+        value = attribute.Get() if attribute else None
+        found = default if value is None else float(value)
+        if not math.isfinite(found):
+            raise self.wrong(name, found, "give a finite number")
+        return found
+
+    def positive(self, name: str) -> float:
+        found = self.number(name)
+        if found <= 0:
+            raise self.wrong(name, found, "give a number above 0")
+        return found
+
+    def pair(self, name: str) -> tuple[float, float]:
+        value = self.prim.GetAttribute(name).Get()
+        first, second = map(float, value) if value is not None else (0.0, 0.0)
+        return first, second

@@ -1,0 +1,102 @@
+"""The lens schemas of Omniverse on Camera prims."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from graph.base.errors import UserError
+
+from .lens import BrownLens, FisheyeLens, FthetaLens, Lens
+from .names import LENS, LENS_MODEL
+
+if TYPE_CHECKING:
+    from pxr import Usd
+
+OPENCV: dict[str, Any] = {"imageSize": (2048, 1024), "cx": 1024.0, "cy": 512.0, "fx": 900.0, "fy": 800.0}
+BROWN = {**OPENCV, **dict.fromkeys((*(f"k{n}" for n in range(1, 7)), "p1", "p2", *(f"s{n}" for n in range(1, 5))), 0.0)}
+FISHEYE = {**OPENCV, "k1": 0.00245, "k2": 0.0, "k3": 0.0, "k4": 0.0}
+NOMINAL: dict[str, Any] = {
+    "nominalWidth": 1936.0,
+    "nominalHeight": 1216.0,
+    "opticalCenter": (970.9424, 600.3748),
+    "maxFov": 200.0,
+}
+FTHETA = {**NOMINAL, "k0": 0.0, "k1": 0.00245, "k2": 0.0, "k3": 0.0, "k4": 0.0}
+KANNALA = {**NOMINAL, "k0": 0.0, "k1": 0.00245, "k2": 0.0, "k3": 0.0}
+MODELS: dict[str, dict[str, Any]] = {
+    "opencvPinhole": BROWN,
+    "opencvFisheye": FISHEYE,
+    "ftheta": FTHETA,
+    "kannalaBrandtK3": KANNALA,
+}
+"""Token of omni:lensdistortion:model -> its attributes with their defaults."""
+
+
+def lens_model(prim: Usd.Prim) -> str:
+    """The token of the prim's lens model; "" for a plain pinhole."""
+    attribute = prim.GetAttribute(LENS_MODEL)
+    return str(attribute.Get() or "") if attribute else ""
+
+
+def lens_values(prim: Usd.Prim, model: str) -> dict[str, Any]:
+    """The attributes of a prim's lens model, with defaults where nothing is authored."""
+    found = {}
+    for name, default in MODELS[model].items():
+        attribute = prim.GetAttribute(f"{LENS}{model}:{name}")
+        value = attribute.Get() if attribute else None
+        value = default if value is None else value
+        found[name] = tuple(map(float, value)) if isinstance(default, tuple) else float(value)
+    return found
+
+
+def distorting_lens(prim: Usd.Prim, size: tuple[int, int]) -> Lens | None:
+    """The lens of a prim's lens schema, scaled to an image of width x height; None for a prim without one.
+
+    Raises UserError for models that are not known here, and for numbers that no lens has.
+    """
+    model = lens_model(prim)
+    if model in ("", "pinhole"):
+        return None
+    if model not in MODELS:
+        raise UserError(f"{prim.GetPath()}.{LENS_MODEL} is {model!r}; there are {', '.join(MODELS)}")
+    values = lens_values(prim, model)
+    if not all(np.isfinite(part) for value in values.values() for part in np.atleast_1d(value)):
+        raise UserError(f"{prim.GetPath()}: an attribute of {LENS}{model} is not finite; give a finite number")
+    if model in ("opencvPinhole", "opencvFisheye"):
+        return _opencv(prim, model, values, size)
+    across, down = size[0] / _size(prim, model, values, "nominalWidth"), _down(prim, model, values, size)
+    centre = values["opticalCenter"][0] * across, values["opticalCenter"][1] * down
+    most = float(np.deg2rad(values["maxFov"]) / 2)
+    if model == "ftheta":
+        coefficients = tuple(values[f"k{number}"] for number in range(5))
+        return FthetaLens(*size, 1.0, 1.0, *centre, coefficients, 1 / across, most)
+    return FisheyeLens(*size, across, down, *centre, tuple(values[f"k{number}"] for number in range(4)), most)
+
+
+def _opencv(prim: Usd.Prim, model: str, values: dict[str, Any], size: tuple[int, int]) -> Lens:
+    for name in ("fx", "fy"):
+        _size(prim, model, values, name)
+    if not min(values["imageSize"]) > 0:
+        raise UserError(f"{prim.GetPath()}.{LENS}{model}:imageSize is {values['imageSize']}; give numbers above 0")
+    across, down = size[0] / values["imageSize"][0], size[1] / values["imageSize"][1]
+    camera = values["fx"] * across, values["fy"] * down, values["cx"] * across, values["cy"] * down
+    if model == "opencvFisheye":
+        return FisheyeLens(*size, *camera, (1.0, *(values[f"k{number}"] for number in range(1, 5))))
+    k, p, s = (
+        tuple(values[f"{letter}{number}"] for number in range(1, count + 1))
+        for letter, count in (("k", 6), ("p", 2), ("s", 4))
+    )
+    return BrownLens(*size, *camera, k, p, s) if any((*k, *p, *s)) else Lens(*size, *camera)
+
+
+def _down(prim: Usd.Prim, model: str, values: dict[str, Any], size: tuple[int, int]) -> float:
+    return size[1] / _size(prim, model, values, "nominalHeight")
+
+
+def _size(prim: Usd.Prim, model: str, values: dict[str, Any], name: str) -> float:
+    found = float(values[name])
+    if found <= 0:
+        raise UserError(f"{prim.GetPath()}.{LENS}{model}:{name} is {found:g}; give a number above 0")
+    return found

@@ -1,0 +1,9 @@
+"""Names of camera prims and of their attributes."""
+
+from __future__ import annotations
+
+PRIM_TYPE = "Camera"
+MODALITY = "CAMERA"
+LENS = "omni:lensdistortion:"
+LENS_MODEL = "omni:lensdistortion:model"
+SHUTTER = "omni:rtx:rollingShutter:"

@@ -1,0 +1,93 @@
+"""The rays of a camera: worked out once for a lens, turned into the world for each frame."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sensors.raycast.rays import RayBundle, RayMemory
+from sensors.raycast.windows import RayGrid
+
+from .lens import Lens, ParallelLens
+
+TO_USD = np.diag([1.0, -1.0, -1.0])
+"""Optical axes (right, down, forward) to those of a USD camera (right, up, backward), and back."""
+
+FORWARD_LEFT_UP = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, 1.0], [-1.0, 0.0, 0.0]])
+"""Axes forward, left, up to those of a USD camera: directions spread over azimuth and elevation in them."""
+
+
+class CameraRays:
+    """One ray for each pixel, row by row.
+
+    along: (n,) float32, the distance from the image plane for each metre of a ray; None for parallel rays: 1. dark:
+    (k,) rays of pixels that the lens gives no direction, or None. wide: whether rays may look sideways or back, so that
+    distances from the image plane say nothing of what is near.
+    """
+
+    def __init__(self, lens: Lens) -> None:
+        optical = lens.unproject(lens.centres())
+        self._local = np.ascontiguousarray(TO_USD @ optical, np.float32)
+        self.along = None if isinstance(lens, ParallelLens) else optical[2].astype(np.float32)
+        unseen = np.flatnonzero(~optical.any(axis=0))
+        self.dark = unseen if len(unseen) else None
+        self.wide = bool((optical[2] < 0).any())
+        self._origins = None
+        if isinstance(lens, ParallelLens):
+            self._origins = np.ascontiguousarray((TO_USD @ lens.origins()).T, np.float32)
+        count = self._local.shape[1]
+        self._table, self._world = np.empty((count, 6), np.float32), np.empty((3, count), np.float32)
+        self._term = np.empty(count, np.float32)
+        self._memory = RayMemory()
+        self._turned_by = b""
+        self._offsets: np.ndarray | None = None
+        self._grid: RayGrid | None = None
+
+    def __len__(self) -> int:
+        return len(self._table)
+
+    def bundle(self, pose: np.ndarray, exclude: frozenset[str], *, grid: bool) -> RayBundle:
+        """The rays of a camera at `pose` (4, 4) float64 [m], USD camera to world; grid: whether anything moves."""
+        rotation = pose[:3, :3]
+        if rotation.tobytes() != self._turned_by:
+            self._turn(rotation.astype(np.float32))
+            self._turned_by = rotation.tobytes()
+            self._memory.forget()
+            if self._origins is not None:
+                self._offsets = np.ascontiguousarray(self._origins @ rotation.T.astype(np.float32))
+        if grid and self._grid is None:
+            self._grid = RayGrid((FORWARD_LEFT_UP.T.astype(np.float32) @ self._local).T)
+        if self._grid is not None:
+            self._grid.rotation = rotation @ FORWARD_LEFT_UP
+        return RayBundle(
+            pose[:3, 3], self._table, self._offsets, exclude, grid=self._grid, columns=self._world, memory=self._memory
+        )
+
+    def further(self, rays: np.ndarray, bundle: RayBundle, distance: np.ndarray) -> RayBundle:
+        """Some rays (k,) of a bundle, each starting `distance` (k,) [m] along its way."""
+        table = np.zeros((len(rays), 6), np.float32)
+        table[:, 3:6] = self._world[:, rays].T
+        offsets = table[:, 3:6] * distance[:, None]
+        if bundle.offsets is not None:
+            offsets += bundle.offsets[rays]
+        return RayBundle(bundle.origin, table, offsets, bundle.exclude)
+
+    def points(self, bundle: RayBundle, rays: np.ndarray, distance: np.ndarray) -> np.ndarray:
+        """(k, 3) float64 world [m], at `distance` (k,) along the rays (k,)."""
+        found = self._world[:, rays].T.astype(np.float64) * distance[:, None] + bundle.origin
+        return np.asarray(found if bundle.offsets is None else found + bundle.offsets[rays])
+
+    def cosine(self, normals: np.ndarray) -> np.ndarray:
+        """Of rays with normals (n, 3), (n,) float32: above 0 where the normal points the way of the ray."""
+        total = self._world[0] * normals[:, 0]
+        for axis in (1, 2):
+            total += np.multiply(self._world[axis], normals[:, axis], out=self._term)
+        return np.asarray(total)
+
+    def _turn(self, rotation: np.ndarray) -> None:
+        """World directions, by columns."""
+        for axis in range(3):
+            column = self._world[axis]
+            np.multiply(self._local[0], rotation[axis, 0], out=column)
+            for other in (1, 2):
+                column += np.multiply(self._local[other], rotation[axis, other], out=self._term)
+            self._table[:, 3 + axis] = column

@@ -1,0 +1,86 @@
+"""A camera at work: one image a tick, of the channels that somebody asked for."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from graph.base.limits import check
+from graph.sim.renderer.schedule import Tick
+from sensors.raycast.shared import cast_world
+from sensors.runtime import Measurement, SensorRuntime
+
+from .channels import INSTANCE, LABELLED, SEMANTIC
+from .config import CameraConfig, read_config
+from .entities import PixelNumbers, entities_of
+from .names import PRIM_TYPE
+from .rays import CameraRays
+from .view import View, look
+
+if TYPE_CHECKING:
+    from pxr import Usd
+
+NUMBERED = (INSTANCE, LABELLED, SEMANTIC)
+
+
+class CameraRuntime(SensorRuntime[CameraConfig]):
+    """The sensor of a Camera prim at the size of its render product.
+
+    A frame shows the state of its update. Its arrays are images (height, width) or (height, width, n), the first row on
+    top; `count` is the number of pixels. Raises UserError for a prim that is not a camera or cannot be one, and for a
+    product without pixels or with too many.
+    """
+
+    type_name = PRIM_TYPE
+
+    def read(self, prim: Usd.Prim) -> CameraConfig:
+        """The camera that the prim describes, at the product's size."""
+        return read_config(prim, checked_size(self.path, self.resolution), self._app.meters_per_unit)
+
+    def configure(self) -> None:
+        """Forgets the rays of an earlier lens; those of this one are made when they are first needed."""
+        self._rays: CameraRays | None = None
+        self._numbers = PixelNumbers()
+
+    def measure(self, tick: Tick) -> Measurement:
+        """The image of a tick."""
+        app, config, wanted = self._app, self.config, self.channels()
+        pose = self.pose(tick.poses)
+        arrays: dict[str, np.ndarray] = {}
+        width, height = config.size
+        if wanted:
+            if self._rays is None:
+                self._rays = CameraRays(config.lens)
+            view = look(
+                cast_world(app), self._rays, config, pose, tick.poses, self.exclude, normals="normals" in wanted
+            )
+            arrays = {name: array.reshape(height, width, *array.shape[1:]) for name, array in self._images(view)}
+        return Measurement(arrays, width * height, (pose, pose))
+
+    def _images(self, view: View) -> list[tuple[str, np.ndarray]]:
+        """The channels in demand, each with a row for every pixel."""
+        wanted, hits, app = self.channels(), view.hits, self._app
+        found: list[tuple[str, np.ndarray]] = []
+        if "distance_to_camera" in wanted:
+            found.append(("distance_to_camera", hits.distance))
+        if "distance_to_image_plane" in wanted:
+            found.append(("distance_to_image_plane", view.depth))
+        if "normals" in wanted:
+            found.append(("normals", view.facing_normals()))
+        for name in NUMBERED:
+            if name in wanted:
+                numbers = entities_of(app, name).numbers
+                found.append((name, self._numbers.of(numbers, name, hits.surface_of, hits.number)))
+        return found
+
+
+def checked_size(path: str, size: tuple[int, int]) -> tuple[int, int]:
+    """Width and height of an image. Raises UserError where there are no pixels, OverLimit where there are too many."""
+    from graph.base.errors import UserError
+
+    width, height = size
+    if min(size) < 1:
+        raise UserError(f"{path}: an image of {width} x {height} has no pixels; give the render product a size")
+    check("camera.rays", width * height, f"{path}: an image of {width:,} x {height:,} has {width * height:,} pixels")
+    return size

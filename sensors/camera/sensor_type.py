@@ -1,0 +1,79 @@
+"""What cameras are to the rest of TickGraph: their registration."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+from graph.base.errors import UserError
+from graph.base.exact import shortest
+from sensors.prim import read_tick_rate
+from sensors.sensor_types import SensorType, register_sensor_type
+
+from .annotators import ANNOTATORS
+from .channels import CHANNELS
+from .names import MODALITY, PRIM_TYPE
+
+if TYPE_CHECKING:
+    from pxr import Usd
+
+    from graph.sim import App
+
+    from .runtime import CameraRuntime
+
+ANY_SIZE = (1280, 720)
+
+
+def _runtime(app: App, prim_path: str, resolution: tuple[int, int]) -> CameraRuntime:
+    from .runtime import CameraRuntime
+
+    return CameraRuntime(app, prim_path, resolution)
+
+
+def _check(prim: Usd.Prim) -> Iterator[str]:
+    from .config import read_config
+
+    for read in (lambda prim: read_config(prim, ANY_SIZE, 1.0), read_tick_rate):
+        try:
+            read(prim)
+        except UserError as error:
+            yield str(error)
+
+
+def _facts(app: App, prim: Usd.Prim) -> dict[str, Any]:
+    from .config import read_config
+    from .lens_models import lens_model
+
+    config = read_config(prim, ANY_SIZE, app.meters_per_unit)
+    return {
+        "tick_rate_hz": read_tick_rate(prim),
+        "lens": lens_model(prim) or "pinhole",
+        "focal_length": config.focal_length,
+        "horizontal_aperture": config.apertures[0],
+        "clipping_m": [config.near, config.far],
+    }
+
+
+def _rows(facts: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    rate = facts["tick_rate_hz"]
+    yield "rates", f"tick {shortest(rate)} Hz" if rate else "tick 0: every update"
+    near, far = facts["clipping_m"]
+    yield (
+        "lens",
+        f"{facts['lens']}, focal length {facts['focal_length']:g}, aperture {facts['horizontal_aperture']:g}, "
+        f"shows {near:g} to {far:g} m",
+    )
+
+
+register_sensor_type(
+    SensorType(
+        PRIM_TYPE,
+        _runtime,
+        modality=MODALITY,
+        channels=CHANNELS,
+        annotators=ANNOTATORS,
+        check=_check,
+        facts=_facts,
+        rows=_rows,
+    )
+)

@@ -1,0 +1,100 @@
+"""One look of a camera: rays in, and what they meet between the near and the far distance."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from sensors.raycast.rays import NOTHING, Hits, RayBundle
+from sensors.raycast.world import CastWorld
+
+from .config import CameraConfig
+from .rays import CameraRays
+
+
+@dataclass(slots=True)
+class View:
+    """What the rays of a camera met in one state of the world; arrays of one entry for each ray.
+
+    depth: (n,) float32 [m] from the image plane, infinite where nothing is, as in `hits.distance`.
+    """
+
+    rays: CameraRays
+    bundle: RayBundle
+    hits: Hits
+    depth: np.ndarray
+
+    def facing_normals(self) -> np.ndarray:
+        """(n, 3) float32 unit normals, world axes, turned towards the camera."""
+        normals = self.hits.normals
+        assert normals is not None
+        away = np.flatnonzero(self.rays.cosine(normals) > 0)
+        normals[away] *= np.float32(-1)
+        return normals
+
+
+def look(
+    world: CastWorld,
+    rays: CameraRays,
+    config: CameraConfig,
+    pose: np.ndarray,
+    poses: Any,
+    exclude: frozenset[str],
+    *,
+    normals: bool,
+) -> View:
+    """Casts the rays of a camera at `pose` (4, 4) float64 [m] into the world in a state `poses`."""
+    bundle = rays.bundle(pose, exclude, grid=bool(len(world.moving_surfaces) or world.soft))
+    hits = world.cast(bundle, poses, normals=normals)
+    distance = hits.distance
+    if rays.dark is not None:
+        _forget(hits, rays.dark)
+    reach = distance if rays.wide or rays.along is None else distance * rays.along
+    if config.near > 0:
+        close = np.flatnonzero(reach < config.near)
+        if len(close):
+            _look_behind(world, rays, config, bundle, hits, poses, close)
+            if reach is not distance and rays.along is not None:
+                np.multiply(distance, rays.along, out=reach)
+    beyond = np.flatnonzero((reach > config.far) & np.isfinite(reach))
+    if len(beyond):
+        _forget(hits, beyond)
+        reach[beyond] = np.inf
+    return View(rays, bundle, hits, _depth(rays, distance) if rays.wide else reach)
+
+
+def _look_behind(
+    world: CastWorld,
+    rays: CameraRays,
+    config: CameraConfig,
+    bundle: RayBundle,
+    hits: Hits,
+    poses: Any,
+    close: np.ndarray,
+) -> None:
+    """What is nearer than the near distance is not shown; rays begin there, as in a rasteriser."""
+    start = np.full(len(close), config.near, np.float32)
+    if not rays.wide and rays.along is not None:
+        start /= rays.along[close]
+    behind = world.cast(rays.further(close, bundle, start), poses, normals=hits.normals is not None)
+    hits.distance[close] = behind.distance + start
+    hits.number[close] = behind.number
+    if hits.normals is not None and behind.normals is not None:
+        hits.normals[close] = behind.normals
+
+
+def _forget(hits: Hits, rays: np.ndarray) -> None:
+    hits.distance[rays], hits.number[rays] = np.inf, NOTHING
+    if hits.normals is not None:
+        hits.normals[rays] = 0
+
+
+def _depth(rays: CameraRays, distance: np.ndarray) -> np.ndarray:
+    """Distances from the image plane of a lens that also looks sideways."""
+    assert rays.along is not None
+    with np.errstate(invalid="ignore"):
+        depth = distance * rays.along
+    depth[~np.isfinite(distance)] = np.inf
+    return np.asarray(depth)
