@@ -111,9 +111,12 @@ def check(
     parts = build_parts(file, allow=allow, skip_outside=skip_outside, settings=settings, skip_unknown=skip_unknown)
     problems, notes = tuple(parts.problems), tuple(parts.warnings)
     if parts.stage is not None and not problems:
+        from graph.session.graph_links import Links
+        from graph.session.link_checks import unread_products
         from graph.sim.damage import reading
         from graph.sim.physics.read_world import survey
 
+        notes += tuple(unread_products(Links(parts.graphs)))
         try:
             with reading(file):
                 notes += tuple(survey(parts.stage, mirrors=parts.mjcf is not None))

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from graph.session.graph_links import Links
 from graph.sim.renderer.wrapper import SensorWrapper
 
 from .frames import FrameSink
+from .idle_parts import product_makers, product_of
 
 if TYPE_CHECKING:
     from graph.evaluate import Node
@@ -62,35 +61,33 @@ class Observed:
     """By product: consumer to the channels it asks for."""
     unheard: dict[str, set[str]] = field(default_factory=dict)
     """By product: the consumers that ask for nothing while nobody hears their topic."""
-    missed_triggers: Counter[Node] = field(default_factory=Counter)
-    """By latent node: in how many of the first updates it was triggered while it slept."""
-    triggers: Counter[Node] = field(default_factory=Counter)
-    """By latent node: in how many of the first updates it was triggered at all."""
+    ignored: dict[Node, tuple[int, int]] = field(default_factory=dict)
+    """By node that ignored triggers in the first updates because it slept: how many of how many."""
     frames: FrameSink = field(default_factory=FrameSink)
     """What the transforms said that were published."""
 
 
-def observe(session: Session, links: Links) -> Observed:
+def observe(session: Session) -> Observed:
     """Plays a session for twelve updates, longer while a render product is still to be made."""
     from graph.sim.messages.bus import CountingSink
 
     app, seen = session.app, Observed()
     nodes = [node for graph in session.runner.graphs.values() for node in graph.nodes.values()]
-    makers = [node for node in nodes if node.type.outputs_as("product") and _is_enabled(node)]
+    makers = product_makers(nodes)
     app.on("render", lambda: _blindfold(app, seen), order=-1)
     heard = CountingSink()  # as in `graph run`, which records every topic
     app.bus.subscribe(heard)
     app.bus.subscribe(seen.frames)
     app.play()
     while seen.updates < SHOWN_UPDATES or (seen.updates < MOST_UPDATES and any(map(_is_unmade, makers))):
-        _update(app, nodes, links, seen)
+        _update(app, nodes, seen)
         if app.exit_requested:
             break
     for node in makers:
         if _is_unmade(node):
             seen.unmade.append(node)
         else:
-            seen.makers.setdefault(_product_of(node), []).append(node.path)
+            seen.makers.setdefault(product_of(node), []).append(node.path)
     for path, product in seen.products.items():
         seen.demand[path] = demand_of(product)
         computed = product.sensor.channels()
@@ -114,17 +111,8 @@ def demand_of(product: RenderProduct) -> dict[str, list[str]]:
     return asked
 
 
-def _is_enabled(node: Node) -> bool:
-    return "enabled" not in node.type.inputs or bool(node.get("enabled"))
-
-
-def _product_of(node: Node) -> str:
-    """The path of the render product that a node gives; "" while it has given none."""
-    return str(node.get(f"outputs:{node.type.outputs_as('product')[0]}") or "")
-
-
 def _is_unmade(node: Node) -> bool:
-    return not _product_of(node)
+    return not product_of(node)
 
 
 def _blindfold(app: App, seen: Observed) -> None:
@@ -135,20 +123,11 @@ def _blindfold(app: App, seen: Observed) -> None:
             seen.made_in[path] = app.update_index
 
 
-def _update(app: App, nodes: list[Node], links: Links, seen: Observed) -> None:
-    asleep = {node for node in nodes if node.db.asleep}
-    fired = {node: dict(node.fired) for node in nodes}
+def _update(app: App, nodes: list[Node], seen: Observed) -> None:
     steps = app.simulation.get_num_physics_steps()
     app.update()
     seen.updates += 1
     if seen.updates > SHOWN_UPDATES:
         return
     seen.substeps.append(max(0, app.simulation.get_num_physics_steps() - steps))
-    for node in nodes:
-        if any(_fired(link.source, link.output, fired) for link in links.into.get(node, ()) if link.execution):
-            seen.triggers[node] += 1
-            seen.missed_triggers[node] += node in asleep
-
-
-def _fired(node: Node, output: str, before: dict[Node, dict[str, int]]) -> bool:
-    return node.fired.get(output, 0) > before[node].get(output, 0)
+    seen.ignored = {node: (node.ignored, node.triggered) for node in nodes if node.ignored}

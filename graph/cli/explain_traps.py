@@ -6,8 +6,9 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from graph.session.link_checks import link_notes
+from graph.session.link_checks import link_notes, nobody_consumes
 
+from .idle_parts import latent_retriggered, product_not_made
 from .missed_ticks import missed_ticks
 
 if TYPE_CHECKING:
@@ -137,22 +138,11 @@ def _sensor_traps(app: App, sensors: Sequence[Mapping[str, Any]], seen: Observed
             rate = app.rendering.products[sensor["product"]].sensor.rate
             yield missed_ticks(app, sensor["path"], rate, sensor["missed"], sensor["frames"] + sensor["missed"])
         if not sensor["consumers"]:
-            yield (
-                "nobody-consumes",
-                sensor["path"],
-                f"it is rendered for {', '.join(sensor['made_by']) or sensor['product']}, but nothing asks for its "
-                "channels",
-            )
+            yield nobody_consumes(sensor["path"], sensor["made_by"] or [sensor["product"]])
     for node in seen.unmade:
-        yield "product-not-made", node.path, f"it makes no render product in the first {seen.updates} updates"
+        yield product_not_made(node, seen.updates)
 
 
 def _latent_traps(seen: Observed) -> Iterator[Trap]:
-    for node, missed in seen.missed_triggers.items():
-        if missed:
-            yield (
-                "latent-retriggered",
-                node.path,
-                f"{node.type.short_name} sleeps through {missed} of its {seen.triggers[node]} triggers in the first "
-                f"{len(seen.substeps)} updates, and starts over when it ends; to wait once, put Once before it",
-            )
+    for node, (ignored, triggered) in seen.ignored.items():
+        yield latent_retriggered(node, ignored, triggered, len(seen.substeps))

@@ -31,7 +31,7 @@ def explain(session: Session, file: str | Path) -> dict[str, Any]:
     duration = spec.duration if spec.duration is not None else Fraction(DEFAULT_DURATION_S)
     updates = math.ceil(duration * app.loop_rate)
     links = Links(session.runner.graphs.values())
-    seen = observe(session, links)
+    seen = observe(session)
     planned = max(min(updates, MOST_PLANNED_UPDATES), len(seen.substeps))
     steps = list(islice(plan_updates(app), planned))
     sensors = sensors_of(app, seen, steps[: min(updates, planned)])

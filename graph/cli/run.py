@@ -79,6 +79,7 @@ def run(args: argparse.Namespace) -> int:
     from .explain_clocks import MOST_PLANNED_UPDATES, plan_updates
     from .explain_traps import clock_traps
     from .frames import FrameSink
+    from .idle_parts import idle_in_run
     from .missed_ticks import missed_in_run
     from .report import build_report
     from .silent_outputs import warn_of_blind_sensors
@@ -138,7 +139,7 @@ def run(args: argparse.Namespace) -> int:
                     warn_unheard(app, player)
                 warn_of_blind_sensors(app)
                 missed = [*missed_in_run(app)]
-                for warning in missed:
+                for warning in (*missed, *idle_in_run(app, session.runner)):
                     app.warn(*warning)
                 for warning in frames.warnings(app.bus):
                     app.warn(*warning)

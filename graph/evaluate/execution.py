@@ -110,6 +110,7 @@ class ExecutionEvaluator:
                     while True:
                         if active:
                             if db._blocked:
+                                db._deaf += 1
                                 if db is origin and not db.asleep:
                                     self._came_back(db)
                                 break

@@ -113,6 +113,17 @@ class Node(FamiliarNode):
             name: wire.count + sum(wires[name].count for wires in instances) for name, wire in self.db._wires.items()
         }
 
+    @property
+    def triggered(self) -> int:
+        """How often control came to it over its wires, taken or ignored, summed over all instances of its graph."""
+        own = sum(wire.count for wires in self._wires_in.values() for wire in wires)
+        return own + sum(one.nodes[self.name].triggered for one in self.graph.instances.values())
+
+    @property
+    def ignored(self) -> int:
+        """How many of these triggers it ignored because it slept, summed over all instances of its graph."""
+        return self.db._deaf + sum(one.nodes[self.name].ignored for one in self.graph.instances.values())
+
     def attribute(self, name: str) -> Attribute:
         """The declaration of an attribute (`x` or `inputs:x`). Raises KeyError with the nearest name."""
         full = self.full_name(name)
@@ -388,7 +399,8 @@ class Node(FamiliarNode):
                     continue
                 if same_types or self.types[full] is fresh.types[full]:
                     setattr(target, python_name(name), getattr(source, python_name(name)))
-        new.memory, new.asleep, new._blocked, new.computes = old.memory, old.asleep, old._blocked, old.computes
+        new.memory, new.asleep, new._blocked = old.memory, old.asleep, old._blocked
+        new.computes, new._deaf = old.computes, old._deaf
         for name, wire in new._wires.items():
             if name in old._wires:
                 wire.count = old._wires[name].count

@@ -120,6 +120,7 @@ class Database:
         "_active": "what made it compute: an execution input's name, STARTED or RETURNED",
         "_blocked": "whether triggers are ignored",
         "_compute": "the type's compute",
+        "_deaf": "how often a trigger was ignored",
         "_enabled": "names of the outputs fired in this compute; RETURN after one to come back from",
         "_frames": "step counts of the walks that wait for this node's return",
         "_node": "the node",
@@ -144,6 +145,7 @@ class Database:
         # Constants have no database members to run: they are never computed.
         self._compute: Any = node.type.compute
         self._enabled: list[Any] = []
+        self._deaf = 0
         self._frames: list[int] = []
         self._pulls: Any = ()
         self._push: Any = None

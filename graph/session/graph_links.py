@@ -15,6 +15,8 @@ class Links:
     """Every connection between nodes of these graphs."""
 
     def __init__(self, graphs: Iterable[Graph]) -> None:
+        graphs = list(graphs)
+        self.nodes = [node for graph in graphs for node in graph.nodes.values()]
         self.all = list(links_of(graphs))
         self.into: dict[Node, list[Link]] = {}
         self.out_of: dict[Node, list[Link]] = {}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations
 from typing import TYPE_CHECKING
 
@@ -54,6 +54,30 @@ def _stamp_notes(links: Links) -> Iterator[Note]:
                 "nothing gives it a time, so all its messages are stamped 0; connect "
                 "IsaacReadSimulationTime.simulationTime",
             )
+
+
+def nobody_consumes(sensor: str, makers: Sequence[str]) -> tuple[str, str, str]:
+    """Code, where and message for a sensor that is rendered though nothing reads it. makers: who has it rendered."""
+    return "nobody-consumes", sensor, f"it is rendered for {', '.join(makers)}, but nothing asks for its channels"
+
+
+def unread_products(links: Links) -> Iterator[Note]:
+    """A warning for each sensor whose render products lead nowhere, which only a script could read.
+
+    Nothing where the path of a product is written on an input.
+    """
+    if any(node.get(name) for node in links.nodes for name in node.type.inputs_as("product")):
+        return
+    makers: dict[str, list[Node]] = {}
+    for node in links.nodes:
+        if node.type.outputs_as("product") and ("enabled" not in node.type.inputs or node.get("enabled")):
+            for name in node.type.inputs_as("sensor"):
+                for path in node.get(name) or ():
+                    makers.setdefault(str(path), []).append(node)
+    for path, nodes in makers.items():
+        wires = (link for node in nodes for link in links.out_of.get(node, ()))
+        if not any(link.output in link.source.type.outputs_as("product") for link in wires):
+            yield nobody_consumes(path, [node.path for node in nodes])
 
 
 def _order_notes(links: Links) -> Iterator[Note]:

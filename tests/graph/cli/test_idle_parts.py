@@ -1,0 +1,78 @@
+"""What works for nobody is a warning of the run, in the words of `graph explain`, and of `check` where it can know."""
+
+import json
+
+import pytest
+
+FILE = """\
+tickgraph: 1
+scene:
+  prims:
+    /World/Box: {type: Cube, translate: [3, 0, 0]}
+    /World/Lidar: {type: OmniLidar, config: picoScan150}
+clock: {physics_hz: 240, loop_hz: 60}
+graphs:
+  /World/G:
+    nodes:
+      tick: OnPlaybackTick
+      wait: {type: Countdown, inputs: {duration: 5}}
+      product: {type: IsaacCreateRenderProduct, inputs: {cameraPrim: /World/Lidar}}
+      late: {type: Countdown, inputs: {duration: 5000}}
+      second: {type: IsaacCreateRenderProduct, inputs: {cameraPrim: /World/Lidar, width: 100}}
+      off: {type: IsaacCreateRenderProduct, inputs: {cameraPrim: /World/Lidar, width: 50, enabled: false}}
+    connections:
+      - tick.tick -> [wait.execIn, late.execIn, off.execIn]
+      - wait.finished -> product.execIn
+      - late.finished -> second.execIn
+"""
+READ = """\
+      cloud: {type: ROS2RtxLidarHelper, inputs: {type: point_cloud}}
+    connections:
+      - product.execOut -> cloud.execIn
+      - product.renderProductPath -> cloud.renderProductPath
+"""
+
+
+@pytest.fixture
+def told(folder, graph):
+    """A function: {code, where: message} of a command on a file of this text."""
+
+    def run(text, command, *arguments):
+        (folder / "a.yaml").write_text(text)
+        result = graph(command, "a.yaml", "--json", *arguments)
+        assert result.code == 0
+        report = json.loads(result.out)
+        found = report["traps"] if command == "explain" else report.get("warnings") or report["files"][0]["warnings"]
+        return {(one["code"], one["where"]): one["message"] for one in found}
+
+    return run
+
+
+def test_a_run_warns_of_what_explain_calls_traps(told):
+    # A Countdown of 5 triggered in every update: 1 trigger starts it, 5 are ignored, and so on; of 12 ten, of 60 fifty.
+    # The other one ignores all but the first.
+    run, explained = told(FILE, "run", "--updates", "60"), told(FILE, "explain")
+    assert set(run) == set(explained)
+    assert run["latent-retriggered", "/World/G/wait"].startswith("Countdown sleeps through 50 of its 60 triggers")
+    assert explained["latent-retriggered", "/World/G/wait"].startswith("Countdown sleeps through 10 of its 12 triggers")
+    assert run["latent-retriggered", "/World/G/late"].startswith("Countdown sleeps through 59 of its 60 triggers")
+    assert run["product-not-made", "/World/G/second"] == "it makes no render product in the first 60 updates"
+    assert run["nobody-consumes", "/World/Lidar"] == explained["nobody-consumes", "/World/Lidar"]
+    assert len(run) == 4
+
+
+def test_check_names_products_whose_path_leads_nowhere(told):
+    message = "it is rendered for /World/G/product, /World/G/second, but nothing asks for its channels"
+    assert told(FILE, "check") == {("nobody-consumes", "/World/Lidar"): message}
+
+
+def test_a_sensor_that_is_read_by_wire_or_by_name_is_not_warned_of(told):
+    read = FILE.replace("    connections:\n", READ)
+    assert told(read, "check") == {}
+    assert ("nobody-consumes", "/World/Lidar") not in told(read, "run", "--updates", "30")
+    named = FILE.replace(
+        "    connections:\n",
+        "      cloud: {type: OgnIsaacExtractRTXSensorPointCloud, inputs: {renderProductPath: /Render/P}}\n"
+        "    connections:\n",
+    )
+    assert ("nobody-consumes", "/World/Lidar") not in told(named, "check")
