@@ -11,6 +11,8 @@ import numpy as np
 from sensors.annotators.types import AnnotatorType, Reading
 from sensors.channels import CHANNELS
 
+from .box_annotators import BOX_ANNOTATORS
+from .camera_params import camera_params
 from .channels import FIRST, INSTANCE, LABELLED, SEMANTIC
 from .label_filter import OPTIONS, kept_labels
 from .names import MODALITY
@@ -138,10 +140,38 @@ def _segmentation(kind: str, name: str) -> AnnotatorType:
     return AnnotatorType(name, _instances(kind), lambda reading: (kind,), options=options, modality=MODALITY)
 
 
+CLOUD = ("points", "normals", SEMANTIC, LABELLED)
+
+
+def _point_cloud(reading: Reading) -> dict[str, Any]:
+    """What pixels show, as points in the world [stage units]; of what has labels, unless includeUnlabelled."""
+    frame = reading.frame
+    if frame is None:
+        return {"data": np.empty((0, 3), np.float32), "info": {}}
+    least = 1 if reading.options["includeUnlabelled"] else FIRST
+    shown = frame.channel(SEMANTIC) >= least
+    normals = np.zeros((int(shown.sum()), 4), np.float32)
+    normals[:, :3] = frame.channel("normals")[shown]
+    return {
+        "data": frame.channel("points")[shown] / np.float32(reading.app.meters_per_unit),
+        "info": {
+            "pointNormals": normals.reshape(-1),
+            "pointSemantic": frame.channel(SEMANTIC)[shown],
+            "pointInstance": frame.channel(LABELLED)[shown],
+        },
+    }
+
+
 ANNOTATORS = (
     _one("distance_to_camera", "distance_to_camera"),
     _one("distance_to_image_plane", "distance_to_image_plane"),
     _one("normals", "normals", 4),
     _segmentation(SEMANTIC, SEMANTIC),
+    _one("motion_vectors", "motion_vectors", 4),
+    *BOX_ANNOTATORS,
+    AnnotatorType(
+        "pointcloud", _point_cloud, lambda reading: CLOUD, options={"includeUnlabelled": False}, modality=MODALITY
+    ),
+    AnnotatorType("camera_params", camera_params, lambda reading: (), modality=MODALITY),
     *(_segmentation(kind, f"{kind}{fast}") for kind in (LABELLED, INSTANCE) for fast in ("", "_fast")),
 )

@@ -39,6 +39,7 @@ class CameraRays:
         self._term = np.empty(count, np.float32)
         self._memory = RayMemory()
         self._turned_by = b""
+        self._rotation = np.eye(3)
         self._offsets: np.ndarray | None = None
         self._grid: RayGrid | None = None
 
@@ -54,13 +55,18 @@ class CameraRays:
             self._memory.forget()
             if self._origins is not None:
                 self._offsets = np.ascontiguousarray(self._origins @ rotation.T.astype(np.float32))
-        if grid and self._grid is None:
+        bundle = RayBundle(pose[:3, 3], self._table, self._offsets, exclude, columns=self._world, memory=self._memory)
+        self._rotation = rotation
+        if grid:
+            bundle.grid = self.grid()
+        return bundle
+
+    def grid(self) -> RayGrid:
+        """The directions sorted by azimuth and elevation, as of the last bundle."""
+        if self._grid is None:
             self._grid = RayGrid((FORWARD_LEFT_UP.T.astype(np.float32) @ self._local).T)
-        if self._grid is not None:
-            self._grid.rotation = rotation @ FORWARD_LEFT_UP
-        return RayBundle(
-            pose[:3, 3], self._table, self._offsets, exclude, grid=self._grid, columns=self._world, memory=self._memory
-        )
+        self._grid.rotation = self._rotation @ FORWARD_LEFT_UP
+        return self._grid
 
     def further(self, rays: np.ndarray, bundle: RayBundle, distance: np.ndarray) -> RayBundle:
         """Some rays (k,) of a bundle, each starting `distance` (k,) [m] along its way."""

@@ -11,9 +11,11 @@ from graph.sim.renderer.schedule import Tick
 from sensors.raycast.shared import cast_world
 from sensors.runtime import Measurement, SensorRuntime
 
-from .channels import INSTANCE, LABELLED, SEMANTIC
+from .boxes import boxes_of
+from .channels import BOX, INSTANCE, LABELLED, LOOSE, SEMANTIC, TIGHT
 from .config import CameraConfig, read_config
 from .entities import PixelNumbers, entities_of
+from .motion import Instant, motion_vectors
 from .names import PRIM_TYPE
 from .rays import CameraRays
 from .view import View, look
@@ -22,6 +24,7 @@ if TYPE_CHECKING:
     from pxr import Usd
 
 NUMBERED = (INSTANCE, LABELLED, SEMANTIC)
+BOXES = frozenset({TIGHT, LOOSE, BOX})
 
 
 class CameraRuntime(SensorRuntime[CameraConfig]):
@@ -43,6 +46,11 @@ class CameraRuntime(SensorRuntime[CameraConfig]):
         self._rays: CameraRays | None = None
         self._numbers = PixelNumbers()
 
+    def reset(self) -> None:
+        """Forgets where everything was."""
+        super().reset()
+        self._before: Instant | None = None
+
     def measure(self, tick: Tick) -> Measurement:
         """The image of a tick."""
         app, config, wanted = self._app, self.config, self.channels()
@@ -55,12 +63,17 @@ class CameraRuntime(SensorRuntime[CameraConfig]):
             view = look(
                 cast_world(app), self._rays, config, pose, tick.poses, self.exclude, normals="normals" in wanted
             )
-            arrays = {name: array.reshape(height, width, *array.shape[1:]) for name, array in self._images(view)}
+            images = self._images(view, tick)
+            arrays = {name: array.reshape(height, width, *array.shape[1:]) for name, array in images}
+            if wanted & BOXES:
+                labelled = dict(images).get(LABELLED)
+                numbers = self._numbered(view, LABELLED) if labelled is None else labelled
+                arrays |= boxes_of(app, view, config, tick.poses, numbers, wanted)
         return Measurement(arrays, width * height, (pose, pose))
 
-    def _images(self, view: View) -> list[tuple[str, np.ndarray]]:
+    def _images(self, view: View, tick: Tick) -> list[tuple[str, np.ndarray]]:
         """The channels in demand, each with a row for every pixel."""
-        wanted, hits, app = self.channels(), view.hits, self._app
+        wanted, hits = self.channels(), view.hits
         found: list[tuple[str, np.ndarray]] = []
         if "distance_to_camera" in wanted:
             found.append(("distance_to_camera", hits.distance))
@@ -68,11 +81,22 @@ class CameraRuntime(SensorRuntime[CameraConfig]):
             found.append(("distance_to_image_plane", view.depth))
         if "normals" in wanted:
             found.append(("normals", view.facing_normals()))
-        for name in NUMBERED:
-            if name in wanted:
-                numbers = entities_of(app, name).numbers
-                found.append((name, self._numbers.of(numbers, name, hits.surface_of, hits.number)))
-        return found
+        if "points" in wanted:
+            found.append(("points", view.points()))
+        if "motion_vectors" in wanted:
+            found.append(("motion_vectors", self._motion(view, tick)))
+        return found + [(name, self._numbered(view, name)) for name in NUMBERED if name in wanted]
+
+    def _numbered(self, view: View, name: str) -> np.ndarray:
+        hits = view.hits
+        return self._numbers.of(entities_of(self._app, name).numbers, name, hits.surface_of, hits.number)
+
+    def _motion(self, view: View, tick: Tick) -> np.ndarray:
+        world = cast_world(self._app)
+        bodies = world.body_poses(tick.poses)
+        now = Instant(world, self.pose(tick.poses), None if bodies is None else bodies.copy())
+        before, self._before = self._before, now
+        return motion_vectors(self.config.lens, view, before, now)
 
 
 def checked_size(path: str, size: tuple[int, int]) -> tuple[int, int]:

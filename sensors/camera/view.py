@@ -34,6 +34,13 @@ class View:
         normals[away] *= np.float32(-1)
         return normals
 
+    def points(self) -> np.ndarray:
+        """(n, 3) float32 [m], world, of what the rays met; not a number where they met nothing."""
+        out = np.full((len(self.depth), 3), np.nan, np.float32)
+        hit = np.flatnonzero(np.isfinite(self.hits.distance))
+        out[hit] = self.rays.points(self.bundle, hit, self.hits.distance[hit])
+        return out
+
 
 def look(
     world: CastWorld,

@@ -70,6 +70,7 @@ class CastWorld:
             if isinstance(surface, Mesh) and surface.source in soft and len(surface.triangles)
         ]
         self.soft = soft
+        self._points = points
         self._soft = SoftMeshes(deforming, points) if deforming and points else None
         self._moving = MovingMeshes(moving) if moving else None
         self.moving_surfaces = np.array([entry.surface for entry in moving], np.int32)
@@ -79,31 +80,52 @@ class CastWorld:
         """Nearest hits; see `RayCaster`. Normals follow the winding, in world axes."""
         anchor = np.round(rays.origin / GRID_M) * GRID_M
         scenes = self._scenes(anchor, rays.exclude)
-        threads = self._threads()
+        threads = self.threads
         nearest = Nearest(len(rays.table), scenes.surface_of, scenes.triangles, normals=normals)
         if scenes.static:
             start = (rays.origin - anchor).astype(np.float32)
             nearest.add_static(*scenes.cast(scenes.static, rays, start, threads))
-        body_poses = self._poses(poses) if self.bodies and self._poses else None
-        for index, plane in self._planes:
+        body_poses = self.body_poses(poses)
+        for index, _ in self._planes:
             if index not in scenes.skip:
-                self._add_plane(nearest, index, plane, rays, body_poses)
+                origin, normal = self.plane(index, body_poses)
+                height = float((rays.origin - origin) @ normal)
+                nearest.add_plane(cast_plane(height, rays.offsets, rays.directions, normal), normal, index)
         if self._moving is not None and body_poses is not None:
             self._moving.cast(rays, anchor, body_poses, scenes.skipped_meshes, threads, nearest)
         if self._soft is not None:
             self._soft.cast(rays, poses, scenes.skip, threads, nearest)
         return nearest.hits()
 
-    def _add_plane(
-        self, nearest: Nearest, index: int, plane: Plane, rays: RayBundle, body_poses: np.ndarray | None
-    ) -> None:
+    @property
+    def threads(self) -> int:
+        """On how many threads rays are cast; 0: all."""
+        return self._threads()
+
+    def body_poses(self, state: Any = None) -> np.ndarray | None:
+        """(b, 4, 4) float64 world [m], the bodies in a state (None: now); None where nothing moves."""
+        return self._poses(state) if self.bodies and self._poses else None
+
+    def plane(self, surface: int, body_poses: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
+        """A point [m] of an endless plane and its unit normal, world, (3,) float64."""
+        plane, body = self.surfaces[surface], self.body_of[surface]
+        assert isinstance(plane, Plane)
         origin, normal = np.asarray(plane.origin, np.float64), np.asarray(plane.normal, np.float64)
-        body = self.body_of[index]
         if body >= 0 and body_poses is not None:
             pose = body_poses[body]
             origin, normal = pose[:3, :3] @ origin + pose[:3, 3], pose[:3, :3] @ normal
-        height = float((rays.origin - origin) @ normal)
-        nearest.add_plane(cast_plane(height, rays.offsets, rays.directions, normal), normal, index)
+        return origin, normal
+
+    def vertices(self, surface: int, body_poses: np.ndarray | None, state: Any = None) -> np.ndarray:
+        """(n, 3) float64 [m], world, of a mesh."""
+        mesh, body = self.surfaces[surface], self.body_of[surface]
+        assert isinstance(mesh, Mesh)
+        if mesh.source in self.soft and self._points is not None:
+            return np.asarray(self._points(mesh, state), np.float64)
+        points = np.asarray(mesh.vertices, np.float64)
+        if body >= 0 and body_poses is not None:
+            return np.asarray(points @ body_poses[body][:3, :3].T + body_poses[body][:3, 3])
+        return points
 
     def _scenes(self, anchor: np.ndarray, exclude: frozenset[str]) -> _Scenes:
         key = (anchor.tobytes(), exclude)

@@ -1,0 +1,179 @@
+"""Bounding boxes of labelled prims: in the image, tight or loose, and in space."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from graph.sim.geometry.collect import Mesh
+from sensors.raycast.alone import cast_alone
+from sensors.raycast.shared import cast_world
+from sensors.raycast.world import CastWorld
+from sensors.surfaces.semantics import labels_of
+
+from .channels import BOX_2D, BOX_3D, LABELLED
+from .config import CameraConfig
+from .entities import entities_of
+from .view import View
+
+if TYPE_CHECKING:
+    from graph.sim import App
+
+
+@dataclass(slots=True)
+class _Prim:
+    """A labelled prim: its number, its surfaces, whether one mesh without labelled parts is all of it."""
+
+    number: int
+    surfaces: tuple[int, ...]
+    single: bool
+
+
+@dataclass(slots=True)
+class Outline:
+    """Where a prim would be seen if it were alone: its box (x_min, y_min, x_max, y_max) and its pixels."""
+
+    prim: _Prim
+    box: tuple[int, int, int, int]
+    pixels: int
+
+
+def outlines(app: App, view: View, config: CameraConfig, poses: Any) -> list[Outline]:
+    """The outlines of all labelled prims that are in the image, hidden or not."""
+    world = cast_world(app)
+    found = []
+    for prim in _prims(app, world):
+        rays = _rays_at(world, prim, view, poses)
+        if rays is not None and not len(rays):
+            continue
+        distance = cast_alone(world, prim.surfaces, view.bundle, rays, poses)
+        depth = distance if view.rays.along is None or view.rays.wide else distance * _at(view.rays.along, rays)
+        seen = np.flatnonzero((depth >= config.near) & (depth <= config.far) & np.isfinite(depth))
+        if len(seen):
+            pixels = seen if rays is None else rays[seen]
+            rows, columns = np.divmod(pixels, config.lens.width)
+            box = int(columns.min()), int(rows.min()), int(columns.max()), int(rows.max())
+            found.append(Outline(prim, box, len(np.unique(pixels))))
+    return found
+
+
+def _at(values: np.ndarray, rays: np.ndarray | None) -> np.ndarray:
+    return values if rays is None else values[rays]
+
+
+def _rays_at(world: CastWorld, prim: _Prim, view: View, state: Any) -> np.ndarray | None:
+    """The rays that may meet a prim; None for all."""
+    if view.bundle.offsets is not None:
+        return None
+    poses = world.body_poses(state)
+    meshes = [number for number in prim.surfaces if isinstance(world.surfaces[number], Mesh)]
+    if len(meshes) < len(prim.surfaces):  # an endless plane
+        return None
+    points = np.concatenate([world.vertices(number, poses, state) for number in meshes]) - view.bundle.origin
+    low, high = points.min(axis=0), points.max(axis=0)
+    centre, radius = (low + high) / 2, float(np.linalg.norm(high - low)) / 2
+    distance = float(np.linalg.norm(centre))
+    half = np.pi if distance <= radius else np.arcsin(radius / distance) + 1e-4
+    rays, _ = view.rays.grid().near(centre[None], np.array([half]))
+    return np.sort(rays)
+
+
+def _prims(app: App, world: CastWorld) -> list[_Prim]:
+    known = world.cache.get("camera boxes")
+    if known is None:
+        entities = entities_of(app, LABELLED)
+        known = []
+        for number, path in entities.paths.items():
+            surfaces = tuple(np.flatnonzero(entities.numbers[:-1] == number).tolist())
+            nested = any(other != path and other.startswith(f"{path}/") for other in entities.paths.values())
+            above = _has_labels_above(app.stage, path)
+            known.append(_Prim(number, surfaces, len(surfaces) == 1 and not nested and not above))
+        world.cache["camera boxes"] = known
+    return list(known)
+
+
+def _has_labels_above(stage: Any, path: str) -> bool:
+    prim = stage.GetPrimAtPath(path.partition("[")[0]).GetParent()
+    while prim and not prim.IsPseudoRoot():
+        if labels_of(prim):
+            return True
+        prim = prim.GetParent()
+    return False
+
+
+def visible_boxes(numbers: np.ndarray, width: int) -> dict[int, tuple[tuple[int, int, int, int], int]]:
+    """Number of a prim -> its box and its pixels in an image (n,) of such numbers; those from 2 on."""
+    pixels = np.flatnonzero(numbers >= 2)
+    if not len(pixels):
+        return {}
+    which = numbers[pixels].astype(np.intp)
+    rows, columns = np.divmod(pixels, width)
+    most = int(which.max()) + 1
+    low, high = np.full((2, most), np.iinfo(np.int64).max), np.full((2, most), -1)
+    for axis, values in enumerate((columns, rows)):
+        np.minimum.at(low[axis], which, values)
+        np.maximum.at(high[axis], which, values)
+    counts = np.bincount(which, minlength=most)
+    return {
+        number: ((*low[:, number].tolist(), *high[:, number].tolist()), int(counts[number]))
+        for number in np.flatnonzero(counts).tolist()
+    }
+
+
+def boxes_of(
+    app: App, view: View, config: CameraConfig, poses: Any, numbers: np.ndarray, wanted: frozenset[str]
+) -> dict[str, np.ndarray]:
+    """The box channels in demand. numbers: (n,) of the labelled prim in each pixel."""
+    visible = visible_boxes(numbers, config.lens.width)
+    there = outlines(app, view, config, poses)
+    ratio = {one.prim.number: _occlusion(one, visible) for one in there}
+    found = {}
+    if "bounding_box_2d_tight" in wanted:
+        rows = [(number, *box, ratio.get(number, np.nan)) for number, (box, _) in visible.items()]
+        found["bounding_box_2d_tight"] = np.array(rows, BOX_2D)
+    if "bounding_box_2d_loose" in wanted:
+        rows = [(one.prim.number, *one.box, ratio[one.prim.number]) for one in there]
+        found["bounding_box_2d_loose"] = np.array(rows, BOX_2D)
+    if "bounding_box_3d" in wanted:
+        found["bounding_box_3d"] = _boxes_3d(app, there, ratio, poses)
+    return found
+
+
+def _occlusion(one: Outline, visible: Mapping[int, tuple[Any, int]]) -> float:
+    """The hidden share of a prim's own pixels; -1 for what is not a single mesh, as the original has it."""
+    if not one.prim.single:
+        return -1.0
+    return 1.0 - visible.get(one.prim.number, (None, 0))[1] / one.pixels
+
+
+def _boxes_3d(app: App, there: list[Outline], ratio: Mapping[int, float], poses: Any) -> np.ndarray:
+    rows = []
+    paths = entities_of(app, LABELLED).paths
+    for one in there:
+        frame = _frame(app, paths[one.prim.number], poses)
+        low, high = _extent(app, one.prim, frame, poses)
+        rows.append((one.prim.number, *low, *high, frame.T, ratio[one.prim.number]))
+    out = np.zeros(len(rows), BOX_3D)
+    for place, row in enumerate(rows):
+        out[place] = row
+    return out
+
+
+def _frame(app: App, path: str, poses: Any) -> np.ndarray:
+    """(4, 4) float64, prim to world, stage units; of a copy, which is not a prim, the world's."""
+    return np.eye(4) if "[" in path else np.asarray(app.fabric.world_matrix(path, poses), np.float64)
+
+
+def _extent(app: App, prim: _Prim, frame: np.ndarray, state: Any) -> tuple[np.ndarray, np.ndarray]:
+    """The least and greatest coordinates of a prim's surfaces in its own axes; endless planes have none."""
+    world = cast_world(app)
+    meshes = [number for number in prim.surfaces if isinstance(world.surfaces[number], Mesh)]
+    if not meshes:
+        return np.zeros(3), np.zeros(3)
+    poses = world.body_poses(state)
+    points = np.concatenate([world.vertices(number, poses, state) for number in meshes]) / app.meters_per_unit
+    local = (points - frame[:3, 3]) @ np.linalg.inv(frame[:3, :3]).T
+    return local.min(axis=0), local.max(axis=0)

@@ -1,0 +1,49 @@
+"""Some surfaces by themselves: what rays would meet if nothing else were there."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from graph.sim.geometry.collect import Mesh, Plane
+
+from .planes import cast_plane
+from .rays import RayBundle
+from .triangles import TriangleScene
+from .world import CastWorld
+
+
+def cast_alone(
+    world: CastWorld, surfaces: Sequence[int], rays: RayBundle, index: np.ndarray | None, state: Any = None
+) -> np.ndarray:
+    """Distances (k,) float32 [m] of rays of a bundle to the nearest of some surfaces; infinite where they miss.
+
+    index: (k,) rays that may meet them; None: all. The scene is built about the rays' origin and dropped: for few
+    surfaces now and then.
+    """
+    which = slice(None) if index is None else index
+    table = np.zeros((len(rays.table[which]), 6), np.float32)
+    table[:, 3:6] = rays.table[which, 3:6]
+    offsets = None if rays.offsets is None else rays.offsets[which]
+    if offsets is not None:
+        table[:, :3] = offsets
+    nearest = np.full(len(table), np.inf, np.float32)
+    poses = world.body_poses(state)
+    vertices, triangles, start = [], [], 0
+    for number in surfaces:
+        mesh = world.surfaces[number]
+        if isinstance(mesh, Mesh) and len(mesh.triangles):
+            vertices.append((world.vertices(number, poses, state) - rays.origin).astype(np.float32))
+            triangles.append(np.asarray(mesh.triangles, np.uint32) + np.uint32(start))
+            start += len(mesh.vertices)
+    if start:
+        scene = TriangleScene(np.concatenate(vertices), np.concatenate(triangles), warm=False)
+        nearest = scene.cast(table, world.threads).distance
+    for number in surfaces:
+        if isinstance(world.surfaces[number], Plane):
+            origin, normal = world.plane(number, poses)
+            height = float((rays.origin - origin) @ normal)
+            np.minimum(nearest, cast_plane(height, offsets, np.ascontiguousarray(table[:, 3:6].T), normal), out=nearest)
+    return nearest

@@ -1,0 +1,161 @@
+"""Lenses both ways: against values of OpenCV's formulas, worked out by hand, and back again.
+
+The Hawk is a stereo camera whose maker publishes its rational distortion; the fisheye is an example of OpenCV's.
+"""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pxr import Gf
+
+from graph.base.errors import UserError
+from graph.sim import App
+from sensors.camera.config import read_config
+from sensors.camera.lens import BrownLens, FisheyeLens, FthetaLens, Lens
+from tests.support.camera_worlds import add_camera, ahead, look
+from tests.support.lidar_worlds import add_box, weightless
+
+HAWK = BrownLens(
+    *(1920, 1200, 957.81, 957.81, 960.0, 600.0),
+    k=(0.147811, -0.032313, 0.008823, 0.517913, -0.06708, 0.01695),
+    p=(-0.000194, -0.000035),
+)
+FISHEYE = FisheyeLens(640, 480, 200.0, 200.0, 320.0, 240.0, (1.0, 0.05, 0.01, -0.003, -0.0005))
+FTHETA = FthetaLens(1936, 1216, 1.0, 1.0, 970.9424, 600.3748)
+PRISM = BrownLens(640, 480, 500.0, 510.0, 321.0, 239.0, p=(0.001, -0.002), s=(0.01, -0.002, 0.003, 0.001))
+
+
+@pytest.mark.parametrize(
+    ("point", "bent"),
+    [
+        ((0.3, 0.2), (0.2865888, 0.1910370)),
+        ((0.6, -0.4), (0.5118873, -0.3413712)),
+        ((0.9, 0.5), (0.6810745, 0.3781897)),
+    ],
+)
+def test_the_hawk_distorts_as_opencv_says(point, bent):
+    u, v = HAWK.project(np.array([[point[0]], [point[1]], [1.0]]))
+    assert (u[0] - 960) / 957.81 == pytest.approx(bent[0], abs=5e-8)
+    assert (v[0] - 600) / 957.81 == pytest.approx(bent[1], abs=5e-8)
+
+
+def test_the_fisheye_distorts_as_opencv_says():
+    """The angle 85 deg, 1.4835 rad, lies 1.6537920 x 200 px from the centre."""
+    angle = np.deg2rad([30.0, 60.0, 85.0])
+    u, _ = FISHEYE.project(np.stack([np.sin(angle), 0 * angle, np.cos(angle)]))
+    np.testing.assert_allclose((u - 320) / 200, [0.5311359, 1.1123097, 1.6537920], atol=5e-8)
+
+
+def test_ftheta_is_an_angle_for_a_radius():
+    angle = np.deg2rad([30.0, 60.0, 90.0])
+    u, _ = FTHETA.project(np.stack([np.sin(angle), 0 * angle, np.cos(angle)]))
+    np.testing.assert_allclose(u - 970.9424, [213.7138, 427.4276, 641.1414], atol=5e-5)
+
+
+@pytest.mark.parametrize("lens", [Lens(640, 480, 500.0, 500.0, 320.0, 240.0), HAWK, FISHEYE, FTHETA, PRISM])
+@given(u=st.floats(0, 1), v=st.floats(0, 1))
+def test_every_pixel_that_has_a_direction_is_where_that_direction_goes(lens, u, v):
+    pixel = np.array([[u * lens.width], [v * lens.height]])
+    direction = lens.unproject(pixel)
+    if direction.any():
+        np.testing.assert_allclose(lens.project(direction), pixel, atol=1e-9)
+        assert np.linalg.norm(direction) == pytest.approx(1.0, abs=1e-14)
+
+
+def test_where_the_lens_folds_there_is_no_ray():
+    """k1 = -0.3: r (1 - 0.3 r^2) is largest at r = 1 / sqrt(0.9) = 1.0541, where it is 0.7027."""
+    lens = BrownLens(640, 480, 200.0, 200.0, 320.0, 240.0, k=(-0.3, 0, 0, 0, 0, 0))
+    assert lens.fold == pytest.approx(1.0541, abs=1e-4)
+    inside, outside = lens.unproject(np.array([[320 + 0.702 * 200, 320 + 0.703 * 200], [240.0, 240.0]])).T
+    assert inside.any()
+    assert not outside.any()
+    assert np.isnan(lens.project(np.array([[1.06], [0.0], [1.0]]))).any()
+
+
+def test_the_fisheye_images_up_to_its_fold():
+    assert np.rad2deg(FISHEYE.fold) == pytest.approx(113.7, abs=0.1)
+    behind = np.deg2rad(100.0)
+    u, _ = FISHEYE.project(np.array([[np.sin(behind)], [0.0], [np.cos(behind)]]))
+    assert u[0] > 320 + 200 * 1.6537920
+
+
+def test_fields_of_view_are_those_of_focal_length_and_aperture():
+    """65.2385 x 51.2820 deg of the camera C; 60.0000 x 35.9834 of a Kit viewport's, whose f is 18.147562."""
+    for size, focal, aperture, expected in (
+        ((640, 480), 16.0, 20.48, (65.2385, 51.2820)),
+        ((1280, 720), 18.147562, 20.955, (60.0000, 35.9834)),
+    ):
+        with App(None) as app:
+            lens = add_camera(app, size=size, focal=focal, aperture=aperture).sensor.config.lens
+        view = (2 * np.rad2deg(np.arctan(side / 2 / f)) for side, f in zip(size, (lens.fx, lens.fy), strict=True))
+        assert tuple(view) == pytest.approx(expected, abs=1e-4)
+
+
+def test_a_schema_gives_the_lens_scaled_to_the_image():
+    """An image of half the size: half of fx, fy, cx, cy."""
+    with App(None) as app:
+        add_camera(app)
+        prim = app.stage.GetPrimAtPath("/World/Camera")
+        prim.AddAppliedSchema("OmniLensDistortionOpenCvFisheyeAPI")
+        lens = read_config(prim, (1024, 512), 1.0).lens
+    assert isinstance(lens, FisheyeLens)
+    assert (lens.fx, lens.fy, lens.cx, lens.cy) == (450.0, 400.0, 512.0, 256.0)
+    assert lens.coefficients == pytest.approx((1.0, 0.00245, 0.0, 0.0, 0.0))
+
+
+def test_a_distorted_image_shows_where_opencv_puts_a_point():
+    """The left edge of a box 10 m ahead at x / z = 0.3 (y = 0) lies at x' = 0.3 (1 - 0.2 x 0.09) = 0.2946."""
+    with weightless() as app:
+        add_box(app, "/World/Box", 8.0, ahead(7, 0, 14))
+        product = add_camera(app)
+        prim = app.stage.GetPrimAtPath("/World/Camera")
+        prim.AddAppliedSchema("OmniLensDistortionOpenCvPinholeAPI")
+        for name, value in {
+            "imageSize": Gf.Vec2i(640, 480),
+            "fx": 500,
+            "fy": 500,
+            "cx": 320,
+            "cy": 240,
+            "k1": -0.2,
+        }.items():
+            prim.GetAttribute(f"omni:lensdistortion:opencvPinhole:{name}").Set(value)
+        [plane] = look(app, product, "distance_to_image_plane")
+    columns = np.flatnonzero(np.abs(plane[240] - 10.0) < 1e-4)  # left of them its side is seen
+    assert columns[0] == np.ceil(320 + 0.2946 * 500 - 0.5)
+
+
+def test_a_fisheye_sees_behind_itself():
+    """An equidistant lens of 100 px a radian on 640 x 480: 3.2 rad to the left and right, cut at 180 deg."""
+    with weightless() as app:
+        add_box(app, "/World/Behind", 2.0, ahead(4, 0, -4))
+        product = add_camera(app)
+        prim = app.stage.GetPrimAtPath("/World/Camera")
+        prim.AddAppliedSchema("OmniLensDistortionOpenCvFisheyeAPI")
+        values = {"imageSize": Gf.Vec2i(640, 480), "fx": 100, "fy": 100, "cx": 320, "cy": 240, "k1": 0.0}
+        for name, value in values.items():
+            prim.GetAttribute(f"omni:lensdistortion:opencvFisheye:{name}").Set(value)
+        plane, away = look(app, product, "distance_to_image_plane", "distance_to_camera")
+    column = round(320 + 100 * 0.75 * np.pi)
+    assert np.isinf(plane[240, 320])
+    assert -5 < plane[240, column] < -3
+    assert 4 < away[240, column] < 5.7
+
+
+@pytest.mark.parametrize(
+    ("model", "attribute", "value", "message"),
+    [
+        ("OpenCvPinhole", "opencvPinhole:fx", 0.0, "opencvPinhole:fx is 0; give a number above 0"),
+        ("Ftheta", "ftheta:nominalWidth", -1.0, "ftheta:nominalWidth is -1; give a number above 0"),
+        ("OpenCvFisheye", "opencvFisheye:k1", float("nan"), "is not finite"),
+        ("Ftheta", "model", "lut", "model is 'lut'; there are opencvPinhole, opencvFisheye, ftheta, kannalaBrandtK3"),
+    ],
+)
+def test_a_lens_that_cannot_be_is_told_in_a_line(model, attribute, value, message):
+    with App(None) as app:
+        add_camera(app)
+        prim = app.stage.GetPrimAtPath("/World/Camera")
+        prim.AddAppliedSchema(f"OmniLensDistortion{model}API")
+        prim.GetAttribute(f"omni:lensdistortion:{attribute}").Set(value)
+        with pytest.raises(UserError, match=message):
+            read_config(prim, (640, 480), 1.0)
