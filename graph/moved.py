@@ -17,6 +17,7 @@ MOVED = {
     "graph.db": "graph.node.database",
     "graph.declaration": "graph.node",
     "graph.errors": "graph.base.errors",
+    "graph.evaluate.errors": "graph.evaluate",
     "graph.evaluate.familiar": "graph.evaluate.omnigraph_names",
     "graph.events": "graph.node.events",
     "graph.exact": "graph.base.exact",

@@ -19,7 +19,7 @@ from graph.spec.file_spec import GraphSpec
 from .errors import OmniGraphError
 
 if TYPE_CHECKING:
-    from graph.plan.patch import Patch
+    from graph.plan.checked_patch import Patch
 
     from .model import Model
 

@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 from graph.base.errors import Mark
 from graph.node.registry import Registry, UnknownNodeTypeError
-from graph.plan.patch import Patch
+from graph.plan.checked_patch import Patch
 from graph.spec.file_spec import ConnectionSpec, GraphSpec, NodeSpec, VariableSpec
 
 Side = Literal["source", "target"]

@@ -4,9 +4,30 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 
+from graph.node.attribute_names import python_name
+
 from .dirty import DirtyPushEvaluator
 from .graph import Graph
 from .node import Node
+
+_FROM_FRESH = (
+    "added",
+    "consumed_names",
+    "db",
+    "fed_names",
+    "index",
+    "initial_values",
+    "mark",
+    "names",
+    "passes",
+    "pushes",
+    "rank",
+    "readers",
+    "sources",
+    "types",
+    "wires_in",
+)
+"""What an edit renews of a node."""
 
 
 def adopt(graphs: Mapping[str, Graph], fresh: Mapping[str, Graph], touched: Mapping[str, Collection[str]]) -> None:
@@ -38,7 +59,7 @@ def _take_nodes(graph: Graph, new: Graph, touched: set[str], kept: dict[Node, No
         old = graph.nodes.get(name)
         if old is not None and old.type is fresh.type:
             node = kept[fresh] = old
-            if node.take(fresh) or name in touched:
+            if _take(node, fresh) or name in touched:
                 changed.append(node)
         else:
             node = fresh
@@ -50,6 +71,32 @@ def _take_nodes(graph: Graph, new: Graph, touched: set[str], kept: dict[Node, No
             old.release()
     graph.nodes = nodes
     return changed
+
+
+def _take(node: Node, fresh: Node) -> bool:
+    """Takes over an edited node's form and keeps what it has gathered: memory, state, outputs, sleep, counts.
+
+    `fresh` is the same node, newly compiled. Returns whether any of its types changed.
+    """
+    old, new = node.db, fresh.db
+    same_types = node.types == fresh.types
+    for prefix in ("outputs", "state"):
+        source, target = getattr(old, prefix), getattr(new, prefix)
+        for name in fresh.names[prefix]:
+            full = f"{prefix}:{name}"
+            if full not in fresh.initial_values or full not in node.initial_values:
+                continue
+            if same_types or node.types[full] is fresh.types[full]:
+                setattr(target, python_name(name), getattr(source, python_name(name)))
+    new.memory, new.asleep, new._blocked = old.memory, old.asleep, old._blocked
+    new.computes, new._deaf = old.computes, old._deaf
+    for name, wire in new._wires.items():
+        if name in old._wires:
+            wire.count = old._wires[name].count
+    new._node = node
+    for slot in _FROM_FRESH:
+        setattr(node, slot, getattr(fresh, slot))
+    return not same_types
 
 
 def _link(graph: Graph, kept: Mapping[Node, Node]) -> None:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 
 from graph.base.errors import RunError, UserError
-from graph.node.database import Database, NodeError, python_name
+from graph.node.attribute_names import python_name
+from graph.node.database import Database, NodeError
 from graph.values.coercion import shown
 
 # Errors that Python and NumPy raise for an infinite number or NaN.

@@ -9,8 +9,7 @@ from graph.base import limits
 from graph.node.database import RETURN, RETURNED, STARTED, Database
 from graph.node.declaration import CLOSING
 
-from .errors import RunawayError
-from .node import Node, upstream_data
+from .node import Node, RunawayError, upstream_data
 from .wire import Step, Wire, step_to
 
 if TYPE_CHECKING:

@@ -13,9 +13,8 @@ from graph.node.variables import Variables
 from graph.spec.file_spec import Evaluator, GraphSpec, PipelineStage
 
 from .causes import cause_of
-from .errors import ComputeError
 from .instances import with_target
-from .node import Node
+from .node import ComputeError, Node
 from .omnigraph_names import FamiliarGraph
 from .wire import Copy
 
@@ -45,13 +44,21 @@ class EvaluatorProtocol(Protocol):
 class Graph(FamiliarGraph):
     """One graph, ready to run. Made by `graph.plan.compile_graphs`.
 
+    evaluator_of: makes its evaluator, at the first evaluation.
+
     on_error: "stop" (a failing node ends the run) or "continue" (a warning is given, and the node counts as having
     nothing to do). step_limit: how many nodes one walk may compute (in loops made by `fire_and_return`, each pass is
     counted by itself); a longer walk is reported as a runaway. interrupts: whether a trigger that reaches a sleeping
     node starts it again instead of being ignored.
     """
 
-    def __init__(self, spec: GraphSpec, variables: Variables, target: str = "") -> None:
+    def __init__(
+        self,
+        spec: GraphSpec,
+        variables: Variables,
+        evaluator_of: Callable[[Graph], EvaluatorProtocol],
+        target: str = "",
+    ) -> None:
         self.spec = spec
         """What it was compiled from; values set since are in `written`."""
         self.path = spec.path
@@ -87,6 +94,7 @@ class Graph(FamiliarGraph):
         self._idle: list[Callable[[], None]] = []
         self._requested: dict[Node, None] = {}
         self._told = False
+        self._evaluator_of = evaluator_of
         self.evaluator_state: EvaluatorProtocol | None = None
         """The evaluator; made at the first evaluation."""
         self._running = False
@@ -129,7 +137,8 @@ class Graph(FamiliarGraph):
                 self._evaluate_instances(context, activations)
             else:
                 if self.evaluator_state is None:
-                    self.evaluator_state = _evaluator_of(self)
+                    self.settle_order()
+                    self.evaluator_state = self._evaluator_of(self)
                 started = [(self._of(node), name) for node, name in activations] if activations else []
                 if self._requested:
                     started += self._take_requested()
@@ -326,14 +335,3 @@ class Graph(FamiliarGraph):
 def by_path(graphs: Sequence[Graph]) -> Mapping[str, Graph]:
     """The graphs by path, in order."""
     return {graph.path: graph for graph in graphs}
-
-
-def _evaluator_of(graph: Graph) -> EvaluatorProtocol:
-    from .dirty import DirtyPushEvaluator
-    from .execution import ExecutionEvaluator
-    from .push import PushEvaluator
-
-    graph.settle_order()
-    if graph.evaluator == "execution":
-        return ExecutionEvaluator(graph)
-    return PushEvaluator(graph) if graph.evaluator == "push" else DirtyPushEvaluator(graph)

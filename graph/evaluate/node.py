@@ -7,10 +7,11 @@ from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from graph.base.errors import Mark
+from graph.base.errors import Mark, RunError
 from graph.base.suggest import did_you_mean
+from graph.node.attribute_names import python_name
 from graph.node.context import Context
-from graph.node.database import Database, LackError, python_name
+from graph.node.database import Database, LackError
 from graph.node.declaration import Attribute, Compute, NodeType
 from graph.values.coercion import coerce, zero
 from graph.values.precision import ROUNDERS
@@ -24,50 +25,48 @@ if TYPE_CHECKING:
 
 PREFIXES = ("inputs", "outputs", "state")
 
-_FROM_FRESH = (
-    "_consumed",
-    "_fed",
-    "_initial",
-    "_passes",
-    "_pushes",
-    "_wires_in",
-    "added",
-    "db",
-    "index",
-    "mark",
-    "names",
-    "rank",
-    "readers",
-    "sources",
-    "types",
-)
-"""What an edit renews."""
+
+class ComputeError(RunError):
+    """A node's compute raised.
+
+    The message names the node, its place in the file and the update; the cause is chained.
+    """
+
+    def __init__(self, node: Node, update: int, message: str) -> None:
+        self.node = node
+        self.update = update
+        place = f"{node.mark}: " if node.mark else ""
+        super().__init__(f"{place}node {node.path} ({node.type.short_name}) failed in update {update}: {message}")
+
+
+class RunawayError(RunError):
+    """Execution wires form a loop without a latent node in it."""
 
 
 class Node(FamiliarNode):
     """One node. `types` holds its attributes' resolved types by full name (`inputs:x`), None for open ones."""
 
     __slots__ = (
-        "_consumed",
-        "_fed",
-        "_initial",
-        "_passes",
-        "_pushes",
         "_used",
-        "_wires_in",
         "added",
+        "consumed_names",
         "db",
+        "fed_names",
         "graph",
         "index",
+        "initial_values",
         "mark",
         "name",
         "names",
+        "passes",
         "path",
+        "pushes",
         "rank",
         "readers",
         "sources",
         "type",
         "types",
+        "wires_in",
     )
 
     def __init__(self, graph: Graph, name: str, node_type: NodeType, index: int, mark: Mark | None) -> None:
@@ -86,12 +85,18 @@ class Node(FamiliarNode):
         self.types: Mapping[str, Type | None] = {}
         self.names: Mapping[str, tuple[str, ...]] = {}
         """Attribute names by prefix, in file order; dynamic ones last."""
-        self._initial: Mapping[str, Any] = {}
-        self._fed: frozenset[str] = frozenset()
-        self._consumed: frozenset[str] = frozenset()
-        self._passes: dict[str, list[Copy]] = {}
-        self._pushes: list[Copy] = []
-        self._wires_in: Mapping[str, list[Wire]] = {}
+        self.initial_values: Mapping[str, Any] = {}
+        """What its attributes hold at every start, by full name."""
+        self.fed_names: frozenset[str] = frozenset()
+        """Full names of the attributes that a connection leads to."""
+        self.consumed_names: frozenset[str] = frozenset()
+        """Full names of the attributes that a connection leads from."""
+        self.passes: dict[str, list[Copy]] = {}
+        """The functions that copy a set input to its readers, by full name."""
+        self.pushes: list[Copy] = []
+        """The functions that copy outputs and state to their readers."""
+        self.wires_in: Mapping[str, list[Wire]] = {}
+        """The wires that lead to each execution input, by full name."""
         self._used = 0
         self.added: Mapping[str, Attribute] = {}
         """Attributes that the file added, by full name."""
@@ -116,7 +121,7 @@ class Node(FamiliarNode):
     @property
     def triggered(self) -> int:
         """How often control came to it over its wires, taken or ignored, summed over all instances of its graph."""
-        own = sum(wire.count for wires in self._wires_in.values() for wire in wires)
+        own = sum(wire.count for wires in self.wires_in.values() for wire in wires)
         return own + sum(one.nodes[self.name].triggered for one in self.graph.instances.values())
 
     @property
@@ -162,7 +167,7 @@ class Node(FamiliarNode):
         full = self.full_name(name)
         prefix, short = full.split(":", 1)
         type_ = self.types[full]
-        if prefix == "outputs" or full in self._fed:
+        if prefix == "outputs" or full in self.fed_names:
             raise ValueError(
                 f"{self.path}.{full} is {'an output' if prefix == 'outputs' else 'connected'}; set its source"
             )
@@ -175,12 +180,12 @@ class Node(FamiliarNode):
         wrong = self.attribute(full).check(value)
         if wrong:
             raise ValueError(f"{self.path}.{full}: {wrong}")
-        self._initial = {**self._initial, full: value}
+        self.initial_values = {**self.initial_values, full: value}
         self.graph.written[self.name, full] = value
         values, attribute = getattr(self.db, prefix), python_name(short)
         changed = not _equal(getattr(values, attribute), value)
         setattr(values, attribute, value)
-        for copy in self._passes.get(full, ()):
+        for copy in self.passes.get(full, ()):
             copy()
         if changed:
             self.graph.touched(self)
@@ -189,20 +194,20 @@ class Node(FamiliarNode):
 
     def initial(self, full: str) -> Any:
         """The initial value of an attribute, named in full."""
-        return self._initial[full]
+        return self.initial_values[full]
 
     def connected(self, name: str) -> bool:
         """Whether a connection leads to this input (or state), or from this output."""
         full = self.full_name(name)
-        return full in self._consumed if full.startswith("outputs:") else full in self._fed
+        return full in self.consumed_names if full.startswith("outputs:") else full in self.fed_names
 
     def wires_into(self, name: str) -> int:
         """The number of connections to an execution input."""
-        return len(self._wires_in.get(f"inputs:{name}", ()))
+        return len(self.wires_in.get(f"inputs:{name}", ()))
 
     def consumed(self, name: str) -> bool:
         """Whether anything reads this output."""
-        return (name if name.startswith("outputs:") else f"outputs:{name}") in self._consumed
+        return (name if name.startswith("outputs:") else f"outputs:{name}") in self.consumed_names
 
     def attributes(self) -> Iterator[tuple[str, Attribute]]:
         """Full names and declarations of all attributes, inputs first."""
@@ -240,7 +245,7 @@ class Node(FamiliarNode):
         layout: Layout,
     ) -> None:
         """Makes the storage: names by prefix, types and initial values by full name, attributes that the file added."""
-        self.names, self.types, self._initial, self.added = names, types, initial, added
+        self.names, self.types, self.initial_values, self.added = names, types, initial, added
         db = self.db
         db.inputs, db.outputs, db.state = layout.inputs(), layout.outputs(), layout.state()
         for name in layout.wires:
@@ -262,152 +267,19 @@ class Node(FamiliarNode):
 
         wires_in: the wires that lead to each execution input; unset: why it cannot compute, "" if it can.
         """
-        self._fed, self._consumed, self._passes, self._wires_in = fed, consumed, passes, wires_in
+        self.fed_names, self.consumed_names, self.passes, self.wires_in = fed, consumed, passes, wires_in
         self.sources, self.readers = sources, readers
-        self._pushes = pushes
+        self.pushes = pushes
         self.db._push = all_of(pushes)
         # Found at the first compute: most nodes of a large graph may never need it.
         self.db._pulls = True if sources else ()
         # Before any wire stores the compute function.
         if unset:
-            self.db._compute = _refusing(unset)
+            self.db._compute = refusing(unset)
             return
         own = self.type.specialize and self.type.specialize(self.db)
         if own:
             self.db._compute = own
-
-    def lead_wire(self, output: str, target: Node, name: str) -> None:
-        """Adds a wire, after all others of its execution output, to another node's input (full names)."""
-        self._add_connection(output, target, name)
-        wire = self.db._wires[output.partition(":")[2]]
-        wire.add(target.db, name.partition(":")[2])
-        target._wires_in = {**target._wires_in, name: [*target._wires_in.get(name, ()), wire]}
-
-    def cut_wire(self, output: str, target: Node, name: str) -> None:
-        """Removes a wire from an execution output to another node's input (full names)."""
-        wire = self.db._wires[output.partition(":")[2]]
-        wire.remove(target.db, name.partition(":")[2])
-        left = list(target._wires_in[name])
-        left.remove(wire)
-        target._wires_in = {**target._wires_in, name: left} if left else _without(target._wires_in, name)
-        if not left:
-            target._fed -= {name}
-        if not wire.targets:
-            self._consumed -= {output}
-
-    def lead_data(self, source: str, target: Node, name: str, copy: Copy) -> None:
-        """Adds a connection: `copy` writes an output, or a set input, to another node's input.
-
-        source, name: full names.
-        """
-        self._add_connection(source, target, name)
-        self.readers = tuple(dict.fromkeys((*self.readers, target)))
-        if source.startswith("inputs:"):
-            self._passes.setdefault(source, []).append(copy)
-        else:
-            target.sources = tuple(dict.fromkeys((*target.sources, self)))
-            self._pushes.append(copy)
-            self._renew_pushes()
-            target.pull_anew()
-
-    def lead_otherwise(self, source: str, before: Copy, copy: Copy) -> None:
-        """Replaces a copy function."""
-        copies = self._passes[source] if source.startswith("inputs:") else self._pushes
-        copies[copies.index(before)] = copy
-        if copies is self._pushes:
-            self._renew_pushes()
-
-    def cut_data(self, source: str, target: Node, name: str, copy: Copy, *, last: bool) -> None:
-        """Removes what `lead_data` added; last: whether nothing else is connected to the source now."""
-        target._fed -= {name}
-        if last:
-            self._consumed -= {source}
-        if source.startswith("inputs:"):
-            self._passes[source].remove(copy)
-        else:
-            self._pushes.remove(copy)
-            self._renew_pushes()
-
-    def neighbours(self, sources: Iterable[Node] | None, readers: Iterable[Node] | None) -> None:
-        """Sets its sources, or its readers, after connections were removed."""
-        if readers is not None:
-            self.readers = tuple(dict.fromkeys(readers))
-        if sources is not None:
-            self.sources = tuple(dict.fromkeys(sources))
-            self.pull_anew()
-
-    def retype(self, types: Mapping[str, Type | None], initial: Mapping[str, Any]) -> None:
-        """Takes other types and initial values; outputs and state keep their values if their types stay."""
-        db = self.db
-        parts = {"inputs": db.inputs, "outputs": db.outputs, "state": db.state}
-        for full, value in initial.items():
-            prefix, name = _place(full)
-            if prefix == "inputs" or self.types[full] is not types[full]:
-                setattr(parts[prefix], name, value)
-        self.types, self._initial = types, initial
-
-    def start_with(self, full: str, value: Any) -> None:
-        """Gives an unconnected input its initial value, now and at every start."""
-        self._initial = {**self._initial, full: value}
-        prefix, name = _place(full)
-        setattr(getattr(self.db, prefix), name, value)
-
-    def specialize(self, unset: str) -> None:
-        """Chooses the compute for its types; unset: why it cannot compute, "" if it can."""
-        db = self.db
-        own = None if unset or self.type.specialize is None else self.type.specialize(db)
-        db._compute = _refusing(unset) if unset else own or self.type.compute
-        self._renew_wires()
-
-    def _renew_pushes(self) -> None:
-        self.db._push = all_of(self._pushes)
-        self._renew_wires()
-
-    def _renew_wires(self) -> None:
-        for wires in self._wires_in.values():
-            for wire in wires:
-                wire.renew()
-
-    def pull_anew(self) -> None:
-        """Makes whoever computes it on demand search for its sources again."""
-        self.db._pulls = True if self.sources else ()
-        seen, pending = {self}, [self] if self.graph.evaluator == "execution" else []
-        while pending:
-            node = pending.pop()
-            node.db._pulls = True if node.sources else ()
-            if not node.type.has_execution:
-                fresh = [reader for reader in node.readers if reader not in seen]
-                seen.update(fresh)
-                pending += fresh
-
-    def _add_connection(self, output: str, target: Node, name: str) -> None:
-        self._consumed |= {output}
-        target._fed |= {name}
-
-    def take(self, fresh: Node) -> bool:
-        """Takes over an edited node's form and keeps what it has gathered: memory, state, outputs, sleep, counts.
-
-        `fresh` is the same node, newly compiled. Returns whether any of its types changed.
-        """
-        old, new = self.db, fresh.db
-        same_types = self.types == fresh.types
-        for prefix in ("outputs", "state"):
-            source, target = getattr(old, prefix), getattr(new, prefix)
-            for name in fresh.names[prefix]:
-                full = f"{prefix}:{name}"
-                if full not in fresh._initial or full not in self._initial:
-                    continue
-                if same_types or self.types[full] is fresh.types[full]:
-                    setattr(target, python_name(name), getattr(source, python_name(name)))
-        new.memory, new.asleep, new._blocked = old.memory, old.asleep, old._blocked
-        new.computes, new._deaf = old.computes, old._deaf
-        for name, wire in new._wires.items():
-            if name in old._wires:
-                wire.count = old._wires[name].count
-        new._node = self
-        for slot in _FROM_FRESH:
-            setattr(self, slot, getattr(fresh, slot))
-        return not same_types
 
     def release(self) -> None:
         """Lets the type release what the node's memory holds, if the node has computed since its start."""
@@ -440,8 +312,8 @@ class Node(FamiliarNode):
     def _fill(self) -> None:
         db = self.db
         parts = {"inputs": db.inputs, "outputs": db.outputs, "state": db.state}
-        for full, value in self._initial.items():
-            prefix, name = _place(full)
+        for full, value in self.initial_values.items():
+            prefix, name = storage_place(full)
             setattr(parts[prefix], name, value)
         db._enabled.clear()
         db._frames.clear()
@@ -449,12 +321,8 @@ class Node(FamiliarNode):
         db.memory = None if self.type.memory is None else self.type.memory()
 
 
-def _without(mapping: Mapping[str, Any], key: str) -> dict[str, Any]:
-    return {one: value for one, value in mapping.items() if one != key}
-
-
 @cache
-def _place(full: str) -> tuple[str, str]:
+def storage_place(full: str) -> tuple[str, str]:
     """Where the value of an attribute, named in full, is stored: the storage object and the name in it."""
     prefix, _, short = full.partition(":")
     return prefix, python_name(short)
@@ -477,7 +345,7 @@ class Layout:
         return cls(inputs, outputs, state, tuple(n for n in names["outputs"] if n not in data["outputs"]))
 
 
-def _refusing(message: str) -> Compute:
+def refusing(message: str) -> Compute:
     """The compute function of a node that cannot compute because an open input is unset."""
 
     def compute(db: Database) -> NoReturn:

@@ -65,7 +65,7 @@ class AttributeOf:
 
     def is_connected(self) -> bool:
         """Whether a connection leads to it or from it."""
-        return self.full_name in self.node._fed or self.full_name in self.node._consumed
+        return self.full_name in self.node.fed_names or self.full_name in self.node.consumed_names
 
 
 class Variable:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from graph.node.database import python_name
+from graph.node.attribute_names import python_name
 
 if TYPE_CHECKING:
     from graph.node.database import Database

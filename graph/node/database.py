@@ -7,14 +7,13 @@ from typing import TYPE_CHECKING, Any, NoReturn, Protocol
 
 from graph.base.suggest import did_you_mean
 
+from .attribute_names import names_in_order, python_name
 from .context import Context
-from .declaration import names_in_order
 
 if TYPE_CHECKING:
     from graph.sim.app import App
     from graph.values.types import Type
 
-    from .declaration import NodeType
     from .variables import Variables
 
 # Why a node computes, if no execution input triggered it.
@@ -60,6 +59,26 @@ class OwnGraph(Protocol):
         """Called when a node wakes up."""
 
 
+class OwnType(Protocol):
+    """What a compute function can ask of the type of its node: its declaration (`graph.node.NodeType`)."""
+
+    @property
+    def short_name(self) -> str:
+        """The last part of the id."""
+
+    @property
+    def inputs(self) -> Mapping[str, object]:
+        """The declared inputs by name."""
+
+    @property
+    def outputs(self) -> Mapping[str, object]:
+        """The declared outputs by name."""
+
+    @property
+    def compute(self) -> Any:
+        """The compute function; None for constants."""
+
+
 class OwnNode(Protocol):
     """What a compute function can ask of its node."""
 
@@ -68,7 +87,7 @@ class OwnNode(Protocol):
         """The node's path."""
 
     @property
-    def type(self) -> NodeType:
+    def type(self) -> OwnType:
         """The node's type."""
 
     @property
@@ -308,8 +327,3 @@ class Database:
         raise NodeError(
             f'the node type has no execution output "{output}"{did_you_mean(output, self._wires)}'
         ) from None
-
-
-def python_name(name: str) -> str:
-    """The Python name of an attribute: the colons of namespaces (`a:b`) become underscores."""
-    return name.replace(":", "_")

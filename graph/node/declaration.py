@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal, get_args
@@ -238,17 +238,3 @@ def _template_pattern(template: str) -> re.Pattern[str]:
         "{field}": r"\w+(?::\w+)*",
     }
     return re.compile("".join(meaning.get(part) or re.escape(part) for part in parts), re.ASCII)
-
-
-def names_in_order(names: Sequence[str]) -> list[str]:
-    """Names sorted so that input2 comes before input10; other names keep their places."""
-
-    def key(entry: tuple[int, str]) -> tuple[str, int, int]:
-        position, name = entry
-        match = re.fullmatch(r"(.*?)(\d+)", name)
-        return (match[1], int(match[2]), 0) if match else ("", 0, position)
-
-    prefixes = {re.sub(r"\d+$", "", name) for name in names}
-    if len(prefixes) == 1:
-        return [name for _, name in sorted(enumerate(names), key=key)]
-    return list(names)

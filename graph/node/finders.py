@@ -5,12 +5,26 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from functools import partial
 from importlib import import_module, metadata
-from typing import TYPE_CHECKING
+from typing import Any, Protocol
 
-if TYPE_CHECKING:
-    from .registry import Registry
+from .library import Library
 
-Finder = Callable[["Registry"], None]
+
+class TypeList(Protocol):
+    """What takes the types: a registry."""
+
+    @property
+    def library(self) -> Library:
+        """What ships, by module."""
+
+    def note(self, module: str, ids: Iterable[str]) -> None:
+        """Records the types that a shipped module registers."""
+
+    def add_package(self, name: str, add: Callable[[], object]) -> None:
+        """Adds all types of a package, or none of them and a warning; `add` registers them."""
+
+
+Finder = Callable[[Any], None]
 """Adds the types it finds to a registry; called once, when an unknown name is first looked up."""
 
 ENTRY_POINTS = "tickgraph.nodes"
@@ -23,13 +37,13 @@ _OGN = "graph.ogn.packages"
 """The module that reads them; named here and not imported, because it imports this package."""
 
 
-def shipped_types(registry: Registry) -> None:
+def shipped_types(registry: TypeList) -> None:
     """Adds the names of the shipped types; a type's module is imported when the type is first used."""
     for module, ids in registry.library.types.items():
         registry.note(f"{registry.library.package}.{module}", ids)
 
 
-def installed_packages(registry: Registry) -> None:
+def installed_packages(registry: TypeList) -> None:
     """Imports the types of installed packages."""
     installed = metadata.entry_points()
     for entry in _in_order(installed.select(group=ENTRY_POINTS)):

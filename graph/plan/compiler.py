@@ -9,6 +9,7 @@ from typing import Any
 from graph.base.errors import Mark, Problem, UserError
 from graph.base.gc_pause import collector_paused
 from graph.base.suggest import did_you_mean
+from graph.evaluate.evaluators import evaluator_of
 from graph.evaluate.graph import Graph
 from graph.evaluate.instances import instance_spec
 from graph.evaluate.node import Layout
@@ -95,7 +96,7 @@ def _compile(specs: Sequence[GraphSpec], registry: Registry, target: str = "") -
             report(f"graph {spec.path} is written twice; rename or merge one", spec.mark)
             continue
         paths.add(spec.path)
-        graph = Graph(spec, _variables(spec, report), target)
+        graph = Graph(spec, _variables(spec, report), evaluator_of, target)
         graphs.append(graph)
         _draft_nodes(spec, graph, nodes, shapes, registry, report)
     drafts = list(nodes.drafts.values())

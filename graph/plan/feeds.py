@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 from graph.evaluate import Graph, Node
+from graph.evaluate.rewiring import renew_pushes
 from graph.evaluate.wire import Copy, copy_between
 from graph.node.declaration import NodeType
 from graph.values.conversion import converter
@@ -110,7 +111,7 @@ def feeds_of(graph: Graph) -> Feeds:
         to, name = _end_as_written(graph, connection.target, ("inputs", "state"))
         if to.attribute(name).is_execution:
             continue
-        if not name.startswith("inputs:") or (output.startswith("inputs:") and output in at._fed):
+        if not name.startswith("inputs:") or (output.startswith("inputs:") and output in at.fed_names):
             raise OtherwiseError
         feeds.add(at, output, to, name)
     pushes: dict[Node, list[Copy]] = {}
@@ -120,8 +121,8 @@ def feeds_of(graph: Graph) -> Feeds:
             feed.copy = feed.made()
             to_list = pushes.setdefault(node, []) if not feed.output.startswith("inputs:") else None
             (passes.setdefault(feed.output, []) if to_list is None else to_list).append(feed.copy)
-        node._passes, node._pushes = passes, pushes.get(node, [])
-        node._renew_pushes()
+        node.passes, node.pushes = passes, pushes.get(node, [])
+        renew_pushes(node)
     graph.starts = {
         feed.copy: None
         for leads in feeds.into.values()

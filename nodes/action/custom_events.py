@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Any
 
 from graph.node import Attribute, Database, node_type
-from graph.node.database import python_name
+from graph.node.attribute_names import python_name
 from graph.values.coercion import coerce
 from graph.values.types import concrete_type
 

@@ -13,7 +13,7 @@ from functools import reduce
 from typing import TYPE_CHECKING, Any
 
 from graph.node import Database
-from graph.node.database import python_name
+from graph.node.attribute_names import python_name
 from graph.values.coercion import LARGEST, dtype_of
 from graph.values.types import INTEGER_RANGES, TYPES, Type
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from graph.base.suggest import did_you_mean
 from graph.node import Attribute, Database, KnownTypes
-from graph.node.database import python_name
+from graph.node.attribute_names import python_name
 
 FIELD = Attribute("any", "a field of the message; its type comes from the message type", optional=True)
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from graph import Attribute, NodeType, UserError, declare, node_type
-from graph.node.declaration import names_in_order
+from graph.node.attribute_names import names_in_order
 from graph.node.registry import DEFAULT, Registry, UnknownNodeTypeError
 from tests.support.places import LIBRARY_FACTS, ROOT
 
