@@ -1,5 +1,7 @@
-"""The node library: which module registers which types. A type's module is imported when the type is first asked for,
-so that a graph costs only the nodes that it has; a new type is one more name here.
+"""The node library: which module registers which types.
+
+A type's module is imported when the type is first used, so that a graph costs only the nodes it has. A new type is one
+more name here.
 """
 
 from collections.abc import Mapping

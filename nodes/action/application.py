@@ -1,4 +1,4 @@
-"""The run itself: its end, and what is done then."""
+"""The end of a run."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def exit_application(db: Database) -> None:
 def on_closing(db: Database) -> None:
     """Fire once when the App is about to close: at the end of `graph run`, at `App.close()`.
 
-    Nothing else of the graph starts then. The world, the nodes' values and the recordings are as the last update left
-    them: a playing timeline stops only afterwards, and what is written to the stage meanwhile goes with that stop.
+    Nothing else in the graph starts then. The world, the nodes' values and the recordings are as the last update left
+    them. A playing timeline stops afterwards, and what the graph writes to the stage meanwhile is undone by that stop.
     """
     db.fire("execOut")

@@ -1,4 +1,4 @@
-"""Events of what changed: graph variables, properties of prims."""
+"""Events of changes: graph variables, properties of prims."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .notices import StageWatch
 
 @dataclass(slots=True)
 class LastValue:
-    """The value that was seen last, once there is one."""
+    """The last value that was seen, if any."""
 
     seen: bool = False
     value: Any = None
@@ -33,7 +33,7 @@ class LastValue:
     memory=LastValue,
 )
 def on_variable_change(db: Database) -> bool:
-    """Fire when a variable differs from what it was in the last evaluation, at first from what the file gives."""
+    """Fire when a variable differs from its value in the last evaluation, at first from the value in the file."""
     name = db.inputs.variableName
     if not name:
         return False
@@ -114,7 +114,7 @@ def on_object_change(db: Database) -> bool:
 
 
 def _watch(stage: Any, path: str, changed: list[str]) -> Callable[[], None]:
-    """Notes the names of the prim's properties as they change; returns what ends that."""
+    """Records the names of the prim's properties as they change; returns the function that ends this."""
 
     def told(notice: Any) -> None:
         for one in (*notice.GetChangedInfoOnlyPaths(), *notice.GetResyncedPaths()):

@@ -1,7 +1,7 @@
-"""Custom events and message-bus events: control that goes from graph to graph.
+"""Custom events and message-bus events: execution that goes from graph to graph.
 
-What is sent in one update is received in the next one: all events that wait, one after another, in the order of
-sending, each with a compute and a walk of its own.
+An event that is sent in one update is received in the next one: all waiting events, one after another, in the order of
+sending, each with its own compute and walk.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ LITERAL_NAME = Attribute("token", "name of the event", default="", literal_only=
     outputs={"execOut": Attribute("execution", "follows once the event is on its way")},
 )
 def send_custom_event(db: Database) -> None:
-    """Send an event to every OnCustomEvent of that name, in whatever graph; it arrives in the next update."""
+    """Send an event to every OnCustomEvent of that name, in any graph; it arrives in the next update."""
     inputs = db.inputs
     payload = {"path": inputs.path, "bundle": dict(inputs.bundle or {})}
     db.context.events.send(CUSTOM + inputs.eventName, payload, update=db.context.update, by_node=True)
@@ -71,7 +71,7 @@ def on_custom_event(db: Database) -> bool:
     outputs={"execOut": Attribute("execution", "follows once the event is on its way")},
 )
 def send_message_bus_event(db: Database) -> None:
-    """Send an event with a payload: its added inputs by name. It arrives in the next update."""
+    """Send an event with a payload: the inputs that the file adds, by name. It arrives in the next update."""
     names = db.dynamic_input_names()
     payload = dict(zip(names, db.dynamic_inputs(), strict=True))
     db.context.events.send(MESSAGE + db.inputs.eventName, payload, update=db.context.update, by_node=True)
@@ -101,7 +101,7 @@ def on_message_bus_event(db: Database) -> bool:
 
 
 def _typed(db: Database, name: str, value: Any) -> Any:
-    """The entry as a value of the output's type; what does not fit fails the node."""
+    """The entry as a value of the output's type; the node fails if it does not fit."""
     type_name = db.output_type(name)
     if type_name is None:
         return value

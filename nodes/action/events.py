@@ -1,4 +1,4 @@
-"""Event nodes: where the walk through an action graph begins."""
+"""Event nodes: the starts of walks through an action graph."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def on_playback_tick(db: Database) -> bool:
     },
 )
 def on_tick(db: Database) -> bool:
-    """Fire in the first eligible update and then in every (framePeriod + 1)-th; the time in between adds up."""
+    """Fire in the first eligible update and then in every (framePeriod + 1)-th; accumulates the time in between."""
     context, state, outputs = db.context, db.state, db.outputs
     if db.inputs.onlyPlayback and not context.is_playing:
         return False
@@ -94,7 +94,7 @@ def on_tick(db: Database) -> bool:
     state={"enableImpulse": Attribute("bool", "set it to fire at the next evaluation; falls back by itself")},
 )
 def on_impulse_event(db: Database) -> bool:
-    """Fire once after `state:enableImpulse` was set, however often it was set in between."""
+    """Fire once after `state:enableImpulse` was set, even if it was set several times."""
     if not db.state.enableImpulse or (db.inputs.onlyPlayback and not db.context.is_playing):
         return False
     db.state.enableImpulse = False

@@ -20,7 +20,7 @@ OUTPUT = Attribute("execution", "one of the outputs output0, output1, ...")
     },
 )
 def branch(db: Database) -> None:
-    """Go one way or the other."""
+    """Follow execTrue or execFalse."""
     db.fire("execTrue" if db.inputs.condition else "execFalse")
 
 
@@ -41,7 +41,7 @@ class _Door:
     memory=_Door,
 )
 def gate(db: Database) -> None:
-    """Let activations through while open; startClosed counts at the first activation after play."""
+    """Pass activations while open; startClosed sets the state at play."""
     memory = db.memory
     if memory.open is None:
         memory.open = not db.inputs.startClosed
@@ -67,7 +67,7 @@ class _Passed:
     memory=_Passed,
 )
 def once(db: Database) -> None:
-    """Tell the first activation from the later ones."""
+    """Distinguish the first activation from the later ones."""
     memory = db.memory
     if db.triggered("reset"):
         memory.yes = False
@@ -121,7 +121,7 @@ def flip_flop(db: Database) -> None:
 
 @dataclass(slots=True)
 class _Turn:
-    """Whose turn is next, and the outputs there are."""
+    """The output that is next, and all outputs."""
 
     next: int = 0
     outputs: list[str] = field(default_factory=list)
@@ -136,13 +136,13 @@ class _Turn:
     memory=_Turn,
 )
 def multisequence(db: Database) -> None:
-    """Follow output0 to its end, then output1, and so on; a latent node behind one does not hold up the next."""
+    """Follow output0 to its end, then output1, and so on; a latent node behind one output does not delay the next."""
     for output in _outputs(db):
         db.fire(output)
 
 
 def _outputs(db: Database) -> list[str]:
-    """output0, output1, ... as far as the graph has them."""
+    """output0, output1, ... up to the last one in the graph."""
     memory = db.memory
     if not memory.outputs:
         memory.outputs = db.dynamic_outputs("output")
@@ -179,7 +179,7 @@ def multigate(db: Database) -> None:
     dynamic_outputs={"output{x}": Attribute("execution", "follows when value equals the branch of the same ending")},
 )
 def switch_token(db: Database) -> None:
-    """Follow the output whose branch equals the value; the first of equal branches wins, no match follows nothing."""
+    """Follow the first output whose branch equals the value; without a match nothing follows."""
     for name, text in zip(db.dynamic_input_names(), db.dynamic_inputs(), strict=True):
         if text == db.inputs.value:
             output = "output" + name.removeprefix("branch")

@@ -1,4 +1,4 @@
-"""The memory of nodes that wait for events, and how it is filled and let go."""
+"""The memory of nodes that wait for events: how it is filled and released."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from graph.node.events import LONGEST_QUEUE, Event, EventBus, Inbox
 
 @dataclass(slots=True)
 class Listening:
-    """What a waiting node keeps: its inbox once it has computed."""
+    """A waiting node's memory: its inbox, after its first compute."""
 
     bus: EventBus | None = None
     inbox: Inbox | None = None
@@ -20,7 +20,7 @@ class Listening:
 
 
 def inbox_of(db: Database, name: str) -> Inbox:
-    """The node's inbox for events of that name, opened when it is first asked for."""
+    """The node's inbox for events of that name, opened at first use."""
     memory: Listening = db.memory
     if memory.inbox is None or memory.inbox.name != name:
         close_inbox(db)
@@ -30,10 +30,10 @@ def inbox_of(db: Database, name: str) -> Inbox:
 
 
 def next_event(db: Database, name: str) -> Event | None:
-    """The event that this compute delivers; None if there is none.
+    """The event that this compute delivers, or None.
 
-    The first compute of an evaluation takes all events that may be had; the node comes back for each with
-    `fire_and_return`, so that every event has a compute and a walk of its own.
+    The first compute of an evaluation takes all deliverable events; the node comes back for each with
+    `fire_and_return`, so that every event has its own compute and walk.
     """
     memory: Listening = db.memory
     if not db.returned:
@@ -51,7 +51,7 @@ def next_event(db: Database, name: str) -> Event | None:
 
 
 def deliver(db: Database) -> None:
-    """Follows execOut; comes back if another event waits."""
+    """Fires execOut; comes back if another event waits."""
     if db.memory.turn:
         db.fire_and_return("execOut")
     else:
@@ -59,7 +59,7 @@ def deliver(db: Database) -> None:
 
 
 def close_inbox(db: Database) -> None:
-    """Ends the node's waiting."""
+    """Closes the node's inbox."""
     memory: Listening = db.memory
     if memory.bus is not None and memory.inbox is not None:
         memory.bus.close(memory.inbox)
@@ -67,5 +67,5 @@ def close_inbox(db: Database) -> None:
 
 
 def ignored(db: Database) -> bool:
-    """Whether events do not count now: `onlyPlayback` is set and the timeline does not play."""
+    """Whether events are ignored now: `onlyPlayback` is set and the timeline does not play."""
     return bool(db.inputs.onlyPlayback and not db.context.is_playing)

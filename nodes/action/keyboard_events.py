@@ -1,4 +1,4 @@
-"""Events of the keyboard: without a window, what tests and scripts press."""
+"""Events of the keyboard; without a window, tests and scripts press the keys."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def _end(db: Database) -> None:
     release=_end,
 )
 def on_keyboard_input(db: Database) -> bool:
-    """Fire once for every press and once for every release of a key; silent where there is no keyboard."""
+    """Fire once for every press and once for every release of a key; never fires without a keyboard."""
     inputs, memory = db.inputs, db.memory
     if db.context.app is None:
         return False

@@ -31,7 +31,7 @@ EXEC_IN = Attribute("execution", "starts the wait")
 def countdown(db: Database) -> bool:
     """Count updates from the one in which `execIn` fired (0); on the last one `tick` fires before `finished`.
 
-    duration 0 finishes in the next update without a `tick`.
+    Duration 0 finishes in the next update without a `tick`.
     """
     length, period = db.inputs.duration, db.inputs.period
     if length < 0:

@@ -1,4 +1,4 @@
-"""Types that only old graphs have."""
+"""Types that only old graphs use."""
 
 from __future__ import annotations
 
@@ -23,6 +23,6 @@ class _Odd:
     memory=_Odd,
 )
 def sequence(db: Database) -> None:
-    """Follow a and b in turn, one per activation; for both, one after the other, there is Multisequence."""
+    """Follow a and b in turn, one per activation. To follow both, use Multisequence."""
     db.fire("a" if db.memory.next_is_odd else "b")
     db.memory.next_is_odd = not db.memory.next_is_odd

@@ -1,4 +1,4 @@
-"""Messages to whoever watches the run, through Python's logger `tickgraph`."""
+"""Log output, through Python's logger `tickgraph`."""
 
 from __future__ import annotations
 

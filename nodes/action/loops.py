@@ -38,9 +38,9 @@ class _Pass:
     memory=_Pass,
 )
 def for_loop(db: Database) -> None:
-    """Passes with value = start + step x index while it is below `stop` (above, for a negative step).
+    """Run one pass for each value = start + step x index below `stop` (above, for a negative step).
 
-    After a normal end `value` is the first value that did not qualify; after a break both outputs stay.
+    After a normal end `value` is the first value that did not qualify; after a break both outputs keep their values.
     """
     memory, inputs, outputs, state = db.memory, db.inputs, db.outputs, db.state
     if db.triggered("breakLoop"):
@@ -67,7 +67,7 @@ def for_loop(db: Database) -> None:
 
 
 def _check_passes(db: Database) -> None:
-    """Refuses at once what the evaluator would stop after a million passes, unless the body may break the loop."""
+    """Refuses at once a loop that the evaluator would stop after a million passes, unless the body may break it."""
     inputs, limit = db.inputs, db.node.graph.step_limit
     passes = len(range(inputs.start, inputs.stop, inputs.step))
     if passes > limit and not db.wires_into("breakLoop"):
@@ -99,7 +99,7 @@ class _Element:
     resolve=element_of("arrayIn", "element"),
 )
 def for_each(db: Database) -> None:
-    """One pass per element; an empty array only finishes. Both data outputs keep their last values."""
+    """Run one pass for each element; an empty array only finishes. Both data outputs keep their last values."""
     memory = db.memory
     memory.index = 0 if db.triggered("execIn") else memory.index + 1
     array = db.inputs.arrayIn

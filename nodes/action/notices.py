@@ -1,4 +1,4 @@
-"""Hearing what changes on a stage."""
+"""Notices of changes on a stage."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 
 class StageWatch:
-    """Calls `told(notice)` at every change of a stage, until it is called itself."""
+    """Calls `told(notice)` at every change of a stage, until the watch itself is called."""
 
     def __init__(self, stage: Any, told: Callable[[Any], None]) -> None:
         from graph.sim.usd import Tf, Usd

@@ -23,7 +23,7 @@ EXEC_IN = Attribute("execution", "activates the node")
     outputs={"execOut": Attribute("execution", "follows once it is done")},
 )
 def set_prim_active(db: Database) -> bool:
-    """Switch a prim and all below it on or off; while playing not what physics or sensors read at play."""
+    """Switch a prim and its descendants on or off; refused while playing if physics or sensors use them."""
     inputs = db.inputs
     path = only_target(db, "primTarget", inputs.primTarget) if inputs.primTarget or not inputs.prim else inputs.prim
     prim = find_prim(db, str(path))
@@ -42,7 +42,7 @@ def set_prim_active(db: Database) -> bool:
 
 
 def _in_the_world(prim: Any) -> bool:
-    """Whether physics or sensors look at the prim or at one below it."""
+    """Whether physics or sensors use the prim or one of its descendants."""
     from graph.sim.usd import Usd, UsdGeom, UsdPhysics
 
     roles = (UsdPhysics.RigidBodyAPI, UsdPhysics.CollisionAPI, UsdPhysics.ArticulationRootAPI)
@@ -64,7 +64,7 @@ def _in_the_world(prim: Any) -> bool:
     outputs={"isSuccessful": Attribute("bool", "whether the relationship names the target now")},
 )
 def add_prim_relationship(db: Database) -> None:
-    """Add a target to a relationship, which is made where it is missing; a target is never there twice."""
+    """Add a target to a relationship. A missing relationship is created; a target is never added twice."""
     from graph.sim.usd import Sdf
 
     inputs = db.inputs
@@ -102,7 +102,7 @@ class _Target:
     memory=_Target,
 )
 def for_each_target(db: Database) -> None:
-    """One pass per prim; no prims only finish. Both data outputs keep their last values."""
+    """Run one pass for each prim; without prims the node only finishes. Both data outputs keep their last values."""
     memory, targets = db.memory, db.inputs.targets
     memory.index = 0 if db.triggered("execIn") else memory.index + 1
     if memory.index < len(targets):

@@ -42,7 +42,7 @@ def on_loaded(db: Database) -> bool:
 
 @dataclass(slots=True)
 class StageListening(Listening):
-    """An inbox, and for changes of the hierarchy what ends the subscription to the stage's notices."""
+    """An inbox, and, for changes of the hierarchy, the function that ends the watch of the stage."""
 
     stop: Callable[[], None] | None = None
 
@@ -67,10 +67,10 @@ def _release(db: Database) -> None:
     release=_release,
 )
 def on_stage_event(db: Database) -> bool:
-    """Fire after an event of the stage: play, stop, prims that came or went. Pause and resume are none.
+    """Fire after an event of the stage: play, stop, prims added or removed. Pause and resume do not fire.
 
-    Events of stopping come when nothing plays any more: they need `onlyPlayback` false. "Saved" and "Selection Changed"
-    come from a script only (`stage:Saved` on the event bus).
+    Events of stopping come when the timeline no longer plays: they need `onlyPlayback` false. "Saved" and "Selection
+    Changed" come only from a script (`stage:Saved` on the event bus).
     """
     name = db.inputs.eventName
     if not name:
@@ -85,7 +85,7 @@ def on_stage_event(db: Database) -> bool:
 
 
 def _watch_hierarchy(stage: Any, events: Any) -> Callable[[], None]:
-    """Sends an event whenever prims come, go or change their type; returns what ends that."""
+    """Sends an event whenever prims are added or removed or change their type; returns the function that ends this."""
 
     def told(notice: Any) -> None:
         if any(path.IsPrimPath() for path in notice.GetResyncedPaths()):

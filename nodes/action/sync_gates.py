@@ -1,4 +1,4 @@
-"""Gates that let control through once it has come over all their wires for one value."""
+"""Gates that open once execution has come over all their wires for one value."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ THROUGH = Attribute("execution", "fires when as many arrivals as there are conne
 
 @dataclass(slots=True)
 class Arrivals:
-    """The value that is being gathered, and how often it has arrived."""
+    """The current value, and how often execution has arrived with it."""
 
     value: tuple[int, ...] | None = None
     count: int = 0
 
 
 def _arrive(db: Database, value: tuple[int, ...]) -> None:
-    """Counts an arrival, anew for another value, and fires when all wires have brought it."""
+    """Counts an arrival, starting again at another value, and fires when all wires have arrived."""
     memory: Arrivals = db.memory
     memory.count = memory.count + 1 if value == memory.value else 1
     memory.value = value
@@ -37,7 +37,7 @@ def _arrive(db: Database, value: tuple[int, ...]) -> None:
     memory=Arrivals,
 )
 def sync_gate(db: Database) -> None:
-    """Let control through when it has arrived over every connection with one value; another value starts anew."""
+    """Pass execution when it has arrived over every connection with one value; another value starts the count again."""
     value = db.inputs.syncValue
     db.outputs.syncValue = value
     _arrive(db, (value,))
@@ -59,7 +59,7 @@ def sync_gate(db: Database) -> None:
     memory=Arrivals,
 )
 def rational_time_sync_gate(db: Database) -> None:
-    """Let control through when it has arrived over every connection with one time: 3/6 equals 1/2, 1/0 is not 2/0."""
+    """Pass execution when it has arrived over every connection with one time: 3/6 equals 1/2, 1/0 differs from 2/0."""
     numerator, denominator = db.inputs.rationalTimeNumerator, db.inputs.rationalTimeDenominator
     db.outputs.rationalTimeNumerator, db.outputs.rationalTimeDenominator = numerator, denominator
     common = gcd(numerator, denominator) if denominator else 1

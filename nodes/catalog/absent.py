@@ -1,4 +1,4 @@
-"""Node types that files name and that cannot work here, so that no other is offered in their place."""
+"""Node types that files use and that cannot work here, listed so that no similar name is suggested instead."""
 
 from __future__ import annotations
 
@@ -102,4 +102,4 @@ ABSENT = {
     "omni.graph.nodes.WritePrims": _BUNDLE,
     "omni.graph.nodes.WritePrimsV2": _BUNDLE,
 }
-"""Why a type is not there, by its id."""
+"""Why a type is not available, by its id."""

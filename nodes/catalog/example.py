@@ -1,4 +1,4 @@
-"""A graph file that shows one node type at work, made from its declaration alone."""
+"""A graph file that shows one node type at work, made from its declaration."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from graph.values.types import Extended
 
 from .example_parts import LIDAR, THING, Parts, parts_of
 
-# Values that an open input is tried with, the plainest first.
+# Values to try for an open input, the simplest first.
 _SAMPLES: tuple[tuple[str, Any], ...] = (
     ("double", 1.0),
     ("double[3]", [1.0, 2.0, 3.0]),
@@ -37,10 +37,10 @@ _TIME = "time.simulationTime"
 
 
 def example(node_type: NodeType, registry: Registry = DEFAULT) -> str:
-    """The text of a YAML graph file with one node of the type, its inputs as they are by default, and what starts it.
+    """The text of a YAML graph file with one node of the type, its inputs at their defaults, and what starts it.
 
-    Inputs without a default get a plain value where they need one: numbers, the prim /World/Thing, or what
-    `nodes.catalog.example_parts` has for the type. What the reader must bring stands in a comment at the top.
+    Inputs without a default get a simple value if they need one: numbers, the prim /World/Thing, or the value in
+    `nodes.catalog.example_parts`. What the reader must provide stands in a comment at the top.
     """
     name = _node_name(node_type)
     parts = parts_of(node_type.short_name, node_type.shipped)
@@ -92,13 +92,13 @@ def _node_name(node_type: NodeType) -> str:
 
 
 def _in_order(node_type: NodeType, values: Mapping[str, Any]) -> dict[str, Any]:
-    """The values in the order of the declaration, added inputs last."""
+    """The values in the order of the declaration, dynamic inputs last."""
     declared = {name: values[name] for name in node_type.inputs if name in values}
     return {**declared, **values}
 
 
 def _links(node_type: NodeType, name: str, parts: Parts) -> Iterator[tuple[str, str]]:
-    """What starts the node, and what follows it."""
+    """The connections that start the node, and those that follow it."""
     starts = [one for one, attribute in node_type.inputs.items() if attribute.is_execution]
     ends = [one for one, attribute in node_type.outputs.items() if attribute.is_execution]
     if starts and node_type.event is None:
@@ -115,7 +115,7 @@ def _links(node_type: NodeType, name: str, parts: Parts) -> Iterator[tuple[str, 
 
 
 def _candidates(node_type: NodeType) -> Iterator[dict[str, Any]]:
-    """Values of the inputs to write down: the declared defaults, and for open inputs one choice after the other."""
+    """Values of the inputs to write: the declared defaults, and for open inputs one choice after the other."""
     targets = [one for one, attribute in node_type.inputs.items() if attribute.type == "target" and one != "graph"]
     main = next((one for one in targets if not node_type.inputs[one].optional), next(iter(targets), ""))
     fixed: dict[str, Any] = {}
@@ -160,7 +160,7 @@ def _compiles(node_type: NodeType, values: Mapping[str, Any], registry: Registry
 
 
 def _prim_type(node_type: NodeType) -> str:
-    """A prim that the node's targets may mean: a sensor where one is asked for, else a thing with a place."""
+    """A prim type that suits the node's targets: a lidar for sensors, else a prim with a transform."""
     from sensors.sensor_types import sensor_types
 
     docs = " ".join(one.doc for one in node_type.inputs.values() if one.type == "target")

@@ -1,4 +1,4 @@
-"""What the examples of some node types need besides defaults: a robot, a lidar, wheels, the type of a message."""
+"""What the examples of some node types need besides defaults: a robot, a lidar, wheels, a message type."""
 
 from __future__ import annotations
 
@@ -166,5 +166,5 @@ _NOTHING = Parts()
 
 
 def parts_of(short_name: str, shipped: bool) -> Parts:
-    """What the example of a node type needs; nothing for types that are not ours."""
+    """What the example of a node type needs; nothing for third-party types."""
     return _PARTS.get(short_name, _NOTHING) if shipped else _NOTHING

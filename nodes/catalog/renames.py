@@ -1,4 +1,4 @@
-"""How node types and attributes were called in older files, and what became of them.
+"""Former names of node types and attributes, and their present names.
 
 Sources: the extension renaming of Isaac Sim 4.5 (`omni.isaac.*` to `isaacsim.*`), the removal of the ROS 1 bridge, and
 the attributes of older type versions found in saved graphs.
@@ -38,7 +38,7 @@ PREFIXES: Mapping[str, tuple[str, ...]] = {
     "omni.graph.action_nodes_core.": ("omni.graph.action.",),
     "omni.graph.nodes_core.": ("omni.graph.nodes.",),
 }
-"""Old beginnings of type ids to what they may have become; the first that gives a registered type is taken."""
+"""Former prefixes of type ids and their possible present ones; the first that gives a registered type is used."""
 
 TYPES: Mapping[str, str] = {
     "omni.graph.nodes.ReadVariable": "omni.graph.core.ReadVariable",
@@ -49,13 +49,13 @@ TYPES: Mapping[str, str] = {
     "omni.graph.scriptnode.OgnScriptNode": "omni.graph.scriptnode.ScriptNode",
     "omni.graph.nodes.MakeArray": "omni.graph.nodes.ConstructArray",
 }
-"""Ids that follow no rule."""
+"""Former ids that follow no rule."""
 
 _GRIPPER = (
     *("ParentRigidBody", "GripPosition", "GripThreshold", "ForceLimit", "TorqueLimit", "BendAngle"),
     *("Stiffness", "Damping", "DisableGravity", "RetryClose", "onStep", "Delta"),
 )
-"""Inputs of SurfaceGripper up to Isaac Sim 4.5; since then they are attributes of an IsaacSurfaceGripper prim."""
+"""Inputs of SurfaceGripper up to Isaac Sim 4.5; they are attributes of an IsaacSurfaceGripper prim now."""
 
 RENAMED: Mapping[str, Mapping[str, str]] = {
     "isaacsim.core.nodes.IsaacReadSimulationTime": {},
@@ -66,7 +66,7 @@ RENAMED: Mapping[str, Mapping[str, str]] = {
     "isaacsim.robot.surface_gripper.SurfaceGripper": {f"inputs:{name}": "" for name in _GRIPPER},
     "omni.graph.nodes.ConstructArray": {f"inputs:{old}": f"inputs:input{new}" for new, old in enumerate("abcde")},
 }
-"""Attributes by new type id: old full name to the new one, "" for one that is gone."""
+"""Attributes by present type id: former full name to the present one, "" if it was removed."""
 
 REMOVED: Mapping[str, str] = {
     "inputs:swhFrameNumber": "use the reference time inputs for the time of a past frame",
@@ -77,7 +77,7 @@ REMOVED: Mapping[str, str] = {
     "inputs:GripPosition": "author isaac:attachmentPoints of an IsaacSurfaceGripper prim",
     "inputs:nodeType": "it has no meaning any more",
 }
-"""Attributes that old type versions had, wherever the present type has none of that name, and what to do instead."""
+"""Attributes of old type versions, for every present type that does not have them, and what to do instead."""
 
 
 MEANT_NOTHING: Mapping[str, tuple[int, Mapping[str, Any]]] = {

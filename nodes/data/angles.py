@@ -1,4 +1,4 @@
-"""Angles: in degrees and radians, and of a direction."""
+"""Angles in degrees and radians, and the angle of a direction."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ DECIMALS = ("decimals",)
 
 
 def _scaled(value: Any, factor: float) -> Any:
-    """The value times a factor, in the precision it has."""
+    """The value times a factor, in the value's own precision."""
     return (value * factor).astype(value.dtype) if hasattr(value, "dtype") else value * factor
 
 

@@ -1,4 +1,4 @@
-"""Arithmetic on numbers, tuples and arrays, element by element; a number stretches to any shape."""
+"""Arithmetic on numbers, tuples and arrays, element by element; a number is repeated to fit any shape."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def add(db: Database) -> None:
     specialize=for_types(operator.sub, "difference"),
 )
 def subtract(db: Database) -> None:
-    """Subtract the further operands from the first."""
+    """Subtract the other operands from the first."""
     _subtract(db)
 
 
@@ -111,7 +111,7 @@ def modulo(db: Database) -> None:
     resolve=incremented,
 )
 def increment(db: Database) -> None:
-    """Add a number to a value of any shape; in whole numbers the sum is cut off towards zero."""
+    """Add a number to a value of any shape; for an integer result the sum is truncated towards zero."""
     value, step, result = db.inputs.value, db.inputs.increment, settled(db, "result")
     total = quietly(lambda: value + step)
     if result is not None and result.storage in INTEGER_RANGES and not hasattr(total, "dtype"):
@@ -131,7 +131,7 @@ def increment(db: Database) -> None:
     resolve=promoted("result"),
 )
 def clamp(db: Database) -> None:
-    """Keep a value within bounds, element by element; a lower bound above the upper one fails."""
+    """Limit a value to a range, element by element; a lower bound above the upper one fails."""
     value, lower, upper = aligned(db, ("input", "lower", "upper"), settled(db, "result"))
     crossed = lower > upper
     if crossed.any() if hasattr(crossed, "any") else crossed:

@@ -1,4 +1,4 @@
-"""Arrays measured, searched, and made anew with one element or another length changed; inputs are never written to."""
+"""Measures and searches arrays, and returns edited copies; inputs are never written to."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def array_find_value(db: Database) -> None:
     resolve=edited_array,
 )
 def array_set_index(db: Database) -> None:
-    """Replace one element; with resizeToFit an index behind the end fills the gap with zeros."""
+    """Replace one element; with resizeToFit, an index behind the end extends the array with zeros."""
     array, index = db.inputs.array, db.inputs.index
     length = len(array)
     if index >= length and db.inputs.resizeToFit:
@@ -78,7 +78,7 @@ def array_set_index(db: Database) -> None:
     resolve=edited_array,
 )
 def array_insert_value(db: Database) -> None:
-    """Put an element in; an index beyond either end means that end."""
+    """Insert an element; an index beyond either end means that end."""
     array, index = db.inputs.array, db.inputs.index
     length = len(array)
     position = min(max(index if index >= 0 else index + length, 0), length)
@@ -112,7 +112,7 @@ def array_resize(db: Database) -> None:
     resolve=appended,
 )
 def append_array(db: Database) -> None:
-    """Put arrays of one type one behind the other."""
+    """Join arrays of one type."""
     arrays = db.dynamic_inputs("input")
     db.claim(sum(len(array) * 8 if isinstance(array, list) else array.nbytes for array in arrays))
     if isinstance(arrays[0], list):
@@ -124,7 +124,7 @@ def append_array(db: Database) -> None:
 
 
 def resized(db: Database, array: Any, size: int) -> Any:
-    """A copy of the array, cut off or filled up with zeros (empty texts); identities for matrices are not zeros."""
+    """A copy of the array, cut off or extended with zeros (in matrices too) or empty texts."""
     each = 8 if isinstance(array, list) else array.dtype.itemsize * math.prod(array.shape[1:])
     db.claim(size * each)
     if isinstance(array, list):
@@ -149,7 +149,7 @@ def element_for(db: Database, name: str) -> Any:
 
 
 def places_of(array: Any, value: Any) -> list[int]:
-    """Positions of the elements that equal a value."""
+    """Indices of the elements that equal a value."""
     if isinstance(array, list):
         return [place for place, one in enumerate(array) if one == value]
     import numpy as np

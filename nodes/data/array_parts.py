@@ -1,4 +1,4 @@
-"""Arrays filled, shortened, turned and cut; inputs are never written to."""
+"""Arrays filled, shortened, rotated and sliced; inputs are never written to."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ CHANGED = Attribute(ARRAYS, "the array that comes of it")
     resolve=edited_array,
 )
 def array_append_value(db: Database) -> None:
-    """Put an element at the end of an array."""
+    """Append an element to an array."""
     array = db.inputs.array
     result = resized(db, array, len(array) + 1)
     result[len(array)] = element_for(db, "value")
@@ -35,7 +35,7 @@ def array_append_value(db: Database) -> None:
     resolve=filled_array,
 )
 def array_fill(db: Database) -> None:
-    """Give an array of the same length that holds one value throughout."""
+    """Give an array of the same length with one value everywhere."""
     array, value = db.inputs.array, element_for(db, "fillValue")
     if isinstance(array, list):
         db.outputs.array = [value] * len(array)
@@ -56,7 +56,7 @@ def array_fill(db: Database) -> None:
     resolve=same_type("array", "array"),
 )
 def array_remove_index(db: Database) -> None:
-    """Take one element out of an array; an index beyond it fails."""
+    """Remove one element from an array; an index out of range fails."""
     array, index = db.inputs.array, db.inputs.index
     if not -len(array) <= index < len(array):
         db.fail(f"input index is {index}, but the array has {len(array)} elements")
@@ -75,7 +75,7 @@ def array_remove_index(db: Database) -> None:
     resolve=edited_array,
 )
 def array_remove_value(db: Database) -> None:
-    """Take the elements that equal a value out of an array."""
+    """Remove the elements that equal a value from an array."""
     array = db.inputs.array
     places = places_of(array, element_for(db, "value"))
     db.outputs.found = bool(places)
@@ -93,7 +93,7 @@ def array_remove_value(db: Database) -> None:
     resolve=same_type("array", "array"),
 )
 def array_rotate(db: Database) -> None:
-    """Shift the elements of an array; those that leave it at one end come in at the other."""
+    """Rotate an array: elements that leave it at one end enter at the other."""
     array = db.inputs.array
     steps = db.inputs.steps % len(array) if len(array) else 0
     if isinstance(array, list):
@@ -119,7 +119,7 @@ def array_rotate(db: Database) -> None:
     resolve=same_type("array", "array"),
 )
 def array_slice(db: Database) -> None:
-    """Take a part of an array; positions beyond it mean its ends, and a start behind the end gives nothing."""
+    """Take a part of an array; positions out of range mean its ends, a start behind the end gives an empty array."""
     array, inputs = db.inputs.array, db.inputs
     part = array[inputs.start : len(array) if inputs.useLength else inputs.end]
     db.outputs.array = part.copy() if hasattr(part, "dtype") else part
@@ -132,7 +132,7 @@ def array_slice(db: Database) -> None:
     outputs={"partialSum": Attribute("int[]", "for each place the sum of the numbers before it", default=[])},
 )
 def partial_sum(db: Database) -> None:
-    """Add up what stands before each place of an array: 3, 1, 4 gives 0, 3, 4. A sum that no int can hold fails."""
+    """Sum the elements before each position: 3, 1, 4 gives 0, 3, 4. A sum that no int can hold fails."""
     import numpy as np
 
     array = db.inputs.array

@@ -1,4 +1,4 @@
-"""Arrays put together and looked into."""
+"""Arrays constructed and indexed."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ ARRAY_TYPES = ("auto", *(f"{name}[]" for name in _NAMES))
     resolve=array_of_first,
 )
 def construct_array(db: Database) -> None:
-    """Make an array of input0, input1, ...; a smaller arraySize cuts it off, a larger one repeats the last element."""
+    """Make an array of input0, input1, ...; a smaller arraySize truncates it, a larger one repeats the last element."""
     size = db.inputs.arraySize
     if size < 0:
         db.fail(f"input arraySize is {size}; give it 0 or more")

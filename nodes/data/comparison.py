@@ -26,7 +26,7 @@ _OPERATIONS: dict[str, Callable[[Any, Any], bool]] = {
 
 
 def _single_values(db: Database) -> Compute | None:
-    """The compute for two numbers, texts or bools: no tuples or arrays to look into."""
+    """The compute for two numbers, texts or bools, not tuples or arrays."""
     if not all((one := input_type(db, name)) is not None and one.scalar for name in "ab"):
         return None
     inputs, outputs, operations = db.inputs, db.outputs, _OPERATIONS
@@ -59,7 +59,7 @@ def _refuse(db: Database) -> None:
     specialize=_single_values,
 )
 def compare(db: Database) -> None:
-    """Compare numbers, texts and tuples (component by component, the first difference decides)."""
+    """Compare numbers, texts and tuples (component by component; the first difference decides)."""
     inputs = db.inputs
     if inputs.operation not in _OPERATIONS:
         _refuse(db)

@@ -6,7 +6,7 @@ from typing import Any
 
 from graph.node import UNSET, Attribute, declare
 
-# Name after "Constant" -> (attribute type, default; UNSET where the type's own zero applies).
+# Name after "Constant" -> (attribute type, default; UNSET: the type's own zero).
 _PLAIN: dict[str, tuple[str, Any]] = {
     "Bool": ("bool", False),
     "Int": ("int", 0),

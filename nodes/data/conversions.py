@@ -1,4 +1,4 @@
-"""Values as doubles and as text."""
+"""Conversion of values to numbers and to text."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def to_double(db: Database) -> None:
 
 
 def _to_real(name: str, storage: str) -> None:
-    """Declares the node type `name`: numbers in that storage."""
+    """Declares the node type `name`, which converts to numbers of that storage."""
 
     def compute(db: Database) -> None:
         import numpy as np
@@ -63,7 +63,7 @@ _to_real("ToHalf", "half")
 
 
 def _to_whole(name: str, storage: str, *more: str) -> None:
-    """Declares the node type `name`: whole numbers in that storage."""
+    """Declares the node type `name`, which converts to whole numbers of that storage."""
     highest = INTEGER_RANGES[storage][1]
 
     def compute(db: Database) -> None:
@@ -105,13 +105,13 @@ _to_whole("ToUchar", "uchar", "string")
     outputs={"converted": Attribute("string", "the value as text")},
 )
 def to_string(db: Database) -> None:
-    """Write a value down: numbers in their shortest form, tuples in ( ), arrays in [ ]."""
+    """Convert a value to text: numbers in their shortest form, tuples in ( ), arrays in [ ]."""
     is_array = str(db.input_type("value")).endswith("[]")
     db.outputs.converted = written(db.inputs.value, is_array)
 
 
 def written(value: Any, is_array: bool) -> str:
-    """A value as text; `is_array` tells [1, 2] (an array) from (1, 2) (a tuple)."""
+    """A value as text; `is_array` distinguishes [1, 2] (an array) from (1, 2) (a tuple)."""
     value = value.tolist() if hasattr(value, "tolist") else value
     if not isinstance(value, list):
         return str(value)

@@ -30,7 +30,7 @@ DECIMALS = ("decimals",)
     resolve=promoted("result", "current", "target"),
 )
 def interpolate_to(db: Database) -> None:
-    """Go a step towards a target: by the share 1 - (1 - s)^exponent of the way, s = speed x deltaSeconds within 0 to 1.
+    """Take a step towards a target: 1 - (1 - s)^exponent of the way, s = speed x deltaSeconds within 0 to 1.
 
     Quaternions turn along the shortest arc.
     """
@@ -62,7 +62,7 @@ _EASES: dict[str, Callable[[Any, int, Any], Any]] = {
 
 
 def _eased_type(known: KnownTypes) -> Mapping[str, Type]:
-    """The common type of start and end, an array where alpha is one."""
+    """The common type of start and end, an array if alpha is one."""
     alpha = known["inputs:alpha"]
     if alpha is None or not input_types(known, "start", "end"):
         return {}
@@ -84,7 +84,7 @@ def _eased_type(known: KnownTypes) -> Mapping[str, Type]:
     resolve=_eased_type,
 )
 def ease(db: Database) -> None:
-    """Go from one value to another: slowly at the start (In), at the end (Out), at both, or at one speed (Linear)."""
+    """Ease from one value to another: slowly at the start (In), the end (Out), both, or at constant speed (Linear)."""
     import numpy as np
 
     inputs = db.inputs
@@ -117,7 +117,7 @@ def ease(db: Database) -> None:
     outputs={"value": Attribute("float", "the value there: on the line between two samples, at the ends the last one")},
 )
 def interpolator(db: Database) -> None:
-    """Look up a value between samples."""
+    """Interpolate between samples."""
     import numpy as np
 
     knots, values = db.inputs.knots, db.inputs.values
@@ -129,6 +129,6 @@ def interpolator(db: Database) -> None:
 
 
 def _check_power(db: Database, name: str, power: float) -> None:
-    """Fails the node where the share of a way would not be one: beyond its ends, or none at all."""
+    """Fails the node if the fraction of the way would not be between 0 and 1."""
     if not power >= 0:
         db.fail(f"input {name} is {power}; give it 0 or more")

@@ -16,7 +16,7 @@ WHOLE = ("int", "int[]", "int[2]", "int[3]", "int[4]", "int[2][]", "int[3][]", "
 
 
 def _applied(name: str, function: Callable[[float], float], scale_in: float = 1.0, scale_out: float = 1.0) -> None:
-    """Declares the node type `name`: function of value x scale_in, times scale_out."""
+    """Declares the node type `name`: scale_out times the function of (value x scale_in)."""
     inverse = name.startswith("A")
     given, found = ("a ratio", "its angle") if inverse else ("an angle", "the ratio")
     unit_in, unit_out = ("", "deg") if inverse else ("deg", "")

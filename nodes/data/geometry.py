@@ -49,7 +49,7 @@ def magnitude(db: Database) -> None:
     resolve=product_of("product"),
 )
 def dot_product(db: Database) -> None:
-    """Multiply vectors to numbers."""
+    """Compute the dot product of vectors."""
     import numpy as np
 
     a, b = aligned(db, "ab", None)
@@ -71,7 +71,7 @@ def dot_product(db: Database) -> None:
     resolve=promoted("product"),
 )
 def cross_product(db: Database) -> None:
-    """Multiply vectors of three to a vector."""
+    """Compute the cross product of vectors of three."""
     import numpy as np
 
     db.outputs.product = np.cross(*aligned(db, "ab", settled(db, "product")))
@@ -85,7 +85,7 @@ def cross_product(db: Database) -> None:
     resolve=same_type("vector", "result"),
 )
 def normalize(db: Database) -> None:
-    """Give vectors length 1; one of length 0 stays as it is."""
+    """Scale vectors to length 1; a vector of length 0 stays unchanged."""
     import numpy as np
 
     vector = db.inputs.vector
@@ -97,7 +97,7 @@ POINTS3 = tuple(f"point{kind}[3]{many}" for kind in "dfh" for many in ("", "[]")
 
 
 def _distance_type(known: KnownTypes) -> Any:
-    """A number in the wider precision of both points, an array where one of them is."""
+    """A number in the higher precision of both points, an array if one of them is."""
     common = promoted("distance", "a", "b")(known)
     return {name: length.component.array_of() if length.array else length.component for name, length in common.items()}
 
@@ -117,7 +117,7 @@ def _distance_type(known: KnownTypes) -> Any:
     resolve=_distance_type,
 )
 def distance_3d(db: Database) -> None:
-    """Give the distance between points; an array with an array one by one."""
+    """Give the distance between points; of two arrays, row by row."""
     import numpy as np
 
     from graph.values.coercion import dtype_of

@@ -19,7 +19,7 @@ from graph.sim.keyboard import KEYS, keyboard_of
     },
 )
 def read_keyboard_state(db: Database) -> None:
-    """Tell which keys are down on the App's keyboard (`graph.sim.keyboard.keyboard_of`)."""
+    """Read which keys are down on the App's keyboard (`graph.sim.keyboard.keyboard_of`)."""
     keyboard, key, outputs = keyboard_of(db.app), db.inputs.key, db.outputs
     if key not in KEYS:
         db.fail(f"input key is {key!r}, which is not a key; use a name such as A, Key1 or Space")

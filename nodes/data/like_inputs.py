@@ -1,4 +1,4 @@
-"""Which type comes out of a data node that keeps its input's type or shape; see `promotion` for calculations."""
+"""Output types of data nodes that keep their input's type or shape; see `promotion` for calculations."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def same_type(name: str, output: str) -> Resolve:
 
 
 def renamed(name: str, output: str, element: str) -> Resolve:
-    """The output is of a fixed type, an array of it where the input is an array."""
+    """The output has a fixed type, an array of it if the input is an array."""
 
     def resolve(known: KnownTypes) -> Answer:
         given = known[f"inputs:{name}"]
@@ -38,7 +38,7 @@ def renamed(name: str, output: str, element: str) -> Resolve:
 
 
 def real_like(name: str, output: str) -> Resolve:
-    """The output has the type of the input, but in doubles where that is whole."""
+    """The output has the type of the input, with integers as doubles."""
 
     def resolve(known: KnownTypes) -> Answer:
         given = known[f"inputs:{name}"]
@@ -65,7 +65,7 @@ def signed(name: str, output: str) -> Resolve:
 
 
 def whole_of(name: str, output: str) -> Resolve:
-    """The output is made of ints in the shape of the input. Raises ValueError for a matrix."""
+    """The output has the shape of the input, in ints. Raises ValueError for a matrix."""
 
     def resolve(known: KnownTypes) -> Answer:
         given = known[f"inputs:{name}"]
@@ -97,7 +97,7 @@ def length_of(name: str, output: str) -> Resolve:
 
 
 def product_of(output: str) -> Resolve:
-    """A number for two vectors or two arrays of numbers, an array where one is an array of vectors."""
+    """A number for two vectors or two arrays of numbers; an array if one is an array of vectors."""
 
     def resolve(known: KnownTypes) -> Answer:
         types = input_types(known)
@@ -127,7 +127,7 @@ def edited_array(known: KnownTypes) -> Answer:
 
 
 def searched_array(known: KnownTypes) -> Answer:
-    """An open `value` is an element of the array. Raises ValueError where it can be none."""
+    """An open `value` is an element of the array. Raises ValueError if it cannot be one."""
     return _element_input(known, "value")
 
 
@@ -150,7 +150,7 @@ def _element_input(known: KnownTypes, name: str) -> Answer:
 
 
 def appended(known: KnownTypes) -> Answer:
-    """AppendArray: the type of the first settled array, for all of them. Raises ValueError where one is another."""
+    """AppendArray: the type of the first resolved array, for all of them. Raises ValueError if another one differs."""
     inputs = [name for name in known if name.startswith("inputs:")]
     first = next((known[name] for name in inputs if known[name] is not None), None)
     if first is None:
@@ -165,7 +165,7 @@ def appended(known: KnownTypes) -> Answer:
 
 
 def joined_text(known: KnownTypes) -> Answer:
-    """BuildString: the type of `a`, an array where any part is one."""
+    """BuildString: the type of `a`, an array if any part is one."""
     types = input_types(known)
     if not types:
         return {}

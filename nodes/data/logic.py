@@ -21,19 +21,19 @@ EXTRA = Attribute(BOOLS, "one more operand")
 
 
 def plain(value: Any) -> Any:
-    """The value with lists for arrays: Python compares lists as the original compares tuples, in order."""
+    """The value with lists instead of arrays: Python compares lists in order, as the original compares tuples."""
     return value.tolist() if hasattr(value, "tolist") else value
 
 
 def is_array_input(db: Database, name: str) -> bool:
-    """Whether the settled type of an input is an array."""
+    """Whether the resolved type of an input is an array."""
     return str(db.input_type(name)).endswith("[]")
 
 
 def stretch(db: Database, operands: Sequence[tuple[Any, bool]]) -> list[list[Any]]:
     """Operands (value, whether it is an array) as lists of one length; single values repeat.
 
-    Fails the node where two arrays differ in length.
+    Fails the node if two arrays differ in length.
     """
     lengths = {len(value) for value, is_array in operands if is_array}
     if len(lengths) > 1:
@@ -43,7 +43,7 @@ def stretch(db: Database, operands: Sequence[tuple[Any, bool]]) -> list[list[Any
 
 
 def _combined(operation: Callable[[Any, Any], Any], *, opposite: bool = False) -> Callable[[Any], None]:
-    """A compute: `operation` over all operands, row by row where one of them is an array; its opposite if asked."""
+    """A compute function: `operation` over all operands, row by row if one is an array; `opposite`: negated."""
 
     def compute(db: Database) -> None:
         names = ["a", "b", *db.dynamic_input_names()]
@@ -58,7 +58,7 @@ def _combined(operation: Callable[[Any, Any], Any], *, opposite: bool = False) -
 
 
 def _two_bools(operation: Callable[[Any, Any], Any], *, opposite: bool = False) -> Specialize:
-    """The compute of a node with just two single operands."""
+    """The compute function of a node with exactly two single operands."""
 
     def specialize(db: Database) -> Compute | None:
         if db.dynamic_input_names() or not db.input_type("a") == db.input_type("b") == "bool":
@@ -90,7 +90,7 @@ _nand, _nor = _combined(operator.and_, opposite=True), _combined(operator.or_, o
     specialize=_two_bools(operator.and_),
 )
 def boolean_and(db: Database) -> None:
-    """Tell whether all operands are true."""
+    """Give whether all operands are true."""
     _and(db)
 
 
@@ -104,7 +104,7 @@ def boolean_and(db: Database) -> None:
     specialize=_two_bools(operator.and_, opposite=True),
 )
 def boolean_nand(db: Database) -> None:
-    """Tell whether not all operands are true."""
+    """Give whether at least one operand is false."""
     _nand(db)
 
 
@@ -118,7 +118,7 @@ def boolean_nand(db: Database) -> None:
     specialize=_two_bools(operator.or_),
 )
 def boolean_or(db: Database) -> None:
-    """Tell whether any operand is true."""
+    """Give whether any operand is true."""
     _or(db)
 
 
@@ -132,7 +132,7 @@ def boolean_or(db: Database) -> None:
     specialize=_two_bools(operator.or_, opposite=True),
 )
 def boolean_nor(db: Database) -> None:
-    """Tell whether no operand is true."""
+    """Give whether no operand is true."""
     _nor(db)
 
 
@@ -145,7 +145,7 @@ def boolean_nor(db: Database) -> None:
     specialize=_two_bools(operator.xor),
 )
 def boolean_xor(db: Database) -> None:
-    """Tell whether the operands differ."""
+    """Give whether the operands differ."""
     _xor(db)
 
 
@@ -170,7 +170,7 @@ _EXPRESSIONS: dict[str, Callable[[bool, bool], bool]] = {
     outputs={"result": Attribute("bool", "what comes out")},
 )
 def boolean_expr(db: Database) -> None:
-    """Put two truth values together by an operator."""
+    """Combine two bools by an operator."""
     inputs = db.inputs
     if inputs.operator not in _EXPRESSIONS:
         db.fail(f"input operator is {inputs.operator!r}; it must be one of {' '.join(_EXPRESSIONS)}")
@@ -185,7 +185,7 @@ def boolean_expr(db: Database) -> None:
     resolve=condition_type("valueOut", "valueIn"),
 )
 def boolean_not(db: Database) -> None:
-    """Turn true into false and back."""
+    """Negate a bool."""
     value = plain(db.inputs.valueIn)
     db.outputs.valueOut = [not one for one in value] if is_array_input(db, "valueIn") else not value
 
@@ -202,7 +202,7 @@ def boolean_not(db: Database) -> None:
     resolve=selected_type,
 )
 def select_if(db: Database) -> None:
-    """Take one of two values."""
+    """Select one of two values."""
     inputs = db.inputs
     if not is_array_input(db, "condition"):
         db.outputs.result = inputs.ifTrue if inputs.condition else inputs.ifFalse

@@ -1,4 +1,7 @@
-"""Transformation matrices made and changed, and vectors sent through them. Vectors are rows: v M, translation last."""
+"""Makes and changes transformation matrices, and transforms vectors.
+
+Vectors are rows: v M, translation in the last row.
+"""
 
 from __future__ import annotations
 
@@ -32,7 +35,7 @@ ORDER = Attribute("token", "the axes in the order in which angles turn", default
     outputs={"transform": Attribute("matrixd[4]", "the transformation that scales, then rotates, then moves")},
 )
 def make_transform(db: Database) -> None:
-    """Make a transformation of translation, rotation and scale."""
+    """Make a transformation from translation, rotation and scale."""
     import numpy as np
 
     inputs = db.inputs
@@ -54,7 +57,7 @@ def make_transform(db: Database) -> None:
     outputs={"transform": Attribute("matrixd[4]", "a place at the eye: -z forward, +y up, +x to the right")},
 )
 def make_transform_look_at(db: Database) -> None:
-    """Make the transformation of something at the eye that looks at the center."""
+    """Make the transformation of an object at the eye that looks at the center."""
     import numpy as np
 
     inputs = db.inputs
@@ -77,7 +80,7 @@ def make_transform_look_at(db: Database) -> None:
     resolve=renamed("matrix", "scale", "vectord[3]"),
 )
 def get_matrix4_scale(db: Database) -> None:
-    """Give the scale of a transformation; of a mirrored one the scale along x is negative."""
+    """Give the scale of a transformation; for a mirrored one the scale along x is negative."""
     given = db.inputs.matrix
     scales = rotations_of(given)[1]
     db.outputs.scale = scales if given.ndim == 3 else scales[0]
@@ -94,7 +97,7 @@ def get_matrix4_scale(db: Database) -> None:
     resolve=same_type("matrix", "matrix"),
 )
 def set_matrix4_translation(db: Database) -> None:
-    """Change the translation of a transformation; of an array with an array, one by one."""
+    """Change the translation of a transformation; an array with an array, element by element."""
     matrix, translation = db.inputs.matrix.copy(), db.inputs.translation
     _check_shapes(db, matrix, translation, "translation")
     matrix[..., 3, :3] = translation
@@ -112,7 +115,7 @@ def set_matrix4_translation(db: Database) -> None:
     resolve=same_type("matrix", "matrix"),
 )
 def set_matrix4_scale(db: Database) -> None:
-    """Change the scale of a transformation, but neither its rotation nor its translation."""
+    """Change the scale of a transformation, and keep its rotation and translation."""
     matrix, scale = db.inputs.matrix.copy(), db.inputs.scale
     _check_shapes(db, matrix, scale, "scale")
     _turn(matrix, rotations_of(matrix)[0].swapaxes(-1, -2).reshape(*matrix.shape[:-2], 3, 3) * scale[..., :, None])
@@ -173,7 +176,7 @@ def set_matrix4_rotation(db: Database) -> None:
     resolve=lambda known: _like_vector(known, "rotation"),
 )
 def rotate_vector(db: Database) -> None:
-    """Turn vectors; a matrix with a scale scales them, the translation of one is left out."""
+    """Rotate vectors; the scale of a matrix counts, its translation does not."""
     import numpy as np
 
     vector, rotation = db.inputs.vector, db.inputs.rotation
@@ -194,7 +197,7 @@ def rotate_vector(db: Database) -> None:
     resolve=lambda known: _like_vector(known, "matrix"),
 )
 def transform_vector(db: Database) -> None:
-    """Send points through transformations; through one of 4 x 4 the translation counts, as for places."""
+    """Transform points; the translation of a 4 x 4 matrix counts."""
     import numpy as np
 
     vector, matrix = db.inputs.vector, db.inputs.matrix
@@ -217,7 +220,7 @@ def _order(db: Database) -> str:
 
 
 def _like_vector(known: KnownTypes, other: str) -> Mapping[str, Type]:
-    """The result is like the vector, an array where either is one."""
+    """The result has the type of the vector, an array if either input is one."""
     vector, with_it = known["inputs:vector"], known[f"inputs:{other}"]
     if vector is None or with_it is None:
         return {}
@@ -230,13 +233,13 @@ def _check_pair(db: Database, vector: Any, matrix: Any) -> None:
 
 
 def _check_shapes(db: Database, matrix: Any, value: Any, name: str) -> None:
-    """Fails the node where values are an array and do not match an array of matrices."""
+    """Fails the node if values are an array whose length differs from that of an array of matrices."""
     if value.ndim > 1 and (matrix.ndim == 2 or len(value) != len(matrix)):
         db.fail(f"input {name} has {len(value)} elements; give it one, or as many as there are matrices")
 
 
 def _turn(matrix: Any, rows: Any) -> None:
-    """Puts rows (..., 3, 3) in the place of the linear part."""
+    """Replaces the linear part by rows (..., 3, 3)."""
     matrix[..., :3, :3] = rows
 
 

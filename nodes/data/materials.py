@@ -18,7 +18,7 @@ from .stage_prims import find_prim, only_target
     outputs={"execOut": Attribute("execution", "follows once it is bound")},
 )
 def write_prim_material(db: Database) -> bool:
-    """Bind a material to a prim; a path that is not a Material fails, a missing prim is passed by."""
+    """Bind a material to a prim; a path that is not a Material fails, a missing prim is skipped."""
     from graph.sim.usd import UsdShade
 
     prim = find_prim(db, db.inputs.primPath)
@@ -46,7 +46,7 @@ def write_prim_material(db: Database) -> bool:
     },
 )
 def read_prim_material(db: Database) -> bool:
-    """Tell which material a prim has, bound to it or to one above it; a missing prim leaves the outputs as they are."""
+    """Read the material of a prim, bound to it or to an ancestor; for a missing prim the outputs keep their values."""
     from graph.sim.usd import UsdShade
 
     inputs = db.inputs

@@ -1,4 +1,4 @@
-"""Matrices multiplied, inverted, turned over, taken apart into rows and put together of them."""
+"""Multiplies, inverts and transposes matrices, splits them into rows and makes them from rows."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ FLOAT_MAX = 3.4028234663852886e38
 
 
 def _product_type(known: KnownTypes) -> Mapping[str, Type]:
-    """A matrix for two matrices, a vector like the one given for a vector and a matrix, a number for two vectors."""
+    """A matrix for two matrices, the vector's type for a vector and a matrix, a number for two vectors."""
     a, b = known["inputs:a"], known["inputs:b"]
     if a is None or b is None:
         return {}
@@ -54,7 +54,10 @@ def _product_type(known: KnownTypes) -> Mapping[str, Type]:
     resolve=_product_type,
 )
 def matrix_multiply(db: Database) -> None:
-    """Multiply matrices: of two transformations a comes first, since vectors are rows. Arrays go element by element."""
+    """Multiply matrices: of two transformations a is applied first, since vectors are rows.
+
+    Arrays go element by element.
+    """
     import numpy as np
 
     from graph.values.coercion import dtype_of
@@ -84,7 +87,7 @@ def matrix_multiply(db: Database) -> None:
     resolve=same_type("matrix", "invertedMatrix"),
 )
 def invert_matrix(db: Database) -> None:
-    """Invert matrices; one that has no inverse gives the largest float times the identity."""
+    """Invert matrices; a singular one gives the largest float times the identity."""
     import numpy as np
 
     given = db.inputs.matrix
@@ -104,7 +107,7 @@ def invert_matrix(db: Database) -> None:
     resolve=same_type("matrix", "result"),
 )
 def transpose(db: Database) -> None:
-    """Turn the rows of matrices into columns."""
+    """Transpose matrices."""
     db.outputs.result = db.inputs.matrix.swapaxes(-1, -2).copy()
 
 
@@ -113,7 +116,7 @@ WIDTHS = ("double[3]", "double[4]")
 
 
 def _rows(db: Database, count: int, width: int) -> None:
-    """Writes the rows of the input, cut off behind `width` numbers."""
+    """Writes the rows of the input, truncated to `width` numbers."""
     matrix = db.inputs.matrix
     for number, axis in enumerate(AXES[:count]):
         setattr(db.outputs, axis, matrix[..., number, :width].copy())
@@ -151,7 +154,7 @@ def _both(*names: str) -> tuple[str, ...]:
     resolve=_row_types(2),
 )
 def break_matrix2(db: Database) -> None:
-    """Take a 2 x 2 matrix apart into its rows."""
+    """Split a 2 x 2 matrix into its rows."""
     _rows(db, 2, 2)
 
 
@@ -163,7 +166,7 @@ def break_matrix2(db: Database) -> None:
     resolve=_row_types(3),
 )
 def break_matrix3(db: Database) -> None:
-    """Take a 3 x 3 matrix apart into its rows."""
+    """Split a 3 x 3 matrix into its rows."""
     _rows(db, 3, 3)
 
 
@@ -184,7 +187,7 @@ def break_matrix3(db: Database) -> None:
     resolve=_row_types(4),
 )
 def break_matrix4(db: Database) -> None:
-    """Take a 4 x 4 matrix apart into its rows; of a transformation w is the translation."""
+    """Split a 4 x 4 matrix into its rows; of a transformation w is the translation."""
     _rows(db, 4, 3 if db.inputs.outputType == "double[3]" else 4)
 
 
@@ -206,7 +209,7 @@ def _make(count: int) -> Any:
         rows = [getattr(db.inputs, axis) for axis in AXES[:count]]
         arrays = [row for row in rows if row.ndim == 2]
         check_lengths(db, arrays)
-        # A row of three is one of a transformation: the last column is 0, 0, 0, 1.
+        # A row of three belongs to a transformation: the last column is 0, 0, 0, 1.
         whole = np.zeros((*{len(row) for row in arrays}, count, count))
         whole[..., count - 1, count - 1] = 1
         for number, row in enumerate(rows):
@@ -235,7 +238,7 @@ def _made(size: int) -> dict[str, Attribute]:
     resolve=_matrix_of_rows(2),
 )
 def make_matrix2(db: Database) -> None:
-    """Put two rows together to a matrix; arrays give an array of matrices."""
+    """Make a matrix from two rows; arrays give an array of matrices."""
     _make2(db)
 
 
@@ -247,7 +250,7 @@ def make_matrix2(db: Database) -> None:
     resolve=_matrix_of_rows(3),
 )
 def make_matrix3(db: Database) -> None:
-    """Put three rows together to a matrix; arrays give an array of matrices."""
+    """Make a matrix from three rows; arrays give an array of matrices."""
     _make3(db)
 
 
@@ -259,5 +262,5 @@ def make_matrix3(db: Database) -> None:
     resolve=_matrix_of_rows(4),
 )
 def make_matrix4(db: Database) -> None:
-    """Put four rows together to a matrix; rows of three get the last column of a transformation: 0, 0, 0, 1."""
+    """Make a matrix from four rows; rows of three get the last column of a transformation: 0, 0, 0, 1."""
     _make4(db)

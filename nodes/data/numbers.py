@@ -1,7 +1,7 @@
-"""How data nodes calculate: two plain numbers by the shortest way, everything else element by element.
+"""How data nodes calculate: two plain numbers directly, everything else element by element.
 
-Operands take the result's precision before they meet. One rule holds for numbers, tuples and arrays: a whole result
-that its type cannot hold fails the node, a real one beyond its type's largest number is infinite.
+Operands are converted to the result's precision first. One rule holds for numbers, tuples and arrays: an integer result
+that its type cannot hold fails the node, a real one beyond its type's largest number becomes infinite.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ Operation = Callable[[Any, Any], Any]
 
 
 def folded(operation: Operation, output: str) -> Callable[[Any], None]:
-    """A compute: `operation` over a, b and the operands that the file adds, from left to right."""
+    """A compute function: `operation` over a, b and the operands that the file adds, from left to right."""
 
     def compute(db: Database) -> None:
         values = aligned(db, ["a", "b", *db.dynamic_input_names()], settled(db, output))
@@ -35,7 +35,7 @@ def folded(operation: Operation, output: str) -> Callable[[Any], None]:
 
 
 def for_types(operation: Operation, output: str) -> Specialize:
-    """The compute of a node with operands as `folded` has them, made for their types once these are settled."""
+    """The compute function of a node with operands as in `folded`, made when the types are resolved."""
     numbers = two_numbers(operation, output)
 
     def specialize(db: Database) -> Compute | None:
@@ -50,7 +50,7 @@ def for_types(operation: Operation, output: str) -> Specialize:
 
 
 def _shaped(db: Database, operation: Operation, output: str, kinds: Mapping[str, Type], result: Type) -> Compute:
-    """A compute for operands of these types, by name, with a result that is whole or real."""
+    """A compute function for operands of these types, by name, with an integer or a real result."""
     inputs, outputs = db.inputs, db.outputs
     operands = [(python_name(name), kind) for name, kind in kinds.items()]
     arrays = [place for place, kind in enumerate(kinds.values()) if kind.array]
@@ -74,9 +74,9 @@ def _shaped(db: Database, operation: Operation, output: str, kinds: Mapping[str,
 
 
 def two_numbers(operation: Operation, output: str, *, nonzero: str = "") -> Specialize:
-    """The compute of a node with two plain numbers a and b: no shapes to look up.
+    """The compute function of a node with two plain numbers a and b, without any look-up of shapes.
 
-    A result that its type cannot hold is as `fitting` has it; 0 in the input named `nonzero` fails the node.
+    A result that its type cannot hold is handled as in `fitting`; 0 in the input named `nonzero` fails the node.
     """
 
     def specialize(db: Database) -> Compute | None:
@@ -104,7 +104,7 @@ def two_numbers(operation: Operation, output: str, *, nonzero: str = "") -> Spec
 
 
 def quietly(calculate: Callable[[], Any]) -> Any:
-    """What the calculation gives; NumPy says nothing of what becomes infinite or nan."""
+    """The result of a calculation, without NumPy's warnings about infinity and NaN."""
     import numpy as np
 
     with np.errstate(all="ignore"):
@@ -112,9 +112,9 @@ def quietly(calculate: Callable[[], Any]) -> Any:
 
 
 def fitting(db: Database, value: Any, kind: Type | None) -> Any:
-    """A result in the storage of its type: whole numbers that do not fit fail the node, real ones become infinite.
+    """A result in its type's storage: out of range, an integer fails the node, a real number becomes infinite.
 
-    Whole numbers come exact, as `widened` operands give them.
+    Integers must be exact, as operands of `widened` give them.
     """
     if kind is None or not kind.numeric:
         return value
@@ -131,7 +131,7 @@ def fitting(db: Database, value: Any, kind: Type | None) -> Any:
     low, high = INTEGER_RANGES[kind.storage]
     array = hasattr(value, "dtype")
     for end in () if array and not value.size else (value.min(), value.max()) if array else (value,):
-        whole = int(end) if end - end == 0 else None  # neither infinite nor nan
+        whole = int(end) if end - end == 0 else None  # neither infinite nor NaN
         if whole is None or not low <= whole <= high:
             shown = end if whole is None else whole
             db.fail(f"the result {shown} does not fit {kind} ({low} to {high}); make an operand wider, or a double")
@@ -139,9 +139,9 @@ def fitting(db: Database, value: Any, kind: Type | None) -> Any:
 
 
 def widened(values: Sequence[Any], most: int) -> list[Any]:
-    """Whole operands of a calculation whose result is at most `most` away from 0, such that it will be exact.
+    """Integer operands of a calculation whose result is at most `most` away from 0, such that the result is exact.
 
-    Arrays become int64, or Python's own integers where that is too small.
+    Arrays become int64, or Python's own integers if that is too small.
     """
     wide: Any = "int64" if most < 2**63 and all(_in_int64(value) for value in values) else object
     return [value.astype(wide, copy=False) if hasattr(value, "dtype") else value for value in values]
@@ -152,35 +152,38 @@ def _in_int64(value: Any) -> bool:
 
 
 def changed(db: Database, change: Callable[[Any], Any], value: Any, kind: Type | None) -> Any:
-    """`change` of every number, such as abs: the least whole number of a type has no positive one there, and fails."""
+    """`change`, such as abs, of every number.
+
+    The smallest integer of a type has no positive counterpart there and fails.
+    """
     if kind is None or kind.storage not in INTEGER_RANGES:
         return change(value)
     return fitting(db, change(widened([value], bound(value))[0]), kind)
 
 
 def bound(value: Any) -> int:
-    """How far from 0 the whole numbers of a value are."""
+    """The largest distance from 0 of the integers of a value."""
     if not hasattr(value, "dtype"):
         return abs(int(value))
     return max(abs(int(value.min())), abs(int(value.max()))) if value.size else 0
 
 
 def input_type(db: Database, name: str) -> Type | None:
-    """The settled type of an input; None while it is open."""
+    """The resolved type of an input; None while it is open."""
     type_name = db.input_type(name)
     return None if type_name is None else TYPES[type_name]
 
 
 def settled(db: Database, output: str) -> Type | None:
-    """The settled type of an output; None while it is open."""
+    """The resolved type of an output; None while it is open."""
     type_name = db.output_type(output)
     return None if type_name is None else TYPES[type_name]
 
 
 def aligned(db: Database, names: Sequence[str], result: Type | None) -> list[Any]:
-    """The values of inputs, ready to meet in NumPy: in the precision of `result`, elements of arrays facing tuples.
+    """The values of inputs for NumPy: in the precision of `result`, arrays of numbers shaped to match tuples.
 
-    Fails the node where two arrays differ in length (NumPy would stretch an array of length 1).
+    Fails the node if two arrays differ in length (NumPy would repeat an array of length 1).
     """
     values = [getattr(db.inputs, name) for name in names]
     types = [input_type(db, name) for name in names]
@@ -200,9 +203,9 @@ def _aligned(db: Database, value: Any, given: Type, result: Type) -> Any:
 
 
 def _facing(value: Any, given: Type, result: Type) -> Any:
-    """An array of numbers such that each faces a whole tuple of an array of tuples; other values as they are.
+    """An array of numbers, shaped so that each number meets a whole tuple; other values unchanged.
 
-    Real ones in the precision of the result.
+    Real numbers have the precision of the result.
     """
     if not hasattr(value, "astype"):
         return value
@@ -214,13 +217,13 @@ def _facing(value: Any, given: Type, result: Type) -> Any:
 
 
 def _check_untyped(db: Database, values: Sequence[Any]) -> None:
-    """Values whose types nobody knows: those with the most axes need one length."""
+    """Checks values of unknown types: those with the most axes must have one length."""
     depth = max((getattr(value, "ndim", 0) for value in values), default=0)
     check_lengths(db, [value for value in values if depth and getattr(value, "ndim", 0) == depth])
 
 
 def check_lengths(db: Database, arrays: Sequence[Any]) -> None:
-    """Fails the node where two of these arrays differ in length."""
+    """Fails the node if two of these arrays differ in length."""
     lengths = {len(one) for one in arrays}
     if len(lengths) > 1:
         db.fail(f"the arrays have {' and '.join(map(str, sorted(lengths)))} elements; they need one length")

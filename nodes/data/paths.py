@@ -1,4 +1,4 @@
-"""Paths of prims, and targets: made of others, compared, searched. Nothing here looks at the stage."""
+"""Paths of prims, and targets: joined, compared, searched. These nodes do not read the stage."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ CHANGED = Attribute("target", "the prims that come of it")
 
 
 def _each(db: Database, value: Any, function: Callable[[Any], Any]) -> Any:
-    """function(path) for one path, or for each of an array. Fails the node for what is not an absolute path."""
+    """function(path) for one path, or for each of an array. Fails the node if one is not an absolute path."""
     from graph.sim.usd import Sdf
 
     def of(text: str) -> str:
@@ -36,7 +36,7 @@ def _each(db: Database, value: Any, function: Callable[[Any], Any]) -> Any:
     resolve=same_type("path", "parentPath"),
 )
 def get_parent_path(db: Database) -> None:
-    """Give the path of what a prim is in, or of the prim that has a property."""
+    """Give the path of a prim's parent, or of the prim that has a property."""
     db.outputs.parentPath = _each(db, db.inputs.path, lambda path: path.GetParentPath())
 
 
@@ -51,7 +51,7 @@ def get_parent_path(db: Database) -> None:
     resolve=same_type("path", "path"),
 )
 def append_path(db: Database) -> None:
-    """Put a relative path behind a path; an empty one leaves it as it is."""
+    """Append a relative path to a path; an empty one leaves it unchanged."""
     from graph.sim.usd import Sdf
 
     suffix = db.inputs.suffix
@@ -71,7 +71,7 @@ def append_path(db: Database) -> None:
     resolve=same_type("path", "relativePath"),
 )
 def get_relative_path(db: Database) -> None:
-    """Give the way from one path to another; from a path to itself it is a dot."""
+    """Give the relative path from one path to another; from a path to itself it is a dot."""
     anchors: list[Any] = []
     _each(db, db.inputs.anchor, anchors.append)
     db.outputs.relativePath = _each(db, db.inputs.path, lambda path: path.MakeRelativePath(anchors[0]))
@@ -100,7 +100,7 @@ def get_parent_prims(db: Database) -> None:
     dynamic_inputs={"input{n}": TARGETS},
 )
 def append_targets(db: Database) -> None:
-    """Put targets one behind the other."""
+    """Join targets into one."""
     joined = itertools.chain.from_iterable(db.dynamic_inputs("input"))
     db.outputs.targets = list(joined if db.inputs.allowDuplicates else dict.fromkeys(joined))
 
@@ -116,7 +116,7 @@ def append_targets(db: Database) -> None:
     dynamic_inputs={"input{n}": Attribute(PATHS, "one more relative path, behind those before")},
 )
 def append_target_paths(db: Database) -> None:
-    """Put relative paths behind the paths of prims."""
+    """Append relative paths to the paths of prims."""
     from graph.sim.usd import Sdf
 
     rows = [db.inputs.rootTargets or ["/"], *db.dynamic_inputs("input")]
@@ -152,7 +152,10 @@ def _compared(known: KnownTypes) -> Any:
     resolve=_compared,
 )
 def compare_targets(db: Database) -> None:
-    """Tell whether targets name the same prims in the same order; one by one they must be as many, or one."""
+    """Give whether targets name the same prims in the same order, or compare them one by one.
+
+    One by one, both must have the same length, or one of them length 1.
+    """
     a, b, operation = list(db.inputs.a), list(db.inputs.b), db.inputs.operation
     if operation not in ("==", "!="):
         db.fail(f"input operation is {operation!r}; it must be == or !=")
@@ -192,7 +195,7 @@ def find_target(db: Database) -> None:
     outputs={"targets": Attribute("target", "the prims taken")},
 )
 def get_targets(db: Database) -> None:
-    """Take some prims out of a target; an index beyond it fails."""
+    """Take some prims out of a target; an index out of range fails."""
     targets, index, count = list(db.inputs.targets), db.inputs.index, db.inputs.count
     if not -len(targets) <= index < len(targets):
         db.lack(f"input index is {index}, but the target names {len(targets)} prims")
@@ -211,7 +214,7 @@ def get_targets(db: Database) -> None:
     outputs={"targets": CHANGED},
 )
 def insert_targets(db: Database) -> None:
-    """Put prims among others."""
+    """Insert prims into a target."""
     targets = list(db.inputs.targets)
     index = min(max(db.inputs.index, 0), len(targets))
     db.outputs.targets = [*targets[:index], *db.inputs.insertTargets, *targets[index:]]
@@ -230,7 +233,7 @@ def insert_targets(db: Database) -> None:
     outputs={"targets": CHANGED},
 )
 def replace_targets(db: Database) -> None:
-    """Replace prims by others wherever they stand, or take them out."""
+    """Replace prims wherever they are in a target, or remove them."""
     old, new = list(db.inputs.replaceTargets), list(db.inputs.setTargets)
     if new and len(new) not in (1, len(old)):
         db.fail(f"{len(old)} prims cannot be replaced by {len(new)}; give it as many, one, or none")
@@ -250,7 +253,7 @@ def replace_targets(db: Database) -> None:
     outputs={"targets": CHANGED},
 )
 def set_target(db: Database) -> None:
-    """Put another prim in the place of one; an index beyond the target fails."""
+    """Replace the prim at an index; an index out of range fails."""
     targets, index, new = list(db.inputs.targets), db.inputs.index, list(db.inputs.setTarget)
     if not -len(targets) <= index < len(targets):
         db.lack(f"input index is {index}, but the target names {len(targets)} prims")
@@ -271,7 +274,7 @@ def set_target(db: Database) -> None:
     outputs={"result": Attribute("target", "what was taken")},
 )
 def select_target_if(db: Database) -> None:
-    """Take one of two targets, or prim by prim from two that are as long as the condition."""
+    """Select one of two targets, or prim by prim from two targets as long as the condition."""
     condition, sides = db.inputs.condition, (list(db.inputs.ifFalse), list(db.inputs.ifTrue))
     if not hasattr(condition, "__len__"):
         db.outputs.result = sides[bool(condition)]
@@ -291,7 +294,7 @@ def select_target_if(db: Database) -> None:
     outputs={"primPath": Attribute("token", "path of the prim, or of the graph where no prim has it")},
 )
 def graph_target(db: Database) -> None:
-    """Give the path of the prim that this instance of the graph runs for."""
+    """Give the path of the prim for which this instance of the graph runs."""
     db.outputs.primPath = db.node.graph.target
 
 
@@ -301,5 +304,5 @@ def graph_target(db: Database) -> None:
     outputs={"prim": Attribute("target", "the prim, or the graph where no prim has it")},
 )
 def get_graph_target_prim(db: Database) -> None:
-    """Give the prim that this instance of the graph runs for."""
+    """Give the prim for which this instance of the graph runs."""
     db.outputs.prim = [db.node.graph.target]

@@ -17,7 +17,7 @@ NUMERICS = ("numerics",)
 def _real(db: Database, name: str, output: str, function: Callable[[Any], Any]) -> None:
     """Writes function(value), calculated in doubles, in the type of the output.
 
-    A result that no real number is (a root of a negative number) is nan, one that is too large infinite.
+    A result that is not real (a root of a negative number) is NaN, one that is too large infinite.
     """
     import numpy as np
 
@@ -42,7 +42,7 @@ def _real(db: Database, name: str, output: str, function: Callable[[Any], Any]) 
     resolve=real_like("base", "result"),
 )
 def exponent(db: Database) -> None:
-    """Raise numbers to a whole power; matrices element by element."""
+    """Raise numbers to an integer power; matrices element by element."""
     power = float(db.inputs.exponent)
     _real(db, "base", "result", lambda value: value**power)
 
@@ -58,7 +58,7 @@ def exponent(db: Database) -> None:
     resolve=real_like("value", "result"),
 )
 def nth_root(db: Database) -> None:
-    """Take a root: an even one of a negative number is nan, an odd one negative, the 0th infinite."""
+    """Take a root: an even root of a negative number is NaN, an odd one negative, the 0th infinite."""
     import numpy as np
 
     which = db.inputs.nthRoot
@@ -84,7 +84,7 @@ def nth_root(db: Database) -> None:
     resolve=real_like("value", "result"),
 )
 def logarithm(db: Database) -> None:
-    """Give the power that the base must be raised to for the value; a value that is not above 0 fails."""
+    """Give the logarithm of a value to a base; a value that is not above 0 fails."""
     import numpy as np
 
     base, value = db.inputs.base, np.asarray(db.inputs.value)
@@ -103,7 +103,7 @@ def logarithm(db: Database) -> None:
     outputs={"value": Attribute("double", "e to that power")},
 )
 def constant_e(db: Database) -> None:
-    """Give e (2.718...) or a power of it; one that no double can hold is infinite."""
+    """Give e (2.718...) or a power of it; a power too large for a double is infinite."""
     try:
         db.outputs.value = math.exp(db.inputs.exponent)
     except OverflowError:

@@ -48,9 +48,11 @@ SET_UP = Attribute("bool", "whether the attribute has been found", default=False
     },
 )
 def read_prim_attribute(db: Database) -> bool:
-    """Read an attribute: what was written to Fabric, else the stage's value; of an animated one the value of now.
+    """Read an attribute:
 
-    With a usdTimecode it is the stage's value at that time. A missing prim leaves the outputs as they are.
+    Fabric's value if one was written, else the stage's; of an animated attribute, the value of now.
+
+    With a usdTimecode it is the stage's value at that time. For a missing prim the outputs keep their values.
     """
     prim = find_prim(db, path_of(db))
     if prim is None:
@@ -96,7 +98,7 @@ def read_prim_attribute(db: Database) -> bool:
     },
 )
 def write_prim_attribute(db: Database) -> bool:
-    """Write an attribute to the stage, or to Fabric only; a type that does not fit fails, a missing prim is passed by.
+    """Write an attribute to the stage, or to Fabric only; a type that does not fit fails, a missing prim is skipped.
 
     A new transform of a moving body on the stage moves the body.
     """
@@ -129,7 +131,7 @@ def _type_of(db: Database, attribute: Any) -> Type:
 
 
 def _latest(db: Database, attribute: Any) -> Any:
-    """Fabric's value if somebody set it, else the stage's of now."""
+    """Fabric's value if one was written, else the stage's of now."""
     path, name = str(attribute.GetPrim().GetPath()), attribute.GetName()
     if db.app.fabric.change_stamp(path, name) < 0 and attribute.GetNumTimeSamples():
         db.state.time = db.context.frame
@@ -138,7 +140,7 @@ def _latest(db: Database, attribute: Any) -> Any:
 
 
 def _value_for(db: Database, attribute: Any, type_: Type) -> Any:
-    """The value to write, in the attribute's type; one that only a file gives takes any type that it can stand for."""
+    """The value to write, in the attribute's type; a value from the file may be read as any type that it fits."""
     value, given = db.inputs.value, db.input_type("value")
     message = f"the value ({given or shown(value)}) cannot be written to {attribute.GetPath()} ({type_})"
     if given is None or not db.connected("value"):

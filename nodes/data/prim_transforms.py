@@ -1,4 +1,4 @@
-"""Transforms of prims as matrices: row vectors, the translation in the last row, stage units."""
+"""Transforms of prims as matrices: row vectors, translation in the last row, stage units."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ ONE_PRIM = {
     outputs={"value": Attribute("matrixd[4]", "its place in its parent")},
 )
 def read_prim_local_transform(db: Database) -> bool:
-    """Read where a prim is in its parent, at this moment; a missing prim leaves the output as it is."""
+    """Read a prim's present transform relative to its parent; for a missing prim the output keeps its value."""
     import numpy as np
 
     prim = find_prim(db, only_target(db, "prim", db.inputs.prim))
@@ -47,7 +47,7 @@ def read_prim_local_transform(db: Database) -> bool:
     outputs={"localToWorldTransform": Attribute("matrixd[4]", "its place in the world")},
 )
 def get_prim_local_to_world_transform(db: Database) -> bool:
-    """Read where a prim is in the world, at this moment; a missing prim leaves the output as it is."""
+    """Read a prim's present transform to the world; for a missing prim the output keeps its value."""
     from .stage_prims import path_of
 
     prim = find_prim(db, path_of(db))
@@ -68,9 +68,10 @@ def get_prim_local_to_world_transform(db: Database) -> bool:
     outputs={"execOut": Attribute("execution", "follows once it is moved")},
 )
 def write_prim_local_transform(db: Database) -> bool:
-    """Put a prim to another place in its parent; a missing prim is passed by, a sheared place fails.
+    """Set a prim's transform relative to its parent; a missing prim is skipped, a transform with shear fails.
 
-    What was its transform becomes translate, orient and scale. A moving body goes there and keeps its velocity.
+    The prim's transform operations become translate, orient and scale. A moving body moves there and keeps its
+    velocity.
     """
     import numpy as np
 
@@ -116,7 +117,7 @@ _OPPOSITES = {"right": "left", "up": "down", "backward": "forward"}
 def get_prim_direction_vector(db: Database) -> bool:
     """Give a prim's directions in the world: right is its x, up its y, backward its z axis, as for a camera.
 
-    A missing prim leaves the outputs as they are.
+    For a missing prim the outputs keep their values.
     """
     import numpy as np
 

@@ -1,4 +1,4 @@
-"""Prims of the stage: found, named, asked."""
+"""Prims of the stage: searched, named, tested."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def get_prim_paths(db: Database) -> None:
     outputs={"converted": Attribute("target", "the prims of these paths")},
 )
 def to_target(db: Database) -> None:
-    """Make a target of paths; one that is not an absolute path fails."""
+    """Make a target from paths; a path that is not absolute fails."""
     value = db.inputs.value
     paths = [value] if isinstance(value, str) else list(value)
     for path in paths:
@@ -67,7 +67,7 @@ def to_target(db: Database) -> None:
     outputs={"active": Attribute("bool", "whether it is active; a prim that is not there is not")},
 )
 def is_prim_active(db: Database) -> None:
-    """Tell whether a prim is active on the stage."""
+    """Give whether a prim is active on the stage."""
     path = db.inputs.primTarget[0] if db.inputs.primTarget else db.inputs.prim
     prim = find_prim(db, str(path))
     db.outputs.active = prim is not None and bool(prim.IsActive())
@@ -98,7 +98,7 @@ def is_prim_active(db: Database) -> None:
     },
 )
 def find_prims(db: Database) -> None:
-    """Find the prims that fit all that is asked; an input that is empty asks nothing."""
+    """Find the prims that meet all conditions; an empty input is not a condition."""
     from graph.sim.usd import Usd
 
     inputs, stage = db.inputs, db.app.stage

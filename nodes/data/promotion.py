@@ -1,4 +1,4 @@
-"""Which type comes out of a data node, from the types that go in: the `resolve` functions of open attributes."""
+"""Output types of data nodes from their input types: the `resolve` functions of open attributes."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _SIGNED_BITS = {"uchar": 9, "int": 32, "uint": 33, "int64": 64, "uint64": 64}
 
 
 def common_storage(storages: Iterable[str]) -> str:
-    """The storage that holds all of these numbers: the widest real one, else the narrowest integer (at most int64)."""
+    """The storage for all of these numbers: the widest real one, else the narrowest integer (at most int64)."""
     given = set(storages)
     reals = [real for real in DECIMALS if real in given]
     if reals:
@@ -31,9 +31,9 @@ def common_storage(storages: Iterable[str]) -> str:
 
 
 def common_type(types: Iterable[Type]) -> Type:
-    """The type of a calculation with operands of these types: numbers stretch to tuples, tuples to arrays.
+    """The type of a calculation with operands of these types: numbers are repeated to tuples, tuples to arrays.
 
-    A role (point, vector, ...) survives where all tuples have it. Raises ValueError for tuples of different size.
+    A role (point, vector, ...) is kept if all tuples have it. Raises ValueError for tuples of different size.
     """
     given = list(dict.fromkeys(types))
     if len(given) == 1:
@@ -60,7 +60,7 @@ def _common_tuple(shaped: list[Type], storage: str) -> Type:
 
 
 def promoted(output: str, *names: str) -> Resolve:
-    """The output has the common type of these inputs, of all where none are named."""
+    """The output has the common type of these inputs; without names, of all inputs."""
 
     def resolve(known: KnownTypes) -> Answer:
         types = tuples_of_one_size(known, *names)
@@ -70,7 +70,7 @@ def promoted(output: str, *names: str) -> Resolve:
 
 
 def quotient(output: str) -> Resolve:
-    """As `promoted`, but integers divided by integers are doubles."""
+    """As `promoted`, but the quotient of integers is a double."""
 
     def resolve(known: KnownTypes) -> Answer:
         types = tuples_of_one_size(known)
@@ -86,14 +86,14 @@ def quotient(output: str) -> Resolve:
 
 
 def input_types(known: KnownTypes, *names: str) -> list[Type]:
-    """The types of these inputs, of all where none are named; none while one of them is open."""
+    """The types of these inputs; without names, of all inputs. Empty while one of them is open."""
     chosen = [f"inputs:{name}" for name in names] or [name for name in known if name.startswith("inputs:")]
     types = [type_ for name in chosen if (type_ := known[name]) is not None]
     return types if len(types) == len(chosen) else []
 
 
 def tuples_of_one_size(known: KnownTypes, *chosen: str) -> list[Type]:
-    """As `input_types`. Raises ValueError, naming both inputs and their sources, for tuples of different size."""
+    """As `input_types`. Raises ValueError, which names both inputs and their sources, for tuples of different size."""
     types = input_types(known, *chosen)
     names = list(chosen) or [name.removeprefix("inputs:") for name in known if name.startswith("inputs:")]
     shaped = [(name, one) for name, one in zip(names, types, strict=False) if one.count > 1]
@@ -105,7 +105,7 @@ def tuples_of_one_size(known: KnownTypes, *chosen: str) -> list[Type]:
 
 
 def components_of(name: str, outputs: str) -> Resolve:
-    """Each output is one number of the tuple. A tuple of another size is refused."""
+    """Each output is one number of the tuple; a tuple of another size is refused."""
 
     def resolve(known: KnownTypes) -> Answer:
         whole = known[f"inputs:{name}"]
@@ -120,7 +120,7 @@ def components_of(name: str, outputs: str) -> Resolve:
 
 
 def tuple_from(names: str, output: str) -> Resolve:
-    """The output is a tuple of the inputs, or an array of tuples where an input is an array."""
+    """The output is a tuple of the inputs, or an array of tuples if an input is an array."""
 
     def resolve(known: KnownTypes) -> Answer:
         parts = input_types(known, *names)
@@ -128,7 +128,7 @@ def tuple_from(names: str, output: str) -> Resolve:
             return {}
         storage = common_storage(part.storage for part in parts)
         if storage not in (*DECIMALS, "int"):
-            # OGN has tuples of int, half, float and double only.
+            # OGN has tuples only of int, half, float and double.
             storage = "int" if storage == "uchar" else "double"
         whole = concrete_type(f"{storage}[{len(names)}]")
         for name, part in zip(names, parts, strict=True):
@@ -140,7 +140,7 @@ def tuple_from(names: str, output: str) -> Resolve:
 
 
 def array_of_first(known: KnownTypes) -> Answer:
-    """ConstructArray: arrayType, or the array of the first input that is settled; open inputs take its element."""
+    """ConstructArray: arrayType, or the array of the first resolved input; open inputs take its element type."""
     inputs = [name for name in known if name.startswith("inputs:input")]
     wanted = known.value("arrayType")
     if wanted == "auto":
@@ -169,14 +169,14 @@ def element_of(name: str, output: str) -> Resolve:
 
 
 def missing_variable(name: str, variables: Iterable[str]) -> str:
-    """What is wrong with a node that asks for a variable that its graph does not have."""
+    """The mistake of a node that names a variable that its graph does not have."""
     if not name:
         return "input variableName is empty; give it the name of a graph variable"
     return f'the graph has no variable "{name}"{did_you_mean(name, variables)}'
 
 
 def variable_type(known: KnownTypes) -> Answer:
-    """`value` has the type of the graph variable that `variableName` names; ValueError if there is none such."""
+    """`value` has the type of the graph variable named by `variableName`. Raises ValueError for an unknown one."""
     name = known.value("variableName")
     found = known.variable(name)
     if found is None and not known.unfinished:
@@ -185,7 +185,7 @@ def variable_type(known: KnownTypes) -> Answer:
 
 
 def condition_type(output: str, *names: str) -> Resolve:
-    """The output is bool, or bool[] where one of the inputs is an array."""
+    """The output is bool, or bool[] if one of the inputs is an array."""
 
     def resolve(known: KnownTypes) -> Answer:
         types = input_types(known, *names)
@@ -197,7 +197,7 @@ def condition_type(output: str, *names: str) -> Resolve:
 
 
 def comparison_type(known: KnownTypes) -> Answer:
-    """Compare: as `condition_type`, of two numbers, tuples of one size or texts, alone or in arrays."""
+    """Compare: as `condition_type`, for two numbers, tuples of one size or texts, single or in arrays."""
     a, b = known["inputs:a"], known["inputs:b"]
     if a is None or b is None:
         return {}
@@ -214,9 +214,9 @@ def _worded(type_: Type) -> bool:
 
 
 def selected_type(known: KnownTypes) -> Answer:
-    """SelectIf: the common type of both values, an array where the condition is one.
+    """SelectIf: the common type of both values, an array if the condition is one.
 
-    One condition takes one side whole, so they need one shape.
+    A single condition selects a whole value, so both values need one shape.
     """
     types = input_types(known, "condition", "ifTrue", "ifFalse")
     if not types:
@@ -249,11 +249,11 @@ _ROLES = {
     "Frame": "frame",
 }
 ROLES = ("None", "Color", "Frame", "Matrix", "Normal", "Point", "Quaternion", "TexCoord", "Timecode", "Vector")
-"""What ToDouble can make of a value; None keeps its shape and takes its role away."""
+"""The roles that ToDouble can give a value; None keeps the shape and removes the role."""
 
 
 def double_of(known: KnownTypes) -> Answer:
-    """ToDouble: the shape of the value in doubles, with the wanted role. Raises ValueError if there is none such."""
+    """ToDouble: the shape of the value in doubles, with the wanted role. Raises ValueError if OGN has no such type."""
     given = known["inputs:value"]
     if given is None:
         return {}
@@ -272,7 +272,7 @@ def double_of(known: KnownTypes) -> Answer:
 
 
 REAL_ROLES = ("None", "Color", "Normal", "Point", "Quaternion", "TexCoord", "Vector")
-"""What ToFloat and ToHalf can make of a value: matrices, frames and time codes are doubles."""
+"""The roles that ToFloat and ToHalf can give a value; matrices, frames and time codes exist only in doubles."""
 
 
 def real_of(storage: str) -> Resolve:

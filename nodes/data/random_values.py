@@ -1,7 +1,7 @@
 """Random values, one set for each activation: the same in every run with the same seed.
 
-Without a seed of its own a node draws from one made of the App's seed and the node's path; a timeline stop begins anew.
-The numbers are not those that another product draws from the same seed, their distribution is.
+A node without its own seed uses one made of the App's seed and the node's path; a timeline stop starts the sequence
+again. The numbers differ from those of other products with the same seed; the distribution is the same.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ EXEC_OUT = Attribute("execution", "follows once the value is drawn")
 
 @dataclass(slots=True)
 class Seeded(Random):
-    """Memory of a node that draws from the App's seed, or from one that it is given."""
+    """Memory of a node that draws from the App's seed or from its own."""
 
     seed: int | None = None
-    """The given seed that the generator began with; None for the App's."""
+    """The node's own seed of the generator; None for the App's."""
 
 
 def _generator(db: Database) -> np.random.Generator:
@@ -58,7 +58,7 @@ def _generator(db: Database) -> np.random.Generator:
     memory=Seeded,
 )
 def random_boolean(db: Database) -> None:
-    """Toss a coin."""
+    """Draw a random bool."""
     db.outputs.random = bool(_generator(db).integers(2))
     db.fire("execOut")
 
@@ -76,7 +76,7 @@ def random_boolean(db: Database) -> None:
     memory=Seeded,
 )
 def random_numeric(db: Database) -> None:
-    """Draw numbers between a smallest and a largest, for each component and element by itself."""
+    """Draw numbers between a minimum and a maximum, independently for each component and element."""
     import numpy as np
 
     result = settled(db, "random")
@@ -107,7 +107,7 @@ def random_numeric(db: Database) -> None:
     memory=Seeded,
 )
 def random_gaussian(db: Database) -> None:
-    """Draw numbers from a normal (or log-normal) distribution, for each component and element by itself."""
+    """Draw numbers from a normal (or log-normal) distribution, independently for each component and element."""
     import numpy as np
 
     result = settled(db, "random")
@@ -127,7 +127,7 @@ def random_gaussian(db: Database) -> None:
     memory=Seeded,
 )
 def random_unit_vector(db: Database) -> None:
-    """Draw a direction, all as likely."""
+    """Draw a direction, uniformly distributed."""
     db.outputs.random = _unit(db, 3)
     db.fire("execOut")
 
@@ -140,7 +140,7 @@ def random_unit_vector(db: Database) -> None:
     memory=Seeded,
 )
 def random_unit_quaternion(db: Database) -> None:
-    """Draw a rotation, all as likely."""
+    """Draw a rotation, uniformly distributed."""
     db.outputs.random = _unit(db, 4)
     db.fire("execOut")
 
@@ -153,7 +153,7 @@ def _unit(db: Database, size: int) -> Any:
 
 
 def _give(db: Database, drawn: Any, result: Any) -> None:
-    """Writes what was drawn in the type of the output: a number, or an array in its precision."""
+    """Writes the drawn values in the type of the output: a number, or an array in its precision."""
     if not getattr(drawn, "ndim", 0):
         db.outputs.random = drawn.item() if hasattr(drawn, "item") else drawn
     else:

@@ -1,4 +1,4 @@
-"""Relationships of prims, read and written by name; what variants a prim has."""
+"""Relationships of prims, read and written by name; the variants of a prim."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ PRIM = Attribute("target", "the prim")
 
 
 def _targets(db: Database, path: str) -> list[str] | None:
-    """What the relationship `name` of that prim names; None, with a warning, where the prim is missing."""
+    """The targets of the relationship `name` of that prim; None, with a warning, for a missing prim."""
     prim = find_prim(db, path)
     if prim is None:
         return None
@@ -37,7 +37,7 @@ def _name(db: Database) -> str:
     outputs={"value": Attribute("target", "what the relationship names")},
 )
 def read_prim_relationship(db: Database) -> bool:
-    """Read a relationship; a missing prim leaves the output as it is."""
+    """Read a relationship; for a missing prim the output keeps its value."""
     targets = _targets(db, only_target(db, "prim", db.inputs.prim))
     if targets is None:
         return False
@@ -58,7 +58,10 @@ def read_prim_relationship(db: Database) -> bool:
     outputs={"paths": Attribute("token[]", "the paths that the relationship names")},
 )
 def get_prim_relationship(db: Database) -> bool:
-    """Read a relationship as paths; ReadPrimRelationship is its successor. A missing prim leaves the output."""
+    """Read a relationship as paths; ReadPrimRelationship is its successor.
+
+    For a missing prim the output keeps its value.
+    """
     targets = _targets(db, path_of(db, "path"))
     if targets is None:
         return False
@@ -84,7 +87,7 @@ def get_prim_relationship(db: Database) -> bool:
     outputs={"execOut": Attribute("execution", "follows once it is written")},
 )
 def write_prim_relationship(db: Database) -> bool:
-    """Write a relationship, which is made where it is missing; a missing prim is passed by."""
+    """Write a relationship. A missing relationship is created; a missing prim is skipped."""
     prim = find_prim(db, only_target(db, "prim", db.inputs.prim))
     if prim is None:
         return False
@@ -103,15 +106,15 @@ SET_NAME = Attribute("token", "name of the variant set", default="")
 
 
 def _variant_sets(db: Database) -> Any:
-    """The prim's variant sets; None, with a warning, where the prim is missing."""
+    """The prim's variant sets; None, with a warning, for a missing prim."""
     prim = find_prim(db, only_target(db, "prim", db.inputs.prim))
     return None if prim is None else prim.GetVariantSets()
 
 
 def _variant_set(db: Database) -> Any:
-    """The variant set that `variantSetName` names; None, with a warning, for no name or no prim.
+    """The variant set that `variantSetName` names; None, with a warning, without a name or a prim.
 
-    Fails the node where the prim has no set of that name.
+    Fails the node if the prim has no set of that name.
     """
     sets, name = _variant_sets(db), db.inputs.variantSetName
     if not name:
@@ -130,7 +133,7 @@ def _variant_set(db: Database) -> Any:
     outputs={"exists": Attribute("bool", "whether the prim has that variant set")},
 )
 def has_variant_set(db: Database) -> None:
-    """Tell whether a prim has a variant set; one that is not there has none."""
+    """Give whether a prim has a variant set; false for a missing prim."""
     sets = _variant_sets(db)
     db.outputs.exists = sets is not None and bool(sets.HasVariantSet(db.inputs.variantSetName))
 
@@ -143,7 +146,7 @@ def has_variant_set(db: Database) -> None:
     outputs={"variantSetNames": Attribute("token[]", "its variant sets")},
 )
 def get_variant_set_names(db: Database) -> bool:
-    """List the variant sets of a prim; a missing prim leaves the output as it is."""
+    """List the variant sets of a prim; for a missing prim the output keeps its value."""
     sets = _variant_sets(db)
     if sets is None:
         return False
@@ -159,7 +162,7 @@ def get_variant_set_names(db: Database) -> bool:
     outputs={"variantNames": Attribute("token[]", "the variants that can be chosen")},
 )
 def get_variant_names(db: Database) -> bool:
-    """List the variants of a variant set; a missing prim or name leaves the output as it is."""
+    """List the variants of a variant set; for a missing prim or name the output keeps its value."""
     chosen = _variant_set(db)
     if chosen is None:
         return False
@@ -175,7 +178,7 @@ def get_variant_names(db: Database) -> bool:
     outputs={"variantName": Attribute("token", "the variant chosen; empty where none is")},
 )
 def get_variant_selection(db: Database) -> bool:
-    """Tell which variant of a variant set is chosen; a missing prim or name leaves the output as it is."""
+    """Read the selected variant of a variant set; for a missing prim or name the output keeps its value."""
     chosen = _variant_set(db)
     if chosen is None:
         return False

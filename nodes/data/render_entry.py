@@ -1,4 +1,4 @@
-"""The entry of saved render pipelines."""
+"""The entry node of saved render pipelines."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from graph.node import Attribute, Database, node_type
     },
 )
 def gpu_interop_render_product_entry(db: Database) -> bool:
-    """Begin the render pipeline that a scene was saved with; without a new frame it does nothing."""
+    """Start the render pipeline of a saved scene; without a new frame it does nothing."""
     app = db.context.app
     if app is None or not app.rendering.new_frames:
         return False

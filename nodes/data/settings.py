@@ -1,4 +1,4 @@
-"""Settings of the App, read and written; the timeline started."""
+"""Settings of the App, read and written; the start of the timeline."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ VALUES = ("arrays", "array_elements", "bool", "bool[]")
     outputs={"value": Attribute((*VALUES, "string"), "its value")},
 )
 def read_setting(db: Database) -> bool:
-    """Read a setting; one that nobody has set leaves the output as it is, one with settings below it fails."""
+    """Read a setting; for an unset one the output keeps its value, one with settings below it fails."""
     from fractions import Fraction
 
     from graph.values.coercion import coerce
@@ -54,7 +54,7 @@ def read_setting(db: Database) -> bool:
     outputs={"execOut": Attribute("execution", "follows once it is written")},
 )
 def write_setting(db: Database) -> None:
-    """Write a setting of the App; a value that the setting cannot have fails."""
+    """Write a setting of the App; a value that the setting does not accept fails."""
     value = db.inputs.value
     try:
         db.app.settings.set(db.inputs.settingPath, value.tolist() if hasattr(value, "tolist") else value)
@@ -77,6 +77,6 @@ def _get(db: Database) -> Any:
     outputs={"execOut": Attribute("execution", "follows at once; the timeline plays from the next update on")},
 )
 def start_timeline(db: Database) -> None:
-    """Play the timeline from where it is, from the next update on; one that plays goes on."""
+    """Play the timeline from its present time, from the next update on; a playing timeline continues."""
     db.app.timeline.play()
     db.fire("execOut")

@@ -25,7 +25,7 @@ TOLERANCE = Attribute("double", "how far from 0 still counts as 0", default=0.0,
     resolve=same_type("input", "absolute"),
 )
 def absolute(db: Database) -> None:
-    """Take the signs away, element by element; for the length of a vector there is Magnitude."""
+    """Give the absolute value, element by element; for the length of a vector use Magnitude."""
     db.outputs.absolute = changed(db, abs, db.inputs.input, settled(db, "absolute"))
 
 
@@ -37,7 +37,7 @@ def absolute(db: Database) -> None:
     resolve=signed("input", "output"),
 )
 def negate(db: Database) -> None:
-    """Change the signs, element by element."""
+    """Negate numbers, element by element."""
     db.outputs.output = changed(db, operator.neg, db.inputs.input, settled(db, "output"))
 
 
@@ -61,7 +61,7 @@ def float_remainder(db: Database) -> None:
 
 
 def _near_zero(db: Database) -> Any:
-    """Which numbers of the input are 0: a bool, or an array of bools in its shape."""
+    """Which numbers of the input are 0: a bool, or an array of bools of the same shape."""
     return abs(db.inputs.value) <= db.inputs.tolerance
 
 
@@ -72,7 +72,7 @@ def _near_zero(db: Database) -> Any:
     outputs={"result": Attribute("bool", "whether all of it is 0")},
 )
 def is_zero(db: Database) -> None:
-    """Tell whether a number, or every number of a tuple or array, is 0."""
+    """Give whether a number, or every number of a tuple or array, is 0."""
     found = _near_zero(db)
     db.outputs.result = bool(found.all()) if hasattr(found, "all") else found
 
@@ -84,7 +84,7 @@ def is_zero(db: Database) -> None:
     outputs={"result": Attribute("bool", "whether some of it is 0")},
 )
 def any_zero(db: Database) -> None:
-    """Tell whether a number, or some number of a tuple or array, is 0."""
+    """Give whether a number, or any number of a tuple or array, is 0."""
     found = _near_zero(db)
     db.outputs.result = bool(found.any()) if hasattr(found, "any") else found
 
@@ -102,7 +102,7 @@ def _each_type(known: KnownTypes) -> Any:
     resolve=_each_type,
 )
 def each_zero(db: Database) -> None:
-    """Tell which parts are 0: elements of an array (all of a tuple's numbers), numbers of a tuple, rows of a matrix."""
+    """Give which parts are 0: elements of an array (all numbers of a tuple), numbers of a tuple, rows of a matrix."""
     found, kind = _near_zero(db), input_type(db, "value")
     if not hasattr(found, "ndim") or kind is None:
         db.outputs.result = found

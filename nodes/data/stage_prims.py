@@ -1,4 +1,4 @@
-"""How nodes of the stage find the prim, and the attribute, that their inputs name."""
+"""Finds the prim, and the attribute, that the inputs of a stage node name."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ USE_PATH = Attribute("bool", "whether primPath names the prim instead of the inp
 
 
 def path_of(db: Database, name: str = "primPath") -> str:
-    """The path that `prim`, or with `usePath` the input `name`, names. Fails the node where that is not just one."""
+    """The path in `prim`, or with `usePath` in the input `name`. Fails the node unless it is exactly one path."""
     inputs = db.inputs
     if inputs.usePath:
         path = getattr(inputs, name)
@@ -25,14 +25,14 @@ def path_of(db: Database, name: str = "primPath") -> str:
 
 
 def only_target(db: Database, name: str, targets: list[str]) -> str:
-    """The path that a target input names. Fails the node where it does not name just one."""
+    """The path in a target input. Fails the node unless it is exactly one."""
     if len(targets) != 1:
         db.lack(f"input {name} names {len(targets)} prims; give it the path of one prim")
     return str(targets[0])
 
 
 def find_prim(db: Database, path: str) -> Any:
-    """The prim of that path; None, with a warning, where there is none."""
+    """The prim with that path; None, with a warning, if it is missing."""
     prim = prim_at(db.app.stage, path)
     if not prim:
         db.warn("prim-missing", f"there is no prim {path or 'of an empty path'} on the stage; nothing was done")
@@ -41,7 +41,7 @@ def find_prim(db: Database, path: str) -> Any:
 
 
 def find_attribute(db: Database, prim: Any, name: str) -> Any:
-    """The prim's attribute of that name. Fails the node where it has none."""
+    """The prim's attribute of that name. Fails the node if the prim does not have it."""
     if not name:
         db.lack("input name is empty; give it the name of an attribute of the prim")
     attribute = prim.GetAttribute(name) if prim.HasAttribute(name) else None
@@ -52,7 +52,7 @@ def find_attribute(db: Database, prim: Any, name: str) -> Any:
 
 
 def edited_layer(db: Database) -> AbstractContextManager[Any]:
-    """The layer that `layerIdentifier` names as the stage's edit target. Fails the node where there is none such."""
+    """The layer that `layerIdentifier` names, as the stage's edit target. Fails the node for an unknown layer."""
     from graph.sim.usd import Usd
 
     stage, wanted = db.app.stage, db.inputs.layerIdentifier

@@ -1,4 +1,4 @@
-"""Texts looked into, cut and changed."""
+"""Texts searched, cut and changed."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _FORMS: dict[str, Callable[[str], str]] = {
     outputs={"isPrefix": Attribute("bool", "whether it does")},
 )
 def starts_with(db: Database) -> None:
-    """Tell whether a text begins with another."""
+    """Give whether a text begins with another."""
     db.outputs.isPrefix = db.inputs.value.startswith(db.inputs.prefix)
 
 
@@ -41,7 +41,7 @@ def starts_with(db: Database) -> None:
     outputs={"isSuffix": Attribute("bool", "whether it does")},
 )
 def ends_with(db: Database) -> None:
-    """Tell whether a text ends with another."""
+    """Give whether a text ends with another."""
     db.outputs.isSuffix = db.inputs.value.endswith(db.inputs.suffix)
 
 
@@ -58,7 +58,7 @@ def ends_with(db: Database) -> None:
     resolve=same_type("string", "string"),
 )
 def capitalize_string(db: Database) -> None:
-    """Write a text in capitals, without any, or with one at its start (Capitalize) or at each word's (Title)."""
+    """Convert a text to upper or lower case, or start it (Capitalize) or each of its words (Title) with a capital."""
     db.outputs.string = _FORMS[db.inputs.operation](db.inputs.string)
 
 
@@ -120,7 +120,7 @@ def insert_string(db: Database) -> None:
     resolve=same_type("string", "string"),
 )
 def replace_string(db: Database) -> None:
-    """Replace a part of a text, where it first stands or everywhere; an empty part is not found."""
+    """Replace a part of a text, its first occurrence or all; an empty part is not found."""
     text, part, value = db.inputs.string, db.inputs.replace, db.inputs.value
     count = text.count(part) if part and db.inputs.replaceAll else 1 if part else 0
     db.claim((len(text) + count * len(value)) * 4)
@@ -137,7 +137,7 @@ def replace_string(db: Database) -> None:
     outputs={"elements": Attribute("token[]", "its parts, in order")},
 )
 def split_string(db: Database) -> None:
-    """Take a text apart where a delimiter stands; without one it is a single part."""
+    """Split a text at a delimiter; without a delimiter it is a single part."""
     text, delimiter = db.inputs.string, db.inputs.delimiter
     db.outputs.elements = text.split(delimiter) if delimiter else [text]
 
@@ -149,7 +149,7 @@ def split_string(db: Database) -> None:
     outputs={"isEmpty": Attribute("bool", "whether there is nothing in it")},
 )
 def is_empty(db: Database) -> None:
-    """Tell whether a text has no characters or an array no elements; a number or tuple is never empty."""
+    """Give whether a text has no characters or an array no elements; a number or tuple is never empty."""
     value, kind = db.inputs.input, str(db.input_type("input"))
     counted = isinstance(value, (str, list, dict)) or kind.endswith("[]")
     db.outputs.isEmpty = counted and len(value) == 0

@@ -1,4 +1,4 @@
-"""Texts put together and made of other values."""
+"""Texts joined, and made of other values."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ TEXTS = ("string", "token", "token[]")
     resolve=joined_text,
 )
 def build_string(db: Database) -> None:
-    """Put texts one behind the other; arrays element by element, a single text going to each."""
+    """Join texts; arrays element by element, with a single text repeated for each."""
     parts = [db.inputs.a, db.inputs.b, *db.dynamic_inputs()]
     lengths = {len(part) for part in parts if isinstance(part, list)}
     if not lengths:
@@ -43,5 +43,5 @@ def build_string(db: Database) -> None:
     outputs={"converted": Attribute("token", "the value as a token")},
 )
 def to_token(db: Database) -> None:
-    """Write a value down as ToString does, as a token."""
+    """Convert a value to a token, with the text of ToString."""
     db.outputs.converted = written(db.inputs.value, str(db.input_type("value")).endswith("[]"))

@@ -1,4 +1,4 @@
-"""The clocks of a run, and a value that runs with one of them."""
+"""The clocks of a run, and a value that changes with one of them."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class _Running:
     memory=_Running,
 )
 def timer(db: Database) -> None:
-    """Run a value from start to end over some seconds of update time; duration 0 finishes in the next update."""
+    """Change a value from start to end over some seconds of update time; duration 0 finishes in the next update."""
     inputs, memory = db.inputs, db.memory
     if db.triggered("play"):
         _whole(db)

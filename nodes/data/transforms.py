@@ -1,4 +1,4 @@
-"""What a transformation matrix holds. Matrices are row-vector matrices: the translation is the last row."""
+"""Translation, rotation and scale of transformation matrices (row-vector: the translation is the last row)."""
 
 from __future__ import annotations
 
@@ -64,13 +64,13 @@ def get_matrix4_rotation(db: Database) -> None:
 def angles_of(rotations: Any, order: str) -> Any:
     """Angles about x, y, z [deg], (n, 3), of column-vector rotation matrices (n, 3, 3) that turn in this order.
 
-    Of the two answers the one whose middle angle is within 90 degrees; where that is just 90, the last angle is 0.
+    Of the two solutions, the one whose middle angle is within 90 degrees; if it is exactly 90, the last angle is 0.
     """
     import numpy as np
 
     first, second, third = ("XYZ".index(axis) for axis in order)
     sign = 1.0 if order in ("XYZ", "YZX", "ZXY") else -1.0
-    # Fixed axes, first turned first: R = R(third) R(second) R(first).
+    # Fixed axes; the first rotation is applied first: R = R(third) R(second) R(first).
     r = rotations
     middle = np.arcsin(np.clip(-sign * r[:, third, first], -1, 1))
     locked = np.abs(r[:, third, first]) > 1 - 1e-12

@@ -1,4 +1,4 @@
-"""Values of stage attributes as nodes hold them: OGN types, NumPy arrays, quaternions x, y, z, w."""
+"""Converts values of stage attributes to and from node values: OGN types, NumPy arrays, quaternions x, y, z, w."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _NAMES = {"frame4d": "frame[4]", "asset": "token"}
 
 
 def attribute_type(attribute: Any) -> Type | None:
-    """The OGN type of a stage attribute; None where OGN has none such."""
+    """The OGN type of a stage attribute; None if OGN has no such type."""
     type_name = attribute.GetTypeName()
     element = str(type_name.scalarType)
     name = _NAMES.get(element, element)
@@ -31,7 +31,7 @@ def attribute_type(attribute: Any) -> Type | None:
 
 
 def read(value: Any, type_: Type) -> Any:
-    """What a node gets for a value that USD gave for an attribute of this type."""
+    """The node value of a USD value of an attribute of this type."""
     import numpy as np
 
     if type_.array:
@@ -46,7 +46,7 @@ def read(value: Any, type_: Type) -> Any:
 
 
 def written(value: Any, type_: Type, attribute: Any) -> Any:
-    """A node's value of this type as USD takes it for the attribute."""
+    """The USD value, for the attribute, of a node's value of this type."""
     import numpy as np
 
     type_name = attribute.GetTypeName()

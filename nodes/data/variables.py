@@ -1,4 +1,4 @@
-"""Graph variables, read and written by nodes of the same graph."""
+"""Graph variables, read and written by the nodes of a graph."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ TARGET_PATH = Attribute(
 
 
 def _check(db: Database) -> str:
-    """The variable's name. Fails the node for one that its graph does not have."""
+    """The variable's name. Fails the node if its graph does not have the variable."""
     name: str = db.inputs.variableName
     own = db.path.rpartition("/")[0]
     other = [path for path in db.inputs.graph or () if path != own]

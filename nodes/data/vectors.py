@@ -1,4 +1,4 @@
-"""Vectors taken apart and put together."""
+"""Vectors split into components and made from them."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ WHOLE = ("numeric_tuples",)
 
 
 def _break(count: int) -> Callable[[Any], None]:
-    """The compute that takes a vector of `count` apart."""
+    """The compute function that splits a vector of `count`."""
     names = AXES[:count]
 
     def compute(db: Database) -> None:
@@ -51,12 +51,12 @@ _break2, _break4 = _break(2), _break(4)
     resolve=components_of("tuple", "xy"),
 )
 def break_vector2(db: Database) -> None:
-    """Take a vector of two apart."""
+    """Split a vector of two."""
     _break2(db)
 
 
 def _three_known(db: Database) -> Compute | None:
-    """BreakVector3 of a vector whose size is settled: nothing to check."""
+    """BreakVector3 for a vector of known size: nothing to check."""
     if input_type(db, "tuple") is None:
         return None
     inputs, outputs = db.inputs, db.outputs
@@ -79,7 +79,7 @@ _break3 = _break(3)
     specialize=_three_known,
 )
 def break_vector3(db: Database) -> None:
-    """Take a vector of three apart."""
+    """Split a vector of three."""
     _break3(db)
 
 
@@ -91,12 +91,12 @@ def break_vector3(db: Database) -> None:
     resolve=components_of("tuple", "xyzw"),
 )
 def break_vector4(db: Database) -> None:
-    """Take a vector of four (or a quaternion, w last) apart."""
+    """Split a vector of four (or a quaternion, w last)."""
     _break4(db)
 
 
 def _make(count: int) -> Callable[[Any], None]:
-    """The compute that puts a vector of `count` together; arrays give an array of vectors."""
+    """The compute function that makes a vector of `count`; arrays give an array of vectors."""
 
     def compute(db: Database) -> None:
         import numpy as np
@@ -130,7 +130,7 @@ _make2, _make3, _make4 = _make(2), _make(3), _make(4)
     resolve=tuple_from("xy", "tuple"),
 )
 def make_vector2(db: Database) -> None:
-    """Put a vector of two together; arrays of one length give an array of vectors, a number stretches to it."""
+    """Make a vector of two; arrays of one length give an array of vectors, a number is repeated for each."""
     _make2(db)
 
 
@@ -142,7 +142,7 @@ def make_vector2(db: Database) -> None:
     resolve=tuple_from("xyz", "tuple"),
 )
 def make_vector3(db: Database) -> None:
-    """Put a vector of three together; arrays of one length give an array of vectors, a number stretches to it."""
+    """Make a vector of three; arrays of one length give an array of vectors, a number is repeated for each."""
     _make3(db)
 
 
@@ -154,5 +154,5 @@ def make_vector3(db: Database) -> None:
     resolve=tuple_from("xyzw", "tuple"),
 )
 def make_vector4(db: Database) -> None:
-    """Put a vector of four together; arrays of one length give an array of vectors, a number stretches to it."""
+    """Make a vector of four; arrays of one length give an array of vectors, a number is repeated for each."""
     _make4(db)

@@ -20,7 +20,10 @@ class _Robot:
 
 
 def robot_at(db: Database, path: str) -> Any:
-    """The articulation at a path. The node lacks it where nothing moves there, as where a robot's asset is missing."""
+    """The articulation at a path.
+
+    Reported by `db.lack` if nothing moves there, for example if a robot's asset is missing.
+    """
     if db.app.physics is None:
         db.lack(f"{path} is not a robot: nothing on the stage can move")
     try:
@@ -53,7 +56,7 @@ def robot_at(db: Database, path: str) -> Any:
     memory=_Robot,
 )
 def articulation_controller(db: Database) -> bool:
-    """Send position, velocity and effort commands to joints; a command of the wrong width fails and nothing is sent.
+    """Send position, velocity and effort commands to joints; a command of the wrong length fails and sends nothing.
 
     A command for jointIndices [0] reaches joint 0 only (Isaac Sim takes it for all joints; not copied).
     """
@@ -89,9 +92,9 @@ def articulation_controller(db: Database) -> bool:
 
 
 def joint_selection(db: Database, articulation: Any) -> Sequence[int]:
-    """The indices of the commanded joints, in command order. Fails the node for a name or index there is not.
+    """The indices of the commanded joints, in command order. Fails the node for an unknown name or index.
 
-    Joints go by the names of their prims, those of an MJCF model by their names there, too.
+    Joints have the names of their prims; joints of an MJCF model also their names there.
     """
     inputs, names = db.inputs, articulation.joint_names
     if len(inputs.jointNames):

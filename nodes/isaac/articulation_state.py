@@ -1,4 +1,4 @@
-"""What the joints of an articulated robot do and bear."""
+"""The state of the joints of an articulated robot: positions, speeds, efforts, reactions."""
 
 from __future__ import annotations
 
@@ -17,7 +17,10 @@ class _Robot:
 
 
 def robot_of(db: Database) -> Any:
-    """The articulation that robotPath, else targetPrim names, kept in `db.memory`. Fails the node if there is none."""
+    """The articulation that robotPath, else targetPrim names, kept in `db.memory`.
+
+    Fails the node if it does not exist.
+    """
     inputs, memory = db.inputs, db.memory
     path = inputs.robotPath or (inputs.targetPrim[0] if inputs.targetPrim else "")
     if not path:

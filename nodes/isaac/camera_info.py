@@ -1,4 +1,4 @@
-"""What a camera's lens and film are like."""
+"""The parameters of a camera's lens and film."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ FISHEYE = (
     *("p0", "p1", "s0", "s1", "s2", "s3"),
     *("fisheyeResolutionBudget", "fisheyeFrontFaceResolutionScale"),
 )
-"""The camera attributes behind cameraFisheyeParams, in order."""
+"""The camera attributes that make cameraFisheyeParams, in order."""
 
 FILM = "tenths of a stage unit"
 
@@ -61,7 +61,7 @@ def read_camera_info(db: Database) -> bool:
 
 
 class _Numbers:
-    """A camera's attributes; a number that nobody authored is the schema's, else 0."""
+    """A camera's attributes; an unauthored number has the schema's default, else 0."""
 
     def __init__(self, prim: Any) -> None:
         self._prim = prim
@@ -75,7 +75,7 @@ class _Numbers:
 
 
 def camera_and_size(db: Database, path: str) -> tuple[Any, tuple[int, int]]:
-    """The Camera prim and the size of a render product. Fails the node where there is no such product or camera."""
+    """The Camera prim and the size of a render product. Fails the node if either does not exist."""
     from graph.sim.usd import UsdGeom, UsdRender
 
     app = db.app

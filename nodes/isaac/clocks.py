@@ -58,7 +58,7 @@ def read_simulation_time(db: Database) -> None:
     """Read the physics clock: the number of steps divided by the steps per second.
 
     In a graph that a frame starts (post_render) it is the time of that frame's pose, which its messages carry.
-    In a test without a world the time of the updates stands in for it.
+    In a test without a world it is the time of the updates.
     """
     context, moment = db.context, _reference(db)
     if context.app is None and moment is None:
@@ -111,7 +111,7 @@ class _Last:
     memory=_Last,
 )
 def real_time_factor(db: Database) -> bool:
-    """Compare the advance of the physics clock with that of the wall clock; the first compute only takes both."""
+    """Divide the advance of the physics clock by that of the wall clock; the first compute only records both."""
     app, memory = db.app, db.memory
     simulation, system = app.simulation.monotonic_time, app.wall_clock.now()
     before, memory.simulation, wall = memory.simulation, simulation, system - memory.system
@@ -163,8 +163,8 @@ def split_time(seconds: float) -> tuple[int, int]:
 def stamp_ns(app: App, seconds: float) -> int:
     """A time given as a float, as exact nanoseconds.
 
-    A float that equals one of the App's clocks (simulation, monotonic, external time) is taken for that clock, whose
-    rational time gives the stamp. Any other float is rounded to the nearest nanosecond.
+    A float that equals one of the App's clocks (simulation, monotonic, external time) means that clock; its rational
+    time gives the stamp. Any other float is rounded to the nearest nanosecond.
     """
     simulation = app.simulation
     for exact in (simulation.time, simulation.monotonic_time, app.external_time):

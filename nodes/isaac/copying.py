@@ -1,4 +1,4 @@
-"""The node that only hands its input on."""
+"""A node that only copies its input."""
 
 from __future__ import annotations
 

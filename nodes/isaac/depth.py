@@ -1,4 +1,4 @@
-"""Depth images to points."""
+"""Converts depth images to points."""
 
 from __future__ import annotations
 

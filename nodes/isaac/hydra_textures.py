@@ -1,4 +1,4 @@
-"""Rendering of products that a scene already holds."""
+"""Renders products that are already in the scene."""
 
 from __future__ import annotations
 
@@ -28,7 +28,10 @@ VARS = "/Render/Vars"
     },
 )
 def attach_hydra_texture(db: Database) -> bool:
-    """Let a RenderProduct prim render: its camera, at its resolution. Render variables go to the session layer."""
+    """Make a RenderProduct prim render its camera at its resolution.
+
+    Render variables are written to the session layer.
+    """
     inputs, app = db.inputs, db.app
     if len(inputs.renderProductPrim) != 1:
         db.lack(f"input renderProductPrim names {len(inputs.renderProductPrim)} prims; give it one RenderProduct")

@@ -1,4 +1,4 @@
-"""Images: plain colours for tests, and conversions of buffers that handles stand for."""
+"""Images: plain colours for tests, and conversions of buffers given by handles."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 LARGEST = 2**28
-"""Pixels of the largest image that is made."""
+"""Most pixels of a generated image."""
 
 CUDA_IN = Attribute("int", "must stay -1: buffers are in host memory", default=-1)
 CUDA_OUT = Attribute("int", "always -1: the buffer is in host memory", default=-1)
@@ -25,13 +25,13 @@ def _pixels(doc: str, default: Any = UNSET) -> Attribute:
 
 @dataclass(slots=True)
 class Given:
-    """Memory of a node that gives out buffers: the handle it gave out last."""
+    """Memory of a node that outputs buffers: the last handle."""
 
     handle: int = 0
 
 
 def release(db: Database) -> None:
-    """Gives up the node's handle."""
+    """Releases the node's handle."""
     from sensors.handles import forget
 
     forget(db.memory.handle)
@@ -39,7 +39,7 @@ def release(db: Database) -> None:
 
 
 def give(db: Database, buffer: NDArray[Any]) -> int:
-    """A handle of a new buffer; the node's previous one is given up."""
+    """A handle of a new buffer; releases the node's previous one."""
     from sensors.handles import handle
 
     release(db)
@@ -49,7 +49,10 @@ def give(db: Database, buffer: NDArray[Any]) -> int:
 
 
 def buffer_of(db: Database, dtype: str, width: int, height: int, channels: int) -> NDArray[Any]:
-    """(height, width, channels) of the buffer behind dataPtr. Fails the node where it is another size or none."""
+    """(height, width, channels) of the buffer of dataPtr.
+
+    Fails the node if the buffer is missing or has another size.
+    """
     import numpy as np
 
     from sensors.handles import resolve
@@ -68,7 +71,7 @@ def buffer_of(db: Database, dtype: str, width: int, height: int, channels: int) 
 
 
 def given(db: Database) -> bool:
-    """Whether there is an image at dataPtr: 0 says that its source has none yet. Warns where there is no source."""
+    """Whether dataPtr refers to an image; 0 means that its source has no image yet. Warns if no source is connected."""
     if db.inputs.dataPtr:
         return True
     if not db.connected("dataPtr"):
@@ -159,7 +162,7 @@ def generate_32fc1(db: Database) -> None:
     release=release,
 )
 def convert_rgba_to_rgb(db: Database) -> bool:
-    """Leave the alpha out."""
+    """Drop the alpha channel."""
     import numpy as np
 
     if not given(db):
@@ -191,7 +194,7 @@ _PASSED = {
     outputs={"execOut": EXEC_OUT, **_PASSED},
 )
 def passthrough_image_ptr(db: Database) -> None:
-    """Pass an image on as it is."""
+    """Pass an image on unchanged."""
     for name in _PASSED:
         setattr(db.outputs, name, getattr(db.inputs, name))
     db.fire("execOut")

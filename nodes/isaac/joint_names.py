@@ -1,4 +1,4 @@
-"""Joint names that people gave, to those that prims have."""
+"""Converts overridden joint names to the names of prims."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def joint_name_resolver(db: Database) -> None:
 
 
 def _overrides(db: Database, robot: str) -> dict[str, str]:
-    """Override -> prim name, the first prim winning. Fails the node where there is no articulation."""
+    """Override -> prim name; the first prim wins. Fails the node if there is no articulation at the path."""
     from graph.sim.usd import Usd, UsdPhysics
 
     prim = prim_at(db.app.stage, robot)

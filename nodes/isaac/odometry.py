@@ -51,7 +51,10 @@ def _vector(doc: str, unit: str) -> Attribute:
     memory=_Start,
 )
 def compute_odometry(db: Database) -> bool:
-    """Read the chassis' motion. Accelerations are backward differences; they stay where no simulation time passed."""
+    """Read the chassis' motion.
+
+    Accelerations are backward differences; without simulation time passed they keep their values.
+    """
     app, memory = db.app, db.memory
     if app.timeline.is_stopped():
         return False
@@ -89,7 +92,7 @@ def body_velocities(pose: NDArray[np.float64], motion: NDArray[np.float64]) -> N
 
 
 def _body(db: Database) -> str:
-    """The path of the rigid body that chassisPrim stands for. Fails the node where there is none."""
+    """The path of the rigid body of chassisPrim. Fails the node if it does not exist."""
     from nodes.ros2.transform_trees import links_of
 
     app, targets = db.app, db.inputs.chassisPrim

@@ -1,6 +1,6 @@
-"""What a graph may know of the machine it runs on: variables of the environment and files, as far as the user allows.
+"""Environment variables and files that a graph may read, as far as the user allows.
 
-A graph file may come from a stranger, so the file itself can allow nothing.
+A graph file may be untrusted, so the file itself cannot allow anything.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ ALLOWED = "TICKGRAPH_ALLOW_ENV"
 """The environment variable by which the user names, separated by commas, the variables that graphs may read."""
 
 LARGEST = 64 * 2**20
-"""Bytes of the largest file that is read."""
+"""Most bytes of a file that is read."""
 
 
 @node_type(
@@ -27,7 +27,7 @@ LARGEST = 64 * 2**20
 def read_environment_variable(db: Database) -> None:
     """Read an environment variable that the user allows: TICKGRAPH_ALLOW_ENV holds their names, with commas between.
 
-    Any other one reads as empty, with a warning.
+    Any other variable reads as empty, with a warning.
     """
     name = db.inputs.envVar
     if name and name not in {each.strip() for each in os.environ.get(ALLOWED, "").split(",")}:
@@ -47,7 +47,7 @@ def read_environment_variable(db: Database) -> None:
 def read_file_path(db: Database) -> bool:
     """Read a text file (UTF-8, 64 MB at most) below the graph file's folder or one that the user allows.
 
-    Without a path, or where there is no such file, the text is empty and the node warns; other folders are refused.
+    Without a path, or for a missing file, the text is empty and the node warns; other folders are refused.
     """
     db.outputs.fileContents = ""
     wanted = db.inputs.path
@@ -70,7 +70,7 @@ def read_file_path(db: Database) -> bool:
 
 
 def _allowed(db: Database, wanted: str) -> Path:
-    """The file, links resolved. Fails the node where it lies outside all folders that may be read."""
+    """The file, with links resolved. Fails the node if it lies outside all allowed folders."""
     folders: list[Path] = [folder.resolve() for folder in db.app.folders]
     if not folders or "\0" in wanted:
         db.fail(f"{wanted!r} is not read: this graph was not loaded from a file, so no folder is allowed")

@@ -1,4 +1,4 @@
-"""The event of a physics step, for graphs that run inside each of them."""
+"""The event of a physics step, for graphs that are evaluated in each step."""
 
 from __future__ import annotations
 
@@ -36,8 +36,7 @@ class _Seen:
 def on_physics_step(db: Database) -> bool:
     """Fire once per physics step; the graph's pipeline stage must be on_demand, and it is then evaluated in each step.
 
-    In a graph of another stage the node warns once and never fires. Evaluating the graph between two steps leaves it
-    silent.
+    In a graph of another stage the node warns once and never fires. An evaluation between two steps does not fire it.
     """
     memory = db.memory
     stage = db.node.graph.pipeline_stage

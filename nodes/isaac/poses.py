@@ -36,7 +36,7 @@ def read_world_pose(db: Database) -> None:
 
 
 def world_matrix(db: Database, path: str) -> NDArray[np.float64]:
-    """Prim to world, (4, 4), column vectors, stage units. Fails the node where there is no such prim."""
+    """Prim to world, (4, 4), column vectors, stage units. Fails the node if the prim does not exist."""
     app = db.app
     if not prim_at(app.stage, path):
         db.fail(f"there is no prim {path} on the stage; correct the path")
@@ -49,7 +49,7 @@ def decompose(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Translation (3,), quaternion x, y, z, w (4,) with w >= 0, scale (3,) of a column-vector pose.
 
-    A mirrored pose gets a negative x scale; an axis of scale 0 leaves the rotation as if it were 1.
+    A mirrored pose gets a negative x scale; an axis of scale 0 gives the rotation as if the scale were 1.
     """
     from graph.sim.transforms import quaternion, rotations_and_scales, to_xyzw
 

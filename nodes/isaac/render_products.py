@@ -32,7 +32,7 @@ class _Made:
     memory=_Made,
 )
 def create_render_product(db: Database) -> bool:
-    """Give a sensor its render product; a later change of camera or size gives it another one."""
+    """Create a sensor's render product; a later change of camera or size creates another one."""
     inputs, memory = db.inputs, db.memory
     if not inputs.enabled:
         return False

@@ -1,4 +1,4 @@
-"""Metres to stage units and back."""
+"""Converts metres to stage units and back."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ TO_STAGE, TO_METERS = "Convert to stage units", "Convert to meters"
 
 
 def _result_type(known: KnownTypes) -> Mapping[str, Type]:
-    """The type of the value; integers become double, whole tuples and arrays of them too."""
+    """The type of the value; integers, also in tuples and arrays, become double."""
     value = known["value"]
     if value is None:
         return {}

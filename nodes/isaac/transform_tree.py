@@ -33,9 +33,9 @@ class _Tree:
     memory=_Tree,
 )
 def compute_transform_tree(db: Database) -> None:
-    """Place the targets in the parent, each link of an articulation in the link that its joint hangs it on.
+    """Give the poses of the targets in the parent; links of an articulation are given in their parent links.
 
-    Frame names: isaac:nameOverride, else the prim's name, else (where two prims share it) its path with _ for /.
+    Frame names: isaac:nameOverride, else the prim's name, else (if two prims share it) its path with _ for /.
     """
     inputs, memory, app = db.inputs, db.memory, db.app
     parents, targets = inputs.parentPrim or (), inputs.targetPrims or ()

@@ -20,7 +20,7 @@ SIZE = (1280, 720)
 
 @dataclass(slots=True)
 class Viewport:
-    """A viewport's render product; the product itself is made when somebody asks for it."""
+    """A viewport; its render product is made at first use."""
 
     path: str
     size: tuple[int, int] = SIZE
@@ -40,7 +40,7 @@ def viewports_of(app: App) -> dict[str, Viewport]:
 
 
 def open_viewport(app: App, name: str) -> Viewport:
-    """The viewport of a name, a new one where there is none."""
+    """The viewport of a name; a missing one is created."""
     from sensors.products import ROOT
 
     viewports = viewports_of(app) if app in _viewports else _viewports.setdefault(app, {})
@@ -54,7 +54,7 @@ def open_viewport(app: App, name: str) -> Viewport:
 
 
 def product_of(app: App, viewport: Viewport) -> Any:
-    """The viewport's render product, made where it is not there."""
+    """The viewport's render product; a missing one is created."""
     from sensors.products import place_product
 
     product = app.rendering.products.get(viewport.path)
@@ -62,7 +62,7 @@ def product_of(app: App, viewport: Viewport) -> Any:
 
 
 def _named(db: Database) -> Viewport | None:
-    """The viewport that input `viewport` names (empty: the default one); None, with a warning, where there is none."""
+    """The viewport that input `viewport` names (empty: the default one); None, with a warning, if it does not exist."""
     name = db.inputs.viewport or DEFAULT
     found = viewports_of(db.app).get(name)
     if found is None:
@@ -161,7 +161,7 @@ def set_viewport_resolution(db: Database) -> bool:
     outputs={"execOut": Attribute("execution", "follows every compute")},
 )
 def set_camera_on_render_product(db: Database) -> None:
-    """Let a render product render another sensor prim."""
+    """Make a render product render another sensor prim."""
     from sensors.products import place_product
 
     inputs, app = db.inputs, db.app

@@ -1,4 +1,4 @@
-"""The output attributes that scan buffers and point clouds share: one buffer per quantity, handed on as a handle."""
+"""The output attributes that scan buffers and point clouds share: one buffer per quantity, passed on as a handle."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ IDENTITY = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0
 
 @dataclass(frozen=True, slots=True)
 class Buffer:
-    """One quantity: the type and default that its DataType attribute declares, and what it holds."""
+    """One quantity: the type and default of its DataType attribute, and a description."""
 
     doc: str
     data_type: str
@@ -22,7 +22,7 @@ class Buffer:
     size: Any = UNSET
 
 
-# Defaults are those of the original node, down to the ones that mean nothing.
+# Defaults are those of the original node, even where they have no meaning.
 BUFFERS: Mapping[str, Buffer] = {
     "azimuth": Buffer("azimuths [deg], float32", "float", 4, UNSET),
     "elevation": Buffer("elevations [deg], float32", "float", 4, UNSET),
@@ -43,7 +43,7 @@ BUFFERS: Mapping[str, Buffer] = {
 
 
 def buffer_attributes(distance_unit: str) -> dict[str, Attribute]:
-    """The Ptr, DataType and BufferSize attributes of every buffer; distance_unit is told in the documentation."""
+    """The Ptr, DataType and BufferSize attributes of every buffer; distance_unit: for their descriptions."""
     attributes: dict[str, Attribute] = {}
     for name, buffer in BUFFERS.items():
         doc = f"distances [{distance_unit}], float32" if name == "distance" else buffer.doc
@@ -74,9 +74,9 @@ def cloud_attributes(length_unit: str) -> dict[str, Attribute]:
 def write_buffers(db: Database, arrays: Mapping[str, Any]) -> None:
     """Puts arrays on `dataPtr` ("data") and `<name>Ptr`, with their sizes, and "transform" on its output.
 
-    A buffer without array gets 0 and 0, the transform without one the identity.
+    A missing array gives pointer 0 and size 0, a missing transform the identity.
 
-    The handles of the previous frame are given up, so that a node holds one frame at most.
+    The handles of the previous frame are released, so that a node holds at most one frame.
     """
     from sensors.handles import handle
 
@@ -95,7 +95,7 @@ def write_buffers(db: Database, arrays: Mapping[str, Any]) -> None:
 
 
 def drop_handles(db: Database) -> None:
-    """Gives up the handles that the node put on its outputs."""
+    """Releases the handles on the node's outputs."""
     from sensors.handles import forget
 
     while db.memory.handles:

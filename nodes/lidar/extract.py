@@ -1,4 +1,4 @@
-"""The points of a sensor's frame, Cartesian, with everything the frame carries."""
+"""The Cartesian points of a sensor's frame, with all quantities of the frame."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from .frames import CUDA_DEVICE, DATA_PTR, EXEC, RENDER_PRODUCT, Reader, attach,
 
 
 def _wanted(db: Database) -> frozenset[str]:
-    """The channels behind the outputs that something reads."""
+    """The channels of the outputs that something reads."""
     from sensors.annotators.outputs import SCAN_BUFFER_CHANNELS
 
     consumed = [name for name in BUFFERS if db.consumed(f"{name}Ptr") or db.consumed(f"{name}BufferSize")]
@@ -35,7 +35,7 @@ def _prepare(db: Database) -> None:
     prepare=_prepare,
 )
 def extract_point_cloud(db: Database) -> bool:
-    """Hand on a frame's points in metres; without points every output is reset.
+    """Give a frame's points in metres; without points every output is reset.
 
     `azimuthPtr`, `elevationPtr`, `distancePtr` are the frame's spherical coordinates [deg, deg, m].
     """

@@ -30,7 +30,7 @@ def _wanted(db: Database) -> frozenset[str]:
 
 
 def _check(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
-    """A lidar with a beam off the plane, where a run would stop for it (the other profile logs it)."""
+    """Reports a lidar with a beam off the plane, in the profile that stops the run (the other profile logs it)."""
     from graph.base.errors import UserError
     from graph.sim.scene.prim_paths import prim_at
     from sensors.lidar.flat_scan import flat_scan_problem
@@ -90,7 +90,7 @@ def _older(name: str, data_type_default: float, **defaults: Any) -> dict[str, At
     check=_check,
 )
 def compute_flat_scan(db: Database) -> bool:
-    """Bin a frame by azimuth; the last element in a beam wins. A lidar with a beam off the horizontal plane fails."""
+    """Bin a frame by azimuth; the last return in a beam wins. A lidar with a beam off the horizontal plane fails."""
     from graph.base.errors import UserError
     from sensors.lidar.flat_scan import flat_scan
 

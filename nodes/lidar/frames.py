@@ -1,4 +1,4 @@
-"""Where an annotator node finds its frame, and how it declares what it will read."""
+"""How an annotator node finds its frame and declares the channels that it reads."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ CUDA_DEVICE = Attribute("int", "must stay -1: frames are in host memory", defaul
 
 @dataclass(slots=True)
 class Reader:
-    """Memory of an annotator node: the product it reads from, the buffer handles it gave out, what it said once."""
+    """Memory of an annotator node: its product, the handles on its outputs, the warnings already given."""
 
     product: RenderProduct | None = None
     handles: list[int] = field(default_factory=list)
@@ -29,7 +29,7 @@ class Reader:
 
 
 def attach(db: Database, channels: Callable[[Any], Iterable[str]]) -> RenderProduct | None:
-    """The product of renderProductPath, told which channels the node reads; None where there is no such product."""
+    """The product of renderProductPath, with the node's channels requested; None for an unknown product."""
     memory = db.memory
     path = db.inputs.renderProductPath
     product: RenderProduct | None = db.app.rendering.products.get(path) if path else None
@@ -42,7 +42,7 @@ def attach(db: Database, channels: Callable[[Any], Iterable[str]]) -> RenderProd
 
 
 def detach(db: Database) -> None:
-    """Takes the node's demand back."""
+    """Withdraws the node's request."""
     memory = db.memory
     if memory.product is not None:
         memory.product.sensor.release(db.path)
@@ -50,15 +50,15 @@ def detach(db: Database) -> None:
 
 
 def release(db: Database) -> None:
-    """What a stop undoes: the demand and the handles."""
+    """Withdraws the request and releases the handles, at a stop."""
     detach(db)
     drop_handles(db)
 
 
 def read_frame(db: Database, channels: Callable[[Any], Iterable[str]]) -> Any:
-    """The frame to work on: dataPtr's, else the product's newest; None while there is none.
+    """The frame to work on: dataPtr's, else the product's newest, or None.
 
-    Fails the node where neither is given, the path names no product, or the frame is not in host memory.
+    Fails the node if neither is given, the product is unknown, or the frame is not in host memory.
     """
     inputs = db.inputs
     if inputs.cudaDeviceIndex != -1:
@@ -73,7 +73,7 @@ def read_frame(db: Database, channels: Callable[[Any], Iterable[str]]) -> Any:
 
 
 def frame_of_handle(db: Database, handle: int) -> Any:
-    """The frame behind a handle. Fails the node for a handle of something else."""
+    """The frame that a handle refers to. Fails the node if the handle refers to something else."""
     from sensors.frame import Frame
     from sensors.handles import resolve
 
@@ -84,7 +84,7 @@ def frame_of_handle(db: Database, handle: int) -> Any:
 
 
 def read_lidar_frame(db: Database, channels: Callable[[Any], Iterable[str]]) -> Any:
-    """As `read_frame`, for a node that reads lidars alone: fails it, naming the prim, for any other sensor."""
+    """As `read_frame`, for a node that reads only lidars: fails for any other sensor and names its prim."""
     from sensors.lidar.names import MODALITY
     from sensors.sensor_types import prim_types_of
 
@@ -103,7 +103,7 @@ def read_lidar_frame(db: Database, channels: Callable[[Any], Iterable[str]]) -> 
 
 
 def say_deprecated(db: Database, instead: str) -> None:
-    """Warns, once a play, that the node type is deprecated."""
+    """Warns, once in each play, that the node type is deprecated."""
     if not db.memory.told:
         db.memory.told = True
         db.warn("node-deprecated", f"this node type is deprecated; use {instead}")

@@ -1,4 +1,4 @@
-"""A lidar frame as separate buffers, each only when asked for."""
+"""A lidar frame as separate buffers, each on request."""
 
 from __future__ import annotations
 
@@ -75,9 +75,9 @@ def _prepare(db: Database) -> None:
     prepare=_prepare,
 )
 def create_scan_buffer(db: Database) -> bool:
-    """Hand on a lidar frame's points and the buffers that were asked for, lengths in stage units.
+    """Give a lidar frame's points and the requested buffers, lengths in stage units.
 
-    A buffer above the prim's auxiliary level stays empty. A frame without points leaves the previous outputs.
+    A buffer above the prim's auxiliary level stays empty. For a frame without points the outputs keep their values.
     """
     from sensors.annotators import outputs
 

@@ -1,1 +1,1 @@
-"""Randomisation (`isaacsim.replicator`): random places and numbers, and which of many environments are next."""
+"""Randomisation (`isaacsim.replicator`): random places and numbers, and the choice of environments."""

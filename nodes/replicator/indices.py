@@ -1,4 +1,4 @@
-"""Which of many environments are to be randomised now."""
+"""Chooses which of many environments are randomised now."""
 
 from __future__ import annotations
 

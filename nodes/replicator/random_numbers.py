@@ -1,4 +1,4 @@
-"""Random numbers of a node: the same in every run with the same seed, and anew from the start in every play."""
+"""Random numbers of a node: the same in every run with the same seed; every play starts the sequence again."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def generator_of(db: Database) -> np.random.Generator:
     memory=Random,
 )
 def random_3f(db: Database) -> None:
-    """Draw three numbers, each even between its minimum and maximum."""
+    """Draw three numbers, each uniformly between its minimum and maximum."""
     inputs = db.inputs
     low, high = inputs.minimum, inputs.maximum
     if not (low <= high).all():

@@ -1,4 +1,4 @@
-"""Random places for prims: in a ball, on a sphere, between two spheres."""
+"""Random positions for prims: in a ball, on a sphere, between two spheres."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ EXEC_OUT = Attribute("execution", "follows when the prims are placed")
 
 
 def sample_shell(generator: np.random.Generator, inner: float, outer: float, count: int) -> NDArray[np.float64]:
-    """(count, 3) points spread evenly over the volume between two spheres, or over one sphere where they are equal."""
+    """(count, 3) points, uniform in the volume between two spheres, or on the surface if both radii are equal."""
     import numpy as np
 
     around = generator.uniform(0, 2 * np.pi, count)
@@ -84,7 +84,7 @@ def _translate(app: App, prim: Any, place: Sequence[float]) -> None:
     memory=Random,
 )
 def sample_in_sphere(db: Database) -> bool:
-    """Place each prim somewhere in a ball about its parent, evenly spread over the volume."""
+    """Place each prim at random in a ball about its parent, uniformly in the volume."""
     return _place(db, 0.0, db.inputs.radius)
 
 
@@ -100,7 +100,7 @@ def sample_in_sphere(db: Database) -> bool:
     memory=Random,
 )
 def sample_on_sphere(db: Database) -> bool:
-    """Place each prim somewhere on a sphere about its parent, evenly spread over the surface."""
+    """Place each prim at random on a sphere about its parent, uniformly on the surface."""
     return _place(db, db.inputs.radius, db.inputs.radius)
 
 
@@ -117,5 +117,5 @@ def sample_on_sphere(db: Database) -> bool:
     memory=Random,
 )
 def sample_between_spheres(db: Database) -> bool:
-    """Place each prim somewhere between two spheres about its parent, evenly spread over the volume."""
+    """Place each prim at random between two spheres about its parent, uniformly in the volume."""
     return _place(db, *sorted((db.inputs.radius1, db.inputs.radius2)))

@@ -1,4 +1,4 @@
-"""Ackermann steering: speed and steering angle of a car in, angles and speeds of its four wheels out."""
+"""Ackermann steering: from a car's speed and steering angle to the angles and speeds of its four wheels."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ from dataclasses import dataclass
 from graph.node import Attribute, Database, node_type
 
 STRAIGHT = 0.0157
-"""A steering angle below this [rad] (0.9 degrees) is taken as straight ahead, as the original does."""
+"""A steering angle below this [rad] (0.9 degrees) means straight ahead, as in the original."""
 
 SPEED_REACHED, ANGLE_REACHED = 1e-4, 0.00174533
-"""Differences [m/s, rad] that no ramp bothers about."""
+"""Differences [m/s, rad] below which a ramp is finished."""
 
 ONCE = "read at the first compute after play"
 
 
 @dataclass(frozen=True, slots=True)
 class Car:
-    """Geometry [m] and limits of a car; a limit of infinity does not limit."""
+    """Geometry [m] and limits of a car; infinity means no limit."""
 
     wheel_base: float
     track_width: float
@@ -38,8 +38,8 @@ class Car:
     def wheels(self, speed: float, steering: float) -> tuple[tuple[float, float], tuple[float, float, float, float]]:
         """Angles [rad] of the left and right steered wheel, speeds [rad/s] front left, front right, back left, right.
 
-        speed [m/s] of the middle of the axle that does not steer; steering [rad] of a wheel in the middle of the one
-        that does, positive to the left; turned round for a car that steers with its back wheels.
+        speed [m/s]: of the centre of the axle that does not steer. steering [rad]: of an imagined wheel at the centre
+        of the steering axle, positive to the left, reversed for a car that steers with its back wheels.
         """
         limit = self.max_wheel_speed
         if abs(steering) < STRAIGHT:
@@ -61,7 +61,7 @@ class Car:
 
 
 def _angle(base: float, radius: float) -> float:
-    """arctan(base / radius), a quarter turn where the wheel stands beside the centre of the turn."""
+    """arctan(base / radius); a quarter turn if the wheel is beside the centre of the turn."""
     return math.atan(base / radius) if radius else math.pi / 2
 
 
@@ -75,7 +75,7 @@ def _within4(values: tuple[float, ...], limit: float) -> tuple[float, float, flo
 
 
 def ramped(current: float, target: float, step: float, reached: float) -> float:
-    """One step towards the target: at most `step`, none where it is closer than `reached`."""
+    """One step towards the target, at most `step` long; no step if the target is closer than `reached`."""
     if abs(target - current) <= reached:
         return current
     return min(current + step, target) if target > current else max(current - step, target)
@@ -129,9 +129,9 @@ class _Driving:
     memory=_Driving,
 )
 def ackermann_controller(db: Database) -> bool:
-    """Turn all wheels about one point, so that none slips.
+    """Steer all wheels about one point, so that no wheel slips.
 
-    Where a ramp is asked for and dt is 0 nothing is computed, but execOut follows with the wheels as they were.
+    With a ramp and dt 0 nothing is computed: the outputs keep their values, and execOut fires.
     """
     inputs, memory = db.inputs, db.memory
     car = memory.car

@@ -10,7 +10,7 @@ from graph.sim.scene.prim_paths import prim_at
 
 @dataclass(slots=True)
 class _Belt:
-    """What was set last: prim, motion along its axes, whether that turns; and whether textures were spoken of."""
+    """The last settings: prim, motion along its axes, whether it rotates; whether the texture warning was given."""
 
     set: tuple[str, tuple[float, ...], bool] | None = None
     told: bool = False
@@ -40,7 +40,7 @@ class _Belt:
     memory=_Belt,
 )
 def conveyor(db: Database) -> bool:
-    """Give a body's surface the velocity direction x velocity; what lies on it is carried along by friction."""
+    """Give a body's surface the velocity direction x velocity; friction carries what lies on it."""
     inputs, memory, app = db.inputs, db.memory, db.app
     if not inputs.enabled or app.timeline.is_stopped():
         return False
@@ -67,7 +67,7 @@ def _set(db: Database, path: str, motion: tuple[float, ...], curved: bool) -> No
     prim = prim_at(app.stage, path)
     if not prim or not prim.HasAPI(UsdPhysics.RigidBodyAPI):
         db.fail(f"{path} is not a rigid body; give it a RigidBodyAPI, kinematic for a belt that stays")
-    if app.physics is None:  # nothing moves, so nothing is carried
+    if app.physics is None:  # physics is not playing, so nothing is carried
         return
     still, vector = np.zeros(3), np.array(motion)
     velocity, turn = (still, np.radians(vector)) if curved else (vector * app.meters_per_unit, still)

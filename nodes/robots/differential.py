@@ -1,4 +1,4 @@
-"""Differential drive: body speed and turn rate in, wheel speeds out."""
+"""Differential drive: from body speed and turn rate to wheel speeds."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ UNLIMITED = "0 means no limit; read at the first compute after play"
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """Geometry [m] and limits of a differential drive; a limit of 0 does not limit."""
+    """Geometry [m] and limits of a differential drive; 0 means no limit."""
 
     wheel_radius: float
     wheel_distance: float
@@ -25,12 +25,12 @@ class Drive:
 
     @property
     def limits_linear_acceleration(self) -> bool:
-        """Only where both the acceleration and the deceleration are limited."""
+        """Whether both the acceleration and the deceleration are limited."""
         return self.max_acceleration > 0 and self.max_deceleration > 0
 
     @property
     def limits_acceleration(self) -> bool:
-        """Whether a time step is needed to obey the limits."""
+        """Whether the limits need a time step."""
         return self.limits_linear_acceleration or self.max_angular_acceleration > 0
 
     def wheel_speeds(self, linear: float, angular: float) -> tuple[float, float]:
@@ -42,14 +42,14 @@ class Drive:
 
 
 def clamp(value: float, limit: float) -> float:
-    """The value within [-limit, limit]; a limit of 0 does not limit."""
+    """The value limited to [-limit, limit]; 0 means no limit."""
     return min(max(value, -limit), limit) if limit > 0 else value
 
 
 def approach(current: float, target: float, gain: float, loss: float) -> float:
     """One step from `current` to `target`: the magnitude grows by at most `gain` and falls by at most `loss`.
 
-    A change of sign goes through 0: braking first, the rest of the step is left unused.
+    A change of sign stops at 0: the step brakes first, and its rest is not used.
     """
     if current != 0 and (target == 0 or math.copysign(1, target) != math.copysign(1, current)):
         return math.copysign(max(abs(current) - loss, 0.0), current) if abs(current) > loss else 0.0
@@ -100,7 +100,7 @@ class _Driving:
     memory=_Driving,
 )
 def differential_controller(db: Database) -> bool:
-    """Invert the unicycle model within the limits; with acceleration limits set and dt <= 0 nothing comes out."""
+    """Invert the unicycle model within the limits; with acceleration limits and dt <= 0 there is no output."""
     inputs, memory = db.inputs, db.memory
     drive = memory.drive
     if drive is None:

@@ -37,7 +37,8 @@ class _Goal:
 def check_goal_2d(db: Database) -> None:
     """Compare position and heading with the goal's.
 
-    The original holds the heading itself against the threshold, so that every right turn counts as aligned; not copied.
+    The original compares the heading itself, not its difference, with the threshold, so that every right turn counts as
+    aligned; this is not copied.
     """
     inputs, goal = db.inputs, db.memory
     if inputs.targetChanged:

@@ -19,7 +19,7 @@ UNIT = "rad or stage units"
 
 @dataclass(slots=True)
 class _Gripper:
-    """The robot and its finger joints, where they are open and closed, their steps; the aim (None: rest)."""
+    """The robot and its finger joints, their open and closed positions, their steps, and the target (None: at rest)."""
 
     articulation: Any = None
     joints: Any = ()
@@ -61,7 +61,7 @@ def _ends(doc: str) -> Attribute:
 def gripper_controller(db: Database) -> bool:
     """Move the fingers step by step to their open or closed positions.
 
-    The commands are sent to the robot's drives where positionCommands is not connected; else they are only put out.
+    If positionCommands is not connected the commands are sent to the robot's drives; else they are only output.
     """
     import numpy as np
 
@@ -123,7 +123,7 @@ def _read(db: Database) -> None:
 
 
 def _per_joint(db: Database, name: str, count: int) -> Floats | None:
-    """One number per joint; None where the input is empty."""
+    """One number per joint; None if the input is empty."""
     import numpy as np
 
     values = np.array(getattr(db.inputs, name), dtype=np.float64)

@@ -1,4 +1,4 @@
-"""Holonomic drive: a body with omni or mecanum wheels goes where it is told without turning first."""
+"""Holonomic drive: a body with omni or mecanum wheels moves in any direction without turning first."""
 
 from __future__ import annotations
 
@@ -63,9 +63,9 @@ def drive_directions(orientations: Floats, roller_angles: Floats, axis: Floats, 
 def wheel_matrix(radii: Floats, positions: Floats, directions: Floats) -> Floats:
     """(n, 3) wheel speeds per speed of the body, by the original's rule.
 
-    The wheels' drives radius x speed x direction add up to the body's velocity along x and y, and their cross products
-    with the wheels' positions (direction x position) to its turning; of all solutions the one with the least
-    sum of radius x speed^2. Raises ValueError where the wheels cannot drive in all three ways.
+    The sum of radius x speed x direction over the wheels is the body's velocity along x and y; the sum of its cross
+    products with the wheels' positions (direction x position) is the body's rotation. Of all solutions, the one with
+    the least sum of radius x speed^2 is taken. Raises ValueError if the wheels cannot drive in all three ways.
     """
     import numpy as np
 
@@ -117,7 +117,7 @@ class _Driving:
     memory=_Driving,
 )
 def holonomic_controller(db: Database) -> None:
-    """Share a velocity of the body among its wheels."""
+    """Compute wheel speeds for a velocity of the body."""
     inputs, memory = db.inputs, db.memory
     platform = memory.platform
     if platform is None:

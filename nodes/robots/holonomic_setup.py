@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
 
 RADIUS, ANGLE = "isaacmecanumwheel:radius", "isaacmecanumwheel:angle"
-"""Attributes of a wheel's joint: radius [m], and angle [deg] from the axle to where the wheel drives."""
+"""Attributes of a wheel's joint: radius [m], and angle [deg] from the axle to the driving direction."""
 
 AXES = {"X": [1.0, 0.0, 0.0], "Y": [0.0, 1.0, 0.0], "Z": [0.0, 0.0, 1.0]}
 
@@ -40,9 +40,9 @@ AXES = {"X": [1.0, 0.0, 0.0], "Y": [0.0, 1.0, 0.0], "Z": [0.0, 0.0, 1.0]}
     },
 )
 def holonomic_robot_usd_setup(db: Database) -> bool:
-    """Find the joints below a robot that have isaacmecanumwheel:radius and :angle, and where they are on the stage.
+    """Find the joints below a robot that have isaacmecanumwheel:radius and :angle, with their poses on the stage.
 
-    A robot without such joints leaves the outputs as they are, with a warning.
+    For a robot without such joints the outputs keep their values, with a warning.
     """
     from graph.sim.usd import Usd, UsdGeom, UsdPhysics
 

@@ -17,14 +17,14 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
 
 DURATIONS = tuple(range(5, 100, 5))
-"""Durations of a path that are tried, shortest first [s]."""
+"""Durations [s] of a path to try, shortest first."""
 
 SAME_PLACE, SAME_HEADING = 0.1, 0.05
-"""A goal that moved by less [m, rad] is still the same."""
+"""A goal that moved by less [m, rad] counts as unchanged."""
 
 
 class Stance(NamedTuple):
-    """A place [m], a heading [rad], and speed [m/s] and acceleration [m/s^2] along it."""
+    """A position [m], a heading [rad], and speed [m/s] and acceleration [m/s^2] along the heading."""
 
     x: float
     y: float
@@ -55,7 +55,7 @@ def coefficients(start: tuple[float, float, float], end: tuple[float, float, flo
 
 
 def plan_path(start: Stance, goal: Stance, max_acceleration: float, max_jerk: float, step: float) -> Path:
-    """The shortest path in time that keeps the limits [m/s^2, m/s^3], sampled every `step` [s]; else the longest tried.
+    """The path of least duration within the limits [m/s^2, m/s^3], sampled every `step` [s]; else the longest tried.
 
     Quintic polynomials: Takahashi et al., Local path planning and motion control for AGV in positioning, 1989.
     """
@@ -119,7 +119,7 @@ def _metres(doc: str, unit: str, default: float) -> Attribute:
     memory=_Plan,
 )
 def quintic_path_planner(db: Database) -> None:
-    """Plan a path from where the robot is when the goal has moved by 0.1 m or 0.05 rad; else keep the one there is."""
+    """Plan a path from the robot's pose when the goal has moved by 0.1 m or 0.05 rad; else keep the present path."""
     import numpy as np
 
     inputs, outputs, memory = db.inputs, db.outputs, db.memory

@@ -25,7 +25,7 @@ MAX_TURN = 1.0
 
 @dataclass(slots=True)
 class _Following:
-    """The goal, the path's wanted speeds, places and headings, and the sample that was nearest last."""
+    """The goal, the path's target speeds, positions and headings, and the last nearest sample."""
 
     target: tuple[float, float, float] = (0.0, 0.0, 0.0)
     speeds: Any = ()
@@ -36,7 +36,7 @@ class _Following:
 
 
 def speed_profile(speeds: Floats, fastest: float) -> Floats:
-    """Wanted speeds: the path's, scaled to reach `fastest`, falling to 0.05 m/s over its last third."""
+    """Target speeds: the path's, scaled to reach `fastest`, falling to 0.05 m/s over the last third."""
     import numpy as np
 
     largest = float(np.abs(speeds).max(initial=0.0))
@@ -59,7 +59,7 @@ def steering_angle(
 ) -> tuple[float, int]:
     """Steering angle [rad] of a front axle `arm` [m] ahead of a pose (x, y, heading), and the path's sample it aims at.
 
-    path: xs, ys, headings; samples before `first` are not gone back to. Thrun et al., Stanley: the robot that won the
+    path: xs, ys, headings; samples before `first` are not used again. Thrun et al., Stanley: the robot that won the
     DARPA grand challenge, 2006, section 9.2: heading error plus arctan(k x distance from the path / speed).
     """
     import numpy as np
@@ -108,7 +108,7 @@ def steering_angle(
     memory=_Following,
 )
 def stanley_control_pid(db: Database) -> bool:
-    """Drive along the path; near the goal turn to its heading on the spot; stand still once both are reached."""
+    """Drive along the path, turn on the spot to the goal's heading near the goal, and stop when both are reached."""
     inputs, outputs, memory = db.inputs, db.outputs, db.memory
     near, aligned = (*(bool(flag) for flag in inputs.reachedGoal[:2]), False, False)[:2]
     if near and aligned:

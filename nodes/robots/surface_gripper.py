@@ -1,4 +1,4 @@
-"""Suction cups: open, close, toggle."""
+"""Suction grippers: open, close, toggle."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from graph.node import Attribute, Database, node_type
     },
 )
 def surface_gripper(db: Database) -> bool:
-    """Command a surface gripper: its attachment points hold what a ray of isaac:maxGripDistance meets before them.
+    """Command a surface gripper: its attachment points hold what a ray of length isaac:maxGripDistance hits.
 
-    They let go of more than isaac:coaxialForceLimit and :shearForceLimit, and stop trying after isaac:retryInterval.
+    They release it above isaac:coaxialForceLimit and :shearForceLimit, and stop trying after isaac:retryInterval.
     """
     inputs, app = db.inputs, db.app
     if not inputs.enabled or not inputs.SurfaceGripper or app.timeline.is_stopped():

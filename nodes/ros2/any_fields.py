@@ -24,9 +24,9 @@ def type_inputs(kind: str) -> dict[str, Attribute]:
 
 
 def type_name(value: Callable[[str], Any]) -> str:
-    """The type that the three inputs name, `value` giving each; "" while package or name is empty.
+    """The type that the three inputs name; `value` returns each input; "" while package or name is empty.
 
-    Raises ValueError for a type that nobody knows.
+    Raises ValueError for an unknown type.
     """
     package, folder, name = (value(one) for one in ("messagePackage", "messageSubfolder", "messageName"))
     if not package or not name:
@@ -43,8 +43,8 @@ def type_name(value: Callable[[str], Any]) -> str:
 def field_types(known: KnownTypes, parts: Mapping[str, str]) -> dict[str, str]:
     """Types of the attributes that a file adds; for a node type's `resolve`.
 
-    parts: what attribute names begin with ("outputs:", "inputs:Request:") -> message type. Raises ValueError for an
-    attribute that is not a field of its message type.
+    parts: prefix of attribute names ("outputs:", "inputs:Request:") -> message type. Raises ValueError for an attribute
+    that is not a field of its message type.
     """
     found: dict[str, str] = {}
     for prefix, message in parts.items():
@@ -65,9 +65,9 @@ def field_types(known: KnownTypes, parts: Mapping[str, str]) -> dict[str, str]:
 
 
 class Fields:
-    """Reads and writes the fields of one message type as attributes of a node, those that the file has added.
+    """Reads and writes the fields of one message type as attributes that the file added to a node.
 
-    names: the added attributes of that side; prefix: what their names begin with ("", "Request:").
+    names: the added attributes of that side; prefix: of their names ("", "Request:").
     """
 
     def __init__(self, message: str, names: Iterable[str], prefix: str = "") -> None:
@@ -83,7 +83,10 @@ class Fields:
         ]
 
     def read(self, db: Database) -> Any:
-        """The message of the node's inputs; fields without attribute are zero. Fails the node naming a wrong field."""
+        """The message of the node's inputs; fields without an attribute are zero.
+
+        Fails the node, with the field's name, for a wrong value.
+        """
         from graph.sim.messages.ros_fields import pack
 
         values = list(self._zeros)
@@ -112,7 +115,7 @@ def _fields(message: str) -> dict[str, str]:
 
 
 def required_type(db: Database) -> str:
-    """The type that the node's inputs name. Fails the node where they name none."""
+    """The type that the node's inputs name. Fails the node if they are empty or the type is unknown."""
     try:
         name = type_name(lambda one: getattr(db.inputs, one))
     except ValueError as error:

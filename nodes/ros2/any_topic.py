@@ -45,7 +45,7 @@ def _input_types(known: KnownTypes) -> Mapping[str, str]:
     memory=_AnyPublisher,
 )
 def publish_any(db: Database) -> bool:
-    """Publish a message of any type: its fields are the inputs that the file adds, those left out are zero or empty."""
+    """Publish a message of any type: its fields are the inputs that the file adds; missing fields are zero or empty."""
     memory = db.memory
     if memory.names is not db.node.names:
         memory.names = db.node.names

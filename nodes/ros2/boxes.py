@@ -16,7 +16,7 @@ DETECTIONS_2D = "vision_msgs/msg/Detection2DArray"
 DETECTIONS_3D = "vision_msgs/msg/Detection3DArray"
 
 BOX_2D = [("id", "<u4"), ("x_min", "<i4"), ("y_min", "<i4"), ("x_max", "<i4"), ("y_max", "<i4"), ("occlusion", "<f4")]
-"""One box in the image [px], as the bounding box annotators lay it out."""
+"""One box in the image [px], in the layout of the bounding box annotators."""
 
 BOX_3D = [("id", "<u4"), ("low", "<f4", 3), ("high", "<f4", 3), ("transform", "<f4", (4, 4)), ("occlusion", "<f4")]
 """One box in its prim's axes [stage units], and the prim's pose (row vectors) in the frame of the message."""
@@ -93,7 +93,7 @@ def publish_boxes_3d(db: Database) -> bool:
 
 
 def _rows(db: Database, layout: Any) -> Any:
-    """The boxes of the input data. Fails the node for a number of bytes that is not a number of boxes."""
+    """The boxes of the input data. Fails the node if the number of bytes is not a multiple of a box's size."""
     import numpy as np
 
     data, kind = np.ascontiguousarray(db.inputs.data), np.dtype(layout)

@@ -24,7 +24,7 @@ from .subscribing import EXEC_OUT, Subscriber, next_message, seconds, subscriber
     release=unsubscribe,
 )
 def subscribe_twist(db: Database) -> bool:
-    """Receive `geometry_msgs/Twist`: the next message of the topic, if there is one."""
+    """Receive `geometry_msgs/Twist`: the next message of the topic, if any."""
     message = next_message(db, TWIST)
     if message is None:
         return False
@@ -52,9 +52,9 @@ def subscribe_twist(db: Database) -> bool:
     release=unsubscribe,
 )
 def subscribe_joint_state(db: Database) -> bool:
-    """Receive `sensor_msgs/JointState` as a command: the next message of the topic, if there is one.
+    """Receive `sensor_msgs/JointState` as a command: the next message of the topic, if any.
 
-    Values are passed on as they are: in rad and m, also where the stage has other units.
+    Values are passed on unchanged, in rad and m, whatever the units of the stage.
     """
     message = next_message(db, JOINT_STATE)
     if message is None:
@@ -79,7 +79,7 @@ def subscribe_joint_state(db: Database) -> bool:
     release=unsubscribe,
 )
 def subscribe_clock(db: Database) -> bool:
-    """Receive `rosgraph_msgs/Clock`: the next message of the topic, if there is one."""
+    """Receive `rosgraph_msgs/Clock`: the next message of the topic, if any."""
     message = next_message(db, CLOCK)
     if message is None:
         return False
@@ -107,7 +107,7 @@ def subscribe_clock(db: Database) -> bool:
     release=unsubscribe,
 )
 def subscribe_ackermann_drive(db: Database) -> bool:
-    """Receive `ackermann_msgs/AckermannDriveStamped`: the next message of the topic, if there is one."""
+    """Receive `ackermann_msgs/AckermannDriveStamped`: the next message of the topic, if any."""
     message = next_message(db, ACKERMANN)
     if message is None:
         return False

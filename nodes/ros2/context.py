@@ -21,7 +21,7 @@ HIGHEST_DOMAIN = 232
     outputs={"context": Attribute("uint64", "opaque id of the context, the same for all nodes of a domain", default=0)},
 )
 def ros2_context(db: Database) -> None:
-    """Name the context of a domain."""
+    """Give the handle of a domain's context."""
     domain = db.inputs.domain_id
     text = os.environ.get(DOMAIN_VARIABLE, "") if db.inputs.useDomainIDEnvVar else ""
     if text:

@@ -1,4 +1,4 @@
-"""Prims that follow a transform tree from outside."""
+"""Moves prims by a transform tree from a topic."""
 
 from __future__ import annotations
 
@@ -43,11 +43,11 @@ def _release(db: Database) -> None:
     release=_release,
 )
 def subscribe_transform_tree(db: Database) -> bool:
-    """Receive `tf2_msgs/TFMessage`: prims go to where the transforms between frames of frameNamesMap put them.
+    """Receive `tf2_msgs/TFMessage`: move the prims of frameNamesMap by the transforms between their frames.
 
-    A transform counts if both its frames are in the map: the child's prim goes to the parent's pose times it. All
-    waiting messages are taken at once. A rigid body stays where it was put, whatever physics would do with it; a link
-    that a joint holds cannot be put anywhere and is left to its joint, with a warning.
+    A transform counts if both its frames are in the map: the child's prim gets the parent's pose times the transform.
+    All waiting messages are taken at once. A rigid body stays where it was put, against physics. A link that a joint
+    holds cannot be moved and stays with its joint, with a warning.
     """
     memory = db.memory
     if memory.subscription is None:
@@ -65,7 +65,7 @@ def subscribe_transform_tree(db: Database) -> bool:
 
 
 def _frames(db: Database) -> dict[str, str]:
-    """Frame name -> prim path. Fails the node for a map that is not made of pairs, of prims, of single names."""
+    """Frame name -> prim path. Fails the node unless the map consists of pairs of a prim and a unique frame name."""
     inputs, stage = db.inputs, db.app.stage
     names = list(inputs.frameNamesMap)
     if len(names) % 2:

@@ -1,4 +1,4 @@
-"""ROS 2 image messages as plain functions: pixels, encoded pixels, camera parameters."""
+"""Functions that make ROS 2 image messages: pixels, encoded pixels, camera parameters."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def camera_info(
 
 
 def as_bytes(data: Any) -> Any:
-    """(n,) uint8 of bytes or of an array of any kind, in the order in which it lies in memory."""
+    """(n,) uint8 of bytes or of any array, in memory order."""
     import numpy as np
 
     if isinstance(data, bytes | bytearray | memoryview):

@@ -56,7 +56,7 @@ def publish_image(db: Database) -> bool:
 
 
 def image_of(db: Database, nanoseconds: int, frame_id: str) -> Any:
-    """The message that an image publisher's inputs describe; None where there are no pixels."""
+    """The message of an image publisher's inputs; None without pixels."""
     inputs = db.inputs
     data = pixels(db)
     if not data.size:
@@ -74,7 +74,7 @@ def image_of(db: Database, nanoseconds: int, frame_id: str) -> Any:
 
 
 def pixels(db: Database) -> Any:
-    """(n,) uint8: what dataPtr stands for, else the input data. Fails the node for memory of a device."""
+    """(n,) uint8: the buffer of dataPtr, else the input data. Fails the node for device memory."""
     inputs = db.inputs
     if getattr(inputs, "cudaDeviceIndex", -1) != -1:
         db.fail(f"cudaDeviceIndex {inputs.cudaDeviceIndex}: pixels are in host memory; set it to -1")

@@ -66,7 +66,7 @@ def publish_joint_state(db: Database) -> bool:
 
 
 def _given(db: Database) -> tuple[Any, ...]:
-    """Names, positions, velocities, efforts as the inputs give them, sliding joints scaled to metres."""
+    """Names, positions, velocities, efforts from the inputs, with prismatic joints scaled to metres."""
     import numpy as np
 
     inputs = db.inputs
@@ -102,7 +102,7 @@ def _of_robot(db: Database) -> tuple[Any, ...]:
 
 
 def _metres(app: App, robot: Any) -> Any:
-    """(J,) what turns a joint's value into rad or m."""
+    """(J,) factors that convert a joint's value to rad or m."""
     import numpy as np
 
     return np.where(robot.linear, app.meters_per_unit, 1.0)

@@ -1,4 +1,4 @@
-"""What ids in sensor data stand for, as ROS 2 topics of JSON text."""
+"""The meaning of ids in sensor data, as ROS 2 topics of JSON text."""
 
 from __future__ import annotations
 

@@ -21,8 +21,10 @@ LASER_SCAN = "sensor_msgs/msg/LaserScan"
 
 @dataclass(frozen=True, slots=True)
 class ScanStyle:
-    """The range of an empty beam [m]; whether angle_max is the last beam's angle or one increment beyond it; whether
-    the beams are bins of the field of view, ascending, or the lidar's own in the order of firing.
+    """How a laser scan is laid out.
+
+    The range of an empty beam [m]; whether angle_max is the last beam's angle or one increment beyond it; whether the
+    beams are ascending bins of the field of view, or the lidar's own beams in the order of firing.
     """
 
     empty: float = math.inf
@@ -31,7 +33,7 @@ class ScanStyle:
 
 
 def scan_style(app: App) -> ScanStyle:
-    """What an App's settings ask for."""
+    """The style that an App's settings choose."""
     settings = app.settings
     empty = -1.0 if settings.get(keys.SCAN_EMPTY_MINUS_ONE) else math.inf
     return ScanStyle(empty, bool(settings.get(keys.SCAN_END_BEYOND)), bool(settings.get(keys.SCAN_BINS)))
@@ -51,7 +53,7 @@ def laser_scan(
     style: ScanStyle = ScanStyle(),
     time_increment: float | None = None,
 ) -> Any:
-    """A scan by the message's own convention, unless `style` says otherwise; an empty beam is one below 0.
+    """A scan in the message's own convention, unless `style` says otherwise; a range below 0 means an empty beam.
 
     ranges: (N,) [m]; intensities: (N,), any number type; rotation_rate [Hz], 0 gives scan_time 0.
     time_increment [s]: between beams; None: fov / 360 x scan_time / N, as in Isaac Sim.

@@ -1,4 +1,4 @@
-"""ROS 2 messages from lidar frames."""
+"""Makes ROS 2 messages from lidar frames."""
 
 from __future__ import annotations
 
@@ -19,22 +19,22 @@ if TYPE_CHECKING:
     from .laser_scans import ScanStyle
 
 SCAN_CHANNELS = frozenset({"azimuth", "distance", "scalar"})
-"""What a laser scan needs of a frame."""
+"""The channels of a frame that a laser scan needs."""
 
 
 def cloud_channels(metadata: Iterable[str]) -> frozenset[str]:
-    """What a cloud with these quantities needs of a frame."""
+    """The channels of a frame that a cloud with these quantities needs."""
     return frozenset({"xyz", *(CLOUD_FIELDS[name].channel for name in metadata)})
 
 
 def frame_cloud(frame: Frame, metadata: Iterable[str], nanoseconds: int, frame_id: str) -> Any:
-    """`sensor_msgs/PointCloud2` of a frame's points, with those chosen quantities that the frame holds."""
+    """`sensor_msgs/PointCloud2` of a frame's points, with the chosen quantities as far as the frame holds them."""
     values = {name: column(frame, name) for name in metadata}
     return point_cloud(_points(frame), values, nanoseconds, frame_id)
 
 
 def _points(frame: Frame) -> NDArray[np.float32]:
-    """The points; not a number where a firing without a return was kept, which a frame has at the very origin."""
+    """The points; NaN for a kept firing without a return, which a frame stores at the origin."""
     import numpy as np
 
     points = frame.xyz
@@ -44,7 +44,7 @@ def _points(frame: Frame) -> NDArray[np.float32]:
 
 
 def column(frame: Frame, name: str) -> NDArray[np.generic]:
-    """One quantity of `CLOUD_FIELDS` as `point_cloud` takes it; empty where the frame has none."""
+    """One quantity of `CLOUD_FIELDS` in the form that `point_cloud` takes; empty if the frame does not hold it."""
     import numpy as np
 
     channel = CLOUD_FIELDS[name].channel

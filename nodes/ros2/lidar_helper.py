@@ -1,4 +1,4 @@
-"""Publishes a lidar's frames: attaches a writer to a render product once, then the frames publish themselves."""
+"""Publishes a lidar's frames: attaches a writer to a render product once; from then on each frame is published."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ _MESSAGES = {"laser_scan": LASER_SCAN, "point_cloud": POINT_CLOUD}
 
 @dataclass(slots=True)
 class _Attached:
-    """What the node holds on to between attaching and detaching."""
+    """What the node keeps between attaching and detaching."""
 
     product: RenderProduct | None = None
     writers: list[FrameWriter] = field(default_factory=list)
     demand: dict[object, tuple[frozenset[str], bool]] = field(default_factory=dict)
     demanding: bool = False
     view: Any = None
-    """The writer that draws the debug view."""
+    """The writer of the debug view."""
 
 
 def _detach(db: Database) -> None:
@@ -48,7 +48,7 @@ def _detach(db: Database) -> None:
 
 
 def _tilted(prim: Any) -> Iterator[str]:
-    """Why a laser scan cannot be made of a prim's lidar; nothing for one that can, and for other prims."""
+    """Why a laser scan cannot be made of a prim's lidar; "" if it can, and for other prims."""
     from graph.base.errors import UserError
     from sensors.lidar.flat_scan import require_level_beams
     from sensors.lidar.names import MODALITY
@@ -65,7 +65,7 @@ def _tilted(prim: Any) -> Iterator[str]:
 
 
 def _check(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
-    """Names as for every publisher, and a lidar with beams off the plane whose laser scans are wanted."""
+    """Checks names as for every publisher, and reports laser scans of a lidar with beams off the plane."""
     from graph.base.errors import UserError
     from graph.sim.scene.prim_paths import prim_at
 
@@ -126,7 +126,7 @@ def _check(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
 def rtx_lidar_helper(db: Database) -> bool:
     """Publish every frame of a lidar's render product as PointCloud2 or LaserScan.
 
-    Settings are read when the publisher is attached; a new product path attaches it anew. A cloud's fields are
+    Settings are read when the publisher is attached; a new product path attaches it again. A cloud's fields are
     x, y, z and those of selectedMetadata that the sensor delivers. The stamp is the time that the frame's pose belongs
     to (of a laser scan: of its first ray), so that a transform as of the stamp is right.
     """
@@ -180,7 +180,7 @@ def _attach(db: Database, path: str) -> bool:
 
 
 def _debug_view(db: Database, product: RenderProduct) -> Any:
-    """The writer that draws the frames, attached; None where it is not wanted, or the run writes nothing."""
+    """The attached writer of the debug view; None if it is disabled, or if the run writes no files."""
     from sensors.replicator import get_writer
 
     if not db.inputs.showDebugView:
@@ -196,7 +196,7 @@ def _debug_view(db: Database, product: RenderProduct) -> Any:
 
 
 def _metadata(db: Database) -> tuple[str, ...]:
-    """The chosen quantities. Fails the node for a name there is not."""
+    """The chosen quantities. Fails the node for an unknown name."""
     from graph.base.suggest import did_you_mean
 
     for name in db.inputs.selectedMetadata:
@@ -206,7 +206,7 @@ def _metadata(db: Database) -> tuple[str, ...]:
 
 
 def _warn_of_nominal_times(db: Database, product: RenderProduct) -> None:
-    """A frozen scan of a lidar that is carried about shows one instant: its points' times are those of a still one."""
+    """Warns of a frozen scan of a moving lidar: it shows one instant, but its points' times are those of a scan."""
     app = db.app
     if app.fidelity.lidar_motion == "frozen" and product.is_frozen and app.fabric.body_of(product.camera_path):
         db.warn(
@@ -217,7 +217,7 @@ def _warn_of_nominal_times(db: Database, product: RenderProduct) -> None:
 
 
 def _warn_about_settings(db: Database) -> None:
-    # Deprecated inputs are told under codes of their own, and only where their value says something.
+    # Deprecated inputs are reported under their own codes, and only if their value has an effect.
     inputs = db.inputs
     if inputs.fullScan == db.app.settings.get(keys.FULL_SCAN_WARNS):
         db.warn("full-scan-deprecated", "fullScan has no effect; partial scans come from tickRate or accumulateOutputs")
@@ -231,7 +231,7 @@ def _warn_about_settings(db: Database) -> None:
 
 
 def _writers(db: Database, product: RenderProduct, kind: str, metadata: tuple[str, ...]) -> list[FrameWriter]:
-    """What publishes each frame: scans or clouds and, if wanted, what their object ids stand for."""
+    """The writers of each frame: scans or clouds and, on request, the map of object ids."""
     inputs, app = db.inputs, db.app
     frame_id, camera = inputs.frameId, product.camera_path
     stamp = stamps(
@@ -276,7 +276,7 @@ def _labels_message(sensor: Sensor, frame: Any, at: int) -> Any:
 
 
 def _needs(db: Database, kind: str, metadata: tuple[str, ...]) -> dict[object, tuple[frozenset[str], bool]]:
-    """Owner -> the channels to ask the sensor for, and whether also those above the prim's auxiliary level."""
+    """Owner -> the channels to request, and whether also those above the prim's auxiliary level."""
     from sensors.channels import Consumer
 
     if kind == "laser_scan":
@@ -285,13 +285,13 @@ def _needs(db: Database, kind: str, metadata: tuple[str, ...]) -> dict[object, t
         db.path: (cloud_channels(name for name in metadata if name != "Ring"), False)
     }
     if "Ring" in metadata:
-        # The field is ours, so it is delivered whatever auxiliary level the prim has.
+        # The field is our own, so it is delivered at any auxiliary level of the prim.
         needs[Consumer(db.path)] = (frozenset({CLOUD_FIELDS["Ring"].channel}), True)
     return needs
 
 
 def _demand(memory: _Attached, wanted: bool) -> None:
-    """Asks the sensor for what the messages need, or takes that back."""
+    """Requests the channels that the messages need, or withdraws the request."""
     assert memory.product is not None
     sensor = memory.product.sensor
     for owner, (channels, ignore_aux) in memory.demand.items():

@@ -1,4 +1,4 @@
-"""What publishes the frames of a render product: a writer for each message made of them."""
+"""Writers that publish the frames of a render product, one for each kind of message."""
 
 from __future__ import annotations
 

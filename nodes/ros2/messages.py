@@ -1,4 +1,4 @@
-"""Small ROS 2 messages and message parts as plain functions; stamps are whole nanoseconds."""
+"""Functions that make small ROS 2 messages and message parts; stamps are whole nanoseconds."""
 
 from __future__ import annotations
 

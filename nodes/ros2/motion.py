@@ -1,4 +1,4 @@
-"""How a robot moves, as ROS 2 topics: odometry, one transform, inertial readings, steering commands."""
+"""A robot's motion as ROS 2 topics: odometry, one transform, inertial readings, steering commands."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def publish_odometry(db: Database) -> bool:
 
 
 def _body_axes(db: Database) -> Any:
-    """(3, 3) rows: the robot's front, left and up as unit vectors in the axes that velocities are given in."""
+    """(3, 3) rows: the robot's front, left and up as unit vectors, in the axes of the given velocities."""
     import numpy as np
 
     from graph.sim.scene.stage import up_axis
@@ -113,7 +113,7 @@ class _Static(Publisher):
     memory=partial(_Static, TRANSFORMS),
 )
 def publish_raw_transform_tree(db: Database) -> bool:
-    """Publish `tf2_msgs/TFMessage` with the one transform that the inputs give."""
+    """Publish `tf2_msgs/TFMessage` with the transform of the inputs."""
     inputs, memory = db.inputs, db.memory
     static = inputs.staticPublisher
     topic = subscribed_topic(db, "tf_static" if static and inputs.topicName == "tf" else None, latched=static)
@@ -144,7 +144,7 @@ def publish_raw_transform_tree(db: Database) -> bool:
     memory=partial(Publisher, IMU),
 )
 def publish_imu(db: Database) -> bool:
-    """Publish `sensor_msgs/Imu`; what is switched off is marked absent by covariance[0] = -1."""
+    """Publish `sensor_msgs/Imu`; a reading that is switched off has covariance[0] = -1."""
     topic = subscribed_topic(db)
     if topic is None:
         return False
@@ -154,7 +154,7 @@ def publish_imu(db: Database) -> bool:
 
 
 def imu_of(db: Database, nanoseconds: int) -> Any:
-    """The message that an IMU publisher's inputs describe."""
+    """The message of an IMU publisher's inputs."""
     inputs = db.inputs
     return imu(
         nanoseconds,

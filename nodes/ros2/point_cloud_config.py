@@ -1,10 +1,10 @@
-"""Which quantities a lidar helper's clouds carry."""
+"""Chooses the quantities in a lidar helper's clouds."""
 
 from __future__ import annotations
 
 from graph.node import Attribute, Database, node_type
 
-# Input -> the name it puts into selectedMetadata, in the order of the list. Ring and Time are additions of ours.
+# Input -> the name it puts into selectedMetadata, in the order of the list. Ring and Time are our additions.
 _CHOICES = {
     "outputIntensity": ("Intensity", "normalised intensity"),
     "outputTimestamp": ("Timestamp", "absolute time of each point [ns], as two 32-bit words"),

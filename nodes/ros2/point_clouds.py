@@ -1,4 +1,4 @@
-"""`sensor_msgs/PointCloud2` messages: which field holds what, and the packing of arrays into points."""
+"""`sensor_msgs/PointCloud2` messages: the layout of their fields, and the packing of arrays into points."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class CloudField:
     format: str
 
 
-# In the order in which the fields stand in a point. Ring, Time and ClassId are additions of ours.
+# In the order of the fields in a point. Ring, Time and ClassId are our additions.
 CLOUD_FIELDS: Mapping[str, CloudField] = {
     "Intensity": CloudField("scalar", ("intensity",), "<f4"),
     "Timestamp": CloudField("timeOffsetNs", ("timestamp_0", "timestamp_1"), "<u4"),
@@ -50,13 +50,13 @@ CLOUD_FIELDS: Mapping[str, CloudField] = {
 def point_cloud(
     points: NDArray[np.float32], values: Mapping[str, NDArray[Any]], nanoseconds: int, frame_id: str
 ) -> Any:
-    """An unordered cloud (height 1) with packed little-endian points; dense where every coordinate is finite.
+    """An unordered cloud (height 1) with packed little-endian points; dense if every coordinate is finite.
 
     points: (N, 3) x, y, z [m]. values: by name of `CLOUD_FIELDS`, each with N rows: Timestamp uint64 absolute [ns]
     (low word first in the message), HitNormal and Velocity (N, 3), ObjectId (N, 16) bytes or (N, 4) uint32,
     Time integers [ns] after the header's stamp (seconds in the message); the others (N,).
     A quantity whose array is empty while there are points is left out: the sensor did not deliver it.
-    Raises ValueError where an array's length is not N.
+    Raises ValueError if an array's length is not N.
     """
     import numpy as np
 

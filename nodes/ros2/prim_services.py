@@ -53,8 +53,8 @@ def _service(default: str, what: str) -> Attribute:
 def service_prim(db: Database) -> bool:
     """Serve the stage to the run's service clients (package isaac_ros2_messages).
 
-    Values are JSON: numbers, texts, lists; quaternions are w, x, y, z, matrices are rows as in USD. What cannot be done
-    is answered with success False and a message; it never stops the run.
+    Values are JSON: numbers, texts, lists; quaternions are w, x, y, z, matrices are rows as in USD. A request that
+    fails is answered with success False and a message; it never stops the run.
     """
     memory = db.memory
     if not memory.opened:
@@ -139,11 +139,11 @@ SERVICES: tuple[tuple[str, str, Callable[[Any, Any], Answer]], ...] = (
     ("getAttributeServiceName", "GetPrimAttribute", _read),
     ("setAttributeServiceName", "SetPrimAttribute", _write),
 )
-"""Input with the service's name, service type, what answers a request."""
+"""Input with the service's name, service type, function that answers a request."""
 
 
 def _prim(stage: Any, path: str) -> Any:
-    """The prim at a path; None if there is none or it is not a path."""
+    """The prim at a path; None for a missing prim or an invalid path."""
     return prim_at(stage, path) or None
 
 
@@ -156,7 +156,7 @@ def _attribute(stage: Any, request: Any) -> tuple[Any, str]:
 
 
 def to_json(value: Any) -> Any:
-    """A USD value as JSON data. Raises TypeError for one that has no such form."""
+    """A USD value as JSON data. Raises TypeError for a value without a JSON form."""
     from graph.sim.usd import Gf, Sdf
 
     if value is None or isinstance(value, bool | int | float | str):

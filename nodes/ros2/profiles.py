@@ -1,4 +1,4 @@
-"""Quality of service profiles as texts: what publishers offer and how long subscribers' queues are."""
+"""Quality of service profiles as texts: the offers of publishers and the queue lengths of subscribers."""
 
 from __future__ import annotations
 
@@ -33,13 +33,13 @@ PRESETS: Mapping[str, Mapping[str, Any]] = {
         **_NO_TIMES,
     },
 }
-"""What the presets of createProfile set, whatever the policy inputs say."""
+"""The policies of createProfile's presets, which replace the policy inputs."""
 
 
 def queue_depth(db: Database) -> int:
-    """How many messages a subscriber's queue holds; 0 means no limit. From qosProfile where it is set, else queueSize.
+    """How many messages a subscriber's queue holds; 0 means no limit. From qosProfile if set, else queueSize.
 
-    Fails the node where qosProfile is not a profile.
+    Fails the node if qosProfile is not a profile.
     """
     try:
         profile = _profile(db.inputs.qosProfile)
@@ -51,10 +51,10 @@ def queue_depth(db: Database) -> int:
 
 
 def offered_quality(db: Database, *, latched: bool = False) -> Quality:
-    """What a publisher offers: its qosProfile where that is set, else ROS 2's default with queueSize.
+    """What a publisher offers: its qosProfile if set, else ROS 2's default with queueSize.
 
-    latched: the last message is kept for late subscribers, as of /tf_static. An invalid qosProfile is warned of
-    (`qos-profile-unknown`) and offers the default, as does a node without that input.
+    latched: the last message is kept for late subscribers, as of /tf_static. An invalid qosProfile gives a warning
+    (`qos-profile-unknown`) and the default; a node without that input offers the default too.
     """
     profile: Mapping[str, Any] = {}
     if "qosProfile" not in db.node.type.inputs:
@@ -77,7 +77,7 @@ def offered_quality(db: Database, *, latched: bool = False) -> Quality:
 
 
 def _profile(text: str) -> Mapping[str, Any]:
-    """What the text of a profile says; nothing if it is empty. Raises ValueError for one that is not a profile."""
+    """The policies in the text of a profile; empty for an empty text. Raises ValueError if it is not a profile."""
     if not text:
         return {}
     try:

@@ -1,4 +1,4 @@
-"""A laser scan from one row of depths, such as IsaacComputeRTXLidarFlatScan hands on, or from a lidar frame."""
+"""A laser scan from one row of depths, as IsaacComputeRTXLidarFlatScan gives it, or from a lidar frame."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def publish_laser_scan(db: Database) -> bool:
 
 
 def _of_row(db: Database) -> tuple[NDArray[np.float32], NDArray[Any]]:
-    """Ranges and intensities as given. Fails the node where the sizes do not agree."""
+    """Ranges and intensities as given. Fails the node if their sizes differ."""
     import numpy as np
 
     inputs = db.inputs
@@ -87,7 +87,7 @@ def _of_row(db: Database) -> tuple[NDArray[np.float32], NDArray[Any]]:
 
 
 def _of_frame(db: Database) -> tuple[NDArray[np.float32], NDArray[Any]]:
-    """Ranges and intensities of the frame behind dataPtr, binned by azimuth."""
+    """Ranges and intensities of the frame of dataPtr, binned by azimuth."""
     from nodes.lidar.frames import frame_of_handle
     from sensors.lidar.flat_scan import flat_scan
 

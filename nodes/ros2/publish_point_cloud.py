@@ -1,4 +1,4 @@
-"""A point cloud from buffers, such as OgnIsaacExtractRTXSensorPointCloud hands on."""
+"""A point cloud from buffers, as OgnIsaacExtractRTXSensorPointCloud gives them."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def publish_point_cloud(db: Database) -> bool:
 
 
 def _buffer(db: Database, name: str) -> Any:
-    """The array behind a handle. Fails the node where there is none (any more)."""
+    """The array that a handle refers to. Fails the node if the handle is not valid (any more)."""
     import numpy as np
 
     from sensors.handles import resolve

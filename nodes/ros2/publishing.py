@@ -1,4 +1,4 @@
-"""What every publisher shares: its inputs, its topic, and the rule that nothing is made for nobody."""
+"""What all publishers share: inputs, topic, and the rule that no message is made without a listener."""
 
 from __future__ import annotations
 
@@ -49,9 +49,9 @@ class Publisher:
 
 
 def subscribed_topic(db: Database, name: str | None = None, *, latched: bool = False) -> str | None:
-    """The node's absolute topic if somebody listens to it, else None; announces the topic at the first compute.
+    """The node's absolute topic if it has a listener, else None; announces the topic at the first compute.
 
-    name: what to publish on instead of the input topicName. latched: late subscribers get the last message.
+    name: the topic to use instead of the input topicName. latched: late subscribers get the last message.
     """
     memory = db.memory
     bus = db.app.bus
@@ -69,7 +69,7 @@ _TOPIC = re.compile(r"(/[A-Za-z_][A-Za-z0-9_]*)+")
 def topic_name(db: Database, below: str, name: str | None = None) -> str:
     """The absolute topic of a publishing node; `below`: the path whose ancestors may carry isaac:namespace.
 
-    name: what to publish on instead of the input topicName. Fails the node where that makes no topic.
+    name: the topic to use instead of the input topicName. Fails the node if the result is not a valid topic.
     """
     name, namespace = _name_and_namespace(db, below, name)
     if problem := topic_problem(name, namespace):
@@ -78,7 +78,7 @@ def topic_name(db: Database, below: str, name: str | None = None) -> str:
 
 
 def planned_topic(db: Database, below: str, name: str | None = None) -> str | None:
-    """The topic that a node will publish on, as far as its inputs tell now; None where they make no topic."""
+    """The topic that a node will publish on, by its present inputs; None if they do not give a valid topic."""
     name, namespace = _name_and_namespace(db, below, name)
     return None if topic_problem(name, namespace) else absolute_topic(name, namespace)
 
@@ -91,14 +91,14 @@ def _name_and_namespace(db: Database, below: str, name: str | None) -> tuple[str
 
 
 def absolute_topic(name: str, namespace: str = "") -> str:
-    """A topic from the root; one that begins with / ignores the namespace."""
+    """An absolute topic; a topic that begins with / ignores the namespace."""
     if name.startswith("/"):
         return "/" + name.strip("/")
     return "/" + "/".join(part.strip("/") for part in (namespace, name) if part.strip("/"))
 
 
 def topic_problem(name: str, namespace: str = "") -> str | None:
-    """Why a name is not a topic, as one line; None for one that is."""
+    """Why a name is not a valid topic, as one line, or None."""
     if not name.strip().strip("/"):
         return "input topicName is empty; give it a topic"
     topic = absolute_topic(name.strip(), namespace)
@@ -108,7 +108,7 @@ def topic_problem(name: str, namespace: str = "") -> str | None:
 
 
 def namespace_problem(namespace: str) -> str | None:
-    """Why a namespace can stand before no topic, as one line; None for one that can."""
+    """Why a namespace is not valid, as one line, or None."""
     below = absolute_topic("topic", namespace)
     if _TOPIC.fullmatch(below):
         return None
@@ -116,7 +116,7 @@ def namespace_problem(namespace: str) -> str | None:
 
 
 def check_names(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
-    """The topics and the namespace that a file gives a node and that ROS 2 does not allow: input, what is wrong."""
+    """The topics and namespaces of a node in a file that ROS 2 does not allow: input, what is wrong."""
     inputs = node.db.inputs
     for name in node.given:
         problem = None
@@ -129,7 +129,7 @@ def check_names(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
 
 
 def _uses_namespace(db: Database) -> bool:
-    """Whether the name of any topic or service does not begin with /."""
+    """Whether any topic or service of the node has a name that does not begin with /."""
     names = [name for name in db.node.type.inputs if name.lower().endswith(("topicname", "servicename"))]
     return any(db.connected(f"inputs:{name}") or not str(getattr(db.inputs, name)).startswith("/") for name in names)
 

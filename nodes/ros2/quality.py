@@ -1,4 +1,4 @@
-"""Quality of service: the node that makes a profile."""
+"""The node that makes a quality of service profile."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""ROS 2 messages about robots as plain functions: joints, odometry, inertial readings, steering."""
+"""Functions that make ROS 2 messages about robots: joints, odometry, inertial readings, steering."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ ACKERMANN = "ackermann_msgs/msg/AckermannDriveStamped"
 def joint_state(
     nanoseconds: int, names: Sequence[str], positions: Any, velocities: Any, efforts: Any, frame_id: str = ""
 ) -> Any:
-    """`sensor_msgs/JointState`; each quantity has one value per joint, or none at all."""
+    """`sensor_msgs/JointState`; each quantity has one value per joint, or is empty."""
     import numpy as np
 
     columns = (np.array(column, dtype=np.float64) for column in (positions, velocities, efforts))
@@ -50,7 +50,7 @@ def imu(
     angular_velocity: Sequence[float] | None,
     linear_acceleration: Sequence[float] | None,
 ) -> Any:
-    """`sensor_msgs/Imu`; a reading that is None is zero with covariance[0] = -1, which says that there is none."""
+    """`sensor_msgs/Imu`; a reading that is None becomes zero with covariance[0] = -1, which marks it as missing."""
     return _type(IMU)(
         header(nanoseconds, frame_id),
         quaternion(orientation if orientation is not None else (0.0, 0.0, 0.0, 1.0)),

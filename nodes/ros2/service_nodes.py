@@ -1,7 +1,7 @@
 """Services between nodes of one run: a client asks, a server receives the request and sends the response.
 
 Fields are attributes: `Request:a` on the client's inputs and the server's outputs, `Response:sum` on the server's
-inputs and the client's outputs. A server takes one request for each compute, and answers in the order of asking.
+inputs and the client's outputs. A server takes one request for each compute, and answers in the order of the requests.
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ def _close(db: Database) -> None:
     release=_close,
 )
 def service_server_request(db: Database) -> bool:
-    """Serve: take the oldest request that waits, its fields are the outputs Request:..."""
+    """Take the oldest waiting request; its fields are the outputs Request:..."""
     memory = db.memory
     if memory.server is None:
         name = _service_type(db)
@@ -119,7 +119,7 @@ class _Answer:
     memory=_Answer,
 )
 def service_server_response(db: Database) -> bool:
-    """Answer the oldest open request with the inputs Response:..., those left out being zero or empty."""
+    """Answer the oldest open request with the inputs Response:...; missing fields are zero or empty."""
     server = db.app.bus.services.server(db.inputs.serverHandle)
     if server is None:
         return False
@@ -156,10 +156,10 @@ class _Client:
     memory=_Client,
 )
 def service_client(db: Database) -> bool:
-    """Ask with the inputs Request:...; the answer's fields are the outputs Response:...
+    """Send the inputs Request:... as a request; the response's fields are the outputs Response:...
 
-    One question is open at a time: each compute looks for its answer, and asks anew once it has come (in the same
-    compute). Without a server nothing is sent.
+    One request is open at a time: each compute looks for its response, and sends the next request in the same compute.
+    Without a server nothing is sent.
     """
     memory = db.memory
     if memory.request is None or memory.response is None:

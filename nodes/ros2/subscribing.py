@@ -1,8 +1,8 @@
-"""What every subscriber shares: its inputs, its queue, and the rule of one message for each compute.
+"""What all subscribers share: inputs, queue, and the rule of one message for each compute.
 
-A subscriber listens from its first compute on, and gets what came earlier in that update too. Each compute takes one
-message, the oldest waiting, as the original does; what exceeds the queue pushes the oldest out. Outputs keep the last
-message taken; execOut fires only in a compute that took one.
+A subscriber listens from its first compute on, and also gets messages from earlier in that update. Each compute takes
+the oldest waiting message, as the original does; a message beyond the queue's length drops the oldest. Outputs keep the
+last message; execOut fires only in a compute that took a message.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ EXEC_OUT = Attribute("execution", "a message was taken")
 
 @dataclass(slots=True)
 class Subscriber:
-    """Memory of a subscribing node: its queue, and whether it has said that messages were lost."""
+    """Memory of a subscribing node: its queue, and whether it has warned of lost messages."""
 
     subscription: Any = None
     told: int = 0
@@ -46,7 +46,7 @@ def subscriber_inputs(topic: str) -> dict[str, Attribute]:
 
 
 def next_message(db: Database, type_name: str) -> Any:
-    """The oldest waiting message, as its class in the type store; None if none waits. Listens at the first call."""
+    """The oldest waiting message, as its class in the type store, or None. Subscribes at the first call."""
     return take(db, type_name, lambda: topic_name(db, db.path))
 
 

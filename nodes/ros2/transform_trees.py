@@ -1,4 +1,4 @@
-"""Which transforms a set of prims stands for: links of articulations hang on their parent links."""
+"""The transforms to publish for a set of prims: links of articulations have their parent links as parents."""
 
 from __future__ import annotations
 
@@ -14,8 +14,9 @@ NAME_OVERRIDE = "isaac:nameOverride"
 
 @dataclass(frozen=True, slots=True)
 class Edge:
-    """A transform to publish: prim paths (parent "" is the world), frame names, and which of the two are cameras, whose
-    frame is optical as in ROS: x right, y down, z ahead (a USD camera has y up and looks along -z).
+    """A transform to publish: prim paths (parent "" is the world), frame names, and which of the two are cameras.
+
+    The frame of a camera is optical as in ROS: x right, y down, z ahead (a USD camera has y up and looks along -z).
     """
 
     parent: str
@@ -29,8 +30,8 @@ class Edge:
 def edges_of(stage: Any, parent: str, targets: Iterable[str]) -> list[Edge]:
     """The transforms of `targets` below `parent` ("" is the world).
 
-    A target that is the root of an articulation stands for all its links: the root link hangs on `parent`, every other
-    link on the link that its joint connects it to. Any other target hangs on `parent` by itself.
+    A target that is the root of an articulation means all its links: the parent of the root link is `parent`, that of
+    every other link is the link that its joint connects it to. The parent of any other target is `parent`.
     """
     pairs: dict[str, str] = {}
     for target in targets:
@@ -52,7 +53,7 @@ def _is_camera(prim: Any) -> bool:
 
 
 def links_of(stage: Any, target: str) -> list[tuple[str, str]]:
-    """(parent link or "", link) of an articulation from its root link outwards; just ("", target) for other prims."""
+    """(parent link or "", link) of an articulation, from its root link outwards; only ("", target) for other prims."""
     from graph.sim.usd import Usd, UsdPhysics
 
     root = stage.GetPrimAtPath(target)
@@ -97,7 +98,7 @@ def _join(joint: Any, neighbours: dict[str, list[str]], grounded: list[str]) -> 
 
 
 def _frame_names(stage: Any, paths: Sequence[str]) -> dict[str, str]:
-    """Path -> frame name: isaac:nameOverride, else the prim's name, else (where taken) its path with _ for /."""
+    """Path -> frame name: isaac:nameOverride, else the prim's name, else (if taken) its path with _ for /."""
     names: dict[str, str] = {}
     taken: set[str] = set()
     for path in dict.fromkeys(paths):
@@ -123,7 +124,7 @@ class TransformTree:
         self._cameras = [rows[path] for path, is_camera in paths.items() if is_camera]
 
     def read(self, fabric: Any, meters_per_unit: float) -> list[FrameTransform]:
-        """The edges' poses of this moment, translations in metres; scale is taken out of both ends."""
+        """The present poses of the edges, translations in metres; the scale of both ends is removed."""
         import numpy as np
 
         from graph.sim.transforms import quaternions, rotations_and_scales, to_xyzw

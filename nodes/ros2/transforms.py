@@ -46,7 +46,7 @@ class _Tree(Publisher):
 def publish_transform_tree(db: Database) -> bool:
     """Publish `tf2_msgs/TFMessage`: the targets' poses in the parent, in metres and x, y, z, w quaternions.
 
-    Frame names: isaac:nameOverride, else the prim's name, else (where two prims share it) its path with _ for /.
+    Frame names: isaac:nameOverride, else the prim's name, else (if two prims share it) its path with _ for /.
     """
     inputs = db.inputs
     static = inputs.staticPublisher

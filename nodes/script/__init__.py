@@ -1,1 +1,1 @@
-"""Nodes whose work is Python code that a graph file brings; they run it only where the user allows it."""
+"""Nodes that run Python code from a graph file, only if the user allows it."""

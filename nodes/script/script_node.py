@@ -1,4 +1,4 @@
-"""A node whose work is a Python script of its own."""
+"""A node that runs its own Python script."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ CALLBACKS = ("setup", "compute", "cleanup")
 
 @dataclass(slots=True)
 class _Script:
-    """The script as it was last read and what it defines."""
+    """The script as last read, and the functions that it defines."""
 
     origin: tuple[Any, ...] = ()
-    """What the inputs named when it was read: the text itself, or a file and when it was written."""
+    """The source when it was read: the text itself, or a file and its modification time."""
     code: Any = None
     names: dict[str, Any] = field(default_factory=dict)
     db: ScriptView | None = None
 
 
 class ScriptView(OgnDatabase):
-    """The database of one script: what it keeps is its own, made afresh with the script."""
+    """The database of one script, with private memory that is made together with the script."""
 
     @property
     def internal_state(self) -> Any:
@@ -68,8 +68,8 @@ def _clean_up(db: Database) -> None:
 def script_node(db: Database) -> bool:
     """Run a script: setup(db) before its first compute and when it changes, compute(db), cleanup(db) at the stop.
 
-    A script without these functions runs as a whole each time, with `db` at hand. Scripts run only where the user
-    allows it: `graph run --allow-scripts`, or `allow_scripts=True` of App.from_file, run_node and run_graph.
+    A script without these functions runs as a whole each time, with `db` defined. Scripts run only if the user allows
+    it: `graph run --allow-scripts`, or `allow_scripts=True` of App.from_file, run_node and run_graph.
     """
     if db.context.scripts != "run":
         if db.context.scripts == "skip":
@@ -97,7 +97,7 @@ def script_node(db: Database) -> bool:
 
 
 def _load(db: Database, memory: _Script, origin: tuple[Any, ...]) -> None:
-    """Takes a script up: defines its functions and calls its setup."""
+    """Loads a script: defines its functions and calls its setup."""
     source = _text(db, *origin) if len(origin) > 1 else origin[0]
     memory.db = ScriptView(db)
     memory.names = {"__name__": "__script__", "db": memory.db, "og": OG, "print": log_print}
@@ -112,7 +112,7 @@ def _load(db: Database, memory: _Script, origin: tuple[Any, ...]) -> None:
 
 
 def _origin(db: Database) -> tuple[Any, ...]:
-    """The script's text, or its file and when that was written. Fails the node for a file outside the folders."""
+    """The script's text, or its file and modification time. Fails the node for a file outside the allowed folders."""
     inputs = db.inputs
     if not inputs.usePath:
         return (str(inputs.script),)
@@ -144,7 +144,7 @@ def _label(db: Database) -> str:
 
 
 def _guarded(db: Database, call: Any) -> Any:
-    """What the call gives. Fails the node, with the script's line, where the script raises."""
+    """The result of a call. Fails the node, with the script's line, if the script raises."""
     from graph.node.database import NodeError
 
     try:

@@ -1,1 +1,1 @@
-"""Physics sensors (`isaacsim.sensors.physics`): what bodies and joints feel, straight from the engine."""
+"""Physics sensors (`isaacsim.sensors.physics`): readings of bodies and joints, directly from the physics engine."""

@@ -1,4 +1,4 @@
-"""Contact sensors: with what force a body is touched."""
+"""Contact sensors: the contact force on a body."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def read_contact_sensor(db: Database) -> None:
     """Add up the forces on the sensor's body in the newest physics step, of contacts within the sensor's radius.
 
     The prim's `threshold` (least, most, in units of the stage) and `radius` (stage units; not above 0: all contacts)
-    count where they are authored: less than the least counts as no contact, more than the most reads as the most.
+    apply if authored: a force below the least counts as no contact, a force above the most reads as the most.
     """
     from graph.sim.physics.inertial import attribute_of, body_of
     from graph.sim.physics.protocol import contact_force

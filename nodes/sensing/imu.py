@@ -24,7 +24,7 @@ def _release(db: Database) -> None:
 
 
 def sensor_prim(db: Database, targets: Any, name: str) -> Any:
-    """The one prim that a target input names. Fails the node where it is none or several, or not on the stage."""
+    """The prim that a target input names. Fails the node unless it is exactly one prim, on the stage."""
     if len(targets) != 1:
         db.lack(f"input {name} names {len(targets)} prims; give it the path of one prim")
     prim = prim_at(db.app.stage, targets[0])
@@ -57,8 +57,8 @@ def sensor_prim(db: Database, targets: Any, name: str) -> Any:
 def read_imu(db: Database) -> None:
     """Read an IMU: the change of its velocity over the newest physics step, averaged over its filter widths.
 
-    The first compute after play starts the sensor, and there is a reading from the physics step after it. Before, and
-    while the prim's `enabled` is false, the outputs are zero and nothing follows.
+    The first compute after play starts the sensor; the first reading is that of the next physics step. Before it, and
+    while the prim's `enabled` is false, the outputs are zero and execOut does not fire.
     """
     from graph.sim.physics.inertial import InertialUnit, attribute_of, widths_of
 

@@ -1,4 +1,4 @@
-"""Raycast sensors: how far it is along rays of their own."""
+"""Raycast sensors: distances along the sensor's own rays."""
 
 from __future__ import annotations
 
@@ -23,10 +23,11 @@ FRAMES = ("SENSOR", "WORLD")
 
 @dataclass(slots=True)
 class _Rays:
-    """A sensor as its prim has it at the first reading after play.
+    """A sensor, read from its prim at the first reading after play.
 
     origins, directions: (n, 3), axes of the sensor, directions of length 1; offsets: (n,) [s] or none; nearest,
-    farthest: range [stage units]; in_world: whether hits are told in world axes; names: whether what was hit is told.
+    farthest: range [stage units]; in_world: whether hits are given in world axes; names: whether the prims that were
+    hit are given.
     """
 
     path: str
@@ -40,7 +41,7 @@ class _Rays:
     names: bool
 
     def fired(self, start: Fraction, end: Fraction) -> Any:
-        """(n,) which rays are fired from `start` until just before `end` [s]; all where there are no offsets."""
+        """(n,) which rays are fired from `start` until just before `end` [s]; all rays if the sensor has no offsets."""
         import numpy as np
 
         if not len(self.offsets):
@@ -85,11 +86,11 @@ class _Memory:
     memory=_Memory,
 )
 def read_raycast_sensor(db: Database) -> None:
-    """Cast the sensor's rays at the newest physics step: from minRange on, at what lidars see.
+    """Cast the sensor's rays at the newest physics step, from minRange on, at the surfaces that lidars see.
 
-    The prim is read once after play. Where it has time offsets, a reading holds the rays that were fired during the
-    newest physics step; for all of them the graph must run in each step (OnPhysicsStep). A disabled sensor and a
-    stopped timeline give no reading.
+    The prim is read once after play. If it has time offsets, a reading holds the rays that were fired during the newest
+    physics step; for all of them the graph must run in each step (OnPhysicsStep). With a disabled sensor or a stopped
+    timeline there is no reading.
     """
     import numpy as np
 
@@ -123,7 +124,7 @@ def read_raycast_sensor(db: Database) -> None:
 
 
 def _read(db: Database) -> _Rays:
-    """The sensor that the input names. Fails the node for one whose rays do not fit together."""
+    """The sensor that the input names. Fails the node if its ray attributes do not fit together."""
     import numpy as np
 
     from graph.sim.physics.inertial import attribute_of
@@ -135,7 +136,7 @@ def _read(db: Database) -> _Rays:
         return np.array(attribute_of(prim, name, []), float).reshape(-1, 3)
 
     origins, directions = vectors("rayOrigins"), vectors("rayDirections")
-    # The stage keeps floats: 0.7 is meant, not 0.699999988.
+    # The stage stores floats: 0.7 is meant, not 0.699999988.
     offsets = np.array([float(str(np.float32(one))) for one in attribute_of(prim, "rayTimeOffsets", [])])
     count = int(attribute_of(prim, "numRays", len(directions)))
     for name, found in (("rayDirections", directions), ("rayOrigins", origins), ("rayTimeOffsets", offsets)):
@@ -174,7 +175,7 @@ def _rotation(placed: Floats) -> Floats:
 
 
 def _cast(app: App, origins: Floats, directions: Floats, rays: _Rays) -> tuple[Floats, Floats, list[str]]:
-    """Depths (n,) [stage units], normals (n, 3) and paths of what rays hit from where their range begins."""
+    """Depths (n,) [stage units], normals (n, 3) and paths of the hit prims; rays start at the minimum range."""
     import numpy as np
 
     from sensors.raycast.rays import NO_SURFACE, RayBundle

@@ -1,4 +1,4 @@
-"""UCX publishers: the messages of their ROS 2 twins, on the topic /ucx/port_P/tag_T."""
+"""UCX publishers: the messages of their ROS 2 counterparts, on the topic /ucx/port_P/tag_T."""
 
 from __future__ import annotations
 

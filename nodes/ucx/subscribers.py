@@ -1,4 +1,4 @@
-"""UCX subscribers: the messages of their ROS 2 twins, from the topic /ucx/port_P/tag_T."""
+"""UCX subscribers: the messages of their ROS 2 counterparts, from the topic /ucx/port_P/tag_T."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ QUEUE = 10
     release=unsubscribe,
 )
 def subscribe_joint_command(db: Database) -> bool:
-    """Receive joint commands, as `sensor_msgs/JointState`: the next message, if there is one; ten wait at most."""
+    """Receive joint commands, as `sensor_msgs/JointState`: the next message, if any; at most ten wait."""
     message = take(db, JOINT_STATE, lambda: topic_of(db), lambda: QUEUE)
     if message is None:
         return False

@@ -1,4 +1,4 @@
-"""What all UCX nodes share: an endpoint is a topic of the bus, named by port and tag."""
+"""What all UCX nodes share: an endpoint, which is a topic of the bus, named by port and tag."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ TIME_STAMP = Attribute("double", "stamp of the message", default=0.0, unit="s", 
 
 
 def topic_of(db: Database) -> str:
-    """The topic that stands for the node's port and tag."""
+    """The topic of the node's port and tag."""
     return f"/ucx/port_{int(db.inputs.port)}/tag_{int(db.inputs.tag)}"
 
 
 def listened_topic(db: Database) -> str | None:
-    """The node's topic if somebody listens to it, else None; announces it at the first compute."""
+    """The node's topic if it has a listener, else None; announces it at the first compute."""
     return subscribed_topic(db, topic_of(db))

@@ -1,1 +1,1 @@
-"""Nodes of viewports and cameras (`omni.graph.ui_nodes`) that need no window."""
+"""Nodes of viewports and cameras (`omni.graph.ui_nodes`) that work without a window."""

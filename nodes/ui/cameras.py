@@ -1,4 +1,4 @@
-"""The camera of a viewport, and where a camera looks."""
+"""The camera of a viewport, and the direction of a camera."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from nodes.data.stage_prims import find_prim, only_target
     outputs={"camera": Attribute("token", "path of its camera; empty while it has none")},
 )
 def get_active_viewport_camera(db: Database) -> bool:
-    """Tell which camera a viewport shows; viewports are render products without windows."""
+    """Give the camera of a viewport; viewports are render products without windows."""
     from nodes.isaac.viewports import DEFAULT, viewports_of
 
     name = db.inputs.viewport or DEFAULT
@@ -44,7 +44,7 @@ def get_active_viewport_camera(db: Database) -> bool:
     outputs={"execOut": Attribute("execution", "follows once it is done")},
 )
 def set_camera_target(db: Database) -> bool:
-    """Make a camera look at a point: it turns upright to it, or moves to see it straight ahead as far as it was."""
+    """Make a camera look at a point: turn it upright to the point, or move it so that the point is straight ahead."""
     import numpy as np
 
     from graph.sim import transforms
@@ -80,11 +80,11 @@ def set_camera_target(db: Database) -> bool:
 
 
 def looking(forward: Any, up_axis: str) -> Any:
-    """Rotation (3, 3), columns right, up, back, of a camera that looks along `forward` (unit) with its top up."""
+    """Rotation (3, 3), columns right, up, back, of an upright camera that looks along `forward` (unit)."""
     import numpy as np
 
     up = np.array([0.0, 0.0, 1.0] if up_axis == "Z" else [0.0, 1.0, 0.0])
-    if abs(forward @ up) > 1 - 1e-12:  # straight up or down: any top will do
+    if abs(forward @ up) > 1 - 1e-12:  # straight up or down: any upright direction will do
         up = np.array([0.0, 1.0, 0.0] if up_axis == "Z" else [0.0, 0.0, -1.0])
     right = np.cross(forward, up)
     right /= np.linalg.norm(right)
