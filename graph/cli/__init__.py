@@ -1,15 +1,15 @@
-"""The command `graph`: one module a subcommand."""
+"""The command `graph`: one module for each subcommand."""
 
 
 def command() -> int:
-    """Runs the command line of this process; a signal that ends it is one line, also while it is being imported."""
+    """Runs the command line of this process. A signal that ends it prints one line, also during the imports."""
     try:
         import signal
 
         from graph.base.signals import ENDING
 
         for number in ENDING[1:]:
-            if signal.getsignal(number) == signal.SIG_DFL:  # nohup ignores one
+            if signal.getsignal(number) == signal.SIG_DFL:  # nohup ignores this signal
                 signal.signal(number, signal.default_int_handler)  # raises KeyboardInterrupt, as Ctrl-C does
         from .main import main
 

@@ -10,9 +10,10 @@ from graph.base.limits import LIMITS, checked
 
 
 def add_allow(parser: argparse.ArgumentParser) -> None:
-    """What every command takes that reads files: `--allow DIR` and `--limit NAME=VALUE`, any number of times.
+    """Adds the arguments of every command that reads files: `--allow DIR` and `--limit NAME=VALUE`, each repeatable.
 
-    Folders whose files may be read beside those around the graph file; more (or less) than a file may ask for.
+    `--allow`: folders whose files may be read besides those around the graph file. `--limit`: raises or lowers what a
+    file may ask for.
     """
     parser.add_argument(
         "--allow", action="append", default=[], type=folder, metavar="DIR", help="also allow files below DIR"
@@ -22,7 +23,7 @@ def add_allow(parser: argparse.ArgumentParser) -> None:
 
 
 def add_skip_outside(parser: argparse.ArgumentParser) -> None:
-    """`--skip-outside`: run without what the scene refers to outside the allowed folders."""
+    """Adds `--skip-outside`: run without files outside the allowed folders that the scene refers to."""
     parser.add_argument(
         "--skip-outside",
         action="store_true",
@@ -31,7 +32,7 @@ def add_skip_outside(parser: argparse.ArgumentParser) -> None:
 
 
 def folder(text: str) -> Path:
-    """The folder of that name. Raises ArgumentTypeError where there is none."""
+    """The folder of that name. Raises ArgumentTypeError if it does not exist."""
     path = Path(text)
     if not path.is_dir():
         raise argparse.ArgumentTypeError(f"{text} is not a folder")
@@ -39,7 +40,7 @@ def folder(text: str) -> Path:
 
 
 def limits_of(args: argparse.Namespace) -> dict[str, int]:
-    """The limits that a command line changes. Raises UserError for one that cannot be."""
+    """The limits that a command line changes. Raises UserError for an unknown limit or an invalid value."""
     values: dict[str, int] = {}
     for option in getattr(args, "limit", ()):
         name, equals, text = option.partition("=")

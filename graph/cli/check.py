@@ -1,4 +1,4 @@
-"""`graph check`: validates graph and test files without running them; every problem of every file, one line each."""
+"""`graph check`: validates graph and test files without running them; every problem of every file is one line."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Checked:
-    """One file: what it holds (None if its text cannot be read at all), what is wrong with it and what is only odd."""
+    """The result for one file: its content (None if the text could not be read), its problems and its warnings."""
 
     file: str
     spec: FileSpec | None
     problems: tuple[Problem, ...]
     notes: tuple[Note, ...] = ()
     cases: int | None = None
-    """How many cases it has, if it is a test file."""
+    """The number of cases, if it is a test file."""
 
     def counts(self) -> dict[str, int]:
-        """How many graphs, nodes, connections and inline prims the file has; how many cases a test file has."""
+        """The numbers of graphs, nodes, connections and inline prims, or of cases in a test file."""
         if self.cases is not None:
             return {"cases": self.cases}
         graphs = self.spec.graphs if self.spec else ()
@@ -101,8 +101,8 @@ def check(
     settings: Mapping[str, Any] | None = None,
     skip_unknown: bool = False,
 ) -> Checked:
-    """Loads, compiles and stages one file, without playing it; `settings` beat the file's."""
-    # Only here are the engine, the world and the nodes imported: `graph check --help` needs none of them.
+    """Loads, compiles and stages one file, without playing it; `settings` replace those of the file."""
+    # The engine, the world and the nodes are imported only here: `graph check --help` does not need them.
     from graph.session.open import build_parts
     from graph.testing.names import is_test_file
 

@@ -8,7 +8,7 @@ from importlib import import_module
 SHELLS = ("bash", "zsh", "tcsh")
 
 FILES = ("files", "file", "in", "out", "allow")
-"""Names of arguments that take a path."""
+"""Names of arguments whose value is a path."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -1,4 +1,4 @@
-"""`graph convert`: one graph file in another format (YAML, JSON, USD), saying the same."""
+"""`graph convert`: writes one graph file in another format (YAML, JSON, USD), with the same content."""
 
 from __future__ import annotations
 
@@ -37,10 +37,10 @@ def run(args: argparse.Namespace) -> int:
 
 
 def convert(source: str, target: str, *, allow: Sequence[Path] = ()) -> tuple[Note, ...]:
-    """Writes the graph file `source` as `target`, in the format that its name ends in; returns what is odd about it.
+    """Writes the graph file `source` as `target`, in the format of its extension; returns warnings.
 
-    Nothing is written if anything is wrong: raises UserError with every problem of the file itself (graphs are not
-    compiled: a file with unknown node types converts too).
+    If anything is wrong nothing is written: raises UserError with every problem of the file itself. Graphs are not
+    compiled, so a file with unknown node types can be converted too.
     """
     kind = _FORMATS.get(Path(target).suffix.lower())
     if kind is None:
@@ -75,7 +75,7 @@ def convert(source: str, target: str, *, allow: Sequence[Path] = ()) -> tuple[No
 
 
 def _flattened(graphs: Sequence[GraphSpec]) -> Iterator[Note]:
-    """A note on each graph that has compounds, which a graph file has not."""
+    """A warning for each graph with compounds, which the graph file format does not have."""
     for graph in graphs:
         inside = {one: [n.name for n in graph.nodes if n.name.startswith(f"{one}/")] for one in graph.compounds}
         names = [one for one, nodes in inside.items() if nodes]
@@ -88,7 +88,7 @@ def _flattened(graphs: Sequence[GraphSpec]) -> Iterator[Note]:
 
 
 def _outside(document: Mapping[str, Any], target: str) -> Iterator[Note]:
-    """A note if the written file names files outside its own folder, which no command reads unasked."""
+    """A warning if the written file names files outside its own folder, which commands read only with `--allow`."""
     from graph.files.document import named_files
 
     folder = Path(target).absolute().parent.resolve()
@@ -101,7 +101,7 @@ def _outside(document: Mapping[str, Any], target: str) -> Iterator[Note]:
 
 
 def _of_text(source: str) -> tuple[dict[str, Any], dict[str, str], str | None]:
-    """A YAML or JSON file as it is written: document, comments, text."""
+    """A YAML or JSON file as written: document, comments, text."""
     from graph.files.comments import comments_of
     from graph.files.document import parsed, simple
 
@@ -146,7 +146,7 @@ def _write(target: Path, data: bytes) -> None:
 
 
 def _replace(target: Path, write: Callable[[Path], object]) -> None:
-    """Writes a file whole or not at all; nothing else is left in its folder."""
+    """Writes a file completely or not at all, and leaves no other file in its folder."""
     try:
         with tempfile.TemporaryDirectory(dir=target.absolute().parent, prefix=".convert-") as temporary:
             made = Path(temporary) / target.name
@@ -155,6 +155,6 @@ def _replace(target: Path, write: Callable[[Path], object]) -> None:
             os.replace(made, target)
     except OSError as error:
         raise UserError(f"{target} cannot be written: {error.strerror}") from None
-    except Exception as error:  # what USD makes of it
+    except Exception as error:  # the text in which USD writes it
         reason = " ".join(str(error).split())[-120:]
         raise UserError(f"{target} cannot be written: {reason}") from None

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def node_type_as_dict(node_type: NodeType) -> dict[str, Any]:
-    """What is known of a type, by the names of the graph format; a default is null where none is declared."""
+    """A node type as plain data, with the names of the graph format; a missing default is null."""
     described: dict[str, Any] = {
         "version": node_type.version,
         "doc": node_type.doc,
@@ -27,7 +27,7 @@ def node_type_as_dict(node_type: NodeType) -> dict[str, Any]:
 
 
 def default_of(attribute: Attribute) -> Any:
-    """The declared default as plain data that JSON can hold (infinity as text); None if there is none."""
+    """The declared default as data that JSON can hold (infinity as text), or None."""
     from graph.node.declaration import UNSET
 
     value = attribute.default
@@ -43,7 +43,7 @@ def _plain(value: Any) -> Any:
 
 
 def type_name(attribute: Attribute) -> str:
-    """The declared type in one word, unions as `double | float`."""
+    """The declared type in one word; a union as `double | float`."""
     return attribute.type if isinstance(attribute.type, str) else " | ".join(attribute.type)
 
 

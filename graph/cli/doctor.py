@@ -1,4 +1,4 @@
-"""`graph doctor`: is this machine ready, and if not, what to install."""
+"""`graph doctor`: checks whether this machine is ready, and says what to install."""
 
 from __future__ import annotations
 
@@ -39,10 +39,10 @@ IMPORTS = {
     "ruamel.yaml": ("ruamel.yaml",),
     "shtab": ("shtab",),
 }
-"""Module to import, and the distributions that may bring it."""
+"""Modules to import, and the distributions that may provide them."""
 
 HEAVY = ("mujoco", "open3d", "pxr.Usd")
-"""What is imported only when it is needed: by one file each, on first use."""
+"""Modules that are imported only at first use, each by one file of ours."""
 
 LAZY_PROBE = """
 import sys, time
@@ -61,14 +61,16 @@ else:
     __import__(sys.argv[1])
 print(time.perf_counter() - start)
 """
-"""What a fresh interpreter runs for one module: an import that crashes must not take the doctor with it."""
+"""The code that a fresh interpreter runs for one module, because an import that crashes must not end the doctor."""
 
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One thing looked at: `state` is "ok", "warn" (little of it) or "fail" (not ready; `advice` says what to do).
+    """One result:
 
-    import_s: how long a fresh interpreter takes to import it [s], where it is a module.
+    `state` is "ok", "warn" (works, but with little of it) or "fail" (not ready; `advice` says what to do).
+
+    import_s: the time [s] in which a fresh interpreter imports it, if it is a module.
     """
 
     name: str
@@ -79,12 +81,12 @@ class Finding:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the options of `graph doctor`."""
+    """Declares the options of `graph doctor`."""
     parser.add_argument("--json", action="store_true", help="print the findings as JSON")
 
 
 def run(args: argparse.Namespace) -> int:
-    """Look at everything, print it; 0 if the machine is ready, else 1."""
+    """Checks everything and prints it; returns 0 if the machine is ready, else 1."""
     findings = examine()
     ready = all(finding.state != "fail" for finding in findings)
     if args.json:
@@ -143,7 +145,7 @@ def _dependency(module: str) -> Finding:
     probe = _fresh(PROBE, module)
     if probe.returncode != 0:
         said = (probe.stderr.strip().splitlines() or [f"ended with status {probe.returncode}"])[-1]
-        _, is_ours, ours = said.partition("UserError: ")  # says itself what to do
+        _, is_ours, ours = said.partition("UserError: ")  # the message says what to do
         advice = "" if is_ours else f"Run: pip install --force-reinstall {name}"
         return Finding(name, "fail", f"{version} does not import: {ours or said}", advice)
     seconds = float(probe.stdout.split()[-1])
@@ -152,7 +154,7 @@ def _dependency(module: str) -> Finding:
 
 
 def _lazy_loading() -> Finding:
-    """Whether our own packages come without the heavy libraries."""
+    """Whether our own packages are imported without the heavy libraries."""
     probe = _fresh(LAZY_PROBE)
     if probe.returncode != 0:
         said = (probe.stderr.strip().splitlines() or [f"ended with status {probe.returncode}"])[-1]
@@ -165,7 +167,7 @@ def _lazy_loading() -> Finding:
 
 
 def _fresh(code: str, *arguments: str) -> subprocess.CompletedProcess[str]:
-    """Runs code in an interpreter of its own."""
+    """Runs code in a new interpreter."""
     environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])}
     command = [sys.executable, "-P", "-c", code, *arguments]
     return subprocess.run(command, capture_output=True, text=True, check=False, env=environment)

@@ -1,7 +1,7 @@
-"""Pictures of graphs: the nodes and edges of a file, and three ways to write them down.
+"""Drawings of graphs: the nodes and edges of a file, and three text formats for them.
 
-Execution edges carry control, data edges carry values; what the node types do not settle (an unknown type, a node that
-does not exist) is drawn as unknown, since a drawing is what one looks at when a file does not compile.
+Execution edges carry execution, data edges carry values. An edge is drawn as unknown if the node types do not tell (an
+unknown type, a missing node), because a drawing helps when a file does not compile.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _SHOWN = 40
 
 @dataclass(frozen=True, slots=True)
 class Edge:
-    """A connection between the nodes of two paths; attributes without `outputs:` and `inputs:`."""
+    """A connection between two nodes, given by path; attributes without `outputs:` and `inputs:`."""
 
     source: str
     output: str
@@ -33,7 +33,7 @@ class Edge:
 
 @dataclass(frozen=True, slots=True)
 class DrawnNode:
-    """A node: its path, name, short type (None if it does not exist) and the inputs that the file sets."""
+    """A node: its path, name, short type (None for a missing node) and the inputs that the file sets."""
 
     path: str
     name: str
@@ -43,7 +43,7 @@ class DrawnNode:
 
 @dataclass(frozen=True, slots=True)
 class Drawing:
-    """All graphs of a file with their nodes, the ends that exist in none of them, and every edge in file order."""
+    """All graphs of a file with their nodes, the ends that belong to no node, and every edge in file order."""
 
     graphs: tuple[tuple[GraphSpec, tuple[DrawnNode, ...]], ...]
     strangers: tuple[DrawnNode, ...]
@@ -63,7 +63,7 @@ def read(spec: FileSpec) -> Drawing:
 
 
 def as_text(drawing: Drawing) -> Iterator[str]:
-    """Every node with the values it is given and where its outputs go: `=>` execution, `->` data, `?>` unknown."""
+    """Every node with its given values and the targets of its outputs: `=>` execution, `->` data, `?>` unknown."""
     arrows = {"execution": "=>", "data": "->", "unknown": "?>"}
     outgoing: dict[str, list[Edge]] = {}
     for edge in drawing.edges:
@@ -126,7 +126,7 @@ def as_dot(drawing: Drawing, *, values: bool = False) -> Iterator[str]:
 
 
 def _node_types(spec: FileSpec) -> dict[str, NodeType | None]:
-    """The node type of every node by path; None where there is no such type."""
+    """The node type of every node by path; None for an unknown type."""
     found: dict[str, NodeType | None] = {}
     for name in {node.type for graph in spec.graphs for node in graph.nodes}:
         try:
@@ -148,7 +148,7 @@ def _edges(spec: FileSpec, types: Mapping[str, NodeType | None]) -> Iterator[Edg
 
 
 def _end(text: str, graph: str) -> tuple[str, str]:
-    """Node path and attribute of a connection's end; `/World/G.n.outputs:x` names node n of graph /World/G."""
+    """Node path and attribute of a connection's end; `/World/G.n.outputs:x` means node n of graph /World/G."""
     node, _, attribute = text.rpartition(".")
     return (node.replace(".", "/") if node.startswith("/") else f"{graph}/{node}"), attribute
 

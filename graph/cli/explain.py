@@ -1,4 +1,4 @@
-"""`graph explain`: what a graph file will do, and when: clocks, ticks, who consumes what, and traps."""
+"""`graph explain`: what a graph file will do, and when: clocks, ticks, consumers, and traps."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from .arguments import add_allow, add_skip_outside
 from .printing import counted, say, say_json
 
 MOST_CYCLES = 5
-"""Cycles of one graph that are shown."""
+"""Most cycles of one graph that are shown."""
 MOST_NAMES = 12
-"""Nodes of one chain that are shown."""
+"""Most nodes of one chain that are shown."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -31,7 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Runs the command. Its first updates are really run, without casting rays."""
+    """Runs the command. It runs the first updates, but casts no rays."""
     from graph.session.open import open_session
 
     from .explanation import explain
@@ -57,7 +57,7 @@ def run(args: argparse.Namespace) -> int:
 
 @contextmanager
 def _without_warnings() -> Iterator[None]:
-    """Keeps warnings out of the log: they are told as traps."""
+    """Keeps warnings out of the log, because they are shown as traps."""
     log = logging.getLogger("tickgraph.warnings")
     before, log.disabled = log.disabled, True
     try:
@@ -67,12 +67,12 @@ def _without_warnings() -> Iterator[None]:
 
 
 def exact(number: Fraction) -> int | str:
-    """A fraction as JSON holds it: a whole number, else text such as "8/3"."""
+    """A fraction as JSON can hold it: a whole number, else text such as "8/3"."""
     return number.numerator if number.denominator == 1 else str(number)
 
 
 def as_text(told: Mapping[str, Any]) -> Iterator[str]:
-    """The lines that a person reads."""
+    """The lines of text output."""
     yield f"{told['file']}: {shortest(told['duration_s'])} s, {told['updates']:,} updates"
     counted = told["counted_updates"]
     span = f"{shortest(told['duration_s'])} s" if counted == told["updates"] else f"the first {counted:,} updates"
@@ -133,7 +133,7 @@ def _graphs(graphs: Sequence[Mapping[str, Any]]) -> Iterator[str]:
 
 
 def _shown(names: Sequence[str]) -> str:
-    """Names with arrows, the middle of a long row left out."""
+    """Names joined by arrows, with the middle of a long list left out."""
     half = MOST_NAMES // 2
     return " -> ".join(names if len(names) <= MOST_NAMES else (*names[:half], "...", *names[-half:]))
 

@@ -1,4 +1,4 @@
-"""What the clocks of an App will do, update by update, without running anything: the rules of the App, exactly."""
+"""Computes the clocks of an App update by update, by the App's own rules, without running anything."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ if TYPE_CHECKING:
     from graph.sim import App
 
 MOST_PLANNED_UPDATES = 100_000
-"""How many updates are counted through, one by one; a longer run is told of by its first ones."""
+"""Most updates that are counted one by one; a longer run is described by its first ones."""
 
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """What one update does: by how much the loop and the timeline move [s], how many substeps are run.
+    """One update: the advance of loop and timeline [s], and the number of substeps.
 
-    physics_time and external_time [s] are those after the substeps; due is how many substeps the time waiting amounts
-    to, which is more than `substeps` only where the catch-up cap holds them back.
+    physics_time and external_time [s] are those after the substeps. due: the number of substeps that the waiting time
+    amounts to; it is larger than `substeps` only if the catch-up cap limits them.
     """
 
     index: int
@@ -44,7 +44,7 @@ def loop_dt(app: App) -> Fraction:
 def clock_facts(app: App, steps: Sequence[Step]) -> dict[str, Any]:
     """Rates [Hz] and ratios of the three clocks and the wall clock while the App plays, from its first updates.
 
-    sim_per_wall: simulated seconds per second of wall time that the clocks are set to.
+    sim_per_wall: the simulated seconds per second of wall time that the clocks are set to.
     """
     from graph.sim import settings as keys
     from graph.sim.timing.clocks import Accumulator
@@ -77,7 +77,7 @@ def clock_facts(app: App, steps: Sequence[Step]) -> dict[str, Any]:
 
 
 def plan_updates(app: App) -> Iterator[Step]:
-    """The updates of an App that plays from its first update on, without end."""
+    """Yields the updates of an App that plays from its first update on, endlessly."""
     from graph.sim import settings as keys
     from graph.sim.timing.clocks import Accumulator
     from graph.sim.timing.timeline import Timeline

@@ -1,4 +1,4 @@
-"""The shape of graphs: their longest chain of nodes, and where connections go round."""
+"""The shape of graphs: their longest chain of nodes, and their cycles."""
 
 from __future__ import annotations
 
@@ -10,10 +10,11 @@ if TYPE_CHECKING:
 
 
 def graph_facts(graphs: Iterable[Graph]) -> list[dict[str, Any]]:
-    """Of each graph: path, evaluator, stage, counts of nodes and connections, the longest chain, one cycle each place.
+    """For each graph: path, evaluator, stage, counts of nodes and connections, the longest chain, its cycles.
 
-    longest_chain: names of nodes each of which waits for the one before, over data and execution alike; the nodes of a
-    cycle count as one. cycles: names in the direction of the connections, the first again at the end.
+    longest_chain: names of nodes, each of which waits for the one before, by data or execution; the nodes of a cycle
+    count as one. cycles: one for each group of nodes that reach each other, as names in the direction of the
+    connections, with the first repeated at the end.
     """
     import networkx
 
@@ -39,7 +40,7 @@ def graph_facts(graphs: Iterable[Graph]) -> list[dict[str, Any]]:
 
 
 def _cycle(graph: Graph, part: Any) -> list[str]:
-    """One way round in a part of a network all of whose nodes reach each other."""
+    """One cycle in a part of a network whose nodes all reach each other."""
     import networkx
 
     first = min(part, key=_position(graph))

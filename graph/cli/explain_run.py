@@ -1,4 +1,4 @@
-"""Runs the first updates of a graph file without casting a ray, and notes what its graphs did."""
+"""Runs the first updates of a graph file without casting rays, and records what its graphs do."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ if TYPE_CHECKING:
 
 SHOWN_UPDATES = 12
 MOST_UPDATES = 120
-"""How long is waited for the render products that a graph makes late."""
+"""Most updates to wait for the render products that a graph makes late."""
 
 
 class Blindfold(SensorWrapper):
-    """Stands before a sensor: notes the ticks it is asked to render with their updates, and sees nothing."""
+    """Wraps a sensor: records the ticks that it should render, with their updates, and measures nothing."""
 
     def __init__(self, app: App, sensor: Sensor, ticks: list[tuple[int, Tick]]) -> None:
         super().__init__(sensor)
@@ -36,35 +36,35 @@ class Blindfold(SensorWrapper):
         """Casts nothing."""
 
     def render(self, tick: Tick) -> None:
-        """Notes the tick; there is no frame."""
+        """Records the tick; returns no frame."""
         self._ticks.append((self._app.update_index, tick))
 
 
 @dataclass(slots=True)
 class Observed:
-    """What the first updates were like."""
+    """What happened in the first updates."""
 
     substeps: list[int] = field(default_factory=list)
     updates: int = 0
     products: dict[str, RenderProduct] = field(default_factory=dict)
     made_in: dict[str, int] = field(default_factory=dict)
-    """The update in which each product came to be."""
+    """The update in which each product was created."""
     ticks: dict[str, list[tuple[int, Tick]]] = field(default_factory=dict)
     """By product: each update that would render it, and the tick."""
     makers: dict[str, list[str]] = field(default_factory=dict)
     """The paths of the nodes that name each product."""
     unmade: list[Node] = field(default_factory=list)
-    """Enabled product nodes that made none."""
+    """Enabled product nodes that created no product."""
     channels: dict[str, list[str]] = field(default_factory=dict)
-    """What each product's sensor computes, while every topic is heard."""
+    """What each product's sensor computes while every topic has a listener."""
     demand: dict[str, dict[str, list[str]]] = field(default_factory=dict)
-    """By product: consumer to the channels it asks for."""
+    """By product: consumer to the channels that it requests."""
     unheard: dict[str, set[str]] = field(default_factory=dict)
     """By product: the consumers that ask for nothing while nobody hears their topic."""
     ignored: dict[Node, tuple[int, int]] = field(default_factory=dict)
     """By node that ignored triggers in the first updates because it slept: how many of how many."""
     frames: FrameSink = field(default_factory=FrameSink)
-    """What the transforms said that were published."""
+    """The frames of the published transforms."""
 
 
 def observe(session: Session) -> Observed:
@@ -96,14 +96,14 @@ def observe(session: Session) -> Observed:
     app.bus.unsubscribe(seen.frames)
     if not app.exit_requested:
         app.update(seen.updates)
-    seen.products = {path: seen.products[path] for path in seen.demand}  # not those made since
+    seen.products = {path: seen.products[path] for path in seen.demand}  # without products that were created since
     for path, product in seen.products.items():
         seen.unheard[path] = set(seen.demand[path]) - set(demand_of(product))
     return seen
 
 
 def demand_of(product: RenderProduct) -> dict[str, list[str]]:
-    """Consumer to the channels it asks for; a consumer with several requests is one."""
+    """Consumer to the channels that it requests; several requests of one consumer are joined."""
     asked: dict[str, list[str]] = {}
     for channel, owners in product.sensor.consumers().items():
         for owner in dict.fromkeys(owners):

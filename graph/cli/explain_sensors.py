@@ -1,4 +1,4 @@
-"""The sensors of a stage: when each ticks, what it costs, who asks for it."""
+"""The sensors of a stage: their ticks, cost and consumers."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ RULES = {
     "tick": "one frame a tick",
     "multi-tick off": "a frame in every update (multi-tick rendering is off)",
 }
-"""When frames come, for every sensor; sensor types bring rules of their own."""
+"""The rules of ticks that hold for every sensor; sensor types add their own."""
 
 
 def sensors_of(app: App, seen: Observed, steps: Sequence[Step]) -> list[dict[str, Any]]:
-    """Every sensor prim of the stage in its order, once for each of its render products; rendered ones first."""
+    """Every sensor prim in stage order, once for each of its render products; rendered ones first."""
     from graph.sim.usd import Usd
     from sensors.sensor_types import NOT_YET, sensor_types
 
@@ -47,7 +47,7 @@ def sensors_of(app: App, seen: Observed, steps: Sequence[Step]) -> list[dict[str
 def planned_ticks(
     app: App, product: RenderProduct, made_in: int, steps: Sequence[Step]
 ) -> tuple[list[tuple[int, Tick]], int]:
-    """(update, tick) of every frame in these updates, and the grid times passed over, by the scheduler's rules."""
+    """(update, tick) of every frame in these updates, and the skipped grid times, by the scheduler's rules."""
     from graph.sim.renderer.schedule import EveryUpdate, Tick, TickSchedule
 
     schedule = product.sensor.schedule

@@ -1,4 +1,4 @@
-"""What a graph file does that surprises people: one line each, with a stable code."""
+"""Traps: what a graph file does that surprises people, one line each, with a stable code."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Trap = tuple[str, str, str]
 def find_traps(
     app: App, links: Links, seen: Observed, sensors: Sequence[Mapping[str, Any]], steps: Sequence[Step]
 ) -> list[Trap]:
-    """Every trap there is, clocks first, and what the App itself warns of."""
+    """All traps, those of clocks first, and the App's own warnings."""
     found = [
         *clock_traps(app, steps),
         *_sensor_traps(app, sensors, seen),
@@ -38,7 +38,7 @@ def find_traps(
 
 
 def clock_traps(app: App, steps: Sequence[Step]) -> Iterator[Trap]:
-    """What is odd about the clocks of an App that plays, in these updates."""
+    """Traps in the clocks of an App that plays, in these updates."""
     from graph.sim import settings as keys
 
     settings = app.settings
@@ -70,7 +70,7 @@ def clock_traps(app: App, steps: Sequence[Step]) -> Iterator[Trap]:
 
 
 def _end_traps(app: App, moving: Sequence[Step]) -> Iterator[Trap]:
-    """The end of the scene's time codes."""
+    """Warns of the end of the scene's time codes."""
     line = app.timeline
     length = line.end_time - line.start_time
     passed = moving[0].timeline_dt * len(moving) if moving else 0
@@ -85,7 +85,7 @@ def _end_traps(app: App, moving: Sequence[Step]) -> Iterator[Trap]:
 
 
 def _limit_traps(app: App) -> Iterator[Trap]:
-    """Where an update lasts another time on the wall clock than it moves the timeline by."""
+    """Warns if an update takes more or less wall time than it advances the timeline."""
     from graph.sim import settings as keys
 
     settings, line = app.settings, app.timeline

@@ -1,4 +1,4 @@
-"""All that can be told of a graph file before it runs, as plain data: the JSON of `graph explain`."""
+"""Everything that can be said about a graph file before it runs, as plain data: the JSON of `graph explain`."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ DEFAULT_DURATION_S = 5
 
 
 def explain(session: Session, file: str | Path) -> dict[str, Any]:
-    """Plays the first updates of a session (blind: no ray is cast) and plans the rest.
+    """Plays the first updates of a session (without casting rays) and plans the rest.
 
-    Times and rates are exact numbers (int or Fraction) [s, Hz]. Leaves the App playing; the caller closes it.
+    Times and rates are exact numbers (int or Fraction) [s, Hz]. The App is left playing; the caller closes it.
     """
     app, spec = session.app, session.spec
     duration = spec.duration if spec.duration is not None else Fraction(DEFAULT_DURATION_S)
@@ -52,7 +52,7 @@ def explain(session: Session, file: str | Path) -> dict[str, Any]:
 
 
 def _topics(session: Session) -> list[dict[str, Any]]:
-    """The topics announced so far, and those of publishers that have not come to it (type None where none is told)."""
+    """The topics announced so far, and those of publishers that have not computed yet (type None if not known)."""
     from nodes.ros2.publishing import planned_topic
 
     bus = session.app.bus
@@ -63,9 +63,7 @@ def _topics(session: Session) -> list[dict[str, Any]]:
     for node in (node for graph in session.runner.graphs.values() for node in graph.nodes.values()):
         for name in node.type.inputs_as("topic") if node.path not in known else ():
             type_name = getattr(node.db.memory, "type_name", "") or None
-            if topic := planned_topic(
-                node.db, node.path, str(node.get(name))
-            ):  # else the run tells what is wrong with it
+            if topic := planned_topic(node.db, node.path, str(node.get(name))):  # otherwise the run reports the mistake
                 found.setdefault(topic, (type_name, []))[1].append(node.path)
     return [
         {"topic": name, "type": type_name, "publishers": owners, "heard_in_file": bus.is_listened_to(name)}

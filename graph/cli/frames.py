@@ -1,4 +1,4 @@
-"""Which frame hangs on which, as far as published transforms say, and frames that hang on two."""
+"""The parent of each published transform frame, and frames that have two parents."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ LISTED = 8
 
 @dataclass(slots=True)
 class _Hung:
-    """What a frame hangs on at present: the parent, since which message; what it hung on before."""
+    """A frame's present parent, the message since which it holds, and former parents."""
 
     parent: str
     topic: str
@@ -26,9 +26,9 @@ class _Hung:
 
 
 class FrameSink:
-    """Takes every message; of transforms it keeps each frame's parent, and where there are two at a time.
+    """A sink of all messages; of transforms it keeps each frame's parent, and records frames that have two at a time.
 
-    A frame that moves from one parent to another, once and for all, is not one of these: TF knows that.
+    A frame that changes its parent once is not one of these: TF allows that.
     """
 
     def __init__(self) -> None:
@@ -36,10 +36,10 @@ class FrameSink:
         self._torn: dict[tuple[str, str], tuple[str, str, tuple[str, ...]]] = {}
 
     def advertise(self, topic: str, type_name: str) -> None:
-        """Nothing to do."""
+        """Does nothing."""
 
     def write(self, message: Any) -> None:
-        """Looks at one message."""
+        """Examines one message."""
         if message.type_name != TRANSFORMS:
             return
         tree = message.topic.removesuffix(STATIC)
@@ -59,7 +59,7 @@ class FrameSink:
                 self._frames[key] = _Hung(parent, message.topic, message.stamp_ns, before)
 
     def close(self) -> None:
-        """Nothing to do."""
+        """Does nothing."""
 
     def warnings(self, bus: MessageBus) -> Iterator[tuple[str, str, str]]:
         """Code, where and message for each frame with two parents."""

@@ -1,4 +1,4 @@
-"""`graph inspect`: one frame of a sensor as it is handed out: header, every channel, and what was hit."""
+"""`graph inspect`: one frame of a sensor as consumers get it: header, every channel, and the prims that were hit."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Runs the command: plays the file until the sensor has a frame. Object ids and normals are switched on for it."""
+    """Runs the command: plays the file until the sensor has a frame, with object ids and normals switched on."""
     from graph.session.open import open_session
     from sensors.channels import CHANNELS
 
@@ -78,7 +78,7 @@ _WARNING = ("code", "where", "message")
 
 
 def find_sensor(app: App, path: str | None) -> str:
-    """The path of the sensor to look at. Raises UserError for a prim that is none, with the sensors there are."""
+    """The path of the sensor. Raises UserError, with the sensors of the stage, for a prim that is not a sensor."""
     from graph.base.suggest import did_you_mean
     from graph.sim.usd import Usd
     from sensors.products import sensor_problem
@@ -99,9 +99,9 @@ def find_sensor(app: App, path: str | None) -> str:
 
 
 def inspect(session: Session, path: str, *, aux: str | None = None, updates: int | None = None) -> dict[str, Any]:
-    """Plays a session until the sensor has a frame, or for so many updates; what the newest frame holds, as plain data.
+    """Plays a session until the sensor has a frame, for at most `updates`; returns the newest frame as plain data.
 
-    aux: auxiliary level to read it with; None takes the prim's. Raises RunError, saying why, where there is no frame.
+    aux: auxiliary level to read it with; None means the prim's. Raises RunError, with the reason, if no frame comes.
     """
     from sensors.annotators.annotator import Annotator
     from sensors.annotators.types import find_annotator
@@ -115,9 +115,9 @@ def inspect(session: Session, path: str, *, aux: str | None = None, updates: int
         write_aux_level(app.stage.GetPrimAtPath(path), aux)
     product = render_product(app, path)
     kind = sensor_types()[product.sensor.type_name]
-    is_points = "flags" in kind.measures  # then a GenericModelOutput can be made of its elements
+    is_points = "flags" in kind.measures  # then the elements can be made into a GenericModelOutput
     output = Annotator(find_annotator("GenericModelOutput"), app=app).attach(product) if is_points else None
-    beside = {"objId"} if is_points else kind.measures  # what was hit is shown at every level
+    beside = {"objId"} if is_points else kind.measures  # hit prims are shown at every level
     product.sensor.require(Consumer("graph inspect"), beside, ignore_aux=True)
     duration = session.spec.duration if session.spec.duration is not None else Fraction(DEFAULT_DURATION_S)
     most = updates or max(1, math.ceil(duration * app.loop_rate))
@@ -168,7 +168,7 @@ def _described(product: RenderProduct, output: Annotator | None, app: App) -> di
 
 
 def _frame_header(frame: Frame) -> dict[str, Any]:
-    """The header of a frame that no GenericModelOutput is made of."""
+    """The header of a frame that cannot be made into a GenericModelOutput."""
     found: dict[str, Any] = {"numElements": frame.count, "frameId": frame.frame_id, "timestampNs": frame.timestamp_ns}
     for name, pose in (("frameStart", frame.start), ("frameEnd", frame.end)):
         w, x, y, z = pose.orientation.tolist()
@@ -266,7 +266,7 @@ def _why_empty(name: str, level: Any, gmo: Any, app: App) -> str:
 
 
 def _hits(frame: Any, ids: Mapping[int, str]) -> dict[str, int]:
-    """Prim path -> elements that hit it, most first."""
+    """Prim path -> number of elements that hit it, largest first."""
     from sensors import parse_object_ids
 
     counts: dict[str, int] = {}
@@ -298,7 +298,7 @@ def _shown(app: App, product: RenderProduct) -> dict[str, int]:
 
 
 def as_text(told: Mapping[str, Any]) -> Iterator[str]:
-    """The lines that a person reads."""
+    """The lines of text output."""
     header = told["header"]
     yield f"{told['file']}: {told['sensor']}, frame {header['frameId']} in update {told['update']}"
     yield ""

@@ -1,4 +1,4 @@
-"""Signals that end a run between two updates."""
+"""Lets signals end a run only between two updates."""
 
 from __future__ import annotations
 
@@ -12,25 +12,25 @@ from graph.base.signals import ENDING, HANGUP
 
 @contextmanager
 def between_updates() -> Iterator[list[int]]:
-    """Ctrl-C, SIGTERM or a terminal that closes let the update in progress finish; a second Ctrl-C stops at once."""
+    """After Ctrl-C, SIGTERM or a closed terminal the present update is finished; a second Ctrl-C stops at once."""
     received: list[int] = []
 
     def note(signum: int, frame: Any) -> None:
-        if received and signum != HANGUP:  # a closing terminal may say so twice
+        if received and signum != HANGUP:  # a closing terminal may send it twice
             raise KeyboardInterrupt
         received.append(signum)
 
-    # nohup has the closing of the terminal ignored
+    # nohup ignores the signal of a closing terminal
     numbers = [one for one in ENDING if one != HANGUP or signal.getsignal(one) != signal.SIG_IGN]
     previous = {number: signal.signal(number, note) for number in numbers}
     try:
         yield received
-    except OSError as error:  # of a progress bar whose terminal has gone
+    except OSError as error:  # of a progress bar whose terminal was closed
         if HANGUP in received:
             raise KeyboardInterrupt from error
         raise
     finally:
         if HANGUP is not None and HANGUP in received:
-            previous[HANGUP] = signal.SIG_IGN  # what is left to do is to write the report
+            previous[HANGUP] = signal.SIG_IGN  # the report is still to be written
         for number, handler in previous.items():
             signal.signal(number, handler)

@@ -1,8 +1,8 @@
-"""The command `graph`: finds the subcommand, hands it its options, turns what goes wrong into lines and exit codes.
+"""The command `graph`: finds the subcommand, passes it its options, turns errors into lines and exit codes.
 
 Exit codes: 0 done, 1 the run failed, 2 the user's input is wrong, 130 interrupted. A subcommand is one module with
-`add_arguments(parser)` and `run(args) -> int`; only the module that was asked for is imported. `args.settings` holds
-the `--/path=value` options, `args.debug` whether tracebacks are wanted.
+`add_arguments(parser)` and `run(args) -> int`; only the module of the given subcommand is imported. `args.settings`
+holds the `--/path=value` options, `args.debug` whether tracebacks are shown.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ DONE, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
 
 @atexit.register
 def _leave_memory_to_the_system() -> None:
-    """As it exits, Python would look for cycles among the objects of all libraries: a tenth of a short command's time.
+    """Skips Python's search for cycles among all objects at exit, which takes a tenth of a short command's time.
 
-    Not with Open3D, which complains at exit of whatever it was not told to free.
+    Not with Open3D, which prints complaints at exit about objects that were not freed.
     """
     if "open3d" not in sys.modules:
         gc.freeze()
@@ -39,7 +39,7 @@ def _leave_memory_to_the_system() -> None:
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """A subcommand: its line of help, the module of `graph.cli` that does it, whether it takes `--/path=value`."""
+    """A subcommand: its line of help, its module in `graph.cli`, and whether it takes `--/path=value`."""
 
     help: str
     module: str
@@ -74,9 +74,9 @@ class _Parser(argparse.ArgumentParser):
         raise _WrongUsage(f"{self.prog}: {message}; see {self.prog} --help")
 
     def refuse_unknown_options(self, arguments: Sequence[str]) -> None:
-        """Raises _WrongUsage, with the nearest option, for one that this parser does not have.
+        """Raises _WrongUsage, with the nearest option, for an option that this parser does not have.
 
-        argparse alone would take the value after it for a positional argument and complain about others.
+        argparse alone would take the value after it as a positional argument and complain about others.
         """
         known = [option for action in self._actions for option in action.option_strings if option.startswith("--")]
         for argument in _options(arguments):
@@ -90,7 +90,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = list(sys.argv[1:] if argv is None else argv)
     open_closed_streams()
     for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, TextIOWrapper):  # a terminal that cannot show a character gets its escape, no traceback
+        if isinstance(stream, TextIOWrapper):  # a character that the terminal cannot show is printed as an escape
             stream.reconfigure(errors="backslashreplace")
     debug = "--debug" in _options(arguments)
     try:
@@ -114,7 +114,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         _trace(debug)
         _complain(["graph: interrupted"])
         return INTERRUPTED
-    except BrokenPipeError:  # the reader (`| head`) has gone
+    except BrokenPipeError:  # the reader (`| head`) has exited
         _drop_output()
         return FAILED
     except ImportError as error:
@@ -134,7 +134,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         return FAILED
     except Exception as error:
         _trace(debug)
-        if type(error).__module__ == "pxr.Tf":  # of a damaged scene, where nobody expected it
+        if type(error).__module__ == "pxr.Tf":  # of a damaged scene, in an unexpected place
             from graph.sim.damage import reason_of
 
             _complain([f"graph: USD cannot make sense of the scene: {reason_of(error)}; repair its files"])
@@ -145,26 +145,29 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def open_closed_streams() -> None:
-    """Opens what the shell closed (`2>&-`) as nothing: else the first file opened gets its number, and its output."""
+    """Opens the standard streams that the shell closed (`2>&-`), as nothing.
+
+    Otherwise the first file opened would get the stream's number, and its output.
+    """
     for number, name in enumerate(("stdin", "stdout", "stderr")):
         try:
             os.fstat(number)
         except OSError:
             os.open(os.devnull, os.O_RDWR)  # gets the lowest free number, which is this one
         if getattr(sys, name) is None:
-            # Not closed before the process ends.
+            # Stays open until the process ends.
             setattr(sys, name, open(os.devnull, "w" if number else "r", encoding="utf-8"))  # noqa: SIM115
 
 
 def _drop_output() -> None:
-    """Python would complain once more when it flushes what is left at exit."""
+    """Prevents a second error message when Python flushes the rest at exit."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def split_settings(arguments: Sequence[str]) -> tuple[list[str], dict[str, Any]]:
-    """The command line without its `--/path=value` options, and those as settings, values read as in YAML.
+    """Splits a command line into the rest and its `--/path=value` options as settings, with values read as in YAML.
 
-    Raises UserError for one without a value.
+    Raises UserError for an option without a value.
     """
     from graph.files.scalars import resolve
 

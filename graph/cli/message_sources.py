@@ -1,4 +1,4 @@
-"""`--play FILE`: recordings and written messages that a run receives."""
+"""`--play FILE`: recordings and text files of messages that a run receives."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def add_play_argument(parser: argparse.ArgumentParser) -> None:
 
 
 def open_sources(paths: Iterable[str | Path]) -> list[Source]:
-    """The sources that files hold, by their names' endings. Raises UserError with the problems of all files."""
+    """The sources in files, by their extensions. Raises UserError with the problems of all files."""
     sources: list[Source] = []
     problems: list[Problem] = []
     for path in paths:
@@ -49,7 +49,7 @@ def open_sources(paths: Iterable[str | Path]) -> list[Source]:
 
 
 def play_into(app: App, sources: Sequence[Source]) -> Player:
-    """Plays the sources into the App from its next play on; topics that cannot be read become warnings."""
+    """Plays the sources into the App from its next play on; topics that cannot be read give warnings."""
     from graph.sim.messages.sources import Player
 
     for source in sources:
@@ -59,7 +59,7 @@ def play_into(app: App, sources: Sequence[Source]) -> Player:
 
 
 def warn_unheard(app: App, player: Player) -> None:
-    """Warns of files that nobody listened to; to be called after the last update, while the App still plays."""
+    """Warns of files without any listener. Call it after the last update, while the App still plays."""
     for name, why in player.unheard():
         app.warn(UNHEARD, name, why)
 

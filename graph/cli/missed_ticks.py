@@ -1,4 +1,4 @@
-"""Ticks that a sensor passes over, and why: one sentence that `graph explain`, `graph run` and `--strict` share."""
+"""The sentence about ticks that a sensor missed, and why; `graph explain`, `graph run` and `--strict` share it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ OFF_THE_GRID = "sensor-ticks-off-grid"
 
 
 def missed_ticks(app: App, path: str, rate: Fraction | float, missed: int, due: int) -> tuple[str, str, str]:
-    """Code, where and message for a sensor of this rate [Hz] that missed some of the ticks that fell due."""
+    """Code, place and message for a sensor of this rate [Hz] that missed some of its ticks."""
     counted = f"{missed:,} of {due:,} ticks are passed over"
     if rate > app.loop_rate:
         cause = "at most one frame an update; raise loop_hz and physics_hz, or lower the tick rate"

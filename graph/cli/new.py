@@ -14,7 +14,7 @@ KINDS = {
     "lidar": "a wall, a falling ball and a lidar that publishes point clouds",
     "diffdrive": "a robot with two driven wheels that follows /cmd_vel and publishes odometry and TF",
 }
-"""What can be started from; the text of each is `templates/KIND.yaml` beside this module."""
+"""The kinds of templates; the text of each is `templates/KIND.yaml` beside this module."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -25,7 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Runs the command. Raises UserError where the file exists or its folder does not."""
+    """Runs the command. Raises UserError if the file exists or its folder does not."""
     path = Path(args.file)
     if path.suffix not in (".yaml", ".yml"):
         raise UserError(f"{path}: the file is YAML; give it the ending .yaml")
@@ -41,6 +41,6 @@ def run(args: argparse.Namespace) -> int:
 
 
 def text(kind: str, file: str) -> str:
-    """The template of a kind, with the command that plays `file` in its first lines."""
+    """The template of a kind; its first lines show the command that plays `file`."""
     template = resources.files(__package__).joinpath("templates", f"{kind}.yaml")
     return template.read_text(encoding="utf-8").replace("FILE", file)

@@ -34,7 +34,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def describe(node_type: NodeType) -> Iterator[str]:
-    """The lines that describe a type to a person."""
+    """The lines that describe a type."""
     from nodes.catalog.example import example
 
     yield f"{node_type.id} (version {node_type.version})"

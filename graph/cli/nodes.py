@@ -27,7 +27,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Runs the command; a pattern that fits nothing is the user's mistake."""
+    """Runs the command; a pattern without a match is the user's mistake."""
     from graph.node import registry
 
     types = [one for one in registry.all() if args.pattern is None or fits(one, args.pattern)]

@@ -1,6 +1,6 @@
-"""What a run writes: the recording and `report.json`, in a folder that it holds alone.
+"""Writes the files of a run: the recording and `report.json`, in a folder that one run holds at a time.
 
-An earlier run's files under these names step aside (`run.previous.mcap`) until this run has ended well.
+An earlier run's files with these names are renamed (`run.previous.mcap`) until this run has ended well.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from .report import REPORT, write_report
 
 @contextmanager
 def locked(folder: Path, advice: str) -> Iterator[None]:
-    """Holds a folder for this process, without a file in it. Raises UserError, with `advice`, if a run holds it.
+    """Locks a folder for this process, without a lock file. Raises UserError, with `advice`, if another run holds it.
 
-    Where the system or the file system has no such locks, nothing is held.
+    On systems or file systems without such locks, nothing is locked.
     """
     try:
         import fcntl
@@ -51,12 +51,15 @@ class Output:
     def __init__(
         self, folder: Path, recording: str, read: Iterable[Path], provenance: Mapping[str, str] | None = None
     ) -> None:
-        """Moves an earlier run's files aside. Raises UserError where this run could not write, or reads one of them."""
+        """Moves an earlier run's files aside.
+
+        Raises UserError if this run could not write, or if it reads one of them.
+        """
         self.folder = folder
         files = (folder / recording, folder / REPORT)
         self.sink = McapSink(files[0], provenance)
         self.failure: RunError | None = None
-        """What was lost as the files were finished."""
+        """The error of finishing the files, if any."""
         self._earlier: dict[Path, Path] = {}
         try:
             for file in files:
@@ -68,16 +71,17 @@ class Output:
                     )
             files[0].parent.mkdir(parents=True, exist_ok=True)
             for file in files:
-                if file.is_file():  # not a device; of a link, what it leads to
+                if file.is_file():  # not a device; for a link, its target
                     self._move_aside(file.resolve())
         except OSError as error:
             raise UserError(f"--out {folder}: {error.strerror}; name a folder that can be written") from None
 
     def finish(self, report: Mapping[str, Any], *, well: bool) -> list[str]:
-        """Writes the report, once the sink is closed; returns lines for the user.
+        """Writes the report after the sink is closed; returns lines for the user.
 
-        well: whether the run ended as it should; else an earlier run's files stay, and come back in their places if
-        this run failed before it recorded anything or ended an update. Raises RunError where the report finds no room.
+        well: whether the run ended as it should. Otherwise an earlier run's files stay, and get their names back if
+        this run failed before it recorded anything or ended an update. Raises RunError if there is no space for the
+        report.
         """
         if self._earlier and not well and not self.sink.messages and not report["updates"]:
             self._bring_back()
@@ -112,7 +116,7 @@ class Output:
                 aside.unlink()
 
     def _write(self, report: Mapping[str, Any]) -> None:
-        """Writes the report; on a full disk the recording gives up its last chunks for it."""
+        """Writes the report; on a full disk the recording gives up its last chunks to make space."""
         self.folder.mkdir(parents=True, exist_ok=True)
         while True:
             try:

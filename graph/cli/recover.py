@@ -1,4 +1,4 @@
-"""`graph recover`: rebuilds the index of a recording that was not finished, as after a kill or a power cut."""
+"""`graph recover`: rebuilds the index of a recording that was not finished, for example after a kill or a power cut."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _copied(file: Path, target: Path) -> Path:
-    """The copy to mend."""
+    """The copy to repair."""
     if target.exists():
         raise UserError(f"{target} exists; name a file that does not")
     try:

@@ -1,4 +1,4 @@
-"""What a run did, as `report.json` and as the table a person reads."""
+"""What a run did, as `report.json` and as a table."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ GAP = 2
 
 
 def build_report(app: App, runner: GraphRunner, published: CountingSink, wall_time_s: float) -> Report:
-    """Everything a run counted; times in seconds, stamps in integer nanoseconds of simulation time."""
+    """Everything that a run counted; times in seconds, stamps in integer nanoseconds of simulation time."""
     return {
         "updates": app.update_index,
         "physics_steps": app.simulation.get_num_physics_steps(),
@@ -56,7 +56,7 @@ def build_report(app: App, runner: GraphRunner, published: CountingSink, wall_ti
 
 
 def write_report(report: Mapping[str, Any], out: Path) -> None:
-    """Writes `report.json` into the folder `out`. Raises RunError where that fails; no part of it is left then."""
+    """Writes `report.json` into the folder `out`. Raises RunError if that fails, and leaves no part of the file."""
     try:
         (out / REPORT).write_text(to_json(report) + "\n", encoding="utf-8", errors="backslashreplace")
     except OSError as error:
@@ -71,7 +71,7 @@ def to_json(report: Mapping[str, Any]) -> str:
 
 
 def print_table(report: Report, console: Console) -> None:
-    """Sensors, topics and clocks of a run, for a person."""
+    """Prints sensors, topics and clocks of a run as a table."""
     if report["sensors"]:
         table = _table("sensor", *SENSOR_COLUMNS)
         rows = {path: _sensor_cells(sensor) for path, sensor in report["sensors"].items()}
@@ -128,7 +128,7 @@ def _sensor_cells(sensor: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def _name(text: str, width: int = 40) -> Text:
-    """A name of a file as a cell: no markup, no control characters; a longer one goes on below, from a slash on."""
+    """A name as a table cell, without markup and control characters; a long one continues on the next line."""
     from rich.text import Text
 
     lines = [""]
@@ -167,7 +167,7 @@ def _sensors(app: App, runner: GraphRunner) -> dict[str, Mapping[str, Any]]:
 
 
 def _sensor(products: Sequence[Any]) -> Mapping[str, Any]:
-    """What all render products of one sensor counted."""
+    """The counts of all render products of one sensor."""
     frames, missed = sum(one.frames for one in products), sum(one.missed for one in products)
     first = [one.first_frame_ns for one in products if one.first_frame_ns is not None]
     last = [one.last_frame_ns for one in products if one.last_frame_ns is not None]
@@ -196,7 +196,7 @@ def _decimal(seconds: float) -> str:
 
 
 def _wall_clock(app: App) -> Mapping[str, Any]:
-    """The clock that paces the updates, and the simulated seconds per second of it, as measured while playing."""
+    """The clock that paces the updates, and the simulated seconds per second of it, measured while playing."""
     speed = app.speed
     return {
         "kind": "real" if isinstance(app.wall_clock, RealClock) else "virtual",

@@ -114,7 +114,7 @@ def run(args: argparse.Namespace) -> int:
                 app.bus.subscribe(frames)
                 player = play_into(app, sources) if sources else None
                 started = time.perf_counter()
-                # Physics is built here: a scene that has none that can be built is refused before anything is written.
+                # Physics is built here: a scene that cannot be simulated is refused before anything is written.
                 app.play()
                 _check_steps(app)
                 for warning in clock_traps(app, list(islice(plan_updates(app), min(updates, MOST_PLANNED_UPDATES)))):
@@ -144,7 +144,7 @@ def run(args: argparse.Namespace) -> int:
                 for warning in frames.warnings(app.bus):
                     app.warn(*warning)
                 report = build_report(app, session.runner, counter, time.perf_counter() - started)
-        except RunError as error:  # as the recording was finished
+        except RunError as error:  # raised while the recording was finished
             if report is None:
                 raise
             failures.append(error)
@@ -173,7 +173,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _print(args: argparse.Namespace, report: Report, lines: list[str]) -> None:
-    """What the run did, what it wrote (`lines`), its warnings."""
+    """Prints what the run did, what it wrote (`lines`), and its warnings."""
     from .report import print_table, warning_lines
 
     if args.json:
@@ -190,7 +190,7 @@ def _print(args: argparse.Namespace, report: Report, lines: list[str]) -> None:
 
 
 def _output(args: argparse.Namespace, session: Session, held: ExitStack) -> Output:
-    """The files to write, in their folder, which is this run's alone until it ends."""
+    """The output files, in a folder that only this run holds until it ends."""
     from .output_folder import Output, locked
 
     try:
@@ -202,7 +202,7 @@ def _output(args: argparse.Namespace, session: Session, held: ExitStack) -> Outp
 
 
 def show_log() -> None:
-    """What nodes print goes to stderr as it comes; warnings wait for the end of the run, when they are counted."""
+    """Prints the nodes' log on stderr immediately; warnings are counted and printed at the end of the run."""
     log = logging.getLogger("tickgraph")
     if not log.handlers:
         handler = logging.StreamHandler()
@@ -215,7 +215,7 @@ def show_log() -> None:
 
 
 def _check_steps(app: App) -> None:
-    """Refuses, before anything is written, clocks of which an update would take for ever."""
+    """Refuses, before anything is written, clocks with endless steps in an update."""
     rate = app.simulation.steps_per_second
     steps = rate / app.loop_rate
     if app.physics is not None:
@@ -249,7 +249,7 @@ def _updates_asked_for(args: argparse.Namespace, session: Session) -> int:
 
 
 def pairs(options: list[str], flag: str) -> dict[str, str]:
-    """KEY=VALUE options as a mapping. Raises UserError for one without =."""
+    """KEY=VALUE options as a mapping. Raises UserError for an option without =."""
     pairs = {}
     for option in options:
         key, equals, value = option.partition("=")
@@ -260,9 +260,9 @@ def pairs(options: list[str], flag: str) -> dict[str, str]:
 
 
 def _provenance(args: argparse.Namespace) -> dict[str, str]:
-    """What the recording says about where it comes from: nothing that differs between two equal runs.
+    """Where the recording comes from, without anything that differs between two equal runs.
 
-    Settings are left out: some, such as the number of threads, change no byte.
+    Settings are left out: some, such as the number of threads, do not change the recording.
     """
     from .main import version
 

@@ -1,4 +1,4 @@
-"""`graph sensors`: lists the sensor configurations that ship, or describes one with its variants."""
+"""`graph sensors`: lists the shipped sensor configurations, or describes one with its variants."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Runs the command. What is wrong with the file is told, and the rest drawn: a drawing helps to find mistakes."""
+    """Runs the command. Problems of the file are printed, and the rest is drawn: a drawing helps to find mistakes."""
     from graph.files import examine
     from graph.session.partial_compile import without_unknown_types
 

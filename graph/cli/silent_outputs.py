@@ -1,4 +1,4 @@
-"""The sensors and publishers that a graph wires, and which of them never produced anything."""
+"""The sensors and publishers that a graph uses, and those of them that produced nothing."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def wired_sensors(app: App, runner: GraphRunner) -> Iterator[str]:
-    """Paths of the sensor prims that nodes name, in file order, whether or not they were ever rendered."""
+    """Paths of the sensor prims that nodes name, in file order, rendered or not."""
     from sensors.sensor_types import sensor_types
 
     known = sensor_types()
@@ -26,7 +26,7 @@ def wired_sensors(app: App, runner: GraphRunner) -> Iterator[str]:
 
 
 def silent_parts(app: App, runner: GraphRunner) -> list[str]:
-    """A line for each wired sensor without a frame or without any return, and each publisher without a message."""
+    """A line for each used sensor without a frame or without any return, and each publisher without a message."""
     rendered = {product.camera_path for product in app.rendering.history if product.frames}
     blind = blind_sensors(app)
     lines = [

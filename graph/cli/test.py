@@ -1,4 +1,4 @@
-"""`graph test`: runs the cases of *.test.yaml files and tells what was expected and what came instead."""
+"""`graph test`: runs the cases of *.test.yaml files and prints expected and actual results."""
 
 from __future__ import annotations
 
@@ -41,12 +41,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Runs the command; returns 1 if any case failed. Raises UserError, with nothing run, for wrong test files."""
+    """Runs the command; returns 1 if any case failed. Raises UserError, before any case runs, for wrong test files."""
     from graph.testing.cases import read_cases
     from graph.testing.checking import check_cases
     from graph.testing.running import Options
 
-    # A case tells of the warnings that it did not expect.
+    # A case reports the warnings that it did not expect.
     logging.getLogger("tickgraph").propagate = False
     logging.getLogger("tickgraph").addHandler(logging.NullHandler())
     files = [read_cases(path, args.allow) for path in test_files(args.files)]
@@ -71,9 +71,9 @@ def run(args: argparse.Namespace) -> int:
 
 
 def test_files(paths: Sequence[Path]) -> list[Path]:
-    """The test files that files and folders stand for, folders searched to their bottom, each once, in order.
+    """The test files that the given files and folders contain, subfolders included, each once, in order.
 
-    Raises UserError with every path that is none.
+    Raises UserError with every path that is not a test file or a folder.
     """
     from graph.testing.names import is_test_file
 

@@ -1,4 +1,4 @@
-"""From the text of a `*.test.yaml` file (or an `.ogn` file with tests) to its cases, every problem with its place."""
+"""Reads the text of a `*.test.yaml` file (or an `.ogn` file with tests) to its cases; every problem has its place."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ _GRAPH_FILES = (".yaml", ".yml", ".json", ".usda", ".usd")
 
 @dataclass(frozen=True)
 class Case:
-    """One test of a file. What runs is one of: `node` (a type), `file` (a graph file), `spec` alone (written out).
+    """One test of a file. It runs one of: `node` (a type), `file` (a graph file), `spec` alone (an inline graph).
 
-    `spec` holds the case's own scene, clock, settings and fidelity, with the graph if it is written out.
+    `spec` holds the case's own scene, clock, settings and fidelity, with the graph if it is inline.
     """
 
     name: str
@@ -45,17 +45,17 @@ class Case:
 
     @property
     def mark(self) -> Mark:
-        """Where the case stands."""
+        """The place of the case."""
         return self.source.mark(self.tree.at)
 
     def at(self, *location: str | int) -> Mark:
-        """Where a part of the case stands, in the case or in what holds for all cases."""
+        """The place of a part of the case, in the case itself or among the shared keys."""
         return self.source.mark(offset(self.tree, location, key=not isinstance(location[-1], int)))
 
 
 @dataclass(frozen=True)
 class CaseFile:
-    """A test file: its name as given, its cases, and everything that is wrong with it."""
+    """A test file: its name as given, its cases, and all its problems."""
 
     name: str
     cases: tuple[Case, ...]
@@ -65,7 +65,7 @@ class CaseFile:
 def read_cases(path: str | Path, allow: Iterable[str | Path] = ()) -> CaseFile:
     """Reads a test file, or the tests of an `.ogn` file.
 
-    Graph files that it names lie below its folder or below one of `allow`.
+    Graph files named in it lie below its folder or below one of `allow`.
     """
     name, path = str(path), Path(path)
     try:
@@ -77,7 +77,7 @@ def read_cases(path: str | Path, allow: Iterable[str | Path] = ()) -> CaseFile:
 
 
 def parse_cases(data: bytes, name: str, path: Path, allow: Iterable[str | Path] = ()) -> CaseFile:
-    """The cases of a text; `path` is where it lies, or would."""
+    """The cases of a text; `path` is its present or future file."""
     ogn = name.lower().endswith(".ogn")
     kind = "json" if ogn else file_format(name) or "yaml"
     problems: list[Problem] = []
@@ -113,9 +113,9 @@ def _empty() -> str:
 
 
 def _valid_part(source: Source, root: Map, problems: list[Problem]) -> Map:
-    """The tree without what is wrong in it, which is reported."""
+    """The tree without its mistakes, which are reported."""
     reported = False
-    for _ in range(4):  # leaving a part out can leave its parent incomplete, but not for ever
+    for _ in range(4):  # leaving a part out can leave its parent incomplete; bounded
         try:
             model.CaseFile.model_validate(root)
             return root
@@ -149,7 +149,7 @@ def _cases(
 
 
 def _joined(shared: Map, own: Map, at: int) -> Map:
-    """What holds for a case: its own keys, and the shared ones that it does not give."""
+    """The keys that apply to a case: its own, and the shared ones that it does not set."""
     joined = Map(at)
     of_graph = "graph" in own or "node" in own
     for key, value in shared.items():
@@ -213,7 +213,7 @@ def _case(
 
 
 def _sibling(path: Path) -> Path | None:
-    """The graph file that a test file stands beside: NAME.yaml for NAME.test.yaml."""
+    """The graph file beside a test file: NAME.yaml for NAME.test.yaml."""
     stem = path.name[: path.name.lower().rindex(".test.")] if ".test." in path.name.lower() else ""
     for suffix in _GRAPH_FILES:
         beside = path.with_name(stem + suffix)

@@ -1,4 +1,4 @@
-"""What of a case can be judged without running it: the node type, and every name it uses."""
+"""Checks the parts of a case that need no run: the node type, and every name in it."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from .references import GraphNames, NodeNames, UnsettledError
 from .updates import read_range
 
 Wrong = Callable[[str, Attribute], str | None]
-"""Says what is wrong with naming an attribute (its full name) in some place, if anything."""
+"""Returns why an attribute (full name) may not be named in some place, or None."""
 
 
 def check_cases(cases: Iterable[Case], allow: Iterable[str | Path] = (), registry: Registry = DEFAULT) -> list[Problem]:
-    """What is wrong with the names and updates of cases.
+    """The mistakes in names and updates of cases.
 
-    Mistakes of graph files are left to the run, and so is all of a case that expects wrong input.
+    Mistakes of graph files are left to the run, and so is every case that expects wrong input.
     """
     known: dict[Path, tuple[GraphSpec, ...]] = {}
     folders = [Path(one) for one in allow]
@@ -83,7 +83,7 @@ def _check(case: Case, graphs: tuple[GraphSpec, ...], registry: Registry) -> Ite
 
 
 def _late(case: Case) -> Iterator[Problem]:
-    """Pulses and changes that would come after the last update."""
+    """Reports pulses and changes after the last update."""
     total = case.setup.updates
     if total is None:
         return

@@ -1,4 +1,4 @@
-"""Whether a value is the expected one, within a tolerance; and how both are shown."""
+"""Compares a value with the expected one, within a tolerance, and shows both."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ _SHOWN = 120
 
 
 def difference(expected: Any, got: Any, type_: Type | None, tolerance: float) -> str | None:
-    """What tells `got` from `expected`, as `expected ..., got ...`; None if they agree.
+    """The difference between `got` and `expected`, as `expected ..., got ...`; None if they agree.
 
-    With a type, `expected` is first made a value of it. Numbers agree within `tolerance`, absolute up to 1 and relative
-    above; nan agrees with nan; whole numbers, booleans and text agree exactly.
+    With a type, `expected` is first converted to it. Numbers agree within `tolerance`, absolute up to 1 and relative
+    above; NaN agrees with NaN; whole numbers, booleans and text agree exactly.
     """
     wanted = expected
     if type_ is not None:
@@ -26,19 +26,19 @@ def difference(expected: Any, got: Any, type_: Type | None, tolerance: float) ->
             return f"expected {show(expected)}, which cannot be: {error}; got {show(got)}"
     off = _distance(wanted, got)
     if off is None or off <= tolerance:
-        # None stands for two values that are no numbers and equal.
+        # None means two equal values that are not numbers.
         return None
     by = f" (error {off:.3g}, tolerance {tolerance:g})" if math.isfinite(off) else ""
     return f"expected {show(expected)}, got {show(got)}{by}"
 
 
 def _distance(wanted: Any, got: Any) -> float | None:
-    """How far two values are apart: 0 or None if they are equal, inf if no distance can be told."""
+    """The distance of two values: 0 or None if they are equal, inf if they have no numeric distance."""
     wanted, got = _plain(wanted), _plain(got)
     if isinstance(wanted, list) or isinstance(got, list):
         if not (isinstance(wanted, list) and isinstance(got, list)) or len(wanted) != len(got):
             return math.inf
-        # The largest by hand: max() would be at a loss with nan.
+        # Not max(), which does not handle NaN.
         return max((_distance(a, b) or 0.0 for a, b in zip(wanted, got, strict=True)), default=0.0)
     if isinstance(wanted, Mapping) and isinstance(got, Mapping):
         if wanted.keys() != got.keys():
@@ -66,7 +66,7 @@ def _plain(value: Any) -> Any:
 
 
 def show(value: Any) -> str:
-    """A value as it is written in a test file, shortened in the middle if it is long."""
+    """A value as written in a test file, shortened in the middle if it is long."""
     text = _written(_plain(value))
     return text if len(text) <= _SHOWN else f"{text[: _SHOWN - 40]} ... {text[-35:]}"
 

@@ -1,4 +1,4 @@
-"""Drives graphs under test: values that change with the updates, execution inputs that are triggered."""
+"""Drives graphs under test: sets values that change with the updates and triggers execution inputs."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from .updates import count_updates
 class Driver:
     """Sets inputs and triggers execution inputs, update by update.
 
-    A graph's pulses go along with its first evaluation of the update, after its own events; a graph that is not
-    evaluated in an update (nobody asked for it, no frame came) is evaluated for them at the update's end.
-    Raises UserError with every wrong reference.
+    A graph's pulses are part of its first evaluation in the update, after its own events. A graph that is not evaluated
+    in an update (not requested, or no frame came) is evaluated for its pulses at the update's end. Raises UserError
+    with every wrong reference.
     """
 
     def __init__(self, trace: GraphTrace, inputs: Mapping[str, Any], pulses: Mapping[str, Iterable[int]]) -> None:
@@ -46,7 +46,7 @@ class Driver:
             _pass_on(graph, self._due[graph])
 
     def begin(self, update: int) -> None:
-        """Before an update: sets what changes, notes what is to be triggered."""
+        """Call it before an update: sets values that change, records what is to be triggered."""
         for node, full, value in self._changing:
             try:
                 node.set(full, value(update))
@@ -56,14 +56,14 @@ class Driver:
             self._due[node.graph] += [(node, name)] * times.get(update, 0)
 
     def end(self) -> None:
-        """After an update: evaluates the graphs whose pulses nobody took along."""
+        """Call it after an update: evaluates the graphs with remaining pulses."""
         for graph, due in self._due.items():
             if due:
                 graph.evaluate(graph.context)
 
 
 def _pass_on(graph: Graph, due: list[Activation]) -> None:
-    """Makes the graph's evaluations take along what is due."""
+    """Makes the graph's evaluations include the due pulses."""
     evaluate = graph.evaluate
 
     def evaluate_with_pulses(context: Context, activations: Sequence[tuple[Node | str, str]] = ()) -> None:

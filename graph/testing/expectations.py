@@ -1,4 +1,4 @@
-"""What of a case's expectations was not met, each with the line that says it."""
+"""Finds the expectations of a case that were not met, each with its message."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from .updates import read_range, show_updates
 
 
 def failures_of(case: Case, seen: Seen) -> Iterator[Problem]:
-    """Every expectation that was not met: expected against got, with its place in the test file."""
+    """Every expectation that was not met: expected and actual result, with its place in the test file."""
     expect = case.setup.expect
     unexpected = seen.error is not None and expect.error is None
     yield from _error(case, expect.error, seen)
     if unexpected:
-        # It did not run to its end: what else is missing would only hide the reason.
+        # It ended early: further failures would only hide the reason.
         return
     if seen.exit == 2:
         for section in sorted(expect.model_fields_set - {"error"}):
@@ -99,14 +99,14 @@ def _named(came: Mapping[str, Sequence[int]], name: str, seen: Seen) -> Sequence
 
 
 def _counted(case: Case, where: tuple[str, str], wanted: Any, get: Any) -> Iterator[Problem]:
-    """Compares a count, or a list of updates, with the updates that were seen."""
+    """Compares a count, or a list of updates, with the actual updates."""
     name = " ".join(where)
     mark = case.at("expect", *where)
     wanted = wanted if isinstance(wanted, int) else list(wanted)
     try:
         got = list(get())
     except KeyError as error:
-        # A name that nothing stands behind came never, which may be what is expected.
+        # A name that does not exist never came, which may be what the test expects.
         if wanted not in (0, []) or "without a world" in str(error):
             yield Problem(f"{name}: expected {_shown(wanted)}, got none: {error.args[0]}", mark)
         return
@@ -122,7 +122,7 @@ def _shown(wanted: Any) -> str:
 
 
 def _apart(wanted: Sequence[int], got: Sequence[int]) -> str:
-    """Which updates are missing and which are too many, where the lists are long."""
+    """The missing and the surplus updates, for long lists."""
     if max(len(wanted), len(got)) <= 8:
         return ""
     missing, extra = Counter(wanted) - Counter(got), Counter(got) - Counter(wanted)
@@ -174,7 +174,7 @@ def _values(case: Case, reference: str, wanted: Any, seen: Seen) -> Iterator[Pro
 def _differences(
     wanted: Any, values: Sequence[Any], type_: Type | None, tolerance: float
 ) -> Iterator[tuple[str | int, int, str]]:
-    """The key (or list index) of each expected value that differs, the update, and how."""
+    """The key (or list index) of each expected value that differs, the update, and the difference."""
     entries: list[tuple[str | int, range, Any]]
     if isinstance(wanted, list):
         entries = [(index, range(index, index + 1), value) for index, value in enumerate(wanted[: len(values)])]
@@ -191,7 +191,7 @@ def _differences(
 
 def _warnings(case: Case, wanted: Sequence[model.ExpectedWarning], seen: Seen) -> Iterator[Problem]:
     left = list(seen.warnings)
-    # Those that say most choose first: a bare code would take what only they fit.
+    # The most specific expectation chooses first: otherwise a bare code would take the only warning that fits it.
     order = sorted(range(len(wanted)), key=lambda index: -len(wanted[index].model_fields_set))
     for index in order:
         one = wanted[index]

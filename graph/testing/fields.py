@@ -1,4 +1,4 @@
-"""The values of test files: lists of updates, ranges, tolerances; how they are read and what an editor is told."""
+"""The values of test files: lists of updates, ranges, tolerances; how they are read, and their JSON Schema."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from graph.files.text import described, quoted
 from .updates import UpdateList, read_range
 
 MOST_UPDATES = 1_000_000
-"""Updates that one case may run or name."""
+"""Most updates that one case may run or name."""
 
 
 def whole(value: Any) -> Any:
-    """A whole number; true and 1.0 are none."""
+    """A whole number; true and 1.0 are refused."""
     if type(value) is not int:
         raise problem("must be a whole number")
     return value
@@ -97,17 +97,17 @@ def _texts(value: Any) -> tuple[str, ...]:
 
 
 def text_as(key: str) -> Callable[[Any], Any]:
-    """Makes a text, or a list, the mapping that has it as `key`."""
+    """Wraps a text, or a list, into a mapping with it under `key`."""
     return lambda value: {key: value} if isinstance(value, (str, list)) else value
 
 
 def empty_if_null(value: Any) -> Any:
-    """An entry without a value is an empty one."""
+    """An entry without a value counts as an empty one."""
     return {} if value is None else value
 
 
 def name_or_graph(value: Any, graph: Callable[[Any], Any]) -> Any:
-    """A file's name stays text, a mapping becomes a graph."""
+    """A file name stays text, a mapping becomes a graph."""
     if isinstance(value, str):
         if not value:
             raise problem("is empty; give it a value")

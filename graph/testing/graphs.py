@@ -1,8 +1,4 @@
-"""Runs whole graphs for some updates, with a world or without one, and tells what they did.
-
-trace = run_graph("graphs/quickstart.yaml", updates=60)
-assert trace.fired("tick.tick") == list(range(60))
-"""
+"""Runs whole graphs for some updates, with a world or without one, and returns what they did."""
 
 from __future__ import annotations
 
@@ -53,19 +49,19 @@ def run_graph(
 ) -> GraphTrace:
     """Runs the graphs of a file, of a text (YAML or JSON of more than one line), or of a specification.
 
-    updates: how many (default: the file's duration, else 1). inputs: values by `node.attr`; they beat the file's; a
-    callable is asked for the value of each update by its index. pulses: for each execution input (`node.execIn`) the
-    updates in which it is triggered, after the graph's own events; several in one update come in this order.
-    app: True runs in an App without a window, False without a world; else an App is made if the file has a scene.
-    In an App graphs are evaluated as in `graph run`. Without one every graph is evaluated once per update (simulation,
+    updates: how many (default: the file's duration, else 1). inputs: values by `node.attr`, which replace the file's; a
+    callable gets the index of each update and returns the value. pulses: for each execution input (`node.execIn`) the
+    updates in which it is triggered, after the graph's own events; several in one update come in this order. app: True
+    runs in an App without a window, False without a world; else an App is made if the file has a scene. In an App
+    graphs are evaluated as in `graph run`. Without one every graph is evaluated once per update (simulation,
     pre_render, on_demand, post_render; in file order) and time is a clock of `loop_hz` (default: the file's, else 60).
     playing: whether the timeline plays, or a function of the update index. stops: the updates before which it is
     stopped (clocks at 0, node state as at the start), to play again if it plays there. seed: of an App's random
     streams. record: the data attributes to keep the values of (default: all). on_update: called with the index and the
-    trace so far before each update. catch: a failure of the run ends it and stands in `trace.error` instead of being
-    raised. closes: whether the App closes at the end, for OnClosing; what comes of it stands under update `updates`.
-    allow: folders besides the file's own that it may name files in. allow_scripts: whether nodes may run code that the
-    file brings (ScriptNode).
+    trace so far before each update. catch: a failure that ends the run is put into `trace.error` instead of being
+    raised. closes: whether the App closes at the end, for OnClosing; its effects are recorded under update `updates`.
+    allow: further folders in which the file may name files. allow_scripts: whether nodes may run code from the file
+    (ScriptNode).
 
     Raises UserError with every problem of the file, of `inputs` and of `pulses`, and RunError when the run fails.
     """

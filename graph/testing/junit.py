@@ -1,4 +1,4 @@
-"""Outcomes as JUnit XML, the form that CI servers read."""
+"""Writes outcomes as JUnit XML, the format that CI servers read."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .running import Outcome
 
 
 def write_junit(path: Path, outcomes: Mapping[str, Sequence[Outcome]]) -> None:
-    """Writes the outcomes of each test file: one testsuite a file, one testcase a case, times in seconds.
+    """Writes the outcomes of each test file: one testsuite for each file, one testcase for each case, times in seconds.
 
     Raises OSError if the file cannot be written.
     """
@@ -48,5 +48,5 @@ def _totals(outcomes: Sequence[Outcome]) -> dict[str, str]:
 
 
 def _text(text: str) -> str:
-    """Text that XML 1.0 can hold: other characters are shown as escapes."""
+    """Text that XML 1.0 can hold: other characters become escapes."""
     return "".join(c if c.isprintable() or c in "\n\t" else f"\\u{ord(c):04x}" for c in text)

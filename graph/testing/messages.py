@@ -1,4 +1,4 @@
-"""What is wrong with a test file, in its own words and with its places."""
+"""Problems of a test file, in the words of its format and with their places."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from graph.files.tree import Location, Map, offset, value_at
 from . import model
 
 GRAPH_PATH = "/Graph"
-"""The path of a graph that is written out in a test file."""
+"""The path of an inline graph of a test file."""
 
 _FILE_SECTIONS = ("scene", "clock", "settings", "fidelity")
 _WANTED = {
@@ -64,31 +64,31 @@ def _in_the_words_of_graph_files(
 
 
 def _misspelt(missing: Location, unknown: Iterable[Location]) -> bool:
-    """Whether a missing key stands there with a typing error: that is one mistake, not two."""
+    """Whether a missing key is present with a typing error: that is one mistake, not two."""
     near = (str(other[-1]) for other in unknown if other[:-1] == missing[:-1])
     return any(did_you_mean(other, [str(missing[-1])]) for other in near)
 
 
 def named(case: str | None, message: str) -> str:
-    """The message, led by the case it is about."""
+    """The message, with the name of its case in front."""
     return message if case is None else f"case {quoted(case)}: {message}"
 
 
 def split(location: Location) -> tuple[str | None, Location]:
-    """The case that a location lies in (None: beside the cases) and the rest of it."""
+    """The case that a location belongs to (None: outside the cases) and the rest of the location."""
     if len(location) > 1 and location[0] == "cases":
         return str(location[1]), tuple(location[2:])
     return None, tuple(location)
 
 
 def setup_at(root: Map, case: str | None) -> Map:
-    """The mapping of a case, or the whole file for what stands beside the cases."""
+    """The mapping of a case, or of the whole file for a location outside the cases."""
     found = root if case is None else value_at(root, ("cases", case))
     return found if isinstance(found, Map) else Map()
 
 
 def as_graph_file(setup: Map, rest: Location) -> tuple[Map, Location] | None:
-    """The part of a setup that graph files have too, as a graph file's tree with the location in it; None if not."""
+    """The part of a setup that graph files share, as a graph file's tree with the location in it, or None."""
     if rest and rest[0] in _FILE_SECTIONS and (len(rest) > 1 or isinstance(setup.get(str(rest[0])), Map)):
         return setup, rest
     if len(rest) > 1 and rest[0] == "graph":
@@ -101,7 +101,7 @@ def as_graph_file(setup: Map, rest: Location) -> tuple[Map, Location] | None:
 
 
 def graph_tree(setup: Map, graph: Any) -> Map:
-    """A graph file's tree with this one graph in it and the setup's scene, clock, settings and fidelity."""
+    """A graph file's tree with this one graph and the setup's scene, clock, settings and fidelity."""
     root = Map(setup.at)
     root.add("tickgraph", setup.at, 1, setup.at)
     for section in _FILE_SECTIONS:

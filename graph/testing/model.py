@@ -18,22 +18,22 @@
           fired: {tick: [3, 6, 9], finished: [10]}
           outputs: {alpha: 1.0}       # after the last update
           values: {alpha: {0: 0.0, 3: 0.3, 11: 1.0}}
-      a duration below zero is told:
+      a duration below zero is reported:
         node: Countdown
         inputs: {duration: -1}
         pulses: {execIn: [0]}
         expect:
           error: {message: duration, exit: 1, update: 0}
 
-What stands beside `cases` holds for every case that does not say it anew; mappings such as `inputs` and `pulses` are
-joined entry by entry. `graph` names a file below the test file's folder or is a graph written out (`nodes`,
-`connections`, ...). References are `node.attribute` in a graph and `attribute` in the test of a node; lists of updates
-may hold ranges such as `0..11`, ends included. Update 0 is the first.
+Keys beside `cases` apply to every case that does not set them; mappings such as `inputs` and `pulses` are joined entry
+by entry. `graph` names a file below the test file's folder or is an inline graph (`nodes`, `connections`, ...).
+References are `node.attribute` in a graph and `attribute` in the test of a node; lists of updates may hold ranges such
+as `0..11`, ends included. Update 0 is the first.
 
 A case runs in an App, without a window, if there is a scene, or with `world: true`; else on a plain clock of
-`clock.loop_hz` (60 Hz). What a case does not expect is not looked at, except errors: a case without `error` must run to
-its end. Numbers are first made values of the attribute's type and then compared to within `tolerance` (default 1e-9),
-absolute up to 1 and relative above; whole numbers, text and booleans exactly.
+`clock.loop_hz` (60 Hz). A case checks only what it expects, except that a case without `error` must run to its end.
+Numbers are converted to the attribute's type and then compared within `tolerance` (default 1e-9), absolute up to 1 and
+relative above; whole numbers, text and booleans are compared exactly.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ DEFAULT_TOLERANCE = 1e-9
 
 
 class ExpectedWarning(_Part):
-    """A warning that must come: its stable code and, where given, what else it must say."""
+    """A warning that must come: its stable code and, if given, further parts of it."""
 
     code: str = Field(min_length=1, description="Stable code, such as aux-level-too-low.")
     where: str | None = Field(default=None, description="The node or prim it is about.")
@@ -76,7 +76,7 @@ class ExpectedWarning(_Part):
 
 
 class ExpectedError(_Part):
-    """The error that must end the run; the other expectations then hold for the updates before it."""
+    """The error that must end the run; the other expectations apply to the updates before it."""
 
     message: Texts | None = Field(default=None, description="A piece of its text, or a list of pieces, all of them.")
     exit: Literal[1, 2] | None = Field(
@@ -98,7 +98,7 @@ else:  # a union would put its members' names into the places of messages
 
 
 class Expect(_Part):
-    """What must have happened. What is not named is not looked at, except errors."""
+    """What must have happened. Only what is named is checked, and errors."""
 
     fired: dict[str, CountOrUpdates] = Field(
         default_factory=dict,
@@ -128,7 +128,7 @@ class Expect(_Part):
 
 
 class Setup(_Part):
-    """What is run, and how. Beside `cases` it holds for every case that does not say it anew."""
+    """What runs, and how. Keys beside `cases` apply to every case that does not set them."""
 
     graph: GraphEntry | None = Field(
         default=None,
@@ -190,7 +190,7 @@ class Setup(_Part):
 
 
 class Case(Setup):
-    """One test: what is run, and what must have happened."""
+    """One test: what runs, and what must have happened."""
 
     expect: Expect = Expect()
 

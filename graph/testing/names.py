@@ -1,4 +1,4 @@
-"""How files of tests are named."""
+"""The names of test files."""
 
 from __future__ import annotations
 
@@ -8,5 +8,5 @@ SUFFIXES = (".test.yaml", ".test.yml", ".test.json")
 
 
 def is_test_file(path: Path) -> bool:
-    """Whether a file's name is that of a test file."""
+    """Whether a file name is that of a test file."""
     return path.name.lower().endswith(SUFFIXES)

@@ -1,4 +1,4 @@
-"""Unit-tests one node: no world, no file, two lines.
+"""Tests one node in two lines, without a world or a file.
 
 trace = run_node("Countdown", inputs={"duration": 10, "period": 3}, pulses={"execIn": [0]}, updates=12)
 assert trace.fired("tick") == [3, 6, 9]
@@ -34,7 +34,7 @@ _SOURCE = "tickgraph.testing.Source"
 
 @dataclass
 class Trace:
-    """What a node did, by update index. Attribute names are short (`tick`; outputs go first) or full (`inputs:x`).
+    """What a node did, by update index. Attribute names are short (`tick`; outputs first) or full (`inputs:x`).
 
     updates: how many updates were completed.
     """
@@ -47,10 +47,10 @@ class Trace:
     """Every execution output that was followed, as (update, name), in order."""
     recorded: dict[str, list[Any]] = field(default_factory=dict)
     error: RunError | None = None
-    """What ended the run early (with `run_node(..., catch=True)`)."""
+    """The error that ended the run early (with `run_node(..., catch=True)`)."""
 
     def fired(self, output: str) -> list[int]:
-        """The updates in which this execution output was followed, one entry each time."""
+        """The updates in which this execution output was followed, once for each time."""
         if f"outputs:{output}" not in self.node.types or not self.node.attribute(f"outputs:{output}").is_execution:
             self.node.full_name(f"outputs:{output}")
             raise KeyError(f'"{output}" of {self.node.type.id} is not an execution output; ask for its values')
@@ -66,7 +66,7 @@ class Trace:
 
     @property
     def warnings(self) -> list[Warned]:
-        """What the node warned of: objects with code, where, message and count."""
+        """The node's warnings: objects with code, where, message and count."""
         return list(self.log)
 
     @property
@@ -104,24 +104,22 @@ def run_node(
     allow_scripts: bool = False,
     registry: Registry = DEFAULT,
 ) -> Trace:
-    """Runs one node for some updates and tells what it did.
+    """Runs one node for some updates and returns what it did.
 
-    inputs: values by name (`x`, or `state:x`); a callable is asked for the value of each update by its index; open
-    types also take `{"type": "double[3]", "value": [1, 0, 0]}`.
-    pulses: for each execution input the updates in which it is triggered; several in one update come in this order.
-    connect: inputs that count as connected, with the OGN type of their source; their values still come from `inputs`.
-    outputs: dynamic outputs to make (`output1`, or in full `outputs:output1`). consumed: the data outputs that
-    somebody reads (all, unless given).
-    variables: graph variables as name: (type, value). evaluator: execution for a node with execution attributes, push
-    for a data node, unless given. playing: whether the timeline plays, or a function of the update index.
-    app: an App to run in, one app update for each update; it is played first if it is stopped. phase: the App's phase
-    in which the node is evaluated. on_update: called with index and node before each update.
-    interrupts: see `Graph.interrupts`. catch: a failure of the run ends it and stands in `trace.error` instead of being
-    raised. closes: whether the App closes at the end, for OnClosing; what comes of it stands under update `updates`.
-    allow_scripts: whether a ScriptNode may run its script.
+    inputs: values by name (`x`, or `state:x`); a callable gets the index of each update and returns the value; open
+    types also take `{"type": "double[3]", "value": [1, 0, 0]}`. pulses: for each execution input the updates in which
+    it is triggered; several in one update come in this order. connect: inputs that count as connected, with the OGN
+    type of their source; their values still come from `inputs`. outputs: dynamic outputs to make (`output1`, or in full
+    `outputs:output1`). consumed: the data outputs that have a reader (default: all). variables: graph variables as
+    name: (type, value). evaluator: execution for a node with execution attributes, push for a data node, by default.
+    playing: whether the timeline plays, or a function of the update index. app: an App to run in, one app update for
+    each update; it is played first if it is stopped. phase: the App's phase in which the node is evaluated. on_update:
+    called with index and node before each update. interrupts: see `Graph.interrupts`. catch: a failure that ends the
+    run is put into `trace.error` instead of being raised. closes: whether the App closes at the end, for OnClosing; its
+    effects are recorded under update `updates`. allow_scripts: whether a ScriptNode may run its script.
 
-    Outputs are held against their declared types after every compute: a value that is not of its type raises
-    AssertionError. Raises UserError for a wrong type id, name or value, and ComputeError when the node fails.
+    Outputs are checked against their declared types after every compute: a value of another type raises AssertionError.
+    Raises UserError for a wrong type id, name or value, and ComputeError when the node fails.
     """
     check_length(updates)
     schedule = {name: _counted(name, times) for name, times in (pulses or {}).items()}
@@ -199,7 +197,7 @@ def _run_in_app(
 
 @dataclass(slots=True)
 class _Probed:
-    """The probe's memory: survives stops because it is made once per run."""
+    """The probe's memory; it survives stops because it is made once for each run."""
 
     fires: list[tuple[int, str]] = field(default_factory=list)
     update: int = 0
@@ -269,7 +267,7 @@ def _declare_probes(registry: Registry, probed: _Probed, connect: Mapping[str, s
         registry=registry,
     )
     def probe(db: Database) -> None:
-        """Notes which execution output led here."""
+        """Records which execution output triggered it."""
         if db.active is not None:
             db.memory.fires.append((db.memory.update, db.active.removeprefix("fires_")))
 
@@ -294,7 +292,7 @@ def _set_inputs(node: Node, inputs: Mapping[str, Any], update: int) -> None:
 
 
 def set_input(node: Node, name: str, value: Any) -> None:
-    """Sets an input or state attribute of a node under test, one that counts as connected too."""
+    """Sets an input or state attribute of a node under test, also one that counts as connected."""
     full = node.full_name(name)
     if node.connected(full):
         type_ = node.types[full]
@@ -314,7 +312,7 @@ def _record(trace: Trace, update: int) -> None:
 
 
 def _as_read(node: Node, full: str, type_: Type, value: Any, update: int) -> Any:
-    """The value of an output as a reader gets it: a tuple written to a double[] as an array."""
+    """The value of an output as a reader gets it: a tuple written to a double[] becomes an array."""
     if type_.storage == "bundle":
         return value
     try:

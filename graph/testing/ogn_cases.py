@@ -1,7 +1,7 @@
-"""The `tests` of an `.ogn` file as the tree of a test file: each entry sets values, computes once and expects values.
+"""The `tests` of an `.ogn` file as the tree of a test file: each entry sets values, computes once and checks values.
 
-Values stand as `inputs:a: 1` or as `inputs: {a: 1}`; `state_set` and `state_get` are the state before and after. An
-execution input that is set is triggered, the first one where a test sets none.
+Values are written as `inputs:a: 1` or as `inputs: {a: 1}`; `state_set` and `state_get` are the state before and after.
+An execution input with a value is triggered; if a test sets none of them, the first one is triggered.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _IGNORED = ("description", "gpu")
 
 
 def test_tree(source: Source, root: Map, problems: list[Problem]) -> Map:
-    """The tree with a case for each test; what cannot be a test is reported."""
+    """The tree with a case for each test; an entry that cannot be a test is reported."""
     tree = Map(root.at)
     tree.add(KEY, root.at, VERSION, root.at)
     cases = Map(root.at)
@@ -65,7 +65,7 @@ def _case(source: Source, name: str, body: Map, test: Map, problems: list[Proble
 
 
 def _values(source: Source, test: Map, problems: list[Problem]) -> Iterator[tuple[str, str, int, Any]]:
-    """Prefix, attribute, place and value of all that a test sets or expects."""
+    """Prefix, attribute, place and value of everything that a test sets or expects."""
     for key, value in test.items():
         at = test.places[key][0]
         prefix, _, attribute = key.partition(":")

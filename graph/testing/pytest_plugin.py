@@ -1,7 +1,7 @@
-"""The pytest plugin: collects TickGraph's `*.test.yaml` files, and gives the fixtures run_node, run_graph, make_app.
+"""The pytest plugin: collects TickGraph's `*.test.yaml` files and provides the fixtures run_node, run_graph, make_app.
 
-It is installed as the module `tickgraph_pytest`: every pytest run of the environment loads it, and loading it must not
-import a package with so common a name as `graph`. It imports TickGraph only for a test file or a fixture in use.
+It is installed as the module `tickgraph_pytest`: every pytest run in the environment loads it, and loading it must not
+import a package with the common name `graph`. It imports TickGraph only for a test file or when a fixture is used.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 _SUFFIXES = (".test.yaml", ".test.yml", ".test.json")
 _MARKER = re.compile(rb"""^\s*\{?\s*["']?tickgraph""", re.MULTILINE)
 _HEAD = 65536
-"""Bytes in which the key that makes a file ours must stand."""
+"""The key that identifies our files must be within this many bytes."""
 
 
 @pytest.fixture
@@ -44,7 +44,9 @@ def run_graph() -> Callable[..., GraphTrace]:
 
 @pytest.fixture
 def make_app() -> Iterator[Callable[..., App]]:
-    """Makes Apps that are closed after the test: `make_app("file.yaml", ...)` of a graph file, else as `graph.sim.App`.
+    """Makes Apps that are closed after the test:
+
+    `make_app("file.yaml", ...)` for a graph file, else as `graph.sim.App`.
 
     With `stage=` or without a first argument the options are those of `App`; with a graph file those of
     `App.from_file`.
@@ -60,7 +62,7 @@ def make_app() -> Iterator[Callable[..., App]]:
 
 
 def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Collector | None:
-    """Takes files named *.test.yaml (.yml, .json) that have a `tickgraph...` key; leaves all others alone."""
+    """Takes files named *.test.yaml (.yml, .json) with a `tickgraph...` key; ignores all others."""
     if not file_path.name.lower().endswith(_SUFFIXES) or not _is_ours(file_path):
         return None
     return GraphTests.from_parent(parent, path=file_path)
@@ -79,7 +81,7 @@ class WrongTestFileError(Exception):
 
 
 class FailedError(Exception):
-    """A case failed; its lines say what was expected and what came."""
+    """A case failed; its lines show expected and actual results."""
 
 
 class GraphTests(pytest.File):
@@ -96,7 +98,7 @@ class GraphTests(pytest.File):
             yield GraphTest.from_parent(self, name=case.name, case=case)
 
     def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> Any:
-        """Lines instead of a traceback."""
+        """Returns lines instead of a traceback."""
         if isinstance(excinfo.value, WrongTestFileError):
             return str(excinfo.value)
         return super().repr_failure(excinfo)
@@ -122,11 +124,11 @@ class GraphTest(pytest.Item):
             raise FailedError("\n".join(map(str, outcome.failures)))
 
     def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> Any:
-        """Lines instead of a traceback."""
+        """Returns lines instead of a traceback."""
         if isinstance(excinfo.value, (FailedError, WrongTestFileError)):
             return str(excinfo.value)
         return super().repr_failure(excinfo, style)
 
     def reportinfo(self) -> tuple[Path, int, str]:
-        """Where the case stands."""
+        """The place of the case."""
         return self.path, self._case.mark.line - 1, self.name

@@ -1,4 +1,4 @@
-"""Names in tests, checked against what the graphs declare, before anything runs."""
+"""Checks names in tests against the declarations of the graphs, before anything runs."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ PREFIXES = ("inputs", "outputs", "state")
 
 
 class UnsettledError(Exception):
-    """The node is there but its type is not known, so nothing can be said of its attributes."""
+    """The node exists but its type is unknown, so its attributes cannot be checked."""
 
 
 class GraphNames:
@@ -30,7 +30,7 @@ class GraphNames:
                 self._types[path] = node.type
 
     def node(self, reference: str) -> str:
-        """The path of a node of that name or path. Raises KeyError with the nearest name."""
+        """The path of the node with that name or path. Raises KeyError with the nearest name."""
         if reference in self._types:
             return reference
         found = self._named.get(reference, [])
@@ -42,9 +42,9 @@ class GraphNames:
         raise KeyError(f'there is no node "{reference}"{did_you_mean(reference, known)}')
 
     def attribute(self, reference: str, prefix: str) -> tuple[str, Attribute]:
-        """Full name (`inputs:x`) and declaration of `node.attr`; among `prefix` first.
+        """Full name (`inputs:x`) and declaration of `node.attr`; `prefix` is searched first.
 
-        Raises KeyError with the nearest name, UnsettledError where the node's type is unknown.
+        Raises KeyError with the nearest name, UnsettledError if the node's type is unknown.
         """
         name, dot, short = reference.rpartition(".")
         if not dot:
@@ -62,13 +62,16 @@ class NodeNames:
         self._type = node_type
 
     def node(self, reference: str) -> str:
-        """Only `node` names the node. Raises KeyError for any other name."""
+        """The node is always named `node`. Raises KeyError for any other name."""
         if reference != "node":
             raise KeyError(f'there is no node "{reference}"; the node under test is called "node"')
         return reference
 
     def attribute(self, reference: str, prefix: str) -> tuple[str, Attribute]:
-        """Full name and declaration of an attribute; among `prefix` first. Raises KeyError with the nearest name."""
+        """Full name and declaration of an attribute; `prefix` is searched first.
+
+        Raises KeyError with the nearest name.
+        """
         return declared(self._type, reference, prefix)
 
 
@@ -77,7 +80,7 @@ def declared(node_type: NodeType, name: str, prefix: str) -> tuple[str, Attribut
     written, _, short = name.partition(":")
     places = [written] if written in PREFIXES and short else sorted(PREFIXES, key=lambda one: one != prefix)
     bare = short if written in PREFIXES and short else name
-    # What is declared goes before what a template would allow.
+    # Declared attributes are preferred over those that a template allows.
     for known in (True, False):
         for place in places:
             if (bare in getattr(node_type, place)) == known and (found := node_type.find(place, bare)) is not None:

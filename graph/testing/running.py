@@ -1,4 +1,4 @@
-"""Runs a case and tells every expectation that was not met."""
+"""Runs a case and finds every expectation that was not met."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from .world import observe
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a case went: what was not as expected (nothing: it passed), and how long it took [s]."""
+    """The result of a case: the failures (empty: it passed), and its duration [s]."""
 
     case: Case
     failures: tuple[Problem, ...]
@@ -36,15 +36,15 @@ class Outcome:
 
     @property
     def passed(self) -> bool:
-        """Whether everything was as expected."""
+        """Whether all expectations were met."""
         return not self.failures
 
 
 @dataclass(frozen=True)
 class Options:
-    """What holds for all cases of a run.
+    """Options of all cases in a run.
 
-    Folders that files may lie in, settings that beat all others, whether nodes may run code that a file brings.
+    Further folders that may be read, settings that replace all others, whether nodes may run code from a file.
     """
 
     allow: tuple[Path, ...] = ()
@@ -54,18 +54,18 @@ class Options:
 
 
 def run_case(case: Case, options: Options | None = None) -> Outcome:
-    """Runs one case. Raises nothing that a test could be about."""
+    """Runs one case. Failures are in the result, not raised."""
     options = options or Options()
     started = time.perf_counter()
     try:
         seen = (_run_graph if case.node is None else _run_node)(case, options)
     except UserError as error:
         seen = Seen(error=error, exit=2)
-    except AssertionError as error:  # a node wrote a value that is not of its output's type
+    except AssertionError as error:  # a node wrote a value of another type than its output's
         return Outcome(case, (Problem(str(error), case.mark),), time.perf_counter() - started)
     except (KeyError, ValueError) as error:
         seen = Seen(error=UserError(str(error.args[0] if error.args else error)), exit=2)
-    except Exception as error:  # a defect of the tool or of a library: the other cases run all the same
+    except Exception as error:  # a defect of the tool or of a library: the other cases still run
         message = " ".join(f"internal error: {type(error).__name__}: {error}".split())
         return Outcome(case, (Problem(message, case.mark),), time.perf_counter() - started)
     return Outcome(case, tuple(failures_of(case, seen)), time.perf_counter() - started)
@@ -108,7 +108,7 @@ def _run_node(case: Case, options: Options) -> Seen:
     changes = _changes(case)
     playing = _playing(case)
     spec = replace(case.spec, settings={**case.spec.settings, **options.settings})
-    # What a connection would bring comes anew in every update, so a change of it must last.
+    # A connection would write its value in every update, so a change of it must last.
     brought = {name: value for name, value in setup.inputs.items() if name in setup.connect}
     with ExitStack() as cleanup:
         world = None
@@ -173,7 +173,7 @@ def _clock(clock: ClockSpec, own: ClockSpec, written: Any) -> ClockSpec:
 
 
 def _changes(case: Case) -> dict[int, list[tuple[str, Any]]]:
-    """What is to be set before each update."""
+    """The values to set before each update."""
     changes: dict[int, list[tuple[str, Any]]] = {}
     for key, values in case.setup.changes.items():
         for update in read_range(key, 10**9) or ():

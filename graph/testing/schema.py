@@ -1,4 +1,4 @@
-"""JSON Schema of `*.test.yaml` files, for editors: made from the models that check them and from what is registered."""
+"""The JSON Schema of `*.test.yaml` files, for editors: made from the models that check them and from the registries."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ JsonSchema = dict[str, Any]
 
 
 def tests_schema(graph_file: Mapping[str, Any]) -> JsonSchema:
-    """The schema (draft 2020-12) of test files; node types complete as in `graph_file`, the schema of graph files."""
+    """The schema (draft 2020-12) of test files; node types as in `graph_file`, the schema of graph files."""
     schema: JsonSchema = {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "TickGraph test file",

@@ -1,4 +1,4 @@
-"""What a test saw, of whole graphs and of a single node alike."""
+"""What a test observed, for whole graphs and for a single node alike."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ def _nothing(reference: str) -> Any:
 
 @dataclass
 class Seen:
-    """What a run did, and what ended it early if anything did: an exit code of `graph run` and the error.
+    """What a run did, and, if it ended early, the exit code of `graph run` and the error.
 
-    The functions take references as tests write them and raise KeyError for those that name nothing.
+    The functions take references as written in tests and raise KeyError for unknown ones.
     """
 
     updates: int = 0
@@ -40,7 +40,7 @@ class Seen:
 
 
 def of_graphs(trace: GraphTrace) -> Seen:
-    """What a run of graphs showed."""
+    """The observations of a run of graphs."""
 
     def values(reference: str) -> tuple[Sequence[Any], Type | None]:
         node, full = trace.attribute(reference)
@@ -61,7 +61,7 @@ def of_graphs(trace: GraphTrace) -> Seen:
 
 
 def of_node(trace: Trace, world: Observed | None) -> Seen:
-    """What a run of one node showed."""
+    """The observations of a run of one node."""
 
     def values(reference: str) -> tuple[Sequence[Any], Type | None]:
         return trace.values(reference), trace.node.types[trace.full_name(reference)]

@@ -17,7 +17,10 @@ from graph.spec.migration import migrate
 
 
 def load_source(source: str | Path | FileSpec | GraphSpec, allow: Sequence[Path] = ()) -> FileSpec:
-    """The file that a test names. A text has more than one line or starts with a brace; any other str is a path."""
+    """The file that a test names.
+
+    A text with several lines or with a brace at its start is content; any other str is a path.
+    """
     from graph.files import load, loads
 
     if isinstance(source, FileSpec):
@@ -39,7 +42,7 @@ def changed(
 ) -> FileSpec:
     """The file with a test's values in place of its own; callables give their value of update 0.
 
-    Raises UserError with every reference that names no node.
+    Raises UserError with every reference to a missing node.
     """
     problems: list[Problem] = []
     graphs = list(spec.graphs)
@@ -65,12 +68,12 @@ def changed(
 
 
 def length_in_updates(spec: FileSpec, rate: Fraction) -> int:
-    """The file's duration in updates at `rate` [Hz], rounded up; 1 if it has none."""
+    """The file's duration in updates at `rate` [Hz], rounded up; 1 without a duration."""
     return 1 if spec.duration is None else math.ceil(spec.duration * rate)
 
 
 def _find(graphs: Sequence[GraphSpec], reference: str) -> tuple[int, NodeSpec, str]:
-    """Graph index, node and attribute of `node.attr`; the attribute as a NodeSpec's inputs name it."""
+    """Graph index, node and attribute of `node.attr`; the attribute as in the inputs of a NodeSpec."""
     name, dot, attribute = reference.rpartition(".")
     if not dot:
         raise KeyError(f'"{reference}" names no attribute; write node.attribute')

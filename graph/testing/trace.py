@@ -11,9 +11,10 @@ from graph.evaluate import Graph, Node
 
 
 class GraphTrace:
-    """What the graphs of a file did. References are `node.attr`, or `/World/Graph/node.attr` where a name stands twice.
+    """What the graphs of a file did. References are `node.attr`, or `/World/Graph/node.attr` if a name is not unique.
 
-    An attribute is short (`tick`: outputs go first, then inputs, then state) or full (`inputs:x`).
+    An attribute is short (`tick`: outputs first, then inputs, then state) or full (`inputs:x`).
+
     updates: how many updates were completed. error: what ended the run early (with `run_graph(..., catch=True)`).
     in_world: whether it ran in an App. warnings: objects with code, where, message and count. messages: the ROS 2
     messages of each topic as (update, message). frames: for each sensor prim the updates in which it delivered a frame.
@@ -35,7 +36,7 @@ class GraphTrace:
         self._watch(record)
 
     def node(self, reference: str) -> Node:
-        """The node of that name or path. Raises KeyError with the nearest name."""
+        """The node with that name or path. Raises KeyError with the nearest name."""
         if reference in self._by_path:
             return self._by_path[reference]
         found = [graph.nodes[reference] for graph in self.graphs.values() if reference in graph.nodes]
@@ -47,7 +48,7 @@ class GraphTrace:
         raise KeyError(f'there is no node "{reference}"{did_you_mean(reference, known)}')
 
     def attribute(self, reference: str, prefix: str = "outputs") -> tuple[Node, str]:
-        """Node and full attribute name of a reference; a short name is looked for among `prefix` first.
+        """Node and full attribute name of a reference; for a short name `prefix` is searched first.
 
         Raises KeyError with the nearest name.
         """
@@ -58,7 +59,7 @@ class GraphTrace:
         return node, full_name(node, short, prefix)
 
     def fired(self, reference: str) -> list[int]:
-        """The updates in which this execution output was followed, one entry each time."""
+        """The updates in which this execution output was followed, once for each time."""
         node, full = self.attribute(reference)
         if not full.startswith("outputs:") or not node.attribute(full).is_execution:
             raise KeyError(f'"{reference}" ({node.type.id}) is not an execution output; ask for its values')
@@ -85,7 +86,7 @@ class GraphTrace:
     # -- for the runner ----------------------------------------------------------------------------------------------
 
     def note(self, update: int) -> None:
-        """Takes down the firings of an update and the values after it."""
+        """Records the firings of an update and the values after it."""
         for node, before in self._counts:
             for name, count in node.fired.items():
                 more = count - before[name]
@@ -111,12 +112,12 @@ class GraphTrace:
 
 
 def full_name(node: Node, name: str, prefix: str = "outputs") -> str:
-    """`outputs:x` for `x`, if `prefix` is outputs and there is such an output; else what the node makes of it."""
+    """`outputs:x` for `x`, if `prefix` is outputs and the node has such an output; else the node's own rule."""
     return f"{prefix}:{name}" if name in node.names.get(prefix, ()) else node.full_name(name)
 
 
 def held(value: Any) -> Any:
-    """A value that stays as it is when the node goes on: arrays and containers are copied."""
+    """A copy of a value that does not change with the node: arrays and containers are copied."""
     if isinstance(value, list):
         return list(value)
     if isinstance(value, Mapping):

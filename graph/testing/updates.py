@@ -1,4 +1,4 @@
-"""Update indices as people write them: `3`, `0..11`."""
+"""Update indices as written in tests: `3`, `0..11`."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _RANGE = re.compile(r"([0-9]{1,9})(?:\.\.([0-9]{1,9}))?")
 
 @dataclass(frozen=True, slots=True)
 class UpdateList:
-    """Updates as ranges: a short text may name a million of them, so they are only written out when they are used."""
+    """Updates as ranges. A short text may name a million of them, so they are listed only when they are used."""
 
     ranges: tuple[range, ...] = ()
 
@@ -27,15 +27,15 @@ class UpdateList:
         return sum(map(len, self.ranges))
 
     def first_from(self, update: int) -> int | None:
-        """The first listed update that is `update` or later; None if there is none."""
+        """The first listed update that is `update` or later, or None."""
         late = (max(span[0], update) for span in self.ranges if span[-1] >= update)
         return next(late, None)
 
 
 def read_range(item: Any, most: int) -> range | None:
-    """The updates that an index, or a range with its ends, stands for; None if it is neither.
+    """The updates that an index, or a range with its ends, means; None if it is neither.
 
-    Both may be text (keys of mappings are). Indices are 0 or more and below `most`, ranges do not run backwards.
+    Both may be text (keys of mappings are). Indices are 0 or more and below `most`; ranges must not be reversed.
     """
     found = _RANGE.fullmatch(str(item)) if type(item) in (int, str) else None
     if found is None:
@@ -46,7 +46,7 @@ def read_range(item: Any, most: int) -> range | None:
 
 
 def count_updates(times: Iterable[int]) -> dict[int, int]:
-    """How often each update stands in a list. Raises ValueError for what is not an index of an update."""
+    """How often each update is in a list. Raises ValueError for a value that is not an index of an update."""
     counted: dict[int, int] = {}
     for update in times:
         if not _is_count(update):
@@ -56,7 +56,7 @@ def count_updates(times: Iterable[int]) -> dict[int, int]:
 
 
 def check_length(updates: int) -> None:
-    """Raises UserError for what is not a number of updates."""
+    """Raises UserError unless it is a number of updates."""
     if not _is_count(updates):
         raise UserError(f"updates: expected a whole number from 0, got {shown(updates)}")
 
@@ -66,7 +66,7 @@ def _is_count(value: Any) -> bool:
 
 
 def show_updates(updates: Iterable[int], most: int = 40) -> str:
-    """A list of updates as they are written, neighbours joined to ranges; the middle of a long list is left out."""
+    """A list of updates as written in tests, neighbours joined to ranges; the middle of a long list is left out."""
     parts: list[str] = []
     runs: list[list[int]] = []
     for update in updates:

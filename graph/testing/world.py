@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(slots=True)
 class Observed:
-    """An App and what came out of it; `update` is the index of the running update. It is a sink of the App's bus."""
+    """An App and its outputs; `update` is the index of the present update. It is a sink of the App's bus."""
 
     app: App
     update: int = 0
@@ -34,15 +34,15 @@ class Observed:
         self.messages.setdefault(message.topic, []).append((self.update, message.message))
 
     def close(self) -> None:
-        """Nothing to close."""
+        """Does nothing."""
 
     def play(self, playing: bool) -> None:
-        """Plays or pauses the timeline, if it does not already."""
+        """Plays or pauses the timeline, if needed."""
         if playing != self.app.timeline.is_playing():
             (self.app.play if playing else self.app.pause)()
 
     def note_frames(self) -> None:
-        """Takes down whose frame came in this update; products without one yet have an empty list."""
+        """Records whose frame came in this update; products without a frame have an empty list."""
         rendering = self.app.rendering
         for product in rendering.products.values():
             self.frames.setdefault(product.camera_path, [])
@@ -59,7 +59,7 @@ def observe(
     *,
     allow_scripts: bool = False,
 ) -> Observed:
-    """Opens the App of a file and watches it; `cleanup` closes it. Raises UserError with every problem."""
+    """Opens the App of a file and observes it; `cleanup` closes it. Raises UserError with every problem."""
     from graph.session.open import open_session
 
     app = open_session(spec, allow=allow, seed=seed, registry=registry, allow_scripts=allow_scripts).app

@@ -1,5 +1,5 @@
-"""USD scenes as graph files: their OmniGraph prims read into a `FileSpec`, and a `FileSpec` written as such prims.
+"""USD scenes as graph files: reads their OmniGraph prims into a `FileSpec`, and writes a `FileSpec` as such prims.
 
-USD is imported inside functions, through its one owner `graph.sim.usd`. `graph.files.examine` and `graph convert` reach
-this package by name when a file ends in `.usd`, `.usda` or `.usdc`.
+USD is imported inside functions, through the one module that owns it, `graph.sim.usd`. `graph.files.examine` and `graph
+convert` import this package by name for a file that ends in `.usd`, `.usda` or `.usdc`.
 """

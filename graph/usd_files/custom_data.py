@@ -1,4 +1,4 @@
-"""Plain data in USD's dictionaries: natively where they hold it as it is, as JSON text where they do not."""
+"""Plain data in USD's dictionaries: natively if they can hold it unchanged, else as JSON text."""
 
 from __future__ import annotations
 
@@ -11,13 +11,14 @@ from graph.values.equality import same
 from .values import plain
 
 KEYS = "keys"
-"""Key, in the layer's own data, of the order that the file's keys had."""
+"""Key, in the layer's own data, of the original order of the file's keys."""
 
 
 def other_keys(document: Mapping[str, Any]) -> dict[str, Any]:
-    """The keys of a graph file beside its graphs, for `customLayerData.tickgraph`.
+    """The keys of a graph file other than its graphs, for `customLayerData.tickgraph`.
 
-    A key that USD cannot hold as it is, in its order, becomes `key:json`, a text; `KEYS` notes the order of all.
+    A value that USD cannot hold unchanged, in its order, is stored as the text `key:json`; `KEYS` records the order of
+    all keys.
     """
     kept: dict[str, Any] = {KEYS: texts(list(document))}
     for key, value in document.items():
@@ -32,14 +33,14 @@ def other_keys(document: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def texts(values: Sequence[str]) -> Any:
-    """A list of texts as USD keeps it."""
+    """A list of texts in USD's form."""
     from graph.sim.usd import Vt
 
     return Vt.StringArray(list(values))
 
 
 def survives(value: Any) -> bool:
-    """Whether USD's text format brings every text in a value back: control characters and lone surrogates do not."""
+    """Whether every text in a value survives USD's text format; control characters and lone surrogates do not."""
     if isinstance(value, str):
         return all(c.isprintable() or c in "\n\t" for c in value)
     if isinstance(value, Mapping):
@@ -48,7 +49,7 @@ def survives(value: Any) -> bool:
 
 
 def _native(value: Any) -> Any:
-    """The value as a dictionary of USD holds it; None where it cannot."""
+    """The value as a USD dictionary holds it, or None."""
     if not survives(value):
         return None
     if isinstance(value, bool | str | float):

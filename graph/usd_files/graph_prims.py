@@ -1,4 +1,4 @@
-"""Finding the graphs of a stage: their prims, settings, variables and nodes, compounds and old layouts included."""
+"""Finds the graphs of a stage: their prims, settings, variables and nodes, compounds and old layouts included."""
 
 from __future__ import annotations
 
@@ -62,12 +62,12 @@ def read_graphs(stage: Any, tell: Tell) -> list[RawGraph]:
 
 
 def is_graph(prim: Any) -> bool:
-    """Whether a prim is a graph, of today's layout or of the old one."""
+    """Whether a prim is a graph, in the present layout or in the old one."""
     return prim.GetTypeName() in GRAPH_TYPES and prim.IsDefined()
 
 
 def is_node(prim: Any) -> bool:
-    """Whether a prim is a node: by its type, or by a `node:type` where the type is lost."""
+    """Whether a prim is a node: by its type, or by a `node:type` if the type is lost."""
     type_name = prim.GetTypeName()
     if type_name not in NODE_TYPES and (type_name or not prim.HasAttribute("node:type")):
         return False
@@ -75,7 +75,7 @@ def is_node(prim: Any) -> bool:
 
 
 def _over_of_node(prim: Any) -> bool:
-    """Whether a prim that nothing defines looks like an override of a node; shaders and lights have inputs, too."""
+    """Whether an undefined prim looks like an override of a node; shaders and lights have inputs, too."""
     type_name = prim.GetTypeName()
     if type_name:
         return type_name in NODE_TYPES
@@ -98,7 +98,7 @@ def _graph_and_nested(prim: Any, lone: LoneLayer | None, predicate: Any, tell: T
 
 
 def _collect(prim: Any, graph: RawGraph, prefix: str, nested: list[Any], predicate: Any, tell: Tell) -> None:
-    """Adds the nodes below a prim, those of compounds too; other graphs below it come to `nested`."""
+    """Adds the nodes below a prim, those of compounds too; other graphs below it are added to `nested`."""
 
     def below(one: Any, path: str, before: str) -> list[tuple[Any, str, str]]:
         return [(child, f"{path}/", before) for child in one.GetFilteredChildren(predicate)][::-1]

@@ -1,7 +1,7 @@
-"""What the scene below a written layer says of its graphs and the file does not: hidden, so that it stays deleted.
+"""Hides graphs, or parts of them, that the scene below a written layer has and the file does not.
 
-A layer cannot delete what a sublayer defines. Prims become inactive, connection lists explicit, values blocked; what
-USD merges whatever the layer says (variables, dictionaries) is named in our own customData.
+A layer cannot delete what a sublayer defines. So prims become inactive, connection lists explicit, values blocked. What
+USD always merges (variables, dictionaries) is listed in our own customData.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ from .variables import VARIABLE, variable_name
 
 
 def scene_graphs(path: Path, allow: Iterable[Path] = ()) -> list[RawGraph]:
-    """The graphs that the scene itself holds; none where there is no such file.
+    """The graphs in the scene itself; empty for a missing file.
 
-    Opens it as a run does (see `open_stage`): only with files below its own folder or one of `allow`.
+    Opens the scene as a run does (see `open_stage`): only with files below its own folder or one of `allow`.
     """
     from graph.sim.scene.stage import open_stage
 
@@ -36,21 +36,21 @@ def scene_graphs(path: Path, allow: Iterable[Path] = ()) -> list[RawGraph]:
 
 
 class Hiding:
-    """Completes the layer of a file by what hides the scene's own graphs where the file says something else."""
+    """Adds to the layer of a file what hides the scene's own graphs where they differ from the file."""
 
     def __init__(self, layer: Any, spec: FileSpec) -> None:
         self._layer = layer
         self._graphs = {graph.path: graph for graph in spec.graphs}
         self._nodes = {f"{graph.path}/{node.name}": node for graph in spec.graphs for node in graph.nodes}
         self._needed: set[str] = set()
-        """Paths of prims that something of the file lies at or below."""
+        """Paths of prims at or below which the file has something."""
         for path in (*self._graphs, *self._nodes, *(one for graph in spec.graphs for one in graph.instances)):
             while path and path not in self._needed:
                 self._needed.add(path)
                 path = path.rpartition("/")[0]
 
     def hide(self, scene: Sequence[RawGraph]) -> None:
-        """Hides what the file lacks of these graphs."""
+        """Hides the parts of these graphs that the file does not have."""
         for raw in scene:
             graph = self._graphs.get(raw.path)
             if graph is None:
@@ -69,7 +69,7 @@ class Hiding:
             self._order(path)
 
     def _order(self, path: str) -> None:
-        """The order of nodes and variables is that of the file, and no note of the scene's counts."""
+        """Makes the order of nodes and variables that of the file; the scene's own record does not count."""
         prim, graph = self._layer.GetPrimAtPath(path), self._graphs[path]
         names = [node.name for node in graph.nodes]
         if names:
@@ -78,7 +78,7 @@ class Hiding:
         prim.customData = {**prim.customData, KEY: ours}
 
     def _remove(self, path: str) -> None:
-        """Deactivates a prim of the scene; one that the file needs something below becomes a plain Scope."""
+        """Deactivates a prim of the scene; if the file has something below it, the prim becomes a plain Scope."""
         from graph.sim.usd import Sdf
 
         prim = self._layer.GetPrimAtPath(path) or Sdf.CreatePrimInLayer(self._layer, path)
@@ -102,7 +102,7 @@ class Hiding:
         prim.customData = {**prim.customData, KEY: ours}
 
     def _instances(self, raw: RawGraph, graph: GraphSpec | None) -> None:
-        """Prims that have the graph in the scene and not in the file have it no more, nor values for it."""
+        """Removes graphs, and their values, from prims that have them only in the scene."""
         from graph.sim.usd import Sdf
 
         for path, values in raw.instances.items():
@@ -128,7 +128,7 @@ class Hiding:
         prim.customData = {KEY: {"attributes": "{}", "inputs": "{}", **ours} if raw.custom else ours}
 
     def _links(self, prim: Any, raw: RawAttribute) -> None:
-        """No connection, and no target, but those that the layer has."""
+        """Keeps only the connections and targets of the layer."""
         from graph.sim.usd import Sdf
 
         prop = prim.properties.get(raw.name)
@@ -143,7 +143,10 @@ class Hiding:
                 prop.connectionPathList.ClearEditsAndMakeExplicit()
 
     def _value(self, prim: Any, raw: RawAttribute, value: Any, type_name: str = "") -> None:
-        """No value but that of the layer; where the scene's customData holds one, the layer's says which counts."""
+        """Keeps only the value of the layer.
+
+        If the scene's customData holds a value, the layer's says which one counts.
+        """
         from graph.sim.usd import Sdf
 
         if raw.is_relationship:
@@ -161,7 +164,7 @@ class Hiding:
                 return
             prop = _attribute(prim, raw)
         mine = dict(prop.customData.get(KEY, {}))
-        if any(key.startswith("omni:") for key in raw.custom):  # the older form, which would win
+        if any(key.startswith("omni:") for key in raw.custom):  # the older form, which would be preferred
             mine["noValue"] = True
             mine["value"] = kept(value, None)
         elif raw.extended.get("attrValue") is not None:
@@ -186,6 +189,6 @@ def _attribute(prim: Any, raw: RawAttribute) -> Any:
 
 
 def _documentation(prim: Any) -> None:
-    """A comment of the scene's does not shine through."""
+    """Hides a comment of the scene."""
     if not prim.HasInfo("documentation"):
         prim.SetInfo("documentation", "")

@@ -19,16 +19,16 @@ _API = "OmniGraphAPI"
 
 
 class Users:
-    """The prims that have graphs, as they are met."""
+    """Collects the prims that have graphs."""
 
     def __init__(self) -> None:
         self.of: dict[str, dict[str, dict[str, Any]]] = {}
-        """By graph path, the prims that have the graph, each with the variable values it gives."""
+        """By graph path, the prims that have the graph, each with its own variable values."""
         self._bare: list[str] = []
-        """Prims that lack the API schema which makes the relationship mean something."""
+        """Prims without the API schema that gives the relationship its meaning."""
 
     def add(self, prim: Any) -> None:
-        """Takes a prim that has the relationship."""
+        """Adds a prim that has the relationship."""
         targets, path = prim.GetRelationship(GRAPHS).GetTargets(), str(prim.GetPath())
         if targets and _API not in schemas_of(prim):
             self._bare.append(path)
@@ -36,13 +36,13 @@ class Users:
             self.of.setdefault(str(target), {})[path] = variables_of(prim)
 
     def give(self, graphs: Iterable[RawGraph], tell: Tell) -> None:
-        """Gives each graph its prims, each with the values that concern it; tells what cannot be meant."""
+        """Gives each graph its prims, with the values that concern it; reports prims and values without a meaning."""
         given: dict[str, set[str]] = {}
         for graph in graphs:
             users = self.of.pop(graph.path, {})
             noted = decoded(graph.custom, "instances")
             if isinstance(noted, dict) and noted.keys() == users.keys():
-                graph.instances = noted  # in the order, and with the values, that our own writer had
+                graph.instances = noted  # in the order, and with the values, that our own writer recorded
             else:
                 names = {variable_name(one) for one in graph.variables}
                 graph.instances = {path: _only(names, values) for path, values in users.items()}
@@ -71,7 +71,7 @@ def _only(names: Collection[str], values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def instances_on(stage: Any) -> dict[str, dict[str, dict[str, Any]]]:
-    """By graph path, the prims that have the graph, in stage order, each with the variable values it gives."""
+    """By graph path, the prims that have the graph, in stage order, each with its own variable values."""
     users = Users()
     for prim in stage.Traverse():
         if prim.HasRelationship(GRAPHS):

@@ -1,6 +1,6 @@
-"""What USD cannot hold as it was written, kept beside it as JSON text in customData.
+"""Values that USD cannot hold as written, stored beside them as JSON text in customData.
 
-A value counts only while the attribute still holds what was stored with it: an edit made in another program wins.
+The JSON text counts only while the attribute still has the value stored with it: an edit in another program wins.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from .node_prims import KEY
 
 
 def restored(value: Any, custom: Mapping[str, Any]) -> Any:
-    """The value as it was written, if an attribute's customData keeps one for this stored value; else `value`."""
+    """The value as written, if an attribute's customData has it for this stored value; else `value`."""
     ours = custom.get(KEY)
     kept = decoded(ours, "value") if isinstance(ours, dict) else None
     if not isinstance(kept, dict) or "written" not in kept or json.dumps(kept.get("stored")) != json.dumps(value):
@@ -24,7 +24,7 @@ def restored(value: Any, custom: Mapping[str, Any]) -> Any:
 
 
 def decoded(ours: Mapping[str, Any], name: str) -> Any:
-    """What one entry of our customData says; None where there is no such entry, or none that can be read."""
+    """The content of one entry of our customData; None if it is missing or cannot be read."""
     text = ours.get(name)
     if not isinstance(text, str):
         return None
@@ -35,7 +35,7 @@ def decoded(ours: Mapping[str, Any], name: str) -> Any:
 
 
 def loaded(text: str) -> Any:
-    """What a JSON text of ours says. Raises ValueError for what is not JSON, or nested deeper than a graph file may."""
+    """The content of our JSON text. Raises ValueError if it is not JSON, or nested deeper than a graph file may be."""
     try:
         value = json.loads(text)
     except RecursionError:
@@ -53,5 +53,5 @@ def _inside(value: dict[str, Any] | list[Any]) -> Iterable[Any]:
 
 
 def kept(written: Any, stored: Any) -> str:
-    """The text that restores `written` while the attribute holds `stored`."""
+    """The text that restores `written` while the attribute has the value `stored`."""
     return json.dumps({"written": written, "stored": stored})

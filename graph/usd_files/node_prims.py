@@ -1,4 +1,4 @@
-"""One node prim as it is written: what it is called, its type, its attributes; nothing is judged here."""
+"""One node prim as written: its name, type and attributes, without any check."""
 
 from __future__ import annotations
 
@@ -12,25 +12,25 @@ PREFIXES = ("inputs:", "outputs:", "state:")
 GRAPH_TYPES = ("OmniGraph", "ComputeGraph")
 NODE_TYPES = ("OmniGraphNode", "ComputeNode")
 COMPOUND_TYPE = "omni:graph:compoundType"
-"""The attribute of a node that has a graph inside; it says of which kind."""
+"""The attribute of a node that contains a graph; its value is the kind of compound."""
 KEY = "tickgraph"
 """Key of our own data in customData and customLayerData."""
 COMMENTS = "comments"
-"""Key, in the layer's own data, of the comments that are no prim's documentation, as JSON."""
+"""Key, in the layer's own data, of the comments that are not a prim's documentation, as JSON."""
 _NOTHING: Mapping[str, Any] = {}
 
 Tell = Callable[[str, str, str], None]
-"""Takes a code, the path of what it is about, and a message."""
+"""Takes a code, the path that it concerns, and a message."""
 
 
 def schemas_of(prim: Any) -> Sequence[str]:
-    """The API schemas applied to a prim, those too that USD does not know."""
+    """The API schemas applied to a prim, including those that USD does not know."""
     schemas: Sequence[str] = prim.GetPrimTypeInfo().GetAppliedAPISchemas()
     return schemas
 
 
 def some(paths: Sequence[str], noun: str) -> str:
-    """How many prims there are, and the names of the first."""
+    """The number of prims, and the names of the first."""
     names = ", ".join(path.rpartition("/")[2] for path in paths[:3]) + (", ..." if len(paths) > 3 else "")
     return f"{len(paths)} {noun}{'' if len(paths) == 1 else 's'} ({names})"
 
@@ -41,7 +41,7 @@ class RawNode:
     __slots__ = ("_properties", "attributes", "custom", "has_compound_type", "name", "path", "type")
 
     def __init__(self, prim: Any, path: Any, text: str, name: str, lone: LoneLayer | None = None) -> None:
-        """Of a prim, whose path is `path`, as text `text`; `lone` is as in `properties_of`."""
+        """Reads a prim with path `path`, as text `text`; `lone` is as in `properties_of`."""
         self._properties = properties = properties_of(prim, path, lone)
         names = properties.names()
         self.path = text
@@ -52,18 +52,18 @@ class RawNode:
         """Whether `COMPOUND_TYPE` is among its attributes."""
         custom = properties.custom(KEY)
         self.custom: Mapping[str, Any] = custom if isinstance(custom, dict) else _NOTHING
-        """Our own data of the prim."""
+        """Our own data on the prim."""
 
     @property
     def version(self) -> int | None:
-        """The version of its type that it was saved with, if it says one."""
+        """The version of its type with which it was saved, if recorded."""
         properties = self._properties
         value = properties.find("node:typeVersion").value if "node:typeVersion" in properties.names() else None
         return value if isinstance(value, int) else None
 
 
 def ogn_type(attribute: RawAttribute) -> str | None:
-    """The OGN type of an attribute as the file declares it; None for tokens that may stand for any type."""
+    """The OGN type of an attribute as the file declares it; None for tokens that may mean any type."""
     if attribute.is_execution:
         return "execution"
     if attribute.is_relationship:

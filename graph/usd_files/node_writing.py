@@ -1,4 +1,4 @@
-"""One node as an OmniGraphNode prim: every attribute of its type, typed, with values where the file sets them."""
+"""Writes one node as an OmniGraphNode prim: every attribute of its type, with the values that the file sets."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _PREFIXES = ("inputs", "outputs", "state")
 
 
 class NodeWriter:
-    """Writes one node's prim; connections come later (`written_links`)."""
+    """Writes one node's prim; connections are written later (`written_links`)."""
 
     def __init__(self, prim: Any, node: NodeSpec, registry: Registry) -> None:
         self.prim = prim
@@ -45,7 +45,7 @@ class NodeWriter:
         version = self.type.version if self.type else 1
         Sdf.AttributeSpec(prim, "node:typeVersion", Sdf.ValueTypeNames.Int).default = version
         values = {key if key.startswith("state:") else f"inputs:{key}": value for key, value in node.inputs.items()}
-        # USD has no attribute for these: no value at all, or a name that it does not take.
+        # USD has no attribute for these: an empty value, or a name that it does not accept.
         unnameable = {full.removeprefix("inputs:"): None for full, value in values.items() if value is None}
         for full, declared in declared_attributes(self.type, node.attributes).items():
             write_attribute(prim, full, declared, values.pop(full, None))
@@ -77,7 +77,7 @@ def declared_attributes(node_type: NodeType | None, added: Mapping[str, str]) ->
 
 
 def write_attribute(prim: Any, full: str, declared: Attribute, value: Any) -> None:
-    """One attribute with the value the file gives it, if any (None: none)."""
+    """Writes one attribute with the value that the file gives it (None: no value)."""
     from graph.sim.usd import Sdf
 
     if not Sdf.Path.IsValidNamespacedIdentifier(full):
@@ -100,10 +100,10 @@ def write_attribute(prim: Any, full: str, declared: Attribute, value: Any) -> No
 
 
 def write_value(prim: Any, full: str, type_name: str | None, value: Any, *, note_type: bool = False) -> Any:
-    """A property of that OGN type (None: whatever fits the value), with the value as USD holds it.
+    """Writes a property of that OGN type (None: whatever fits the value), with the value in USD's form.
 
-    Where USD would give back something else, what was written is kept beside it. note_type: so is the type, where the
-    USD type stands for several.
+    If USD would return something else, the value as written is stored beside it. note_type: the type is stored too, if
+    the USD type stands for several.
     """
     from graph.sim.usd import Sdf
 
@@ -124,7 +124,7 @@ def write_value(prim: Any, full: str, type_name: str | None, value: Any, *, note
                 prop.default = _as_text_holds_it(coerce(type_, value), type_)
                 stored = from_usd(prop.default, sdf)
             except (ValueError, TypeError, OverflowError, UnicodeError):
-                stored = None  # kept as text below
+                stored = None  # stored as text below
     prop.custom = True
     if value is not None and not same(stored, value):
         ours["value"] = kept(value, stored)
@@ -134,7 +134,7 @@ def write_value(prim: Any, full: str, type_name: str | None, value: Any, *, note
 
 
 def _as_text_holds_it(value: Any, type_: Type) -> Any:
-    """The value for USD; of time codes USD's text has six digits, so it gets what that brings back."""
+    """The value for USD. USD's text has six digits for time codes, so this is the value that six digits give."""
     if type_.role != "timecode":
         return to_usd(value, type_)
     rounded = [float(f"{x:g}") for x in value] if type_.array else float(f"{value:g}")
@@ -142,7 +142,10 @@ def _as_text_holds_it(value: Any, type_: Type) -> Any:
 
 
 def _in_dictionary(value: Any, type_: Type) -> Any:
-    """The value as an entry of a dictionary, which tells the type of integers by their size, and not of the largest."""
+    """The value as an entry of a dictionary.
+
+    A dictionary infers an integer's type from its size, and cannot hold the largest.
+    """
     from graph.sim.usd import Vt
 
     return Vt.UInt64(value) if type_.storage == "uint64" and not type_.array else value
@@ -165,7 +168,7 @@ def _ambiguous(type_: Type) -> bool:
 
 
 def _write_targets(relationship: Any, value: Any) -> Any:
-    """Writes prim paths as targets; what cannot be one stays out. Returns what will be read back."""
+    """Writes prim paths as targets; invalid paths are left out. Returns what will be read back."""
     paths = [value] if isinstance(value, str) else value
     if not isinstance(paths, list) or not paths or not all(map(_is_target, paths)) or len(set(paths)) < len(paths):
         return None
@@ -174,7 +177,7 @@ def _write_targets(relationship: Any, value: Any) -> Any:
 
 
 def _is_target(path: Any) -> bool:
-    """Whether USD keeps this text as it is, as the path of a prim that stands for itself."""
+    """Whether USD keeps this text unchanged as the path of a prim."""
     from graph.sim.usd import Sdf
 
     if not isinstance(path, str) or not path.startswith("/") or not Sdf.Path.IsValidPathString(path):
@@ -183,7 +186,7 @@ def _is_target(path: Any) -> bool:
 
 
 def _write_extended(prim: Any, full: str, declared: Extended, value: Any) -> None:
-    """An attribute of an open type: a token, with its type and value in customData where the file sets one."""
+    """Writes an attribute of an open type: a token, with type and value in customData if the file sets one."""
     from graph.sim.usd import Sdf
 
     attribute = Sdf.AttributeSpec(prim, full, Sdf.ValueTypeNames.Token)

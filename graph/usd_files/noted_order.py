@@ -1,4 +1,4 @@
-"""The order that a file had and USD does not keep: noted beside what it orders, followed when it is read back."""
+"""Records the order of a file, which USD does not keep, and restores it when the file is read."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ _T = TypeVar("_T")
 
 
 def noted(names: Iterable[str]) -> str:
-    """The note of an order; JSON, since USD's text does not bring every name back."""
+    """The record of an order, as JSON, since USD's text cannot hold every name."""
     return json.dumps(list(names))
 
 
 def in_noted_order(items: Iterable[_T], name_of: Callable[[_T], str], ours: Mapping[str, Any], key: str) -> list[_T]:
-    """The items in the order that our data notes under a key; those without a note come last, in their own order."""
+    """The items in the recorded order under a key; items that are not recorded come last, in their own order."""
     listed = decoded(ours, key) if ours else None
     if not isinstance(listed, list):
         return list(items)

@@ -1,7 +1,7 @@
-"""Where prims and properties stand in the text of a USD layer.
+"""Line and column of prims and properties in the text of a USD layer.
 
-USD forgets lines when it parses. A mark of ours remembers the file and the path, and looks up line and column in the
-text when somebody asks: a file without mistakes is never scanned.
+USD drops line numbers when it parses. Our mark keeps the file and the path, and looks up line and column in the text
+when they are needed: a file without mistakes is never scanned.
 """
 
 from __future__ import annotations
@@ -27,17 +27,17 @@ _TOKEN = re.compile(
 
 
 class Text:
-    """The places of one layer file; its text is read when the first place is asked for."""
+    """The places of one layer file; its text is read when the first place is needed."""
 
     def __init__(self, path: str, name: str) -> None:
         self.path = path
         self.name = name
-        """The file as messages name it."""
+        """The file name for messages."""
 
     def line_and_column(self, path: str) -> tuple[int, int]:
-        """Where `path` (of a prim, or of a property with `.connect` behind it for its connection) is written.
+        """The place of `path` (of a prim, of a property, or with `.connect` behind it of the property's connection).
 
-        The nearest parent's place for what is not there; (0, 0) in a file without text.
+        For a missing path, the place of the nearest parent; (0, 0) in a file without text.
         """
         places = self._places
         while path not in places:
@@ -67,7 +67,7 @@ class Text:
 
     @cached_property
     def _places(self) -> dict[str, int]:
-        return dict(reversed([*_places(self._text)]))  # of two statements the first counts
+        return dict(reversed([*_places(self._text)]))  # the first of two statements counts
 
 
 def _places(text: str) -> Iterator[tuple[str, int]]:
@@ -95,7 +95,7 @@ def _places(text: str) -> Iterator[tuple[str, int]]:
 
 
 class PlacedMark(Mark):
-    """A mark that finds its line and column when they are needed."""
+    """A mark that looks up its line and column when they are needed."""
 
     __slots__ = ("_found", "_path", "_text")
     _text: Text
@@ -104,7 +104,7 @@ class PlacedMark(Mark):
 
     __setattr__ = (
         object.__setattr__
-    )  # not frozen as other marks are: there are hundreds of thousands, and one finds itself
+    )  # not frozen like other marks, because there are hundreds of thousands and each looks itself up
 
     def __init__(self, text: Text, path: str) -> None:
         self._text = text
@@ -113,17 +113,17 @@ class PlacedMark(Mark):
 
     @property
     def file(self) -> str:
-        """The file's name; with the path behind it where there are no lines."""
+        """The file's name, followed by the path if the file has no lines."""
         return self._place().file
 
     @property
     def line(self) -> int:
-        """The line, from 1; 0 where there are none."""
+        """The line, from 1; 0 if the file has no lines."""
         return self._place().line
 
     @property
     def column(self) -> int:
-        """The column, from 1; 0 where there are none."""
+        """The column, from 1; 0 if the file has no lines."""
         return self._place().column
 
     def _place(self) -> Mark:

@@ -1,4 +1,4 @@
-"""Ports of compounds: a connection to one is a connection to whatever is behind it."""
+"""Ports of compounds: a connection to a port is a connection to the inner attribute."""
 
 from __future__ import annotations
 
@@ -29,17 +29,17 @@ class Ports:
         return path in self._ports
 
     def behind(self, path: str) -> tuple[str, ...]:
-        """The attributes of real nodes that feed `path`: itself where it is not a port, none where nothing feeds it."""
+        """The attributes of real nodes that feed `path`: itself if it is not a port, empty if nothing feeds it."""
         if path not in self._ports:
             return (path,)
         if path not in self._origins:
-            self._origins[path] = ()  # ports that feed each other in a ring are fed by nothing
+            self._origins[path] = ()  # ports that feed each other in a cycle have no source
             found = (origin for source in sources_of(self._ports[path]) for origin in self.behind(source))
             self._origins[path] = tuple(dict.fromkeys(found))
         return self._origins[path]
 
     def inside(self, path: str) -> list[str]:
-        """The attributes of real nodes that a port feeds, through the ports of compounds inside."""
+        """The attributes of real nodes that a port feeds, through the ports of inner compounds."""
         found: dict[str, None] = {}
         pending, seen = [path], {path}
         while pending:
@@ -52,7 +52,7 @@ class Ports:
         return list(found)
 
     def value(self, path: str) -> RawAttribute | None:
-        """The port that holds the value which `path` passes on; None where there is none."""
+        """The port whose value `path` passes on, or None."""
         seen: set[str] = set()
         while path in self._ports and path not in seen:
             seen.add(path)
@@ -65,7 +65,7 @@ class Ports:
 
 
 def sources_of(attribute: RawAttribute) -> tuple[str, ...]:
-    """What an attribute is connected from; the targets of a relationship that are attributes of nodes are, too."""
+    """The sources of an attribute, including targets of a relationship that are attributes of nodes."""
     if not attribute.is_relationship:
         return attribute.sources
     return tuple(source for target in attribute.value if (source := as_source(target)))
@@ -77,7 +77,7 @@ def targets_of(attribute: RawAttribute) -> list[Any]:
 
 
 def as_source(target: str) -> str | None:
-    """The output that a relationship's target stands for: `/G/n.outputs:x`, or the bundle prim `/G/n/outputs_x`."""
+    """The output that a relationship's target means: `/G/n.outputs:x`, or the bundle prim `/G/n/outputs_x`."""
     if "." in target:
         return target
     node, _, name = target.rpartition("/")

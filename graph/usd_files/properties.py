@@ -1,7 +1,7 @@
-"""The properties of one prim as they are written: values, types, sources and targets; nothing is judged here.
+"""The properties of one prim as written: values, types, sources and targets, without any check.
 
 Every call into USD costs as much as ten lines of Python, and a large file has half a million properties, most of which
-say no more than their node's type does. So a property is read when somebody asks for it, and only what is asked for.
+only repeat their node's type. So a property is read when it is needed, and only the needed part.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ _NOTHING: Mapping[str, Any] = {}
 
 
 class RawAttribute:
-    """A property, to be read as long as its stage is there."""
+    """A property that is read lazily, as long as its stage exists."""
 
     __slots__ = ("name",)
     name: str
@@ -27,7 +27,7 @@ class RawAttribute:
 
     @property
     def is_animated(self) -> bool:
-        """Whether its value is the first of several at other times."""
+        """Whether it has time samples, of which `value` is the first."""
         return False
 
     @property
@@ -37,12 +37,12 @@ class RawAttribute:
 
     @property
     def value(self) -> Any:
-        """Plain data; None where none is authored. The list of targets for a relationship."""
+        """Plain data, or None if no value is authored. For a relationship, the list of targets."""
         raise NotImplementedError
 
     @property
     def sources(self) -> tuple[str, ...]:
-        """The property paths that an attribute is connected from, composed and absolute."""
+        """The property paths that feed an attribute, composed and absolute."""
         raise NotImplementedError
 
     @property
@@ -52,17 +52,17 @@ class RawAttribute:
 
     @property
     def is_execution(self) -> bool:
-        """Whether the file itself marks it as execution; inputs of old files are not marked."""
+        """Whether the file itself marks it as execution; inputs of old files have no mark."""
         return bool(self.custom.get("isExecution"))
 
     @property
     def extended(self) -> Mapping[str, Any]:
-        """What the file says of an extended attribute, see `extended_in`."""
+        """The data on an extended attribute, see `extended_in`."""
         return extended_in(self.custom)
 
 
 def extended_in(custom: Mapping[str, Any]) -> Mapping[str, Any]:
-    """What the customData of an extended attribute says of it: attrType, resolvedType, attrValue."""
+    """The data on an extended attribute in its customData: attrType, resolvedType, attrValue."""
     nested = custom.get("omni")
     inner = nested.get("graph") if isinstance(nested, dict) else None
     found = dict(inner) if isinstance(inner, dict) else {}
@@ -73,45 +73,45 @@ def extended_in(custom: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 class Properties:
-    """The properties that are authored on one prim."""
+    """The authored properties of one prim."""
 
     def names(self) -> Sequence[str]:
         """Their names, in order."""
         raise NotImplementedError
 
     def find(self, name: str) -> RawAttribute:
-        """The one of that name, which is there."""
+        """The property of that name, which must exist."""
         raise NotImplementedError
 
     def text(self, name: str) -> str:
-        """The value of the property of that name, which is there, as text; "" for none."""
+        """The property's value as text, "" without a value; the property must exist."""
         return str(self.find(name).value or "")
 
     def custom(self, key: str) -> Any:
-        """What the prim's customData holds under a key, as plain data; None for nothing."""
+        """The prim's customData under a key, as plain data, or None."""
         raise NotImplementedError
 
 
 _COMPOSING = (b"subLayers", b"references", b"payload", b"inherits", b"specializes", b"variant", b"relocates")
-"""Words without which a text layer composes nothing."""
+"""Words without which a text layer cannot compose other layers."""
 
 
 _FED_OUTPUT = re.compile(rb"""outputs:[^\s.=<>()"']*\s*\.\s*connect|\brel\s+outputs:""")
 
 
 class LoneLayer:
-    """The layer that alone wrote all prims of a stage, each at its own path, and what its text tells of all."""
+    """The only layer that wrote the prims of a stage, each at its own path, and facts from its text."""
 
     __slots__ = ("find_prim", "find_property", "outputs_unfed")
 
     def __init__(self, layer: Any, text: bytes) -> None:
         self.find_prim, self.find_property = layer.GetPrimAtPath, layer.GetPropertyAtPath
         self.outputs_unfed = _FED_OUTPUT.search(text) is None
-        """Whether no output has a connection, and none is a relationship."""
+        """Whether no output has a connection, and no output is a relationship."""
 
 
 def lone_layer(stage: Any) -> LoneLayer | None:
-    """The lone layer of a stage; None where it is not sure that there is one."""
+    """The lone layer of a stage; None if that is not certain."""
     layers = [layer for layer in stage.GetUsedLayers() if not layer.anonymous or layer.rootPrims]
     if len(layers) != 1 or layers[0].dirty or not layers[0].realPath.endswith((".usd", ".usda")):
         return None
@@ -121,9 +121,9 @@ def lone_layer(stage: Any) -> LoneLayer | None:
 
 
 def properties_of(prim: Any, path: Any, lone: LoneLayer | None = None) -> Properties:
-    """The properties of a prim, whose path is `path`: as its layer has them if one alone wrote it, else composed.
+    """The properties of a prim with path `path`: read from its layer if only one wrote it, else composed.
 
-    lone: the stage's `lone_layer`, which spares asking each prim.
+    lone: the stage's `lone_layer`, which avoids a query for each prim.
     """
     if lone is not None:
         return _Written(prim, path, lone.find_prim(path), lone.find_property, lone.outputs_unfed)
@@ -134,7 +134,7 @@ def properties_of(prim: Any, path: Any, lone: LoneLayer | None = None) -> Proper
 
 
 class _Written(Properties):
-    """What one layer says of a prim of which no other says anything."""
+    """The data of a prim that only one layer describes."""
 
     __slots__ = ("_find", "_path", "_prim", "_spec", "_unfed")
 
@@ -142,14 +142,14 @@ class _Written(Properties):
         self._prim, self._path, self._spec, self._find, self._unfed = prim, path, spec, find, unfed
 
     def names(self) -> Sequence[str]:
-        names: Sequence[str] = self._spec.GetInfo("properties")  # as quick again as `properties`
+        names: Sequence[str] = self._spec.GetInfo("properties")  # twice as fast as `properties`
         return names
 
     def find(self, name: str) -> RawAttribute:
         return _UnfedOutput(name, self) if self._unfed and name.startswith("outputs:") else self.read(name)
 
     def read(self, name: str) -> RawAttribute:
-        """The one of that name, looked up at once."""
+        """The property of that name, looked up directly."""
         spec = self._find(self._path.AppendProperty(name))
         kind = _WrittenRelationship if type(spec) is Sdf.RelationshipSpec else _WrittenAttribute
         return kind(name, spec, self._prim)
@@ -200,7 +200,7 @@ class _WrittenAttribute(RawAttribute):
 
 
 class _UnfedOutput(RawAttribute):
-    """An output of which it is known that nothing feeds it, which is all that matters of most."""
+    """An output that is known to have no source, which is all that matters about most outputs."""
 
     __slots__ = ("_properties",)
     is_animated = False
@@ -238,7 +238,7 @@ class _WrittenRelationship(_WrittenAttribute):
 
 
 class _Composed(Properties):
-    """What several layers, or arcs, say of a prim together."""
+    """The data of a prim that several layers or arcs describe."""
 
     __slots__ = ("_prim",)
 

@@ -1,4 +1,4 @@
-"""A graph of a stage as its prims say it, before names and types are settled."""
+"""A graph of a stage as its prims describe it, before names and types are resolved."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from .properties import LoneLayer, RawAttribute
 
 @dataclass(slots=True)
 class RawGraph:
-    """A graph prim with everything below it that is a node; nodes inside compounds are among `nodes`."""
+    """A graph prim with all nodes below it; nodes inside compounds are among `nodes`."""
 
     path: str
     stage: Any
-    """The stage, without which nothing of it could be read."""
+    """The stage, kept alive because everything is read from it."""
     lone: LoneLayer | None = None
     """Its `lone_layer`."""
     evaluator: Evaluator = "push"
@@ -26,9 +26,9 @@ class RawGraph:
     nodes: list[RawNode] = field(default_factory=list)
     compounds: list[RawNode] = field(default_factory=list)
     custom: dict[str, Any] = field(default_factory=dict)
-    """Our own customData of the prim."""
+    """Our own customData on the prim."""
     evaluation_mode: EvaluationMode = "automatic"
     instances: dict[str, dict[str, Any]] = field(default_factory=dict)
-    """Prims that have the graph, each with the variable values it gives."""
+    """Prims that have the graph, each with its own variable values."""
     overs: list[str] = field(default_factory=list)
-    """Paths of prims below it that only override nodes which nothing defines."""
+    """Paths of prims below it that only override nodes that no layer defines."""

@@ -1,4 +1,4 @@
-"""From a USD file to a `FileSpec`: the stage is the scene, its OmniGraph prims are the graphs."""
+"""Reads a USD file to a `FileSpec`: the stage is the scene, its OmniGraph prims are the graphs."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from .values import plain
 
 @collector_paused()
 def examine(path: Path, name: str, allow: Sequence[Path] = (), *, skip_outside: bool = False) -> Examined:
-    """What a USD file says as a graph file, and everything that is wrong with it; see `graph.files.examine`."""
+    """A USD file as a graph file, with all its problems; see `graph.files.examine`."""
     from graph.sim.damage import reading
 
     notes: list[Note] = []
@@ -63,7 +63,7 @@ def _examined(path: Path, name: str, allow: Sequence[Path], notes: list[Note], *
 
 
 def _in_file_order(graphs: tuple[GraphSpec, ...], path: Path) -> tuple[GraphSpec, ...]:
-    """Graphs in the order that our own writer noted; others last, in stage order."""
+    """Graphs in the order that our own writer recorded; others come last, in stage order."""
     noted = _ours(_layer(path)).get("graphs")
     rank = {name: position for position, name in enumerate(noted)} if isinstance(noted, list) else {}
     return tuple(sorted(graphs, key=lambda graph: rank.get(graph.path, len(rank))))
@@ -76,7 +76,7 @@ def _parts(spec: FileSpec) -> Iterator[str]:
 
 
 def check_text(path: Path, name: str) -> None:
-    """Refuses, by its bytes alone, a text file that is too large, nested too deeply or no USD."""
+    """Refuses, by its bytes alone, a text file that is too large, nested too deeply or not USD."""
     from graph.sim.scene.layer_text import depth
 
     size = path.stat().st_size
@@ -120,7 +120,7 @@ def _open(path: Path, allow: Sequence[Path], notes: list[Note], *, skip_outside:
 
 
 def _other_keys(path: Path, name: str, text: Text, allow: Sequence[Path]) -> tuple[FileSpec, tuple[Problem, ...]]:
-    """What our own writer kept of a file beside its graphs, validated as if it stood in a graph file."""
+    """The keys beside the graphs that our own writer stored, validated as in a graph file."""
     layer = _layer(path)
     scene = SceneSpec(usd=path, mark=PlacedMark(text, "/"))
     document = other_keys(layer)
@@ -137,7 +137,7 @@ def _other_keys(path: Path, name: str, text: Text, allow: Sequence[Path]) -> tup
 
 
 def other_keys(layer: Any) -> dict[str, Any]:
-    """The keys of a graph file, other than its graphs, that a layer keeps in `customLayerData.tickgraph`."""
+    """The keys of a graph file, other than its graphs, that a layer stores in `customLayerData.tickgraph`."""
     document: dict[str, Any] = {}
     for key, value in _ours(layer).items() if layer else ():
         if key in ("tickgraph", "graphs", COMMENTS, KEYS):
@@ -151,13 +151,13 @@ def other_keys(layer: Any) -> dict[str, Any]:
 
 
 def _ours(layer: Any) -> dict[str, Any]:
-    """What a layer keeps in `customLayerData.tickgraph`."""
+    """The content of a layer's `customLayerData.tickgraph`."""
     ours = plain(dict(layer.customLayerData)).get(KEY)
     return ours if isinstance(ours, dict) else {}
 
 
 def whole_document(path: Path, graphs: Mapping[str, Any]) -> dict[str, Any]:
-    """A USD file as a graph file with these graphs: the keys that it keeps, or itself as the scene."""
+    """A USD file as a graph file with these graphs: its stored keys, or itself as the scene."""
     layer = _layer(path)
     document = {"tickgraph": 1, **other_keys(layer)}
     if KEY not in layer.customLayerData:

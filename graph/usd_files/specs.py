@@ -1,4 +1,4 @@
-"""Raw graphs to `GraphSpec`s: compounds flattened, connections by name, what leads nowhere left out with a line."""
+"""Turns raw graphs into `GraphSpec`s: flattens compounds, names connections, drops broken ones with a warning."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def graph_specs(graphs: Sequence[RawGraph], mark_of: MarkOf, tell: Tell) -> tupl
 
 
 def _tell_newer_types(graphs: Iterable[RawGraph], tell: Tell) -> None:
-    """Tells which types are of a later version in the file than here, by the first node of each."""
+    """Warns of types that have a later version in the file than here, at the first node of each."""
     first: dict[str, RawNode] = {}
     for graph in graphs:
         for node in graph.nodes:
@@ -55,7 +55,7 @@ def _tell_newer_types(graphs: Iterable[RawGraph], tell: Tell) -> None:
 
 
 class _Settled(dict[str, Mapping[str, Attribute]]):
-    """By type id as a file has it, the attributes by full name of which the type leaves nothing open."""
+    """By type id in the file, the full names of the attributes whose type is fixed."""
 
     def __missing__(self, type_id: str) -> Mapping[str, Attribute]:
         present = migrated_type(type_id)[0]
@@ -90,7 +90,7 @@ def _graph(
     nodes = in_noted_order(graph.nodes, attrgetter("name"), graph.custom, "nodes")
     listed = graph.custom.get("removedVariables")
     removed = set(listed) if isinstance(listed, list) else set()
-    # Our own writer notes everything of a graph; what somebody saved, or added since, does not.
+    # Our own writer records everything about a graph; other programs, and later additions, do not.
     saved = not (graph.custom and all(node.custom for node in graph.nodes)) or graph.custom.get("lenient") is True
     return GraphSpec(
         graph.path,
@@ -115,7 +115,7 @@ def _graph(
 
 
 def _ports(graph: RawGraph, compound: RawNode, ports: Ports) -> dict[str, tuple[str, ...]]:
-    """The ports of a compound and the ends of inner nodes that each stands for."""
+    """The ports of a compound and the inner attributes that each stands for."""
     prefix = f"{graph.path}/"
     found: dict[str, list[str]] = {}
     for port in compound.attributes:
@@ -127,9 +127,9 @@ def _ports(graph: RawGraph, compound: RawNode, ports: Ports) -> dict[str, tuple[
 def _node(
     node: RawNode, ports: Ports, settled: Mapping[str, Attribute], animated: list[str], mark_of: MarkOf
 ) -> NodeSpec:
-    """The node; what the file says of attributes that its type settles is read only where it counts.
+    """The node; data in the file on attributes of fixed type is read only where needed.
 
-    Paths of attributes that have time samples come to `animated`.
+    Paths of attributes that have time samples are added to `animated`.
     """
     inputs: dict[str, Any] = {}
     marks: dict[str, Mark] = {}
@@ -152,7 +152,7 @@ def _node(
         value, written = _value(attribute, custom), f"{node.path}.{name}"
         for source in sources_of(attribute) if ports else ():
             port = None if ports.behind(source) else ports.value(source)
-            if port is not None:  # nothing feeds the compound's port, so its own value reaches the node
+            if port is not None:  # nothing feeds the compound's port, so the port's own value reaches the node
                 value, written = _value(port, port.custom), written + ".connect"
                 break
         if value is not None:
@@ -161,7 +161,7 @@ def _node(
             marks[key] = mark_of(written)
             if attribute.is_animated:
                 animated.append(f"{node.path}.{name}")
-    if node.custom:  # our own writer notes which attributes are not of the type, and what USD has no names for
+    if node.custom:  # recorded by our own writer: attributes that are not of the type, or without a name in USD
         types = {str(full): str(one) for full, one in _mapping(node.custom, "attributes").items()}
         inputs.update(_mapping(node.custom, "inputs"))
         inputs = dict(in_noted_order(inputs.items(), itemgetter(0), node.custom, "order"))
@@ -170,7 +170,7 @@ def _node(
 
 
 def _type_as_written(node: RawNode) -> str:
-    """The type id; the short name that stood in the file our own writer had, as long as it still means this type."""
+    """The type id; the short name of the file that our own writer converted, as long as it still means this type."""
     noted = node.custom.get("type")
     if isinstance(noted, str) and noted in DEFAULT and DEFAULT.get(noted).id == node.type:
         return noted
@@ -183,10 +183,10 @@ def _mapping(custom: Mapping[str, Any], name: str) -> dict[str, Any]:
 
 
 def _value(attribute: RawAttribute, custom: Mapping[str, Any]) -> Any:
-    """What the file gives the attribute, whose customData is `custom`; None for nothing."""
+    """The value in the file of an attribute whose customData is `custom`, or None."""
     value: Any = None
     if custom.get("isExecution"):
-        pass  # control, no data
+        pass  # execution, not data
     elif attribute.is_relationship:
         targets = targets_of(attribute)
         value = (targets[0] if len(targets) == 1 else targets) if targets else None
@@ -201,7 +201,7 @@ def _value(attribute: RawAttribute, custom: Mapping[str, Any]) -> Any:
 
 
 def _says_nothing(custom: Mapping[str, Any]) -> bool:
-    """Whether our own writer noted that a value of a layer below counts no more."""
+    """Whether our own writer recorded that a value of a sublayer does not count."""
     ours = custom.get(KEY)
     return isinstance(ours, dict) and ours.get("noValue") is True
 
@@ -216,7 +216,7 @@ def _connections(
     mark_of: MarkOf,
     tell: Tell,
 ) -> Iterator[ConnectionSpec]:
-    """The connections that lead from `sources` to an attribute."""
+    """The connections from `sources` to an attribute."""
     place = f"{node.path}.{attribute}.connect"
     for written in sources:
         for source in ports.behind(written):
@@ -234,16 +234,16 @@ def _connections(
 
 
 def shortened(name: str, prefix: str) -> str:
-    """An attribute's name without the prefix that goes without saying, unless what is left would be misread."""
+    """An attribute's name without its prefix, unless the rest would be ambiguous."""
     short = name.removeprefix(prefix)
     return name if short.startswith(PREFIXES) else short
 
 
 def _in_written_order(connections: list[ConnectionSpec], noted: Any) -> list[ConnectionSpec]:
-    """Connections in the order, and with the words, that our own writer noted.
+    """Connections in the order, and with the words, that our own writer recorded.
 
-    A note is the connection as it is read back, with a tab and the text as it was written where that differs; nothing
-    before the tab stands for a connection that USD cannot hold. Connections without a note come last, in prim order.
+    A record is the connection as it is read back, with a tab and the original text if that differs; an empty text
+    before the tab means a connection that USD cannot hold. Connections without a record come last, in prim order.
     """
     if not isinstance(noted, list):
         return connections

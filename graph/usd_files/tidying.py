@@ -1,6 +1,6 @@
-"""What saved graphs carry along and node types do not know: left out, each kind with one line for the whole file.
+"""Leaves out data of saved graphs that the node types do not know, with one warning of each kind for the whole file.
 
-The original drops such things when it loads a file, with an entry in its log; so does this.
+The original also drops such data when it loads a file, with an entry in its log.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _REPLICATOR = ("omni.replicator.", "omni.syntheticdata.", "omni.syntheticdata.Sd
 
 
 def tidied(spec: FileSpec, ours: Collection[str] = (), registry: Registry = DEFAULT) -> FileSpec:
-    """The file without what cannot mean anything, and with a note for each kind of thing that was left out.
+    """The file without meaningless data, with a warning for each kind that was left out.
 
     ours: paths of graphs and nodes that `graph convert` wrote; there nothing is left out, as in a YAML file.
     """
@@ -32,7 +32,10 @@ def tidied(spec: FileSpec, ours: Collection[str] = (), registry: Registry = DEFA
 
 
 def _without_replicator(graphs: Iterable[GraphSpec], ours: Collection[str], notes: Notes) -> Iterator[GraphSpec]:
-    """Replicator builds its pipelines afresh in every session; one in a file was saved by accident."""
+    """Leaves out Replicator's pipelines:
+
+    Replicator builds them in every session; one in a file was saved by accident.
+    """
     for graph in graphs:
         if graph.path in ours:
             yield graph
@@ -89,13 +92,13 @@ def _node(node: NodeSpec, graph: GraphSpec, known: NodeType | None, notes: Notes
 
 
 def _with(node: NodeSpec, inputs: Mapping[str, Any], attributes: Mapping[str, str]) -> NodeSpec:
-    return NodeSpec(node.name, node.type, inputs, node.mark, node.input_marks, attributes)  # thrice as quick as replace
+    return NodeSpec(node.name, node.type, inputs, node.mark, node.input_marks, attributes)  # 3 x as fast as replace
 
 
 def _typed(value: Any, declared: Attribute, written: str | None) -> Any:
-    """The value; with the type that the file gives it where the node type leaves it open.
+    """The value, with the type in the file if the node type leaves it open.
 
-    A file that has no type for it either keeps a vector as a text: `(90, 0, 0)`.
+    A file without a type for it may hold a vector as text: `(90, 0, 0)`.
     """
     if isinstance(declared.parsed, Extended) and isinstance(value, str):
         return _vector(value)
@@ -105,7 +108,7 @@ def _typed(value: Any, declared: Attribute, written: str | None) -> Any:
 
 
 def _vector(text: str) -> Any:
-    """The numbers of a vector or matrix written as USD writes it; any other text as it is."""
+    """The numbers of a vector or matrix in USD's notation; any other text unchanged."""
     if not _VECTOR.fullmatch(text):
         return text
     try:
@@ -117,7 +120,7 @@ def _vector(text: str) -> Any:
 
 
 def _added(node: NodeSpec, known: NodeType) -> Iterator[tuple[str, str]]:
-    """The attributes that the node has beside those of its type, where the type leaves their own type open."""
+    """The node's attributes beside those of its type, if the type leaves their types open."""
     for full, written in node.attributes.items():
         prefix, name = split(full)
         if name in getattr(known, prefix):
@@ -137,7 +140,7 @@ def _connections(
     notes: Notes,
 ) -> Iterator[ConnectionSpec]:
     counts: dict[tuple[str, str], str] = {}
-    """By node and input, the source that counts: the first that can run, as one of an unknown type is left out."""
+    """By node and input, the source that counts: the first whose node type is known, because others are left out."""
     for connection in sorted(graph.connections, key=lambda one: not _may_run(one, nodes, types)):
         name, _, attribute = connection.target.rpartition(".")
         counts.setdefault((name, ":".join(split(attribute))), connection.source)
@@ -174,7 +177,7 @@ def _connections(
 
 
 def _may_run(connection: ConnectionSpec, nodes: Mapping[str, NodeSpec], types: Mapping[str, NodeType]) -> bool:
-    """Whether the source of a connection is not a node of the graph whose type is unknown, and has the attribute."""
+    """Whether the source of a connection is outside the graph, or its type is known and has the attribute."""
     node = nodes.get(connection.source.rpartition(".")[0])
     return node is None or (node.type in types and _source_exists(connection, nodes, types))
 

@@ -1,7 +1,7 @@
-"""Types and values on both sides: OGN names and plain data here, Sdf type names and pxr values there.
+"""Converts types and values between OGN names with plain data, and Sdf type names with pxr values.
 
-Quaternions are x, y, z, w here, as OmniGraph keeps them; USD's own `Gf.Quat` has the real part first. Matrices are
-lists of rows. Numbers stored as float or half become the shortest decimal that stores the same, so that 0.1 stays 0.1.
+Quaternions are x, y, z, w here, as in OmniGraph; USD's own `Gf.Quat` has the real part first. Matrices are lists of
+rows. Numbers stored as float or half become the shortest decimal that stores the same, so that 0.1 stays 0.1.
 """
 
 from __future__ import annotations
@@ -55,12 +55,12 @@ def _by_sdf_name() -> dict[str, str]:
 
 
 def ogn_name(sdf: str) -> str | None:
-    """The OGN type that an attribute of that Sdf type has; None where OmniGraph has none."""
+    """The OGN type of an attribute with that Sdf type; None if OmniGraph has no such type."""
     return _by_sdf_name().get(sdf)
 
 
 def from_usd(value: Any, sdf: str) -> Any:
-    """A value that USD gave for an attribute of that Sdf type, as plain data."""
+    """A USD value of an attribute with that Sdf type, as plain data."""
     return _reader(sdf)(value)
 
 
@@ -106,7 +106,7 @@ _SCALARS = (bool, int, float, str)
 
 
 def _plain(value: Any) -> Any:
-    """A value of a type that OmniGraph does not have, or of metadata, as plain data as well as it goes."""
+    """A value of a type that OmniGraph does not have, or of metadata, as plain data as far as possible."""
     if isinstance(value, _SCALARS) or value is None:
         return value
     if isinstance(value, dict):
@@ -128,7 +128,7 @@ def plain(value: Any) -> Any:
 
 
 def to_usd(value: Any, type_: Type) -> Any:
-    """A value, coerced to an OGN type (see `graph.values.coercion.coerce`), as USD takes it for `sdf_name(type_)`."""
+    """A value, coerced to an OGN type (see `graph.values.coercion.coerce`), in USD's form for `sdf_name(type_)`."""
     from graph.sim.usd import Gf, Sdf, Vt
 
     if type_.array:

@@ -1,4 +1,4 @@
-"""A graph file as USD text: OmniGraph prims as Isaac Sim writes them, everything else in customLayerData."""
+"""Writes a graph file as USD text: OmniGraph prims as Isaac Sim writes them, everything else in customLayerData."""
 
 from __future__ import annotations
 
@@ -37,13 +37,13 @@ def layer_of(
     registry: Registry = DEFAULT,
     allow: Iterable[Path] = (),
 ) -> Any:
-    """An anonymous layer (`Sdf.Layer`) that says what the file says.
+    """An anonymous layer (`Sdf.Layer`) with the content of the file.
 
-    other_keys: the file's keys beside its graphs, as plain data. folder: where the layer will lie; the scene becomes a
-    sublayer relative to it. documentation: comments by place (see `graph.files.comments`); those of the file, of a
-    graph or node are documentation of the layer or the prim. allow: folders besides the scene's own that it may have
-    files in. What graphs the scene itself holds, and the file does not, is
-    hidden (see `hiding`). Raises UserError where two graphs or nodes would need one prim.
+    other_keys: the file's keys beside its graphs, as plain data. folder: where the layer will be saved; the scene
+    becomes a sublayer relative to it. documentation: comments by place (see `graph.files.comments`); those of the file,
+    of a graph or node become documentation of the layer or the prim. allow: further folders in which the scene may have
+    files. Graphs that the scene has and the file does not are hidden (see `hiding`). Raises UserError if two graphs or
+    nodes would need one prim.
     """
     from graph.sim.usd import Sdf
 
@@ -136,7 +136,7 @@ def _graph(layer: Any, graph: GraphSpec, links: Links, documentation: Mapping[st
         ours["lenient"] = True
     if len(graph.variables) > 1:
         ours["variables"] = noted(graph.variables)
-    if any("/" in node.name for node in graph.nodes):  # prims lie in their parents, whatever came between
+    if any("/" in node.name for node in graph.nodes):  # prims are grouped by parent, whatever came between
         ours["nodes"] = noted(node.name for node in graph.nodes)
     if graph.instances:
         ours["instances"] = json.dumps(simple(graph.instances))
@@ -144,7 +144,7 @@ def _graph(layer: Any, graph: GraphSpec, links: Links, documentation: Mapping[st
 
 
 def _instances(layer: Any, graph: GraphSpec) -> None:
-    """Notes on each prim that has the graph, in their order and with the variable values that are their own."""
+    """Writes, on each prim that has the graph, their order and its own variable values."""
     from graph.sim.usd import Sdf
 
     for path, values in graph.instances.items():
@@ -166,7 +166,7 @@ def _document(spec: Any, text: str) -> None:
 
 
 def _defined(layer: Any, path: str, type_name: str, parent_type: str) -> Any:
-    """The defining prim at `path`; parents that are not there become `parent_type`s."""
+    """The defining prim at `path`; missing parents are created as `parent_type`s."""
     from graph.sim.usd import Sdf
 
     parent, _, _ = path.rpartition("/")

@@ -1,4 +1,4 @@
-"""Connections as USD has them, on their destinations, with notes on their order and their words."""
+"""Writes connections in USD, on their destinations, with a record of their order and words."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ class _End:
     name: str
     """The attribute's full name."""
     type: str
-    """Its OGN type, or "token" where that is open or unknown."""
+    """Its OGN type, or "token" if that is open or unknown."""
 
 
 class Links:
-    """Writes the connections of a file's graphs once all their nodes are in the layer."""
+    """Writes the connections of a file's graphs after all their nodes are in the layer."""
 
     def __init__(self, spec: FileSpec, registry: Registry) -> None:
         self._nodes = {f"{graph.path}/{node.name}": (graph, node) for graph in spec.graphs for node in graph.nodes}
@@ -37,7 +37,7 @@ class Links:
         self._registry = registry
 
     def write(self, layer: Any, graph: GraphSpec) -> list[str]:
-        """Writes a graph's connections; returns its notes for `specs`: the order, and the words where they differ."""
+        """Writes a graph's connections; returns the record for `specs`: the order, and the words if they differ."""
         notes = []
         for connection in graph.connections:
             written = f"{connection.source} -> {connection.target}"
@@ -74,7 +74,7 @@ class Links:
         return self._declared[path]
 
     def _full_name(self, path: str, node: NodeSpec, written: str, side: Literal["source", "target"]) -> str:
-        """The attribute that a short or full name means on this side; the side's own prefix where nothing is known."""
+        """The attribute that a short or full name means on this side; an unknown one gets the side's prefix."""
         prefix, _, name = written.partition(":")
         if prefix in ("inputs", "outputs", "state") and name:
             return written
@@ -110,7 +110,7 @@ def _connect(layer: Any, source: _End, target: _End) -> bool:
 
 
 def _added(layer: Any, source: _End, target: _End) -> Any:
-    """A destination that the node's type does not declare: it takes the type of what feeds it."""
+    """A destination that the node's type does not declare: it takes the type of its source."""
     from graph.sim.usd import Sdf
     from graph.values.types import TYPES
 
