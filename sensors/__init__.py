@@ -1,6 +1,6 @@
 """Sensors: ideal measurements of the world, their schedules, buffers and configurations.
 
-Names are loaded when they are first used, so importing this package costs nothing.
+Names are loaded at their first use, so importing this package costs nothing.
 """
 
 from __future__ import annotations

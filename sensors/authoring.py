@@ -1,4 +1,4 @@
-"""What is authored alike on the prims of all sensors."""
+"""Attributes that are authored in the same way on the prims of all sensors."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ if TYPE_CHECKING:
 
 
 def exclude(sensor: Any, paths: str | Iterable[str], *, app: App | None = None) -> None:
-    """Lets a sensor never hit these prims and what lies below them; an empty list ends that.
+    """Hides prims, and everything below them, from a sensor; an empty list ends that.
 
-    sensor: path of its prim, or an authoring object such as `Lidar`. app: None is the App entered last. It counts from
-    the next play. Raises SensorValueError for a prim that is not a sensor, and for paths where there is no prim.
+    sensor: path of its prim, or an authoring object such as `Lidar`. app: None is the App entered last. Takes effect at
+    the next play. Raises SensorValueError for a prim that is not a sensor, and for paths without a prim.
     """
     from graph.sim import App
 

@@ -1,4 +1,4 @@
-"""What stands in for the sensor of a render product that has none yet."""
+"""The sensor of a render product that has no sensor prim yet."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Blank(SensorRuntime[None]):
-    """Renders nothing; what is asked of it is forgotten with it, when the product gets a sensor."""
+    """Renders nothing. Requests are dropped when the product gets a real sensor."""
 
     type_name = ""
 
@@ -25,7 +25,7 @@ class Blank(SensorRuntime[None]):
         super().__init__(app, "")
 
     def refresh(self) -> bool:
-        """There is no prim to read."""
+        """Does nothing: there is no prim to read."""
         if self._authored is None:
             self._authored, self._aux, self.rate = (), AuxLevel.NONE, Fraction(0)
             self.schedule = self.schedule_for(self._app.rendering.moment)
@@ -35,11 +35,11 @@ class Blank(SensorRuntime[None]):
     def require(
         self, owner: object, channels: Iterable[str], *, optional: Iterable[str] = (), ignore_aux: bool = False
     ) -> None:
-        """It has no channels."""
+        """Does nothing: it has no channels."""
 
     def read(self, prim: Usd.Prim) -> None:
-        """There is no prim to read."""
+        """Nothing: there is no prim to read."""
 
     def measure(self, tick: Tick) -> Measurement | None:
-        """There is nothing to see."""
+        """Nothing: it cannot measure."""
         return None

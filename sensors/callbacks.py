@@ -1,4 +1,4 @@
-"""A function called with the frames of a render product."""
+"""Calls a function with the frames of a render product."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ def on_frame(
 ) -> Callable[[], None]:
     """Calls `callback(frame)` with each new frame of a render product, or with the next one only (`once`).
 
-    product: a render product or its path. channels: what the callback reads; the sensor computes them until the end.
-    app: None is the App entered last. Returns a function that ends it. Raises SensorValueError for a product that is
-    not there or whose sensor does not have these channels.
+    product: a render product or its path. channels: those that the callback reads; the sensor computes them until the
+    end. app: None is the App entered last. Returns a function that ends the calls. Raises SensorValueError for a
+    product that does not exist or whose sensor does not have these channels.
     """
     _, found = only_product(product, app, "on_frame")
     owner = Consumer("on_frame")

@@ -1,6 +1,6 @@
-"""Every per-element channel a sensor can compute: its dtype, width, unit, and the auxiliary level that carries it.
+"""Every per-element channel that a sensor can compute: dtype, width, unit, and the auxiliary level that includes it.
 
-`CHANNELS` holds the channels of point sensors; a sensor type brings its own (`sensors.sensor_types`).
+`CHANNELS` holds the channels of point sensors; a sensor type adds its own (`sensors.sensor_types`).
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import numpy as np
 
 
 class AuxLevel(enum.IntEnum):
-    """How much auxiliary data a sensor hands out; each level includes the ones below it."""
+    """How much auxiliary data a sensor gives; each level includes the ones below it."""
 
     NONE = 0
     BASIC = 1
@@ -29,8 +29,8 @@ STABLE_IDS = "/rtx-transient/stableIds/enabled"
 class Channel:
     """One array of a frame: `width` values of `dtype` per element, available from aux level `level` on.
 
-    setting: one that must be true, or the channel stays empty, with the warning `setting_code`. image: the array is
-    (height, width) or (height, width, n), the first row on top.
+    setting: a setting that must be true, otherwise the channel stays empty, with the warning `setting_code`. image: the
+    array is (height, width) or (height, width, n), with the first row at the top.
     """
 
     name: str
@@ -86,11 +86,11 @@ POINT_CHANNELS = tuple(CHANNELS.values())
 """The channels of point sensors."""
 
 AUXILIARY = frozenset(name for name, channel in CHANNELS.items() if channel.level > AuxLevel.NONE)
-"""Those of them that need an auxiliary level."""
+"""The point channels that need an auxiliary level."""
 
 
 def check_channels(names: Iterable[str]) -> frozenset[str]:
-    """The names as a set. Raises ValueError naming the unknown ones."""
+    """The names as a set. Raises ValueError with the unknown ones."""
     wanted = frozenset(names)
     if unknown := sorted(wanted - CHANNELS.keys()):
         raise ValueError(f"no channel {', '.join(unknown)}; there are {', '.join(CHANNELS)}")
@@ -98,7 +98,7 @@ def check_channels(names: Iterable[str]) -> frozenset[str]:
 
 
 class Consumer:
-    """Somebody who asks for channels: every instance is another owner, by whatever name."""
+    """A consumer of channels; every instance is another owner, also under the same name."""
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -114,13 +114,13 @@ class _Request:
     ignore_aux: bool
 
     def granted(self, level: AuxLevel) -> frozenset[str]:
-        """What is computed for it at this auxiliary level."""
+        """The channels that are computed for it at this auxiliary level."""
         wanted = self.channels | self.optional
         return wanted if self.ignore_aux else frozenset(name for name in wanted if CHANNELS[name].level <= level)
 
 
 class Demand:
-    """What the consumers of one sensor ask for: the union over all owners is what the sensor computes."""
+    """The requests of one sensor's consumers; the sensor computes the union over all owners."""
 
     def __init__(self) -> None:
         self._owners: dict[object, _Request] = {}
@@ -129,25 +129,25 @@ class Demand:
     def require(
         self, owner: object, channels: Iterable[str], *, optional: Iterable[str] = (), ignore_aux: bool = False
     ) -> None:
-        """Ask for channels on behalf of an owner (any hashable); asking again replaces the earlier request.
+        """Requests channels for an owner (any hashable); a second request replaces the first.
 
-        optional: channels to have as well where the prim's auxiliary level reaches so far. ignore_aux: also channels
-        above that level (a message's Ring field needs the channel id). Raises ValueError for unknown channel names.
+        optional: further channels, as far as the prim's auxiliary level includes them. ignore_aux: also channels above
+        that level (a message's Ring field needs the channel id). Raises ValueError for unknown channel names.
         """
         self._owners[owner] = _Request(check_channels(channels), check_channels(optional), ignore_aux)
         self.version += 1
 
     def release(self, owner: object) -> None:
-        """Withdraw an owner's request; an owner that has none is fine."""
+        """Withdraws an owner's request, if any."""
         if self._owners.pop(owner, None) is not None:
             self.version += 1
 
     def channels(self, level: AuxLevel) -> frozenset[str]:
-        """What to compute at this auxiliary level: the union, less what lies above the level."""
+        """The channels to compute at this auxiliary level: the union, without those above the level."""
         return frozenset().union(*(request.granted(level) for request in self._owners.values()))
 
     def above(self, level: AuxLevel, owner: object = None) -> dict[str, AuxLevel]:
-        """Channels that somebody (or one owner) must have and that lie above the level: each with the one it needs."""
+        """Required channels (of all owners, or of one) above the level: each with the level it needs."""
         return {
             name: CHANNELS[name].level
             for asking, request in self._owners.items()
@@ -157,7 +157,7 @@ class Demand:
         }
 
     def consumers(self, level: AuxLevel = AuxLevel.NONE) -> dict[str, list[str]]:
-        """Channel -> its owners as text, sorted: what `graph explain` lists; optional ones up to the level."""
+        """Channel -> its owners as text, sorted, for `graph explain`; optional channels only up to the level."""
         listing: dict[str, list[str]] = {}
         for owner, request in self._owners.items():
             for name in request.channels | request.granted(level):

@@ -1,4 +1,4 @@
-"""Wrong arguments to a sensor: both the user's mistake (exit code 2) and Python's ValueError."""
+"""Wrong arguments of sensors: both a mistake of the user (exit code 2) and Python's ValueError."""
 
 from __future__ import annotations
 
@@ -6,4 +6,4 @@ from graph.base.errors import UserError
 
 
 class SensorValueError(UserError, ValueError):
-    """An argument that no sensor can have. Says what, where, and what to do."""
+    """An argument that is not valid for a sensor. Says what, where, and what to do."""

@@ -1,4 +1,4 @@
-"""One frame of a sensor: when, where, and the channel arrays that somebody asked for."""
+"""One frame of a sensor: times, poses, and the requested channel arrays."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class FramePose:
 
     @property
     def position_m(self) -> np.ndarray:
-        """Where the sensor is in the world, (3,) float64 [m]."""
+        """Position of the sensor in the world, (3,) float64 [m]."""
         return self.world_sensor[:3, 3]
 
     @property
@@ -38,14 +38,13 @@ class FramePose:
 class Frame:
     """A finished reading.
 
-    timestamp_ns: start of the frame on the simulation clock; element time = timestamp_ns + timeOffsetNs.
-    reference: the time [s], on the same clock, that its messages carry: that of the pose to transform it with.
-    frame_id counts the sensor's frames from 0. start, end: poses at both ends. frame_of_reference: SENSOR, WORLD or
-    CUSTOM, what xyz, azimuth, elevation, distance, normals and velocities are given in. coords: SPHERICAL or CARTESIAN,
-    what x, y, z of a GenericModelOutput hold. arrays: channel name -> array of `count` rows, an image of as
-    many pixels, or a list of something else; only demanded channels.
-    one_instant: the whole frame shows the state of its reference time, whatever the elements' own times say.
-    config: the sensor's configuration (a LidarConfig for lidars).
+    timestamp_ns: start of the frame on the simulation clock; element time = timestamp_ns + timeOffsetNs. reference: the
+    time [s], on the same clock, for its messages: the time of the pose that transforms the frame. frame_id counts the
+    sensor's frames from 0. start, end: poses at both ends. frame_of_reference: SENSOR, WORLD or CUSTOM, the frame of
+    xyz, azimuth, elevation, distance, normals and velocities. coords: SPHERICAL or CARTESIAN, the meaning of x, y, z in
+    a GenericModelOutput. arrays: channel name -> array of `count` rows, an image of as many pixels, or a list of other
+    objects; only requested channels. one_instant: whether the whole frame shows the state at its reference time,
+    although its elements have other times. config: the sensor's configuration (a LidarConfig for lidars).
     """
 
     timestamp_ns: int
@@ -68,7 +67,7 @@ class Frame:
     cache: dict[str, Any] = field(default_factory=dict, repr=False)
 
     def channel(self, name: str) -> np.ndarray:
-        """The channel's array; no elements when nobody demanded it. Raises KeyError for unknown names."""
+        """The channel's array; without elements if no consumer requested it. Raises KeyError for unknown names."""
         array = self.arrays.get(name)
         return CHANNELS[name].empty() if array is None else array
 
@@ -78,7 +77,7 @@ class Frame:
 
     @property
     def xyz(self) -> np.ndarray:
-        """Points, (count, 3) float32 [m], in the frame of reference; made from angles and distance when need be."""
+        """Points, (count, 3) float32 [m], in the frame of reference; computed from angles and distance if needed."""
         if "xyz" not in self.arrays and {"azimuth", "elevation", "distance"} <= self.arrays.keys():
             points = self.cache.get("xyz")
             if points is None:

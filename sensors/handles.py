@@ -1,4 +1,4 @@
-"""Opaque buffer handles: what `dataPtr` and every `*Ptr` attribute of a node carries instead of an address."""
+"""Opaque buffer handles: the value of `dataPtr` and of every `*Ptr` attribute of a node, instead of an address."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections import OrderedDict
 from typing import Any
 
 CAPACITY = 4096
-"""How many objects stay reachable by handle; the oldest is forgotten first."""
+"""Most objects that are reachable by handle; the oldest is dropped first."""
 
 _objects: OrderedDict[int, Any] = OrderedDict()
 _numbers = itertools.count(1)
@@ -16,7 +16,7 @@ _lock = threading.Lock()
 
 
 def handle(value: Any) -> int:
-    """A number (never 0) that `resolve` turns back into this object, until `CAPACITY` more were handed out."""
+    """A number (never 0) that `resolve` turns back into this object, until `CAPACITY` further handles were made."""
     with _lock:
         number = next(_numbers)
         _objects[number] = value
@@ -26,10 +26,10 @@ def handle(value: Any) -> int:
 
 
 def resolve(number: int) -> Any:
-    """The object behind a handle; None for 0, unknown and forgotten handles."""
+    """The object of a handle; None for 0, unknown and dropped handles."""
     return _objects.get(number)
 
 
 def forget(number: int) -> None:
-    """Drops a handle before its time; unknown ones are fine."""
+    """Drops a handle early; unknown ones are ignored."""
     _objects.pop(number, None)

@@ -1,4 +1,4 @@
-"""What all sensors read of their prims, and how attributes are written on them."""
+"""What all sensors read from their prims, and how attributes are written on them."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ EXCLUDE = "tickgraph:exclude"
 
 
 def read_tick_rate(prim: Usd.Prim, bare: Fraction | int = 0) -> Fraction:
-    """How often the sensor ticks [Hz]; 0 means every update, `bare` is what a prim gets that authors no rate.
+    """The tick rate [Hz]; 0 means every update. `bare`: for a prim without an authored rate.
 
     Raises UserError if negative.
     """
@@ -37,7 +37,7 @@ def read_tick_rate(prim: Usd.Prim, bare: Fraction | int = 0) -> Fraction:
 
 
 def has_sensor_api(prim: Usd.Prim) -> bool:
-    """Whether a prim has OmniSensorAPI, by its type or applied; one that deletes it from its schemas has not."""
+    """Whether a prim has OmniSensorAPI, by its type or applied; false if the prim deletes it from its schemas."""
     if "OmniSensorAPI" not in prim.GetAppliedSchemas():
         return False
     for spec in prim.GetPrimStack():
@@ -50,14 +50,14 @@ def has_sensor_api(prim: Usd.Prim) -> bool:
 
 
 def read_aux_level(prim: Usd.Prim) -> AuxLevel:
-    """The auxiliary level that the prim's GenericModelOutput channels ask for; NONE when nothing says."""
+    """The auxiliary level of the prim's GenericModelOutput channels; NONE if not authored."""
     levels = value_of(prim, AUX_CHANNELS) or ()
     named = [AuxLevel[level] for level in map(str, levels) if level in AuxLevel.__members__]
     return max(named, default=AuxLevel.NONE)
 
 
 def write_aux_level(prim: Usd.Prim, level: str) -> None:
-    """Authors the auxiliary level, always, also for NONE; raises as `write`."""
+    """Authors the auxiliary level, also for NONE; raises as `write`."""
     if prim.IsInstanceProxy() and read_aux_level(prim).name == level:
         return
     write(prim, AUX_CHANNELS, "string[]", [level])
@@ -70,12 +70,12 @@ def read_exclude(prim: Usd.Prim) -> frozenset[str]:
 
 
 def write_exclude(prim: Usd.Prim, paths: tuple[str, ...]) -> None:
-    """Authors what the sensor never hits."""
+    """Authors the prims that the sensor never hits."""
     prim.CreateRelationship(EXCLUDE, custom=True).SetTargets(list(paths))
 
 
 def apply_schemas(prim: Usd.Prim, names: list[str]) -> None:
-    """Applies API schemas by name ("Name" or "Name:instance") that the prim does not have yet."""
+    """Applies the API schemas ("Name" or "Name:instance") that the prim does not have yet."""
     present = set(prim.GetAppliedSchemas())
     for name in names:
         if name not in present:
@@ -83,7 +83,7 @@ def apply_schemas(prim: Usd.Prim, names: list[str]) -> None:
 
 
 def unknown_schemas(names: list[str]) -> list[str]:
-    """Those of the names ("Name" or "Name:instance") that no API schema has."""
+    """The names ("Name" or "Name:instance") that are not API schemas."""
     from graph.sim.usd import Usd
 
     registry = Usd.SchemaRegistry()
@@ -91,9 +91,9 @@ def unknown_schemas(names: list[str]) -> list[str]:
 
 
 def write(prim: Usd.Prim, name: str, kind: str, value: Any) -> None:
-    """Sets an attribute, creating it with the USD type `kind` where neither the schema nor the prim has it.
+    """Sets an attribute; creates it with the USD type `kind` if neither the schema nor the prim has it.
 
-    Raises SensorValueError for a fraction where the type is a whole number, which USD would cut off without a word, and
+    Raises SensorValueError for a fraction if the type is a whole number, because USD would truncate it silently, and
     for another value on a prim of an instance, which cannot be edited.
     """
     from graph.sim.usd import Gf, Sdf, Vt
@@ -120,6 +120,6 @@ def write(prim: Usd.Prim, name: str, kind: str, value: Any) -> None:
 
 
 def value_of(prim: Usd.Prim, name: str) -> Any:
-    """The value of an attribute; None where the prim does not have it."""
+    """The value of an attribute; None if the prim does not have it."""
     attribute = prim.GetAttribute(name)
     return attribute.Get() if attribute else None

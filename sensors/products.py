@@ -1,4 +1,4 @@
-"""Render products: what gives a sensor prim its sensor, its schedule and its place in the App."""
+"""Render products: they give a sensor prim its sensor, its schedule and its place in the App."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ if TYPE_CHECKING:
     from graph.sim.renderer.sensor import Sensor
 
 ROOT = "/Render/OmniverseKit/HydraTextures"
-"""Where products live, in the stage's session layer."""
+"""Parent path of products, in the stage's session layer."""
 
 
 def render_product(
     app: App, prim_path: str, resolution: tuple[int, int] = (1280, 720), name: str | None = None
 ) -> RenderProduct:
-    """The render product of a sensor prim at a resolution (width, height); an equal one is used again.
+    """The render product of a sensor prim at a resolution (width, height); an equal one is reused.
 
-    name: last part of the product's path; made from prim and resolution unless given. A product made while playing
-    exists from the external time at the start of the running update. Raises SensorValueError (a UserError) for prims
-    that are no sensor, and for sensors that this version cannot render.
+    name: last part of the product's path; by default made from prim and resolution. A product made while playing exists
+    from the external time at the start of the present update. Raises SensorValueError (a UserError) for prims that are
+    not sensors, and for sensors that this version cannot render.
     """
     if not prim_path:
         raise SensorValueError("there is no prim (empty path) to render; give the path of a sensor")
@@ -41,7 +41,7 @@ def render_product(
 
 
 def place_product(app: App, path: str, prim_path: str, resolution: tuple[int, int]) -> RenderProduct:
-    """A new render product at a path, in place of one that is there; of no sensor ("") it renders nothing.
+    """A new render product at a path; an existing one is replaced. Without a sensor ("") it renders nothing.
 
     Raises SensorValueError as `render_product` does; then nothing has changed.
     """
@@ -58,27 +58,27 @@ def place_product(app: App, path: str, prim_path: str, resolution: tuple[int, in
 
 
 def _follow_prim(app: App, product: RenderProduct) -> None:
-    """At each play, and in the next update while playing, the sensor takes over what was authored on its prim since."""
+    """Makes the sensor read its prim again, at each play and, while playing, in the update after a change."""
 
     def refresh() -> None:
         if app.rendering.products.get(product.path) is not product:
             while ends:
                 ends.pop()()
         elif product.sensor.refresh() and product.enabled:
-            product.enabled = False  # off and on: the scheduler takes up the new schedule
+            product.enabled = False  # off and on: the scheduler then reads the new schedule
             product.enabled = True
 
     ends = [app.on(event, refresh) for event in ("play", "sensors_edited")]
 
 
 def product_name(prim_path: str, resolution: tuple[int, int]) -> str:
-    """rtx_sensor_ and eight hexadecimal digits that depend on the prim and the resolution alone."""
+    """rtx_sensor_ and eight hexadecimal digits that depend only on the prim and the resolution."""
     digest = hashlib.blake2b(f"{prim_path} {resolution}".encode(), digest_size=4)
     return f"rtx_sensor_{digest.hexdigest()}"
 
 
 def remove_product(app: App, product: RenderProduct) -> None:
-    """Takes a product away, its prim included."""
+    """Removes a product and its prim."""
     from graph.sim.usd import Usd
 
     app.rendering.remove(product.path)
@@ -87,7 +87,7 @@ def remove_product(app: App, product: RenderProduct) -> None:
 
 
 def sensor_problem(stage: Usd.Stage, prim_path: str) -> str | None:
-    """Why a prim cannot be rendered, as one line; None for one that can."""
+    """Why a prim cannot be rendered, as one line, or None."""
     prim = prim_at(stage, prim_path)
     if not prim:
         return f"there is no prim {prim_path} to render; give the path of a sensor"
@@ -118,7 +118,7 @@ def _free_name(app: App, wanted: str) -> str:
 
 
 def _author(app: App, path: str, camera: str, size: tuple[int, int]) -> None:
-    """The product as a RenderProduct prim, in the session layer: it is not a part of the scene."""
+    """Writes the product as a RenderProduct prim, in the session layer, because it is not part of the scene."""
     from graph.sim.usd import Gf, Usd, UsdRender
 
     with Usd.EditContext(app.stage, app.stage.GetSessionLayer()):

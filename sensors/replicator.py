@@ -11,8 +11,8 @@
     app.update(steps=12)  # or rep.orchestrator.step(), one update that pauses afterwards
     points = buffer.get_data()["data"]
 
-Every function takes `app`; None is the App entered last. `sensors.annotators.types` has the annotators, what each reads
-and its options; `sensors.writers` the writers.
+Every function takes `app`; None is the App entered last. `sensors.annotators.types` has the annotators, with their
+channels and options; `sensors.writers` the writers.
 """
 
 from __future__ import annotations
@@ -40,10 +40,10 @@ HOST = (None, "cpu", "cpu:0")
 def create_render_product(
     camera: Any, resolution: Sequence[int] = (1280, 720), *, name: str | None = None, app: App | None = None
 ) -> RenderProduct:
-    """The render product of a sensor at a resolution (width, height); an equal one is used again.
+    """The render product of a sensor at a resolution (width, height); an equal one is reused.
 
     camera: path of a sensor prim, a prim, or an authoring object such as `Lidar`. Raises SensorValueError (a UserError
-    and a ValueError) for a prim that is not there or is not a sensor.
+    and a ValueError) for a missing prim or one that is not a sensor.
     """
     from graph.sim import App
 
@@ -60,7 +60,7 @@ def get_annotator(
     device: str | None = None,
     app: App | None = None,
 ) -> Annotator:
-    """A fresh annotator by its name in the registry; init_params: as `initialize` takes them.
+    """A new annotator by its name in the registry; init_params: arguments of `initialize`.
 
     device: only the host has data ("cpu"). Raises SensorValueError for unknown names and options.
     """
@@ -70,7 +70,7 @@ def get_annotator(
 
 
 class AnnotatorRegistry:
-    """The annotators there are."""
+    """The registered annotators."""
 
     get_annotator = staticmethod(get_annotator)
     get = staticmethod(get_annotator)
@@ -82,17 +82,17 @@ class AnnotatorRegistry:
 
     @staticmethod
     def register(kind: AnnotatorType) -> None:
-        """Adds one of your own. Raises SensorValueError if its name is taken."""
+        """Adds your own annotator. Raises SensorValueError if its name is taken."""
         register_annotator(kind)
 
     @staticmethod
     def unregister_annotator(name: str) -> None:
-        """Takes one away again; unknown ones are fine."""
+        """Removes an annotator; unknown ones are ignored."""
         TYPES.pop(name, None)
 
 
 class WriterRegistry:
-    """The writers there are."""
+    """The registered writers."""
 
     get = staticmethod(get_writer)
 
@@ -103,7 +103,7 @@ class WriterRegistry:
 
     @staticmethod
     def register(writer: str | type[Writer], spec: WriterSpec | None = None) -> None:
-        """Adds one of your own: a subclass of `Writer`, by its own name, or a name and how it is made.
+        """Adds your own writer: a subclass of `Writer`, by its own name, or a name and a factory.
 
         Raises SensorValueError if the name is taken.
         """
@@ -118,7 +118,7 @@ class WriterRegistry:
 
     @staticmethod
     def unregister_writer(name: str) -> None:
-        """Takes one away again; unknown ones are fine."""
+        """Removes a writer; unknown ones are ignored."""
         REGISTRY.pop(name, None)
 
 

@@ -1,4 +1,4 @@
-"""The shared runtime of sensors: demand, schedule, frames, stamps and poses. A modality supplies only its model."""
+"""The shared runtime of sensors: demand, schedule, frames, stamps and poses. A modality adds only its model."""
 
 from __future__ import annotations
 
@@ -37,12 +37,11 @@ Config = TypeVar("Config")
 
 @dataclass(slots=True)
 class Measurement:
-    """What a model measured for one tick.
+    """The measurement of a model for one tick.
 
-    arrays: channel -> rows, one an element; `count` of them (None: as many as the first array has). Of an image the
-    elements are its pixels. ends: sensor to
-    world, (4, 4) float64 [m], at both ends of the interval; None where the runtime is to find them. complete: False for
-    a part of a scan.
+    arrays: channel -> rows, one for each element; `count` of them (None: as many as the first array has). The elements
+    of an image are its pixels. ends: sensor to world, (4, 4) float64 [m], at both ends of the interval; None lets the
+    runtime compute them. complete: False for a part of a scan.
     """
 
     arrays: dict[str, np.ndarray]
@@ -54,10 +53,10 @@ class Measurement:
 class SensorRuntime(ABC, Generic[Config]):
     """Base of sensors; implements `graph.sim.renderer.sensor.Sensor` for the prims of one type.
 
-    A subclass names its `type_name` and supplies `read` (its prim -> a configuration) and `measure` (a tick -> arrays
-    of the channels in demand). By default it renders at the ticks of its rate, or in every update at rate 0, and
-    a frame shows one instant: the time of the update. `schedule_for`, `interval`, `configure`, `advance` and `reset`
-    change that. Raises UserError for a prim that is not such a sensor or cannot be one.
+    A subclass sets its `type_name` and defines `read` (prim -> configuration) and `measure` (tick -> arrays of the
+    requested channels). By default it renders at the ticks of its rate, or in every update at rate 0, and a frame shows
+    one instant: the time of the update. `schedule_for`, `interval`, `configure`, `advance` and `reset` change that.
+    Raises UserError for a prim that is not a valid sensor of this type.
     """
 
     type_name: ClassVar[str]
@@ -68,9 +67,9 @@ class SensorRuntime(ABC, Generic[Config]):
     def __init__(self, app: App, prim_path: str, resolution: tuple[int, int] = (1280, 720)) -> None:
         self.path = prim_path
         self.resolution = resolution
-        """Width and height of its render product [px]; what is not an image takes no notice."""
+        """Width and height of its render product [px]; only image sensors use it."""
         self.demand = Demand()
-        self._owner = weakref.ref(app)  # the App keeps its sensors; they must not keep it
+        self._owner = weakref.ref(app)  # the App keeps its sensors; they must not keep the App
         self._authored: Any = None
         self.refresh()
 
@@ -85,48 +84,48 @@ class SensorRuntime(ABC, Generic[Config]):
 
     @abstractmethod
     def read(self, prim: Usd.Prim) -> Config:
-        """The configuration that a prim describes. Raises UserError if it describes none."""
+        """The configuration that a prim describes. Raises UserError if it is not valid."""
 
     @abstractmethod
     def measure(self, tick: Tick) -> Measurement | None:
-        """What is measured for a tick: of the channels that `channels` gives, at least those that can be."""
+        """The measurement of a tick: the channels that `channels` gives, as far as the model has them."""
 
     def configure(self) -> None:
         """Prepares measuring with a new `config`, `rate` and `exclude`."""
 
     def schedule_for(self, moment: Fraction) -> Schedule:
-        """The schedule of a sensor that exists from `moment` [s]."""
+        """The schedule of a sensor that exists from `moment` [s] on."""
         return TickSchedule(self.rate, moment) if self.rate else EveryUpdate(moment)
 
     def interval(self, tick: Tick) -> tuple[Fraction, Fraction]:
-        """Begin and end [s] of what the frame of a tick covers."""
+        """Begin and end [s] of the interval that the frame of a tick covers."""
         return tick.time, tick.time
 
     def reference(self, tick: Tick) -> Fraction:
-        """The time [s] that messages of a tick's frame carry: that of its pose, here the time of the update."""
+        """The time [s] for the messages of a tick's frame: the time of its pose, here that of the update."""
         return tick.time
 
     @property
     def rule(self) -> str:
-        """The name of the rule that says when frames come."""
+        """The name of the rule for when frames come."""
         return "tick" if self.rate else "every update"
 
     def bare_rate(self) -> Fraction:
-        """The tick rate [Hz] of a prim that authors none."""
+        """The tick rate [Hz] of a prim without an authored rate."""
         return Fraction(0)
 
     def advance(self, start: Fraction, end: Fraction, poses: Any) -> None:
-        """Measures what happens between ticks; called where `wants_updates`."""
+        """Measures between ticks; called if `wants_updates`."""
 
     def reset(self) -> None:
-        """Forgets everything measured so far."""
+        """Drops everything measured so far."""
         self._frames = 0
         self._known_demand = -1
 
     # -- life --------------------------------------------------------------------------------------------------------
 
     def refresh(self) -> bool:
-        """Reads the prim again; True if it now describes another sensor, which then starts from scratch.
+        """Reads the prim again; True if it now describes another sensor, which then starts from its initial state.
 
         Raises UserError if the prim no longer describes a sensor.
         """
@@ -143,7 +142,7 @@ class SensorRuntime(ABC, Generic[Config]):
         self.config, self.rate, self.exclude = authored
         self.history: History | None = None
         self.frame_facts: Mapping[str, Any] = {}
-        """Further fields of its frames; for `configure` to set."""
+        """Further fields of its frames, set by `configure`."""
         self._channels: frozenset[str] = frozenset()
         self.configure()
         self.schedule = self.schedule_for(self._app.rendering.moment)
@@ -187,7 +186,7 @@ class SensorRuntime(ABC, Generic[Config]):
         return pose
 
     def ends(self, tick: Tick) -> tuple[np.ndarray, np.ndarray]:
-        """The poses at both ends of a tick's interval: from the past that `look_back` keeps, else of its state."""
+        """The poses at both ends of a tick's interval: from the states of `look_back`, else from the tick's state."""
         if self.history is not None:
             return self.history.ends(self.path, *self.interval(tick))
         pose = self.pose(tick.poses)
@@ -202,7 +201,7 @@ class SensorRuntime(ABC, Generic[Config]):
 
     @property
     def kind(self) -> SensorType:
-        """What is registered for its prim type. Raises SensorValueError if nothing is."""
+        """The registration of its prim type. Raises SensorValueError for an unregistered type."""
         kind = sensor_type(self.type_name)
         if kind is None:
             raise SensorValueError(f"{self.path}: no sensor type {self.type_name!r} is registered; register it first")
@@ -210,16 +209,16 @@ class SensorRuntime(ABC, Generic[Config]):
 
     @property
     def aux_level(self) -> AuxLevel:
-        """The auxiliary level of the prim, as of the last `require` or reset."""
+        """The auxiliary level of the prim, as read at the last `require` or reset."""
         return self._aux
 
     def require(
         self, owner: object, channels: Iterable[str], *, optional: Iterable[str] = (), ignore_aux: bool = False
     ) -> None:
-        """Asks for channels on behalf of an owner; those above the prim's aux level stay empty, with a warning.
+        """Requests channels for an owner; those above the prim's aux level stay empty, with a warning.
 
-        Of `optional` ones it computes what the type has and the level reaches, without a word. Raises ValueError for
-        unknown channels, SensorValueError for channels of other sensor types.
+        Of `optional` channels it computes those that the type has and the level includes, without a warning. Raises
+        ValueError for unknown channels, SensorValueError for channels of other sensor types.
         """
         channels, measures = frozenset(channels), self.kind.measures
         if foreign := sorted(channels & CHANNELS.keys() - measures):
@@ -238,11 +237,11 @@ class SensorRuntime(ABC, Generic[Config]):
             )
 
     def release(self, owner: object) -> None:
-        """Withdraws what an owner asked for."""
+        """Withdraws an owner's request."""
         self.demand.release(owner)
 
     def channels(self) -> frozenset[str]:
-        """What is computed: the union of all demands, less what the aux level or a setting withholds."""
+        """The channels to compute: the union of all requests, except those that the aux level or a setting excludes."""
         if self._known_demand != self.demand.version:
             self._known_demand = self.demand.version
             wanted = self.demand.channels(self._aux)
@@ -250,23 +249,23 @@ class SensorRuntime(ABC, Generic[Config]):
         return self._channels
 
     def consumers(self) -> Mapping[str, Sequence[str]]:
-        """Channel asked for -> its owners as text, sorted."""
+        """Requested channel -> its owners as text, sorted."""
         return self.demand.consumers(self._aux)
 
     # -- what was seen -----------------------------------------------------------------------------------------------
 
     def has_stable_ids(self) -> bool:
-        """Whether frames can hold object ids; says once why not, where somebody asks for them."""
+        """Whether frames can hold object ids; if not, gives the reason once as a warning when they are requested."""
         if self._app.settings.get(STABLE_IDS, False):
             return True
         self._app.warn("stable-ids-off", self.path, f"object ids stay empty; switch them on with --{STABLE_IDS}=true")
         return False
 
     def object_ids(self, *, resolve_all: bool = False) -> dict[int, str]:
-        """128-bit object id -> prim path of what frames may hold; empty while stable ids are off.
+        """128-bit object id -> prim path for all objects that frames may show; empty while stable ids are off.
 
-        As documented without the copies of point instancers, which have no prim; resolve_all: with them, unless the
-        setting idMapExtension of the profile is off.
+        Without the copies of point instancers, which have no prim, as documented; with `resolve_all` including them,
+        unless the setting idMapExtension of the profile is off.
         """
         if not self.has_stable_ids():
             return {}
@@ -275,7 +274,7 @@ class SensorRuntime(ABC, Generic[Config]):
         return {number: path for number, path in found.items() if resolve_all or has_prim(path)}
 
     def packed_object_ids(self) -> np.ndarray | None:
-        """All of it as a StableIdMap buffer, uint8, read-only; None while stable ids are off."""
+        """The whole map as a StableIdMap buffer, uint8, read-only; None while stable ids are off."""
         return packed_id_map(self._app) if self.has_stable_ids() else None
 
     def class_labels(self) -> dict[int, dict[str, str]]:

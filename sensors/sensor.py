@@ -1,4 +1,4 @@
-"""What users hold of a sensor at work, whatever it measures: its render product, annotators and writers."""
+"""The user's handle of a rendered sensor of any modality: its render product, annotators and writers."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def check_names(annotators: Iterable[str], writers: Iterable[str]) -> None:
-    """Raises SensorValueError for a short name that no annotator or writer has; before anything is authored."""
+    """Raises SensorValueError for an unknown short name of an annotator or writer, before anything is authored."""
     for name in annotators:
         _check_annotator(name, ANNOTATORS)
     for name in writers:
@@ -28,8 +28,8 @@ def check_names(annotators: Iterable[str], writers: Iterable[str]) -> None:
 class RenderedSensor:
     """A sensor prim with a render product, and annotators and writers by their short names.
 
-    The product exists from now on, and if made while playing until stop. Raises SensorValueError (a UserError and a
-    ValueError) for unknown names and prims.
+    The product exists from now on; if it was made while playing, until the stop. Raises SensorValueError (a UserError
+    and a ValueError) for unknown names and prims.
     """
 
     def __init__(
@@ -53,7 +53,7 @@ class RenderedSensor:
 
     @property
     def render_product(self) -> RenderProduct:
-        """The render product. Raises RuntimeError once it is gone (a stop ends products made while playing)."""
+        """The render product. Raises RuntimeError after its removal (a stop removes products made while playing)."""
         if self._app.rendering.products.get(self._product.path) is not self._product:
             raise RuntimeError(f"{self._product.path} is gone: a stop ended it; make a new {type(self).__name__}")
         return self._product
@@ -74,7 +74,7 @@ class RenderedSensor:
         return split_data(self._annotators[name].get_data())
 
     def attach_annotators(self, names: str | Iterable[str]) -> dict[str, Annotator]:
-        """Attaches annotators; a name given again gets a fresh one. Returns name -> annotator."""
+        """Attaches annotators; a repeated name gets a new one. Returns name -> annotator."""
         names = short_names(names)
         for name in names:
             _check_annotator(name, self._annotator_table)
@@ -88,7 +88,7 @@ class RenderedSensor:
         return {name: self._annotators[name] for name in names}
 
     def detach_annotators(self, names: str | Iterable[str]) -> None:
-        """Detaches annotators; one that is not attached is a warning."""
+        """Detaches annotators; one that is not attached gives a warning."""
         for name in short_names(names):
             annotator = self._annotators.pop(name, None)
             if annotator is None:
@@ -97,9 +97,9 @@ class RenderedSensor:
                 annotator.detach()
 
     def attach_writer(self, name: str, **arguments: Any) -> Writer:
-        """Attaches a writer: it gets every new frame. Arguments beat the table's defaults.
+        """Attaches a writer: it gets every new frame. Arguments replace the table's defaults.
 
-        name: of the writer table, or of Replicator's registry (RtxSensorDebugDrawPointCloud).
+        name: in the writer table, or in Replicator's registry (RtxSensorDebugDrawPointCloud).
         """
         spec = _writer_spec(name, self._writer_table)
         if name in self._writers:
@@ -110,7 +110,7 @@ class RenderedSensor:
         return attached.writer
 
     def detach_writer(self, name: str) -> None:
-        """Detaches a writer; an unknown name is a warning."""
+        """Detaches a writer; an unknown name gives a warning."""
         attached = self._writers.pop(name, None)
         if attached is None:
             self._app.warn("not-attached", self.path, f"writer {name!r} is not attached")
@@ -129,7 +129,7 @@ def _check_annotator(name: str, table: Mapping[str, Any]) -> None:
 
 
 def short_names(names: str | Iterable[str] | None) -> list[str]:
-    """One name, several or none, as a list."""
+    """None, one name or several, as a list."""
     if names is None:
         return []
     return [names] if isinstance(names, str) else list(names)

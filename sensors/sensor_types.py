@@ -1,4 +1,4 @@
-"""Sensor types: all that a modality brings, registered in one place by the type of its prims.
+"""Sensor types: everything that a modality adds, registered in one place by the type of its prims.
 
 Packages register theirs through the entry point group `tickgraph.sensors`: each entry is a `SensorType`.
 """
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 ENTRY_POINTS = "tickgraph.sensors"
 
 BUILT_IN = ("sensors.lidar.sensor_type", "sensors.camera.sensor_type")
-"""Modules that register what ships."""
+"""Modules that register the shipped types."""
 
 NOT_YET = {"OmniRadar": "radars", "OmniAcoustic": "acoustic sensors"}
 """Types of sensor prims that cannot be rendered yet -> what they are called."""
@@ -78,7 +78,7 @@ _loaded = False
 
 
 def register_sensor_type(kind: SensorType) -> None:
-    """Adds a sensor type. Raises SensorValueError if its prim type, or a name of what it brings, is taken."""
+    """Adds a sensor type. Raises SensorValueError if its prim type, or a name that it adds, is taken."""
     from .annotators.types import annotator_types
     from .writers import writer_specs
 
@@ -97,7 +97,7 @@ def register_sensor_type(kind: SensorType) -> None:
 
 
 def unregister_sensor_type(prim_type: str) -> None:
-    """Takes a sensor type away again, with what it brought; unknown ones are fine."""
+    """Removes a sensor type and everything that it added; unknown ones are ignored."""
     kind = _types.pop(prim_type, None)
     kept = {channel.name for channel in POINT_CHANNELS}.union(*(other.measures for other in _types.values()))
     for name in kind.measures - kept if kind else ():
@@ -105,13 +105,13 @@ def unregister_sensor_type(prim_type: str) -> None:
 
 
 def sensor_types() -> Mapping[str, SensorType]:
-    """Every sensor type by its prim type: those that ship, of installed packages, registered by hand."""
+    """Every sensor type by its prim type: shipped, of installed packages, and registered by users."""
     _load()
     return _types
 
 
 def sensor_type(prim_type: str) -> SensorType | None:
-    """The sensor type of a prim type; None for prims that are no sensors."""
+    """The sensor type of a prim type; None for prims that are not sensors."""
     return sensor_types().get(prim_type)
 
 
@@ -121,7 +121,7 @@ def prim_types_of(modality: str) -> tuple[str, ...]:
 
 
 def sensor_problems(stage: Usd.Stage) -> Iterable[tuple[str, str]]:
-    """(prim path, message) for each thing that is wrong with the sensors of a stage."""
+    """(prim path, message) for each mistake in the sensors of a stage."""
     from graph.sim.usd import Usd
 
     for prim in stage.Traverse(Usd.TraverseInstanceProxies()):
@@ -130,7 +130,7 @@ def sensor_problems(stage: Usd.Stage) -> Iterable[tuple[str, str]]:
 
 
 def _load() -> None:
-    """Registers what ships and what installed packages bring, once."""
+    """Registers the shipped types and those of installed packages, once."""
     global _loaded
     if _loaded:
         return
@@ -140,7 +140,7 @@ def _load() -> None:
     for entry in sorted(metadata.entry_points(group=ENTRY_POINTS), key=lambda entry: (entry.name, entry.value)):
         try:
             register_sensor_type(entry.load())
-        except (Exception, SystemExit) as error:  # whatever a module of somebody else's may raise
+        except (Exception, SystemExit) as error:  # a third-party module may raise anything
             reason = f"{type(error).__name__}: {' '.join(str(error).split())}"
             _LOG.warning(
                 "warning sensor-package: %s (%s): %s; the package is left out, repair or uninstall it",

@@ -1,4 +1,4 @@
-"""What stands between a sensor and those who read it, whatever it measures: delay and noise.
+"""Wrappers between a sensor of any modality and its readers: delay and noise.
 
 After `product.sensor = Delayed(product.sensor, seconds="0.03")` the frames of a render product come 0.03 s later.
 """
@@ -21,15 +21,15 @@ from .errors import SensorValueError
 from .frame import Frame
 
 Corruptor = Callable[[np.ndarray, np.random.Generator], np.ndarray]
-"""A channel's array and a random generator -> what is handed out instead, of the same dtype and shape."""
+"""A channel's array and a random generator -> the array to give instead, of the same dtype and shape."""
 
 
 class Delayed(SensorWrapper):
-    """Hands frames out later: in the first update at or after the end of their interval plus the delay.
+    """Gives frames later: in the first update at or after the end of their interval plus the delay.
 
-    Stamps and poses stay those of the measurement. seconds: an exact number (Fraction, text such as "0.03" or "1/30",
-    a float as its shortest decimal). ticks: the same as a number of the sensor's own ticks. At most one frame is
-    handed out in an update. Raises SensorValueError unless exactly one is given and is not negative, and for ticks of a
+    Stamps and poses stay those of the measurement. seconds: an exact number (Fraction, text such as "0.03" or "1/30", a
+    float as its shortest decimal). ticks: the delay as a number of the sensor's own ticks. At most one frame is given
+    in an update. Raises SensorValueError unless exactly one of the two is given and not negative, and for ticks of a
     sensor that renders in every update.
     """
 
@@ -51,17 +51,19 @@ class Delayed(SensorWrapper):
 
     @property
     def latency(self) -> Fraction:
-        """The delay, on top of the sensor's own [s]; ticks follow a rate that changes."""
+        """The delay, on top of the sensor's own [s]; ticks follow changes of the rate."""
         rate = self.sensor.rate
         own = self._ticks / rate if self._ticks is not None and rate else self._delay
         return self.sensor.latency + own
 
 
 class Corrupted(SensorWrapper):
-    """Spoils channels of each frame: `corruptors` maps a channel to a function of its array and a random generator.
+    """Adds errors to channels of each frame:
 
-    The numbers follow from the seed and the sensor's path, and start again with each play: neither other sensors nor
-    threads change them. A channel that a frame does not hold is passed over.
+    `corruptors` maps a channel to a function of its array and a random generator.
+
+    The random numbers depend on the seed and the sensor's path, and start again with each play: other sensors and
+    threads do not change them. A channel that a frame does not hold is skipped.
     """
 
     def __init__(self, sensor: Sensor, corruptors: Mapping[str, Corruptor], *, seed: int = 0) -> None:
@@ -72,12 +74,12 @@ class Corrupted(SensorWrapper):
         self._generator = np.random.default_rng(self._seed)
 
     def reset(self) -> None:
-        """Starts the random numbers again."""
+        """Restarts the random numbers."""
         super().reset()
         self._generator = np.random.default_rng(self._seed)
 
     def render(self, tick: Tick) -> SensorFrame | None:
-        """The spoilt frame of a tick."""
+        """The frame of a tick, with errors."""
         frame = super().render(tick)
         if not isinstance(frame, Frame):
             return frame

@@ -1,4 +1,4 @@
-"""Poses of a prim on the stage, as the Xform wrapper classes of Isaac Sim take and give them."""
+"""Poses of a prim on the stage, in the form of Isaac Sim's Xform wrapper classes."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def place(
     orientations: Vector = None,
     scales: Vector = None,
 ) -> None:
-    """Writes translate, orient and scale ops; what is not given stays.
+    """Writes translate, orient and scale ops; parts that are not given stay unchanged.
 
     translations are local, positions world (stage units), and exclude each other; orientations are w, x, y, z: local
     with translations or alone, world with positions. Raises SensorValueError.
@@ -91,7 +91,7 @@ def _local(
 def _write(
     prim: Usd.Prim, translation: np.ndarray | None, orientation: np.ndarray | None, scale: np.ndarray | None
 ) -> None:
-    """Rewrites the ops as translate, orient, scale; each keeps its present value where no new one is given."""
+    """Rewrites the ops as translate, orient, scale; each without a new value keeps its present one."""
     from graph.sim.usd import Gf
 
     xformable = _xformable(prim)

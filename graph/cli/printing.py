@@ -1,7 +1,7 @@
-"""The one place that prints: plain, stable lines; nothing in a file can send commands to the terminal.
+"""The one module that prints: plain, stable lines, in which no text from a file can control the terminal.
 
-Names, values and messages come from files. A control character in one (ESC ]0;...) would be obeyed by the terminal, so
-every line goes through `safe_line` or `printable` here; nowhere else in the commands is anything printed.
+Names, values and messages come from files. A terminal would obey a control character in one (ESC ]0;...), so every line
+goes through `safe_line` or `printable` here; no other module of the commands prints.
 """
 
 from __future__ import annotations
@@ -15,23 +15,23 @@ from graph.base.shorten import brief
 
 
 def problem_line(problem: Problem) -> str:
-    """A problem as one line of printable text, without a mark led by the program's name."""
+    """A problem as one line of printable text; without a mark, it starts with the program's name."""
     return safe_line(str(problem) if problem.mark else f"graph: {problem}")
 
 
 def note_line(note: tuple[str, str, str]) -> str:
-    """A warning (code, where, message) as one line of printable text."""
+    """A warning (code, place, message) as one line of printable text."""
     code, where, message = note
     return safe_line(f"warning {code}: {where}: {brief(message)}")
 
 
 def say(text: str = "") -> None:
-    """Prints one line on stdout, made printable; it keeps its indentation."""
+    """Prints one line on stdout, made printable; keeps its indentation."""
     print(printable(text.rstrip()))
 
 
 def say_json(value: Any, default: Callable[[Any], Any] | None = None) -> None:
-    """Prints a value as indented JSON on stdout; what is not printable stands as JSON's escapes."""
+    """Prints a value as indented JSON on stdout; unprintable characters are JSON escapes."""
     import json
 
     print(json.dumps(value, indent=2, default=default).replace("\x7f", "\\u007f"))
@@ -43,7 +43,7 @@ def tell(line: str) -> None:
 
 
 def safe_line(text: str) -> str:
-    """Text without what surrounds it, made printable."""
+    """Text without surrounding space, made printable."""
     return printable(text.strip())
 
 
@@ -55,7 +55,7 @@ def printable(text: str) -> str:
 
 
 def aligned(rows: Iterable[Sequence[str]]) -> Iterator[str]:
-    """Rows as indented lines whose cells stand below each other; rows may be shorter than the longest."""
+    """Rows as indented lines with aligned columns; rows may be shorter than the longest."""
     table = [tuple(row) for row in rows]
     widths: list[int] = []
     for row in table:
@@ -67,7 +67,7 @@ def aligned(rows: Iterable[Sequence[str]]) -> Iterator[str]:
 
 
 def print_table(rows: Iterable[Sequence[str]], headings: Sequence[str]) -> None:
-    """Prints rows: as a table on a terminal; elsewhere one line each, cells parted by tabs, without headings."""
+    """Prints rows: as a table on a terminal; otherwise one line each, with tabs between cells and without headings."""
     if not sys.stdout.isatty():
         for row in rows:
             print("\t".join(map(safe_line, row)))

@@ -1,1 +1,1 @@
-"""Annotators: what hands out the frames of a sensor in one shape each, by name."""
+"""Annotators: each gives the frames of a sensor in one form, by name."""

@@ -1,4 +1,4 @@
-"""An annotator at work on a render product: asks its sensor for channels, hands out what the newest frame holds."""
+"""An annotator attached to a render product: requests channels of its sensor, returns the data of the newest frame."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ Product = Any
 class Annotator:
     """`Annotator(kind).initialize(outputTimestamp=True).attach(product)`, then `get_data()` after each update.
 
-    kind: from `sensors.annotators.types`. app: the one whose products are meant; None is the App entered last. Options
-    can be given until it is attached.
+    kind: from `sensors.annotators.types`. app: the App of the products; None is the App entered last. Options can be
+    set until it is attached.
     """
 
     def __init__(self, kind: AnnotatorType, *, app: App | None = None) -> None:
@@ -48,16 +48,17 @@ class Annotator:
         return self._reading.product if self._reading else None
 
     def initialize(self, **options: Any) -> Annotator:
-        """Sets options. Raises SensorValueError for unknown ones, and once it is attached."""
+        """Sets options. Raises SensorValueError for unknown ones, and after it is attached."""
         if self._reading is not None:
             raise SensorValueError(f"{self.name} is attached already; initialize it before attach")
         self.options = self.kind.checked_options({**self.options, **options})
         return self
 
     def attach(self, products: Product) -> Annotator:
-        """Attaches it to a render product (or a list of one): from now on the sensor computes what it reads.
+        """Attaches it to a render product (or a list of one); the sensor then computes the channels that it reads.
 
-        Raises SensorValueError for a product that is not there, of a prim it cannot read, and where one is attached.
+        Raises SensorValueError for a product that does not exist, for a prim that it cannot read, and if it is already
+        attached.
         """
         app, product = only_product(products, self._app, self.name)
         if self._reading is not None:
@@ -72,11 +73,10 @@ class Annotator:
         return self
 
     def get_data(self) -> Any:
-        """What the newest frame holds; between ticks the same object again. Before the first frame: empty arrays, or
-        None for a buffer.
+        """The data of the newest frame; between ticks the same object again.
 
-        Dictionaries have "data" and "info"; FlatScan's has its outputs by name. Raises SensorValueError if it is not
-        attached, RuntimeError once the product is gone.
+        Before the first frame: empty arrays, or None for a buffer. Dictionaries have "data" and "info"; FlatScan's has
+        its outputs by name. Raises SensorValueError if it is not attached, RuntimeError after the product was removed.
         """
         reading = self._reading
         if reading is None:
@@ -91,16 +91,16 @@ class Annotator:
         return self._known[1]
 
     def detach(self, products: Product = None) -> None:
-        """Ends what it asked for; one that is not attached is fine. products: as Replicator has it; not needed."""
+        """Withdraws its requests; harmless if it is not attached. products: as in Replicator, not needed."""
         if self._reading is not None:
             self._reading.sensor.release(self._owner)
             self._reading = self._known = None
 
 
 def only_product(products: Product, app: App | None, name: str) -> tuple[App, RenderProduct]:
-    """The App and the one render product meant by a product, a path, or a list of one.
+    """The App and the single render product given by a product, a path, or a list of one.
 
-    Raises SensorValueError, led by `name`, for none, several, and one that is not there.
+    Raises SensorValueError, starting with `name`, for zero or several products, and for one that does not exist.
     """
     from graph.sim import App
 
@@ -116,7 +116,7 @@ def only_product(products: Product, app: App | None, name: str) -> tuple[App, Re
 
 
 def split_data(found: Any) -> tuple[Any, Mapping[str, Any]]:
-    """(data, info) of what an annotator gave: of a dictionary "data" and all the rest, of anything else it and {}."""
+    """(data, info) of an annotator's result: of a dictionary, "data" and the rest; of anything else, itself and {}."""
     if not isinstance(found, dict):
         return found, {}
     rest = {name: value for name, value in found.items() if name not in ("data", "info")}

@@ -1,4 +1,4 @@
-"""What annotators and nodes hand out of point clouds, as plain functions of a frame."""
+"""The outputs of annotators and nodes for point clouds, as plain functions of a frame."""
 
 from __future__ import annotations
 
@@ -25,26 +25,26 @@ LABELS = {
     "echoId": "echoId",
     "tickState": "tickStates",
 }
-"""Name of a node output -> the channel it comes from; timestamps are absolute, u64 ns."""
+"""Name of a node output -> its channel; timestamps are absolute, u64 ns."""
 
 SCAN_BUFFER_CHANNELS: dict[str, tuple[str, ...]] = {
     "data": ("xyz",),
     **{name: (channel,) for name, channel in LABELS.items()},
     "radialVelocityMS": (),
 }
-"""Output of IsaacCreateRTXLidarScanBuffer -> channels to require for it; radialVelocityMS is a radar's only."""
+"""Output of IsaacCreateRTXLidarScanBuffer -> the channels it needs; radialVelocityMS exists only for radars."""
 
 EXTRACT_CHANNELS = frozenset({"xyz", "azimuth", "elevation", "distance", "scalar", "timeOffsetNs"})
-"""What IsaacExtractRTXSensorPointCloud always hands out; auxiliary outputs follow what the frame holds."""
+"""The outputs that IsaacExtractRTXSensorPointCloud always gives; auxiliary outputs depend on the frame."""
 
 
 def transform_of(frame: Frame) -> np.ndarray:
-    """(4, 4) float64 sensor to world, row-vector convention [m], from the frame's end; also when the frame is WORLD."""
+    """(4, 4) float64 sensor to world, row-vector convention [m], at the frame's end; also if the frame is WORLD."""
     return np.ascontiguousarray(frame.end.world_sensor.T)
 
 
 def labelled(frame: Frame, name: str) -> np.ndarray:
-    """The array of a node output (see `LABELS`), empty where the frame does not hold it.
+    """The array of a node output (see `LABELS`); empty if the frame does not hold it.
 
     objectId: (N, 16) uint8, little-endian. radialVelocityMS: empty for a lidar.
     """
@@ -57,7 +57,7 @@ def labelled(frame: Frame, name: str) -> np.ndarray:
 
 
 def empty_outputs(names: Iterable[str]) -> dict[str, np.ndarray]:
-    """Node outputs before there is a frame: no elements, each in its own dtype and shape."""
+    """Node outputs before the first frame: no elements, each with its own dtype and shape."""
     found = {}
     for name in names:
         if name == "timestamp":
@@ -70,9 +70,9 @@ def empty_outputs(names: Iterable[str]) -> dict[str, np.ndarray]:
 
 
 def extract_point_cloud(frame: Frame) -> dict[str, np.ndarray]:
-    """IsaacExtractRTXSensorPointCloud: `data` points (N, 3) float32 [m], `transform`, and what else the frame holds.
+    """IsaacExtractRTXSensorPointCloud: `data` points (N, 3) float32 [m], `transform`, and the frame's other quantities.
 
-    azimuth and elevation are in degrees (for a Cartesian frame: x, y, z, as the original hands out); distance [m].
+    azimuth and elevation are in degrees (for a Cartesian frame: x, y, z, as in the original); distance [m].
     Points are not filtered by the VALID flag.
     """
     found = {"data": frame.xyz, "transform": transform_of(frame)}
@@ -86,10 +86,12 @@ def extract_point_cloud(frame: Frame) -> dict[str, np.ndarray]:
 
 
 def scan_buffer(frame: Frame, meters_per_unit: float, names: Iterable[str]) -> dict[str, np.ndarray]:
-    """IsaacCreateRTXLidarScanBuffer: `data`, `transform`, and the named outputs; one that the frame lacks is empty.
+    """IsaacCreateRTXLidarScanBuffer:
 
-    `data` (N, 3) float32 and distance are in stage units, and so is the transform's translation. What the frame
-    holds is what comes out: nothing is accumulated here. objectId: (4 N,) uint32, the lowest word of each id first.
+    `data`, `transform`, and the named outputs; one that the frame does not hold is empty.
+
+    `data` (N, 3) float32, distance and the transform's translation are in stage units. The output holds one frame:
+    nothing is accumulated here. objectId: (4 N,) uint32, the lowest word of each id first.
     """
     to_stage = np.float32(1.0 / meters_per_unit)
     transform = transform_of(frame)

@@ -1,4 +1,4 @@
-"""The short names that sensors know annotators by; `sensors.annotators.types` has the annotators themselves."""
+"""The short names by which sensors find annotators; the annotators themselves are in `sensors.annotators.types`."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ ANNOTATORS: dict[str, dict[str, Any]] = {
     "stable-id-map": {"name": "StableIdMap"},
     "semantic-classes": {"name": "SemanticClasses"},
 }
-"""Short name -> its name in the registry, and default options. Sensors copy it when they are made."""
+"""Short name -> name in the registry, and default options. A sensor copies the table when it is created."""
 
 _BUILT_IN = frozenset(ANNOTATORS)
 
 
 def register_annotator_spec(name: str, spec: Mapping[str, Any] | AnnotatorType) -> None:
-    """Lets sensors that are made from now on take the annotator `name`.
+    """Makes the annotator `name` available to sensors that are created from now on.
 
-    spec: {"name": name in the registry, "defaults": options}, or an `AnnotatorType` of your own, which joins the
+    spec: {"name": name in the registry, "defaults": options}, or your own `AnnotatorType`, which is added to the
     registry. Raises SensorValueError if the name is taken, or the registry has no such annotator.
     """
     if name in ANNOTATORS:
@@ -40,7 +40,7 @@ def register_annotator_spec(name: str, spec: Mapping[str, Any] | AnnotatorType) 
 
 
 def unregister_annotator_spec(name: str) -> None:
-    """Takes a short name away again; unknown ones are fine. Sensors that have it keep it."""
+    """Removes a short name; unknown ones are ignored. Existing sensors keep it."""
     spec = ANNOTATORS.pop(name, None)
     if spec is not None and name in _BUILT_IN:
         ANNOTATORS[name] = spec

@@ -1,4 +1,4 @@
-"""When a frame is of, as annotators hand it out: its reference time, and what the clocks read at it."""
+"""The times of a frame as annotators give them: its reference time, and the clocks at that time."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ if TYPE_CHECKING:
 
 
 def reference_time(reading: Reading) -> dict[str, int]:
-    """The reference time by which look-ups find the frame's own; before the first frame 0/0, which stands for now."""
+    """The reference time for look-ups of the frame's own time; before the first frame 0/0, which means now."""
     numerator = denominator = 0
     if reading.frame is not None:
         numerator, denominator = reading.app.simulation.frame_key(reading.frame.reference).as_integer_ratio()
@@ -17,12 +17,15 @@ def reference_time(reading: Reading) -> dict[str, int]:
 
 
 def simulation_time(reading: Reading) -> dict[str, float]:
-    """The frame's simulation time [s], or without resetOnStop that which no stop resets; 0 before the first frame."""
+    """The frame's simulation time [s].
+
+    Without resetOnStop, the one that a stop does not reset; 0 before the first frame.
+    """
     return {"simulationTime": _time(reading, "simulation" if reading.options["resetOnStop"] else "monotonic")}
 
 
 def system_time(reading: Reading) -> dict[str, float]:
-    """The wall clock's time [UNIX s] of the physics step that the frame shows; 0 before the first frame."""
+    """The wall clock [UNIX s] at the physics step that the frame shows; 0 before the first frame."""
     return {"systemTime": _time(reading, "system")}
 
 

@@ -1,4 +1,4 @@
-"""Every annotator there is, by its name in Replicator's registry: what it reads of a sensor, what it hands out."""
+"""Every annotator, by its name in Replicator's registry: the channels that it reads and the data that it gives."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 @dataclass(slots=True)
 class Reading:
-    """What an annotator reads from: a frame of a render product (None before the first), and its options."""
+    """The input of an annotator: a frame of a render product (None before the first), and the options."""
 
     app: App
     product: RenderProduct
@@ -36,7 +36,7 @@ class Reading:
 
     @property
     def sensor(self) -> Sensor:
-        """What measures, behind the product."""
+        """The sensor behind the product."""
         return self.product.sensor
 
 
@@ -44,11 +44,11 @@ class Reading:
 class AnnotatorType:
     """One kind of annotator.
 
-    read: what `get_data` gives of a reading; it is called once a frame. channels: what it needs.
-    optional: asks for the auxiliary channels too, as far as the prim's level reaches. options: those of `initialize`,
-    with their defaults. modality: of the sensors it reads; "" is any that measures its channels. keeps_last: a
-    frame without elements changes nothing. check: raises UserError for a product it cannot work on. instead: what to
-    use, where it is deprecated.
+    read: returns the data of `get_data` for a `Reading`; called once for each frame. channels: the channels it needs.
+    optional: also requests the auxiliary channels, as far as the prim's level includes them. options: those of
+    `initialize`, with their defaults. modality: the sensors that it can read; "" is any that measures its channels.
+    keeps_last: a frame without elements changes nothing. check: raises UserError for a product that it cannot read.
+    instead: the replacement of a deprecated annotator.
     """
 
     name: str
@@ -62,7 +62,7 @@ class AnnotatorType:
     instead: str = ""
 
     def checked_options(self, options: Mapping[str, Any]) -> dict[str, Any]:
-        """All options, given ones over the defaults. Raises SensorValueError for one it does not have."""
+        """All options: the given ones, and defaults for the rest. Raises SensorValueError for an unknown option."""
         for name in options:
             if name not in self.options:
                 there_are = f"it has {', '.join(self.options)}" if self.options else "it has none"
@@ -72,7 +72,7 @@ class AnnotatorType:
 
 
 TYPES: dict[str, AnnotatorType] = {}
-"""Those for every sensor, and those registered by hand; sensor types bring their own."""
+"""Those for every sensor, and those that users registered; sensor types add their own."""
 
 
 def annotator_types() -> dict[str, AnnotatorType]:
@@ -88,7 +88,7 @@ def register_annotator(kind: AnnotatorType) -> None:
 
 
 def find_annotator(name: str) -> AnnotatorType:
-    """The annotator of this name. Raises SensorValueError with a name that is near, or those there are."""
+    """The annotator of this name. Raises SensorValueError with a similar name, or with all names."""
     known = annotator_types()
     if name not in known:
         hint = did_you_mean(name, known, f"there are: {', '.join(sorted(known))}")
@@ -97,7 +97,7 @@ def find_annotator(name: str) -> AnnotatorType:
 
 
 def with_info(found: dict[str, Any], reading: Reading) -> dict[str, Any]:
-    """Adds what describes the arrays."""
+    """Adds descriptions of the arrays."""
     frame = reading.frame
     transform = found.pop("transform", np.eye(4))
     found["transform"] = transform.reshape(-1)
@@ -121,7 +121,7 @@ def _stable_id_map(reading: Reading) -> np.ndarray | None:
 
 
 def _say_stable_ids(reading: Reading) -> None:
-    """Warns at once where there will be no map."""
+    """Warns at once if the map will be missing."""
     reading.sensor.has_stable_ids()
 
 
@@ -161,7 +161,7 @@ for _kind in (
 
 
 def check_product(kind: AnnotatorType, reading: Reading) -> None:
-    """Raises SensorValueError, naming prim and annotator, where a product is not for this kind of annotator."""
+    """Raises SensorValueError, with prim and annotator, for a product that the annotator cannot read."""
     path = reading.product.camera_path
     prim_type = str(reading.app.stage.GetPrimAtPath(path).GetTypeName()) if path else ""
     readable = prim_types_of(kind.modality)

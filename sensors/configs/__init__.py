@@ -1,4 +1,4 @@
-"""Sensor configurations: what ships, by name, and vendor profiles, by path."""
+"""Sensor configurations: the shipped ones by name, vendor profiles by path."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ def author_config(
 ) -> None:
     """Writes every attribute of a named configuration, or of a vendor profile's file, on a sensor prim.
 
-    tickRate becomes the scan rate. Raises UserError for a configuration that cannot be found or read, and for prims
-    of a type that has no configurations.
+    tickRate is set to the scan rate. Raises UserError for a configuration that cannot be found or read, and for prims
+    of a type without configurations.
     """
     from graph.base.errors import UserError
     from sensors.sensor_types import sensor_types

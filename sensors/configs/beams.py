@@ -1,4 +1,4 @@
-"""Emitter tables from the short forms of the data files: fans, layers, scanning mirrors and arrays of numbers."""
+"""Expands the short forms of the data files to emitter tables: fans, layers, scanning mirrors and arrays of numbers."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ NANOSECONDS = 10**9
 
 
 def emitter_states(document: Mapping[str, Any]) -> tuple[tuple[EmitterState, ...], dict[str, Any]]:
-    """The emitter states that a document describes, and the core attributes that follow from them.
+    """The emitter states that a document describes, and the core attributes that depend on them.
 
     One of `fan`, `layers`, `mirror` or `emitterStates` (lists, or the short forms of `expand`).
     """
@@ -53,7 +53,7 @@ def _state(arrays: Mapping[str, Any], columns_hz: Fraction) -> EmitterState:
     for key, spec in arrays.items():
         name = snake_case(key)
         if isinstance(spec, Mapping) and "evenly" in spec:
-            # Emitters that fire one after the other, evenly over a column, each in the middle of its share of it.
+            # Emitters fire one after another at equal intervals over a column, each in the middle of its interval.
             share = math.floor(NANOSECONDS / (columns_hz * spec["evenly"]))
             spec = {"first": share // 2, "step": share, "count": spec["evenly"]}
         fields[name] = _array(expand(spec), whole=name in EMITTER_INTEGERS)
@@ -75,9 +75,9 @@ def _multiples(start: Fraction, step: Fraction, number: np.ndarray, modulo: Frac
 def _fan(fan: Mapping[str, Any], period: Fraction) -> tuple[tuple[EmitterState, ...], dict[str, Any]]:
     """Beams from azimuth `start` clockwise in steps of `step`, for each of the `elevations` (one: 0).
 
-    `modulo`: 360 where the public profile counts azimuths from 0 to 360 deg; else they fall below 0.
-    `timing`: "scan" spreads the beams evenly over the scan; "rotor" gives each the time at which a mirror that turns
-    once a scan gets there; a number is a firing rate [Hz]. Planes follow each other by equal shares of the scan.
+    `modulo`: 360 if the public profile counts azimuths from 0 to 360 deg; otherwise they become negative. `timing`:
+    "scan" fires the beams at equal intervals over the scan; "rotor" fires each at the time at which a mirror with one
+    turn per scan points there; a number is a firing rate [Hz]. Planes follow one another at equal parts of the scan.
     """
     step, elevations = Fraction(str(fan["step"])), fan.get("elevations", [0])
     count = fan["count"] if "count" in fan else math.floor(Fraction(str(fan["angle"])) / step) + 1
@@ -97,10 +97,10 @@ def _fan(fan: Mapping[str, Any], period: Fraction) -> tuple[tuple[EmitterState, 
 
 
 def _layers(spec: Mapping[str, Any], period: Fraction) -> tuple[tuple[EmitterState, ...], dict[str, Any]]:
-    """Layers of a turning head that fires `ticks` times a turn, in one direction after the other.
+    """Layers of a rotating head that fires `ticks` times a turn, one direction after the other.
 
-    Each layer is [elevation, azimuth at tick 0, first tick, every so many ticks]; firings come by tick, then in the
-    order of the layers.
+    Each layer is [elevation, azimuth at tick 0, first tick, interval in ticks]; firings are ordered by tick, then by
+    layer.
     """
     ticks, step = spec["ticks"], Fraction(360, spec["ticks"])
     fired = [np.arange(first, ticks, every) for _, _, first, every in spec["layers"]]
@@ -119,7 +119,7 @@ def _layers(spec: Mapping[str, Any], period: Fraction) -> tuple[tuple[EmitterSta
 
 
 def _mirror(spec: Mapping[str, Any]) -> tuple[tuple[EmitterState, ...], dict[str, Any]]:
-    """Lasers on one mirror that swings fast about one axis and slowly about the other.
+    """Lasers on one mirror that oscillates fast about one axis and slowly about the other.
 
     At time t the fast angle is x = cos(2 pi fastHz t + phase), the slow one y follows `slow`, its values every
     `slowStepNs`, along lines; a laser's azimuth and elevation [deg] are polynomials in both: coefficients of x^i y^j

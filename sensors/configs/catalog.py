@@ -1,4 +1,4 @@
-"""The lidar configurations that ship: compact data files, found by any of their spellings."""
+"""The shipped lidar configurations: compact data files, found by any of their spellings."""
 
 from __future__ import annotations
 
@@ -25,21 +25,21 @@ Variant = str | Mapping[str, str] | None
 
 @dataclass(frozen=True, slots=True)
 class Asset:
-    """One data file: the asset path it answers to, further names, and its variants."""
+    """One data file: its asset path, further names, and its variants."""
 
     path: str
     aliases: tuple[str, ...]
     entries: tuple[Entry, ...]
     source: str = ""
-    """Where its figures come from."""
+    """The source of its figures."""
     default: Any = None
-    """The variant of who names none; None is the first."""
+    """The variant used if the user names none; None is the first."""
     prim_type: str = PRIM_TYPE
     """Type of the sensor prims that it configures."""
 
     @property
     def variants(self) -> tuple[Any, ...]:
-        """What `variant=` may be: names, or {set: name} mappings; none where there is but one form."""
+        """The values of `variant=`: names, or {set: name} mappings; empty if there is only one form."""
         return tuple(entry.variant for entry in self.entries if entry.variant is not None)
 
     @property
@@ -53,23 +53,23 @@ class Asset:
 
     @property
     def short_name(self) -> str:
-        """The spelling that messages use."""
+        """The name used in messages."""
         return self.aliases[0] if self.aliases else min(self.spellings, key=len)
 
     @property
     def products(self) -> tuple[str, ...]:
-        """Names that stand for a variant alone: variants that are text, and choices of the set `Product`."""
+        """Names that determine a variant: variants that are text, and choices of the set `Product`."""
         names = [v if isinstance(v, str) else v.get("Product", "") for v in self.variants]
         return tuple(dict.fromkeys(filter(None, names)))
 
     def config(self, variant: Variant = None) -> LidarConfig:
-        """The configuration of a variant. Raises UserError naming the variants there are."""
+        """The configuration of a variant. Raises UserError with the existing variants."""
         document = self._entry(variant).document
         states, derived = emitter_states(document)
         return config_from_attributes({**document["core"], **derived}, states, name=PurePosixPath(self.path).stem)
 
     def _entry(self, variant: Variant) -> Entry:
-        """The entry of a variant; of a mapping that leaves sets out, the first (or the default) that it fits."""
+        """The entry of a variant; if a mapping leaves sets out, the first (or the default) that fits."""
         if not variant:
             return next((entry for entry in self.entries if entry.variant == self.default), self.entries[0])
         wanted = variant if isinstance(variant, str) else dict(variant)
@@ -79,7 +79,7 @@ class Asset:
         raise UserError(f"lidar config {self.path} has no variant {wanted!r}{self._hint(wanted)}")
 
     def _hint(self, wanted: str | dict[str, str]) -> str:
-        """Close names first; else what there is."""
+        """Similar names if any, else all names."""
         if not self.variants:
             return "; it has no variants"
         sets: dict[str, list[str]] = {}
@@ -107,7 +107,7 @@ def _offer(wrong: str, names: Sequence[str]) -> str:
 
 
 def _close(wrong: str, names: Sequence[str]) -> list[str]:
-    """Up to three names that are near to a wrong one, in whatever case it is written."""
+    """Up to three names similar to a wrong one, without regard to case."""
     folded = {name.lower(): name for name in reversed(names)}
     return [folded[near] for near in nearest(wrong.lower(), folded, 3)]
 
@@ -148,9 +148,9 @@ def supported() -> dict[str, list[Any]]:
 
 
 def find(config: str, variant: Variant = None) -> LidarConfig:
-    """The shipped configuration of this name. The name of a variant or of a product is a spelling too.
+    """The shipped configuration of this name; the name of a variant or of a product is accepted too.
 
-    Raises UserError with up to three close matches, the short names, and the table that lists them all.
+    Raises UserError with up to three similar names, the short names, and the name of the table with all.
     """
     for asset in assets():
         if config in asset.spellings:

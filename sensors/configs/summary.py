@@ -1,4 +1,4 @@
-"""What a shipped sensor configuration gives, in figures a person picks a sensor by."""
+"""The figures of a shipped sensor configuration by which users choose a sensor."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ AXES = "x forward, y left, z up; azimuth counter-clockwise from x, elevation up 
 
 
 def find_asset(name: str) -> tuple[Asset, Variant]:
-    """The asset of a spelling and, where the name is that of a product, its variant.
+    """The asset of a name and, for the name of a product, its variant.
 
-    Raises UserError with a near name or all short names.
+    Raises UserError with a similar name or all short names.
     """
     for asset in assets():
         if name.casefold() in {spelling.casefold() for spelling in asset.spellings}:
@@ -34,12 +34,14 @@ def find_asset(name: str) -> tuple[Asset, Variant]:
 
 
 def arc(azimuth_deg: np.ndarray) -> tuple[float, float]:
-    """The smallest arc, first to last counter-clockwise [deg], that holds every azimuth; its middle is in
-    [-180, 180). Azimuths evenly all round give (0, 360)."""
+    """The smallest arc, first to last counter-clockwise [deg], that holds every azimuth; its middle is in [-180, 180).
+
+    Azimuths at equal steps all round give (0, 360).
+    """
     edges = np.unique(np.mod(azimuth_deg.astype(np.float64), 360.0))
     gaps = np.diff(edges, append=edges[0] + 360.0)
     last = int(np.argmax(gaps))
-    if len(edges) >= 8 and gaps[last] <= 2 * 360.0 / len(edges):  # evenly all round: no place to start
+    if len(edges) >= 8 and gaps[last] <= 2 * 360.0 / len(edges):  # equal steps all round: no first azimuth
         return 0.0, 360.0
     start, end = float(edges[(last + 1) % len(edges)]), float(edges[last])
     if start > end:

@@ -1,4 +1,4 @@
-"""The variants of a data file: its base, changed by one choice from each of its variant sets."""
+"""The variants of a data file: its base, changed by one choice of each variant set."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """One variant: what names it (text, or a choice for each variant set), and how it changes the base."""
+    """One variant: its name (text, or a choice for each variant set), and its changes of the base."""
 
     variant: str | dict[str, str] | None
     base: Mapping[str, Any]
@@ -19,15 +19,15 @@ class Entry:
 
     @property
     def document(self) -> Mapping[str, Any]:
-        """The document that it describes."""
+        """The document of this variant."""
         return reduce(merged, self.changes, self.base)
 
 
 def entries(document: Mapping[str, Any]) -> Iterator[Entry]:
-    """Every variant, in order; one without a name where the document has no `sets`.
+    """Every variant, in order; a single one without a name if the document has no `sets`.
 
-    `sets`: set name -> {choice: changes}. A choice may name the only choices of other sets that go with it
-    (`with`: {set: [choices]}). `named` puts the choices together to one name: "OS0_{Model}ch{Mode}res".
+    `sets`: set name -> {choice: changes}. A choice may restrict the choices of other sets (`with`: {set: [choices]}).
+    `named` joins the choices to one name: "OS0_{Model}ch{Mode}res".
     """
     sets: Mapping[str, Mapping[str, Any]] = document.get("sets", {})
     if not sets:
@@ -42,7 +42,7 @@ def entries(document: Mapping[str, Any]) -> Iterator[Entry]:
 
 
 def merged(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
-    """`base` with `changes` in it: objects within objects, anything else replaced."""
+    """`base` with `changes` applied: objects are merged, anything else is replaced."""
     out = dict(base)
     for key, value in changes.items():
         known = out.get(key)

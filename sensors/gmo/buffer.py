@@ -1,7 +1,6 @@
 """GenericModelOutput: one contiguous buffer with header, element arrays and auxiliary arrays.
 
-What is promised is the properties of `GenericModelOutput`, not byte compatibility with other products; `layout` has
-the layout.
+The properties of `GenericModelOutput` are guaranteed, but not byte compatibility with other products; see `layout`.
 """
 
 from __future__ import annotations
@@ -37,7 +36,7 @@ from .layout import (
 
 
 def pack(frame: Frame) -> np.ndarray:
-    """The frame as a GenericModelOutput buffer, (size,) uint8, written once and not shared with anything."""
+    """The frame as a GenericModelOutput buffer, (size,) uint8, not shared with any other object."""
     filled = [name for name in AUX_ARRAYS if name in frame.arrays and CHANNELS[name].level <= frame.aux_level]
     filled = [name for name in filled if len(frame.arrays[name]) == frame.count]
     offsets, size = layout_of(frame.count, filled)
@@ -80,7 +79,7 @@ def _place(buffer: np.ndarray, offset: int, dtype: np.dtype[Any], source: np.nda
 
 
 class _ReadOnly:
-    """Attributes are set once, through `__dict__`."""
+    """Attributes are set only once, through `__dict__`."""
 
     def __setattr__(self, name: str, value: object) -> None:
         raise AttributeError(f"{type(self).__name__}.{name} is read-only")
@@ -90,7 +89,7 @@ class _ReadOnly:
 
 
 class FrameAtTime(_ReadOnly):
-    """A pose at a moment: timestampNs [ns], orientation quaternion (i, j, k, w), posM position [m] in the world."""
+    """A pose and its time: timestampNs [ns], orientation quaternion (i, j, k, w), posM position [m] in the world."""
 
     timestampNs: int
     orientation: np.ndarray
@@ -112,10 +111,10 @@ class GenericModelOutput(_ReadOnly):
 
     Header fields are attributes: magicNumber, majorVersion, minorVersion, patchVersion, sizeInBytes, numElements,
     modality, outputType, auxType, frameOfReference, motionCompensationState, elementsCoordsType (enums), frameId,
-    timestampNs, frameStart, frameEnd, modelToAppTransform, scanComplete, azimuthOffset [deg], filledAuxMembers.
-    Per element: timeOffsetNs, x, y, z, scalar, flags, and the auxiliary arrays; an array that the buffer does not hold
-    (its level is above auxType, or nobody filled it) is empty. Fields of other kinds of sensors (`OTHER_SCALARS`,
-    `OTHER_ARRAYS`: sensorID, rv_ms, numSgws, ...) are there too: 0, and empty.
+    timestampNs, frameStart, frameEnd, modelToAppTransform, scanComplete, azimuthOffset [deg], filledAuxMembers. Per
+    element: timeOffsetNs, x, y, z, scalar, flags, and the auxiliary arrays; an array that the buffer does not hold (its
+    level is above auxType, or it was not filled) is empty. Fields of other kinds of sensors (`OTHER_SCALARS`,
+    `OTHER_ARRAYS`: sensorID, rv_ms, numSgws, ...) exist too, as 0 and empty.
     """
 
     magicNumber: int
@@ -187,11 +186,11 @@ class GenericModelOutput(_ReadOnly):
 
 
 def parse_generic_model_output_data(data: Any) -> GenericModelOutput:
-    """Reads a GenericModelOutput buffer: an ndarray (any dtype, taken as bytes), bytes, or a handle of ours.
+    """Reads a GenericModelOutput buffer: an ndarray (any dtype, read as bytes), bytes, or one of our handles.
 
-    None, a buffer that is too short, a wrong magic number (normal while a sensor warms up) and another version of the
-    layout give a warning and an empty GenericModelOutput with `numElements` 0, never an exception. Arrays are read-only
-    views of the buffer, which may itself be read-only. Integers are opaque handles of this process
+    None, a buffer that is too short, a wrong magic number (normal before a sensor's first frame) or another layout
+    version gives a warning and an empty GenericModelOutput with `numElements` 0, never an exception. Arrays are
+    read-only views of the buffer, which may itself be read-only. Integers are opaque handles of this process
     (`sensors.handles`), never addresses: an unknown one gives the same warning.
     """
     if isinstance(data, (int, np.integer)):

@@ -1,9 +1,9 @@
-"""The layout of GenericModelOutput buffers: numbers, enums, dtypes, and where each array lies.
+"""The layout of GenericModelOutput buffers: numbers, enums, dtypes, and the place of each array.
 
 The first 28 bytes (magic, version, size, element count) are public and fixed. Everything after them is TickGraph's own
-layout, version 1.0.0, declared here as numpy dtypes. All little-endian. After the header come, each starting at a
-multiple of 8 bytes, the arrays of `ELEMENT_ARRAYS`, then those auxiliary arrays of `AUX_ARRAYS` whose bit is set in
-`filledAuxMembers`.
+layout, version 1.0.0, declared here as numpy dtypes. Everything is little-endian. The header is followed by the arrays
+of `ELEMENT_ARRAYS`, then by those of `AUX_ARRAYS` whose bit is set in `filledAuxMembers`; each array starts at a
+multiple of 8 bytes.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ class Modality(enum.IntEnum):
 
 
 class OutputType(enum.IntEnum):
-    """What the elements are."""
+    """The kind of elements."""
 
     POINTCLOUD = 0
 
 
 class CoordsType(enum.IntEnum):
-    """What x, y, z hold."""
+    """The meaning of x, y, z."""
 
     CARTESIAN = 0
     SPHERICAL = 1
@@ -43,7 +43,7 @@ class CoordsType(enum.IntEnum):
 
 
 class FrameOfReference(enum.IntEnum):
-    """Which axes the elements are given in."""
+    """The frame in which the elements are given."""
 
     SENSOR = 0
     PARENT = 1
@@ -52,7 +52,7 @@ class FrameOfReference(enum.IntEnum):
 
 
 class MotionCompensationState(enum.IntEnum):
-    """Whether each ray keeps the frame of its own firing time, or all were mapped to one frame time."""
+    """Whether each ray keeps the frame of its own firing time, or all are transformed to one time."""
 
     NONCOMPENSATED = 0
     COMPENSATED = 1
@@ -167,7 +167,7 @@ CARTESIAN_CHANNELS = frozenset({"xyz", "scalar", "timeOffsetNs", "flags"})
 
 
 def channels_for(level: AuxLevel, coords: str) -> frozenset[str]:
-    """The channels a buffer of this auxiliary level holds, if all are filled."""
+    """The channels in a buffer of this auxiliary level, if all are filled."""
     base = CARTESIAN_CHANNELS if coords == "CARTESIAN" else BASE_CHANNELS
     return base | {name for name in AUX_ARRAYS if CHANNELS[name].level <= level}
 

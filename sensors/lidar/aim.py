@@ -1,4 +1,4 @@
-"""Where the rays of one shot go: from one pose, or each from the pose that the sensor has when it fires."""
+"""Origins and directions of a shot's rays: from one pose, or for each ray from the sensor's pose when it fires."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ import numpy as np
 
 @dataclass(slots=True)
 class RayPoses:
-    """Where the sensor is when each of some rays goes out: ray i has pose number `which[i]`.
+    """The sensor's poses at the firing times of rays: ray i has pose number `which[i]`.
 
-    rotations: (u, 3, 3) float64, sensor to world; positions: (u, 3) float64 [m]; which: (n,), rising.
+    rotations: (u, 3, 3) float64, sensor to world; positions: (u, 3) float64 [m]; which: (n,), ascending.
     """
 
     rotations: np.ndarray
@@ -20,7 +20,7 @@ class RayPoses:
     turning: bool = True
 
     def part(self, rows: slice) -> RayPoses:
-        """Those of the rays in `rows`."""
+        """The poses of the rays in `rows`."""
         which = self.which[rows]
         used = slice(which[0], which[-1] + 1)
         return RayPoses(self.rotations[used], self.positions[used], which - which[0], self.turning)
@@ -38,8 +38,8 @@ class Aim:
     """Poses of the rays of a shot.
 
     pose: (4, 4) float64 sensor to world [m], in the middle of the shot. directions: (3, n) float32 unit, world axes.
-    offsets: (n, 3) float32 [m], world axes, from the pose's position to where each ray starts; None where all start
-    there. moves: the sensor's pose for each ray; None where it keeps still at `pose`.
+    offsets: (n, 3) float32 [m], world axes, from the pose's position to each ray's origin; None if all rays start
+    there. moves: the sensor's pose for each ray; None if it is stationary at `pose`.
     """
 
     pose: np.ndarray
@@ -48,9 +48,9 @@ class Aim:
     moves: RayPoses | None = None
 
     def to_world(self, points: np.ndarray, rays: np.ndarray) -> np.ndarray:
-        """(k, 3) float64 [m], world, of points (k, 3), each in the sensor frame of the time its ray was fired.
+        """(k, 3) float64 [m], world, of points (k, 3), each in the sensor frame at the firing time of its ray.
 
-        Worked out column by column, so that the number of points changes none of them.
+        Computed column by column, so that a point does not depend on the number of points.
         """
         rotation = self._turns(rays)
         x, y, z = points.astype(np.float64).T
@@ -64,7 +64,7 @@ class Aim:
         return out
 
     def turned_back(self, vectors: np.ndarray, rays: np.ndarray) -> np.ndarray:
-        """Vectors (k, 3) along world axes, each in the sensor frame of the time its ray was fired."""
+        """Vectors (k, 3) along world axes, each turned into the sensor frame at the firing time of its ray."""
         return turned_back(vectors, self._turns(rays).astype(vectors.dtype))
 
     def _turns(self, rays: np.ndarray) -> np.ndarray:
@@ -78,7 +78,7 @@ def moving_aim(
 ) -> Aim:
     """The aim of a sensor that moves while it fires; writes the directions of its n rays into `world`, (3, n).
 
-    pose: one of the poses that it has meanwhile. columns: (3, n) float32 directions, and origins: (n, 3) float32 [m] of
+    pose: any pose of the sensor during the shot. columns: (3, n) float32 directions, and origins: (n, 3) float32 [m] of
     the rays, both in the sensor frame.
     """
     which = moves.which
@@ -93,14 +93,14 @@ def moving_aim(
 
 
 def _row(moves: RayPoses, axis: int) -> list[np.ndarray]:
-    """One row of each ray's rotation: three columns (n,) float32, or single numbers where all are the same."""
+    """One row of each ray's rotation: three columns (n,) float32, or single numbers if all rotations are equal."""
     if not moves.turning:
         return list(moves.rotations[0, axis].astype(np.float32))
     return [np.take(moves.rotations[:, axis, column].astype(np.float32), moves.which) for column in range(3)]
 
 
 def turned_back(vectors: np.ndarray, rotation: np.ndarray) -> np.ndarray:
-    """Vectors (n, 3) in the axes of the rotated frame: R^T v, column by column, so that no length changes the sums.
+    """Vectors (n, 3) in the axes of the rotated frame: R^T v, column by column, so that sums do not depend on n.
 
     rotation: (3, 3), or (n, 3, 3) for one each.
     """

@@ -1,4 +1,4 @@
-"""The annotators that read lidars alone: scan buffers and flat scans."""
+"""The annotators that read only lidars: scan buffers and flat scans."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ NO_EFFECT = {
     "enablePerFrameOutput": False,
     "cudaDeviceIndex": -1,
 }
-"""Options that the original has and does not read."""
+"""Options that the original has but does not read."""
 
 
 def _wanted(options: Mapping[str, Any]) -> list[str]:

@@ -1,4 +1,4 @@
-"""LidarConfig as attribute values and back: names, types and rounding, without any stage."""
+"""Converts a LidarConfig to attribute values and back: names, types and rounding, without a stage."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def attribute_types() -> dict[str, str]:
 def attributes_of(config: LidarConfig) -> dict[str, Any]:
     """Attribute name (without prefix) -> value in USD's terms: rates rounded down to whole Hz, counts filled in.
 
-    Fields that hold "not given" (0 lines, no gates, 0 m focus) are left out.
+    Fields whose value means "not given" (0 lines, no gates, 0 m focus) are left out.
     """
     values: dict[str, Any] = {}
     for field in dataclasses.fields(LidarConfig):
@@ -67,7 +67,7 @@ def attributes_of(config: LidarConfig) -> dict[str, Any]:
 
 
 def whole(name: str, value: Fraction | float) -> int:
-    """The whole number that stands for a rate (rounded down) or a pulse time (rounded) in the schema, at least 1."""
+    """The whole number in the schema for a rate (rounded down) or a pulse time (rounded), at least 1."""
     return max(1, round(value) if name == "pulseTimeNs" else math.floor(value))
 
 
@@ -81,7 +81,7 @@ def config_from_attributes(
     """A configuration from attribute values (names without prefix) and emitter states; unknown names are ignored.
 
     stored_as_float32: floats become the shortest decimal that rounds to them (0.3, not 0.30000001192).
-    Raises UserError for values no lidar can have.
+    Raises UserError for values that are not valid for a lidar.
     """
     fields: dict[str, Any] = {}
     for field in dataclasses.fields(LidarConfig):

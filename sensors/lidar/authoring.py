@@ -31,14 +31,14 @@ if TYPE_CHECKING:
 
 
 class Lidar:
-    """Wraps the lidar prim at a path, or creates it where there is none.
+    """Wraps the lidar prim at a path, or creates a missing one.
 
     path: a prim path, or a regular expression that matches one prim. aux_output_level: NONE, BASIC, EXTRA or FULL.
-    tick_rate [Hz] writes omni:sensor:tickRate; None leaves the prim as it is. accumulate_outputs writes
+    tick_rate [Hz] writes omni:sensor:tickRate; None leaves the prim unchanged. accumulate_outputs writes
     omni:sensor:Core:accumulateOutputs. schemas: API schemas to apply, "Name" or "Name:instance". attributes: name to
-    value; they win over the arguments; one the prim does not have is skipped with a warning. positions (world) or
-    translations (local), orientations w, x, y, z, scales: shape (n,) or (1, n), stage units. app: None is the App
-    entered last. Raises SensorValueError (a UserError and a ValueError).
+    value; they replace the arguments; an attribute that the prim does not have is skipped with a warning. positions
+    (world) or translations (local), orientations w, x, y, z, scales: shape (n,) or (1, n), stage units. app: None is
+    the App entered last. Raises SensorValueError (a UserError and a ValueError).
     """
 
     def __init__(
@@ -140,7 +140,7 @@ class Lidar:
 
     @property
     def config(self) -> LidarConfig:
-        """What the prim describes now."""
+        """The configuration that the prim describes now."""
         return read_config(self.prim)
 
     @property
@@ -159,11 +159,11 @@ class Lidar:
         return position[None], orientation[None]
 
     def set_local_poses(self, translations: Vector = None, orientations: Vector = None) -> None:
-        """Places the prim below its parent; what is not given stays."""
+        """Places the prim below its parent; parts that are not given stay unchanged."""
         place(self.prim, translations=translations, orientations=orientations)
 
     def set_world_poses(self, positions: Vector = None, orientations: Vector = None) -> None:
-        """Places the prim in the world; what is not given stays."""
+        """Places the prim in the world; parts that are not given stay unchanged."""
         if positions is None and orientations is not None:
             positions = world_pose(self.prim)[0]
         place(self.prim, positions=positions, orientations=orientations)
@@ -217,7 +217,7 @@ class Lidar:
                     on_prim.write(self.prim, name, kind or "token", value)
                 except SensorValueError:
                     raise
-                except Exception as error:  # whatever numpy and USD raise for values of other types
+                except Exception as error:  # numpy and USD may raise anything for values of other types
                     wanted = self.prim.GetAttribute(name).GetTypeName() if self.prim.GetAttribute(name) else kind
                     raise SensorValueError(f"{self.path}.{name} cannot be {value!r}: its type is {wanted}") from error
             elif kind:
@@ -259,7 +259,7 @@ def _define(stage: Usd.Stage, path: str) -> Usd.Prim:
 
 
 def _implied_schemas(attributes: Mapping[str, Any]) -> list[str]:
-    """Emitter states that attribute names bring with them."""
+    """Emitter states that attribute names imply."""
     instances = {name.removeprefix(STATE_PREFIX).split(":")[0] for name in attributes if name.startswith(STATE_PREFIX)}
     return [f"{STATE_API}:{instance}" for instance in sorted(instances)]
 
@@ -279,7 +279,7 @@ def _write_config(stage: Usd.Stage, path: str, config: str, variant: Variant) ->
 
 
 def _reference(stage: Usd.Stage, path: str, usd_path: str, variant: Variant) -> str:
-    """Brings in a USD asset; returns the path of the lidar it holds."""
+    """References a USD asset; returns the path of the lidar in it."""
     from graph.sim.usd import Usd
 
     if not Path(usd_path).is_file():

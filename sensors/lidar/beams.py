@@ -10,7 +10,7 @@ from .config import LidarConfig
 from .pattern import firing_pattern
 
 GRID = 0.05
-"""How far a beam may lie from its place in the row, as a share of the spacing: azimuths are stored as float32."""
+"""How far a beam may lie from its place in the row, as a fraction of the spacing: azimuths are stored as float32."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,17 +25,17 @@ class BeamRow:
     time_step_s: float
 
     def place(self, azimuth_deg: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """For azimuths (n,) the number of the beam of each, (n,) int64, and whether the row has it, (n,) bool."""
+        """For azimuths (n,), the number of each beam, (n,) int64, and whether the beam is in the row, (n,) bool."""
         ahead = np.sign(self.step_deg) * (azimuth_deg.astype(np.float64) - self.start_deg)
         number = np.rint((ahead + abs(self.step_deg) / 2) % 360.0 / abs(self.step_deg) - 0.5).astype(np.int64)
         return number, (number >= 0) & (number < self.count)
 
 
 def beam_row(config: LidarConfig) -> BeamRow:
-    """One cell for each beam of a turn, the first where the first beam points.
+    """One cell for each beam of a turn, starting at the first beam.
 
-    Beams that fire along a row of equal steps keep their order. Others, such as those of emitters that fire to and fro,
-    stand counter-clockwise, with no time between them; where their spacing differs, cells have the mean of it.
+    Beams that fire along a row of equal steps keep their order. Others, such as those of emitters that fire back and
+    forth, are ordered counter-clockwise, with no time between them; if their spacing differs, cells have its mean.
     """
     pattern = firing_pattern(config)
     azimuth = pattern.azimuth_deg.astype(np.float64)
@@ -50,7 +50,7 @@ def beam_row(config: LidarConfig) -> BeamRow:
         seconds = float(pattern.offset_ns[-1] - pattern.offset_ns[0]) * 1e-9 / (count - 1)
         return BeamRow(float(azimuth[0]), step, count, seconds)
     distinct = np.unique(azimuth)
-    gap = int(np.argmax(np.diff(distinct, append=distinct[0] + 360.0)))  # the row begins after the widest gap
+    gap = int(np.argmax(np.diff(distinct, append=distinct[0] + 360.0)))  # the row begins after the largest gap
     start = float(distinct[(gap + 1) % len(distinct)])
     ahead = np.sort((distinct - start) % 360.0)
     row = _row(ahead, float(np.median(np.diff(ahead)))) if len(ahead) > 1 else None
@@ -59,7 +59,7 @@ def beam_row(config: LidarConfig) -> BeamRow:
 
 
 def _row(turned: np.ndarray, step: float) -> tuple[int, float] | None:
-    """(count, step) of the row of equal steps that angles [deg] after the first lie on; None if they lie on none."""
+    """(count, step) of the row of equal steps that contains angles [deg] relative to the first; None if no row does."""
     place = np.rint(turned / step)
     if place[-1] < 1 or np.any(np.diff(place) < 1) or place[-1] * abs(step) > 360.0:
         return None

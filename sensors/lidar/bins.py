@@ -1,4 +1,4 @@
-"""`lidar.motion` continuous: a scan cut into spans of time, each cast once, at the world as it is in its middle."""
+"""`lidar.motion` continuous: a scan is cut into spans of time, each cast once, with the world as in its middle."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ if TYPE_CHECKING:
 class Bins:
     """The shots of a continuous scan.
 
-    A turn is cut into `lidar.bins` equal spans. Every firing starts at its own time from where the sensor is then,
-    interpolated between the physics states around it (positions along lines, rotations by slerp). Bodies stand, for a
-    whole span, where they are in its middle: a surface is seen at most (v + w r) T / (2 bins) from its place, with v
-    and w the speeds of its body [m/s, rad/s], r its distance from the body's origin [m] and T the time of a turn [s].
-    Interpolating adds at most a dt^2 / 8 for a body that accelerates by a [m/s^2] in physics steps of dt [s]. Where no
-    body moves in a scan there is one span, and neither error.
+    A turn is cut into `lidar.bins` equal spans. Every firing has its own time and starts from the sensor's pose at that
+    time, interpolated between the neighbouring physics states (positions along lines, rotations by slerp). For a whole
+    span, bodies have their poses of its middle: the position error of a surface is at most (v + w r) T / (2 bins), with
+    v and w the speeds of its body [m/s, rad/s], r its distance from the body's origin [m] and T the time of a turn [s].
+    Interpolating adds at most a dt^2 / 8 for a body that accelerates by a [m/s^2] in physics steps of dt [s]. If no
+    body moves during a scan, there is one span and neither error.
     """
 
     def __init__(self, app: App, path: str, turns: Turns) -> None:
@@ -42,7 +42,7 @@ class Bins:
     def shots(
         self, start: Fraction, end: Fraction, slices: list[tuple[int, slice]]
     ) -> tuple[list[Shot], np.ndarray, np.ndarray]:
-        """The shots that make up the firings of `slices` in [start, end) [s], and the sensor's poses at both ends."""
+        """The shots of the firings of `slices` in [start, end) [s], and the sensor's poses at both ends."""
         track = self._history.trajectory(self._path, start, end)
         still = not cast_world(present_app(self._app)).bodies or self._history.rests(start, end)
         pieces = [
@@ -65,7 +65,7 @@ class Bins:
         return shots, poses[0], poses[-1]
 
     def _moves(self, track: Trajectory, start: Fraction, turn: int, rows: slice) -> RayPoses | None:
-        """The poses of the firings of a turn; `start`: the trajectory's [s]."""
+        """The poses of the firings of a turn; `start`: of the trajectory [s]."""
         if not (track.moves or track.turns):
             return None
         begin = float(start - turn * self._turns.period)
@@ -77,7 +77,7 @@ class Bins:
     def _pieces(
         self, start: Fraction, end: Fraction, turn: int, rows: slice, count: int
     ) -> Iterator[tuple[Fraction, Fraction, slice]]:
-        """(from, to, firings) of each span of a turn, where it meets [start, end)."""
+        """(from, to, firings) of the part of each span of a turn in [start, end)."""
         begin, width = turn * self._turns.period, self._turns.period / count
         first, pattern = rows.start, self._turns.pattern(turn)
         for number in range(count):

@@ -1,4 +1,4 @@
-"""What a lidar is: its pattern, ranges and optics, as one immutable value."""
+"""A lidar's configuration: its pattern, ranges and optics, as one immutable value."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ EMITTER_FLOATS = (
 )
 EMITTER_INTEGERS = ("fire_time_ns", "channel_id", "bank", "range_id")
 MIN_SCAN_RATE_HZ = Fraction(10**9, 2**31 - 1)
-"""Time offsets are int32 nanoseconds: a slower turn does not fit (0.466 Hz)."""
+"""Time offsets are int32 nanoseconds, which limits the length of a turn (0.466 Hz)."""
 
 MOST_RETURNS = 255
 """Numbers of returns are uint8."""
@@ -37,11 +37,11 @@ STEEPEST_DEG = 90.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class EmitterState:
-    """One set of emitter parameters; arrays of one entry per emitter, empty where the profile gives none.
+    """One set of emitter parameters; arrays with one entry per emitter, empty if the profile does not give them.
 
     Angles [deg] in the sensor frame at rotor azimuth 0, counter-clockwise and up; fire_time_ns after the tick;
-    vert_offset_m up and hor_offset_m to the left of the sensor's origin; floats are float32, integers uint32,
-    as USD stores them.
+    vert_offset_m up and hor_offset_m to the left of the sensor's origin; floats are float32, integers uint32, as USD
+    stores them.
     """
 
     azimuth_deg: np.ndarray
@@ -77,10 +77,10 @@ class EmitterState:
 
 @dataclass(frozen=True, slots=True)
 class LidarConfig:
-    """Everything that decides which rays a lidar casts, when, and what it keeps of them.
+    """Everything that determines which rays a lidar casts, when, and which returns it keeps.
 
     Field names are the attributes of `omni:sensor:Core:` in snake case; rates [Hz] are exact. Defaults are the
-    rotary default profile. Raises UserError, naming the field, for values no lidar can have.
+    rotary default profile. Raises UserError, which names the field, for values that are not valid for a lidar.
     """
 
     name: str = "Generic"
@@ -147,7 +147,7 @@ class LidarConfig:
 
     @property
     def is_rotary(self) -> bool:
-        """Whether a rotor turns the emitters; otherwise every tick holds the whole field of view."""
+        """Whether a rotor turns the emitters; otherwise every tick covers the whole field of view."""
         return self.scan_type == "ROTARY"
 
     @property
@@ -162,7 +162,7 @@ class LidarConfig:
 
     @property
     def ticks_per_second(self) -> Fraction:
-        """The firing rate, or the scan rate where a solid-state profile fires slower than it scans."""
+        """The firing rate, or the scan rate if a solid-state profile fires more slowly than it scans."""
         return max(self.pattern_firing_rate_hz, self.scan_rate_base_hz)
 
     @property

@@ -1,4 +1,4 @@
-"""Several returns of one beam: what its sub-rays hit, put together to echoes."""
+"""Several returns of one beam: groups the hits of its sub-rays into echoes."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from .config import LidarConfig
 
 LIGHT_M_PER_NS = 0.299792458
 TYPICAL_DIVERGENCE_DEG = 0.17
-"""Full angle of a beam whose profile gives none: 3 mrad, as data sheets of rotating lidars state."""
+"""Full angle of a beam if its profile gives none: 3 mrad, as in data sheets of rotating lidars."""
 
 GOLDEN_ANGLE = np.pi * (3.0 - np.sqrt(5.0))
 
 
 @dataclass(slots=True)
 class Candidates:
-    """What the sub-rays of beams hit, in any order: m hits.
+    """Hits of the beams' sub-rays, in any order: m hits.
 
-    beam: (m,) number of the beam; distance: (m,) float32 [m]; light: (m,) float32, what comes back, relative to a
+    beam: (m,) number of the beam; distance: (m,) float32 [m]; light: (m,) float32, the returned light, relative to a
     whole beam on a white diffuse surface along its normal; normals (m, 3) float32; surface (m,) int32.
     """
 
@@ -33,7 +33,7 @@ class Candidates:
 
     @classmethod
     def joined(cls, parts: list[Candidates]) -> Candidates:
-        """All hits of several."""
+        """All hits of several sets."""
         return cls(*(np.concatenate([getattr(part, name) for part in parts]) for name in cls.__slots__))
 
     def at(self, rows: np.ndarray) -> Candidates:
@@ -42,11 +42,11 @@ class Candidates:
 
 
 def form_echoes(hits: Candidates, *, separation: float, least: float, most: int) -> Candidates:
-    """The echoes of beams, by beam, then from near to far.
+    """The echoes of beams, ordered by beam, then from near to far.
 
-    Hits of a beam that follow each other within `separation` [m] make one echo: its light is theirs together, its
-    distance the mean of theirs by the energy that each sends back, light / distance^2; surface and normal are those of
-    the one that sends most. Echoes with less energy than `least` [1/m^2] are not detected. Of more than `most`, the
+    Hits of a beam within `separation` [m] of one another form one echo: its light is the sum of theirs; its distance is
+    their mean, weighted by the returned energy light / distance^2; surface and normal are those of the hit with the
+    most energy. Echoes with less energy than `least` [1/m^2] are not detected. Of more than `most` echoes, the
     strongest is kept, then the last, then the first, then the stronger ones.
     """
     if not len(hits.beam):
@@ -70,10 +70,10 @@ def form_echoes(hits: Candidates, *, separation: float, least: float, most: int)
 
 
 def _by_beam_and_distance(hits: Candidates) -> np.ndarray:
-    """(m,) order of hits by beam, then distance, then as they are.
+    """(m,) order of hits by beam, then distance, then position.
 
-    Positive floats are in the order of their bits, and hits come as a few runs of rising beams, which a stable sort of
-    whole numbers merges twenty times as fast as a sort by two keys.
+    The bits of positive floats have the order of the floats, and hits come as a few runs of ascending beams, which a
+    stable sort of integers merges twenty times as fast as a sort by two keys.
     """
     key = hits.beam.astype(np.uint64) << np.uint64(32)
     key |= np.ascontiguousarray(hits.distance, np.float32).view(np.uint32)
@@ -81,7 +81,7 @@ def _by_beam_and_distance(hits: Candidates) -> np.ndarray:
 
 
 def _brightest(energy: np.ndarray, echo: np.ndarray, start: np.ndarray) -> np.ndarray:
-    """(e,) the hit of each echo that sends most energy, the last of equal ones; echo: (m,), rising."""
+    """(e,) the hit of each echo with the most energy, the last of equal ones; echo: (m,), ascending."""
     most = np.flatnonzero(energy == np.take(np.maximum.reduceat(energy, start), echo))
     found = np.empty(len(start), np.intp)
     found[echo[most]] = most
@@ -89,12 +89,12 @@ def _brightest(energy: np.ndarray, echo: np.ndarray, start: np.ndarray) -> np.nd
 
 
 def echo_ids(beam: np.ndarray) -> np.ndarray:
-    """(n,) uint8: 0 for the first of the returns of each beam, then 1 ...; `beam` (n,) rises."""
+    """(n,) uint8: 0 for the first return of each beam, then 1 ...; `beam` (n,) is ascending."""
     return _places(beam)[0].astype(np.uint8)
 
 
 def with_dark_beams(echoes: Candidates, beams: int) -> Candidates:
-    """The echoes and, for each of the `beams` that has none, one of no light at distance 0."""
+    """The echoes and, for each of `beams` without an echo, one with no light at distance 0."""
     dark = np.setdiff1d(np.arange(beams), echoes.beam)
     number = len(dark)
     empty = Candidates(
@@ -109,7 +109,7 @@ def with_dark_beams(echoes: Candidates, beams: int) -> Candidates:
 
 
 def _chosen(beam: np.ndarray, energy: np.ndarray, most: int) -> np.ndarray:
-    """(k,) which echoes to keep so that no beam has more than `most`; beam: (e,), rising; energy: (e,)."""
+    """(k,) the echoes to keep so that no beam has more than `most`; beam: (e,), ascending; energy: (e,)."""
     place, count = _places(beam)
     crowded = np.flatnonzero(count > most)
     if not len(crowded):
@@ -122,7 +122,7 @@ def _chosen(beam: np.ndarray, energy: np.ndarray, most: int) -> np.ndarray:
     start = np.flatnonzero(place == 0)
     strongest = np.flatnonzero(energy == np.repeat(np.maximum.reduceat(energy, start), count[start]))
     rank[strongest[np.diff(beam[strongest], prepend=-1) != 0]] = 0
-    if most > 2:  # else strongest, last and first are enough to choose from
+    if most > 2:  # otherwise strongest, last and first are enough to choose from
         ranked = np.lexsort((-energy, rank, beam))
     else:
         ranked = np.argsort(beam.astype(np.int64) * 4 + rank, kind="stable")
@@ -131,7 +131,7 @@ def _chosen(beam: np.ndarray, energy: np.ndarray, most: int) -> np.ndarray:
 
 
 def _places(beam: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Of each entry of rising numbers: its place among equal ones, and how many they are."""
+    """For each entry of ascending numbers: its index among equal ones, and how many they are."""
     if not len(beam):
         return np.zeros(0, np.intp), np.zeros(0, np.intp)
     start = np.flatnonzero(np.diff(beam, prepend=beam[0] - 1))
@@ -140,16 +140,16 @@ def _places(beam: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def separation(config: LidarConfig) -> float:
-    """How far apart two echoes are at least [m]: minDistBetweenEchosM, else half the length of a pulse."""
+    """Least distance [m] of two echoes: minDistBetweenEchosM, else half the length of a pulse."""
     return config.min_dist_between_echos_m or LIGHT_M_PER_NS * config.pulse_time_ns / 2
 
 
 class SubRays:
-    """`count` rays that stand for a beam: each carries the same share of its energy.
+    """`count` rays that represent a beam: each carries the same share of its energy.
 
-    They lie on a sunflower pattern (Vogel, "A better way to construct the sunflower head", 1979) over the elliptic cone
-    of divergenceHorDeg and divergenceVerDeg (full angles; `TYPICAL_DIVERGENCE_DEG` where the profile gives none). A
-    single one is the beam's axis.
+    They form a sunflower pattern (Vogel, "A better way to construct the sunflower head", 1979) over the elliptic cone
+    of divergenceHorDeg and divergenceVerDeg (full angles; `TYPICAL_DIVERGENCE_DEG` if the profile gives none). A single
+    one is the beam's axis.
     """
 
     def __init__(self, config: LidarConfig, count: int) -> None:

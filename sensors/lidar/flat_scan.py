@@ -22,16 +22,16 @@ if TYPE_CHECKING:
 FLAT_SCAN_CHANNELS = frozenset({"azimuth", "distance", "scalar"})
 
 EDGE = 1e-3
-"""Beams of a rotary lidar lie on the edges between columns: this share of a column absorbs their float32 rounding."""
+"""Beams of a rotary lidar lie on edges between columns; this fraction of a column absorbs float32 rounding."""
 
 
 FLAT_DEG = 1e-3
-"""Elevations up to here [deg] count as horizontal."""
+"""Elevations up to this angle [deg] count as horizontal."""
 
 
 @dataclass(slots=True)
 class FlatScan:
-    """A planar scan by columns of equal angle; angles in degrees, ranges in metres, -1 where nothing was hit.
+    """A planar scan by columns of equal angle; angles in degrees, ranges in metres, -1 without a hit.
 
     azimuth_range: start, and end less one resolution. intensities: 0 to 255. rotation_rate [Hz].
     """
@@ -55,11 +55,11 @@ def flat_scan(frame: Frame, *, check_2d: bool = True, bins: bool = False) -> Fla
     """IsaacComputeRTXLidarFlatScan of a frame.
 
     Rotary: resolution 360 x scan rate / firing rate over -180 to 180 deg. Solid state: one column for each emitter, as
-    `beam_row` has them, ascending; with `bins` as the product does, from the smallest to the largest emitter azimuth,
-    by their number, shifted by -180 deg when it ends beyond 180. In bins an element falls into column
-    int((azimuth - start) / resolution), the last column if that lies outside; the last one written wins. No filter by
-    range or VALID flag. check_2d: raises UserError for a Cartesian frame, and for a lidar with an emitter out of the
-    plane, naming it; otherwise such points are taken as they are.
+    `beam_row` has them, ascending; with `bins` as in the product: from the smallest to the largest emitter azimuth, as
+    many columns as emitters, shifted by -180 deg if it ends beyond 180. In bins an element belongs to column
+    int((azimuth - start) / resolution), or to the last column if that is outside; the last element written wins. There
+    is no filter by range or VALID flag. check_2d: raises UserError for a Cartesian frame, and for a lidar with an
+    emitter out of the plane, which it names; otherwise such points are used unchanged.
     """
     config = frame.config
     if check_2d:
@@ -108,8 +108,9 @@ def _by_emitter(frame: Frame) -> FlatScan:
 
 
 def row_of(frame: Frame, row: BeamRow) -> tuple[np.ndarray, np.ndarray]:
-    """Ranges (row.count,) float32 [m], -1 where a beam has no return, and normalised intensities; of several returns
-    of a beam the last counts.
+    """Ranges (row.count,) float32 [m], -1 for a beam without a return, and normalised intensities.
+
+    Of several returns of a beam the last counts.
     """
     ranges, intensities = np.full(row.count, -1.0, np.float32), np.zeros(row.count, np.float32)
     azimuth, distance = _measured(frame)
@@ -146,8 +147,9 @@ def _fill(scan: FlatScan, frame: Frame, columns: int, start: float, resolution: 
 
 
 def require_2d(sensor_path: str, config: LidarConfig, coords: str = "") -> None:
-    """Raises UserError for a lidar that a flat scan cannot be made of: Cartesian, or with an emitter out of the plane,
-    which is named with its elevation. coords: what the frame has, where there is one.
+    """Raises UserError for a lidar that cannot give a flat scan: Cartesian, or with an emitter out of the plane.
+
+    The message names the emitter and its elevation. coords: those of the frame, if given.
     """
     coords = coords or config.elements_coords_type
     if coords != "SPHERICAL":
@@ -156,7 +158,7 @@ def require_2d(sensor_path: str, config: LidarConfig, coords: str = "") -> None:
 
 
 def require_level_beams(sensor_path: str, config: LidarConfig) -> None:
-    """Raises UserError for a lidar with an emitter out of the plane, naming it with its elevation."""
+    """Raises UserError for a lidar with an emitter out of the plane; the message names it and its elevation."""
     for number, state in enumerate(config.emitter_states, start=1):
         off = np.flatnonzero(np.abs(state.elevation_deg) > FLAT_DEG)
         if len(off):
@@ -168,9 +170,9 @@ def require_level_beams(sensor_path: str, config: LidarConfig) -> None:
 
 
 def flat_scan_problem(prim: Usd.Prim) -> str | None:
-    """Why a flat scan cannot be made of a prim's lidar, as one line; None for one that can, and for other prims.
+    """Why a prim's lidar cannot give a flat scan, as one line; None if it can, and for other prims.
 
-    Raises UserError for a lidar prim that describes no lidar.
+    Raises UserError for a lidar prim with an invalid configuration.
     """
     if prim.GetTypeName() not in prim_types_of(MODALITY):
         return None

@@ -1,4 +1,4 @@
-"""Where in a JSON text a value stands: looked up only when something is wrong with it."""
+"""Line and column of a value in a JSON text, looked up only for error messages."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _DECODER = json.JSONDecoder()
 def line_and_column(text: str, location: Sequence[str | int]) -> tuple[int, int]:
     """Line and column, from 1, of the value at a location (keys and indices) of a valid JSON text.
 
-    Where a part is missing, those of the value that it is missing from; of repeated keys the last counts.
+    If a part is missing, those of the innermost existing value; of repeated keys the last counts.
     """
     at = _skip(text, 0)
     for part in location:
@@ -25,7 +25,7 @@ def line_and_column(text: str, location: Sequence[str | int]) -> tuple[int, int]
 
 
 def _member(text: str, at: int, part: str | int) -> int | None:
-    """Where the member `part` of the container at `at` starts."""
+    """The offset of the member `part` in the container at `at`."""
     opening, at = text[at : at + 1], _skip(text, at + 1)
     if opening not in "{[" or (opening == "{") != isinstance(part, str):
         return None

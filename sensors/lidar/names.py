@@ -10,7 +10,7 @@ CORE_API = "OmniSensorGenericLidarCoreAPI"
 PREFIX = "omni:sensor:Core:"
 STATE_PREFIX = "omni:sensor:Core:emitterState:"
 EXACT = {name: f"tickgraph:{name}" for name in ("scanRateBaseHz", "patternFiringRateHz", "pulseTimeNs")}
-"""Whole numbers in the schema -> the attribute that holds the exact value where it is none."""
+"""Whole numbers in the schema -> the attribute that holds the exact value if it is not whole."""
 
 
 def snake_case(name: str) -> str:

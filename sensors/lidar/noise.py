@@ -1,4 +1,4 @@
-"""`lidar.noise` on: what a real lidar gets wrong, drawn anew for every scan and the same in every run."""
+"""`lidar.noise` on: the errors of a real lidar, drawn for every scan and the same in every run."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ _STREAMS = ("range", "azimuth", "elevation", "origin")
 
 @dataclass(frozen=True, slots=True)
 class Errors:
-    """The errors of one turn, one row per firing of the pattern; None where there are none.
+    """The errors of one turn, one row per firing of the pattern; None for an error that is off.
 
-    range_m: (N,) float32, added to the range. angles_deg: (2, N) float32, by which a beam's azimuth and elevation
-    differ from those reported. origin_m: (N, 3) float32, sensor frame, by which its origin does.
+    range_m: (N,) float32, added to the range. angles_deg: (2, N) float32, true less reported azimuth and elevation of a
+    beam. origin_m: (N, 3) float32, sensor frame, true less nominal origin.
     """
 
     range_m: np.ndarray | None
@@ -30,11 +30,11 @@ class Errors:
 class Noise:
     """The errors of one lidar.
 
-    Beams leave at angles and from origins that are off by normal errors (azimuthErrorMean/Std, elevationErrorMean/Std,
-    originErrorMean/Std); what is reported are their nominal ones. A range is off by rangeOffsetM, the emitter's
-    distanceCorrectionM and a normal error of standard deviation rangeAccuracyM, and is rounded to whole steps of
-    rangeResolutionM. All follow from the App's seed, the sensor's path and the turn alone, each kind from a stream of
-    its own: neither other sensors, nor threads, nor how a turn is cut into slices change them.
+    The angles and origins of beams have normal errors (azimuthErrorMean/Std, elevationErrorMean/Std,
+    originErrorMean/Std); the nominal values are reported. The error of a range is the sum of rangeOffsetM, the
+    emitter's distanceCorrectionM and a normal error of standard deviation rangeAccuracyM; the range is then rounded to
+    whole steps of rangeResolutionM. Errors depend only on the App's seed, the sensor's path and the turn, and each kind
+    has its own random stream: other sensors, threads and the slices of a turn do not change them.
     """
 
     def __init__(self, config: LidarConfig, pattern: Pattern, seed: int, path: str) -> None:
@@ -50,7 +50,7 @@ class Noise:
         return self._known[1]
 
     def measured(self, distance: np.ndarray, rows: slice | np.ndarray, turn: int) -> np.ndarray:
-        """What is reported for true ranges (n,) float32 [m] of the firings `rows`; infinite ones stay so."""
+        """The reported ranges for true ranges (n,) float32 [m] of the firings `rows`; infinite ones stay infinite."""
         error = self.errors(turn).range_m
         out = distance if error is None else distance + error[rows]
         step = np.float32(self._config.range_resolution_m)
@@ -59,9 +59,9 @@ class Noise:
         return np.asarray(np.maximum(out, np.float32(0.0)))
 
     def directions(self, rows: slice, turn: int) -> tuple[np.ndarray, float] | None:
-        """(3, n) float32 unit directions of beams, sensor frame, and the largest angle [rad] any is off.
+        """(3, n) float32 unit directions of beams, sensor frame, and the largest angular error [rad].
 
-        None where all are exact.
+        None if all are exact.
         """
         angles = self.errors(turn).angles_deg
         if angles is None:
@@ -78,7 +78,7 @@ class Noise:
         return out, float(swing)
 
     def origins(self, rows: slice, turn: int) -> np.ndarray | None:
-        """(n, 3) float32 [m], sensor frame, from where beams start; None if all start at the sensor's origin."""
+        """(n, 3) float32 [m], sensor frame, origins of beams; None if all start at the sensor's origin."""
         error, exact = self.errors(turn).origin_m, self._pattern.origins
         if error is None:
             return None if exact is None else exact[rows]
@@ -118,7 +118,7 @@ class Noise:
 
 
 def _bias(config: LidarConfig, pattern: Pattern) -> np.ndarray | None:
-    """What is added to the range of every firing in every turn, (N,) float32 [m]; None if nothing is."""
+    """The constant range error of every firing, (N,) float32 [m], or None."""
     bias = np.full(len(pattern), config.range_offset_m, np.float32)
     for number, state in enumerate(config.emitter_states):
         if len(state.distance_correction_m):

@@ -1,4 +1,4 @@
-"""The frame that points, normals and velocities are given in."""
+"""The output frame of points, normals and velocities."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from .config import LidarConfig
 
 @dataclass(frozen=True, slots=True)
 class Output:
-    """How what is measured in the sensor frame of each firing is given out.
+    """Transforms measurements from the sensor frame of each firing to the output frame.
 
     world: along world axes, about the world's origin. common: (4, 4) pose of the sensor at the one time to which all
-    points are brought (COMPENSATED); None leaves each in the sensor frame of its own firing. custom: (4, 4) from the
-    sensor frame to the frame given out, or None.
+    points are transformed (COMPENSATED); None leaves each in the sensor frame of its own firing. custom: (4, 4) from
+    the sensor frame to the output frame, or None.
     """
 
     world: bool = False
@@ -27,7 +27,7 @@ class Output:
 
     @property
     def is_sensor_frame(self) -> bool:
-        """Whether points stay on the beams they were measured on."""
+        """Whether points stay on the beams with which they were measured."""
         return not self.world and self.common is None and self.custom is None
 
     def points(self, points: np.ndarray, aim: Aim, rays: np.ndarray) -> np.ndarray:
@@ -42,7 +42,7 @@ class Output:
         return _moved(aim.to_world(points, rays), self._from_world(self.common)).astype(np.float32)
 
     def vectors(self, world: np.ndarray, aim: Aim, rays: np.ndarray) -> np.ndarray:
-        """Vectors (k, 3) along world axes, along the axes given out."""
+        """Vectors (k, 3) along world axes, turned to the axes of the output frame."""
         if self.world:
             return world
         if self.common is not None:
@@ -58,9 +58,9 @@ class Output:
 def custom_frame(config: LidarConfig) -> np.ndarray | None:
     """(4, 4) from the sensor frame to the CUSTOM one, or None for other frames.
 
-    customFrameOfReferenceTrafo is x, y, z [m], roll, pitch, yaw [deg]: the sensor's pose in the custom frame, turned
-    about x, then y, then z of that frame; without it the custom frame is the sensor's. (Which way round the original
-    takes it is not public.)
+    customFrameOfReferenceTrafo is x, y, z [m], roll, pitch, yaw [deg]: the sensor's pose in the custom frame, rotated
+    about x, then y, then z of that frame; without it the custom frame is the sensor's. (The direction that the original
+    uses is not public.)
     """
     if config.output_frame_of_reference != "CUSTOM":
         return None
@@ -82,6 +82,6 @@ def _about(axis: int, degrees: float) -> np.ndarray:
 
 
 def _moved(points: np.ndarray, matrix: np.ndarray) -> np.ndarray:
-    """(k, 3) float64 of points through a rigid matrix, column by column, whatever their number."""
+    """(k, 3) float64 of points through a rigid matrix, column by column, so that it does not depend on their number."""
     x, y, z = points.astype(np.float64).T
     return np.stack([matrix[i, 0] * x + matrix[i, 1] * y + matrix[i, 2] * z + matrix[i, 3] for i in range(3)], 1)

@@ -1,4 +1,4 @@
-"""Which ray a lidar fires when: the firing table of one turn, exact in time."""
+"""The firing pattern of a lidar: which ray fires at which time of a turn, with exact times."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from .config import LidarConfig
 class Pattern:
     """The firings of one turn (rotary) or scan (solid state), sorted by time, then emitter.
 
-    N rows. directions: (N, 3) float32 unit vectors, sensor frame. origins: (N, 3) float32 [m], or None where every
-    ray starts at the sensor's origin. azimuth_deg in [-180, 180] and elevation_deg: float32 of the beam.
-    offset_ns: int32, 0 <= offset < period. keys: the exact times, integers in units of 1/`key_scale` ns, sorted.
-    near_m, far_m: float32 range gates, scalars where all emitters share them. period: one turn [s].
+    N rows. directions: (N, 3) float32 unit vectors, sensor frame. origins: (N, 3) float32 [m], or None if every ray
+    starts at the sensor's origin. azimuth_deg in [-180, 180] and elevation_deg: float32 of the beam. offset_ns: int32,
+    0 <= offset < period. keys: the exact times, integers in units of 1/`key_scale` ns, sorted. near_m, far_m: float32
+    range gates, scalars if all emitters share them. period: one turn [s].
     """
 
     directions: np.ndarray
@@ -41,19 +41,19 @@ class Pattern:
         return len(self.offset_ns)
 
     def index_at(self, offset: Fraction) -> int:
-        """How many firings lie before this time [s] after the start of the turn: where a slice starts or ends."""
+        """The number of firings before this time [s] after the start of the turn: the start or end index of a slice."""
         scaled = offset * NANOSECONDS * self.key_scale
         return int(np.searchsorted(self.keys, -(-scaled.numerator // scaled.denominator), side="left"))
 
 
 def firing_pattern(config: LidarConfig, turn: int = 0) -> Pattern:
-    """The firing table of a turn of a configuration; turns differ in their emitter states only (see `turns`).
+    """The firing pattern of a turn of a configuration; turns differ only in their emitter states (see `turns`).
 
     Tick i of a turn fires at i / firing rate after its start, each emitter its fire time later; its azimuth is the
     start azimuth -+ i * 360 * scan rate / firing rate (minus for clockwise) plus the emitter's own azimuth, which is
-    never mirrored. A fire time that reaches past the end of the turn fires in the next one: its offset wraps. Firings
-    outside the valid azimuth window of a rotary lidar do not exist. Emitter states take turns, each for
-    `state_resolution_step` ticks since play.
+    never mirrored. A fire time beyond the end of the turn fires in the next turn: its offset wraps. Firings outside the
+    valid azimuth window of a rotary lidar are left out. Emitter states alternate, each for `state_resolution_step`
+    ticks since play.
     """
     period = 1 / config.scan_rate_base_hz
     ticks, emitters = config.ticks_per_scan, config.number_of_emitters
@@ -102,7 +102,7 @@ def _rotor_azimuth(config: LidarConfig, tick: np.ndarray) -> np.ndarray:
 
 
 def _per_state(config: LidarConfig, name: str, state: np.ndarray, emitter: np.ndarray, default: float) -> np.ndarray:
-    """One emitter parameter for each firing; a state that does not list it has the default."""
+    """One emitter parameter for each firing; a state without it has the default."""
     arrays = [getattr(entry, name) for entry in config.emitter_states]
     table = np.array([array if len(array) else np.full(config.number_of_emitters, default) for array in arrays])
     if np.issubdtype(arrays[0].dtype, np.integer):
@@ -128,8 +128,10 @@ def _round_half_even(keys: np.ndarray, scale: int) -> np.ndarray:
 
 
 def _in_window(config: LidarConfig, azimuth: np.ndarray) -> np.ndarray:
-    """Firings inside the valid azimuth window of a rotary lidar, and inside the region of interest where there is one
-    (minAzimuthROI to maxAzimuthROI, given if they differ); both wrap through 0 when their start lies beyond their end.
+    """Whether firings are in the valid azimuth window of a rotary lidar, and in the region of interest if it has one.
+
+    The region is minAzimuthROI to maxAzimuthROI, if they differ. Both wrap through 0 if their start is beyond their
+    end.
     """
     inside = np.ones(len(azimuth), bool)
     windows = []
@@ -154,7 +156,7 @@ def _directions(azimuth_deg: np.ndarray, elevation_deg: np.ndarray) -> np.ndarra
 
 
 def _origins(config: LidarConfig, state: np.ndarray, emitter: np.ndarray, rotor_deg: np.ndarray) -> np.ndarray | None:
-    """Where each ray starts: offsets to the left turn with the rotor. None where no emitter has an offset."""
+    """The origin of each ray: offsets to the left turn with the rotor. None if no emitter has an offset."""
     up = _per_state(config, "vert_offset_m", state, emitter, 0.0)
     left = _per_state(config, "hor_offset_m", state, emitter, 0.0)
     if not up.any() and not left.any():
@@ -164,7 +166,7 @@ def _origins(config: LidarConfig, state: np.ndarray, emitter: np.ndarray, rotor_
 
 
 def _gates(config: LidarConfig, state: np.ndarray, emitter: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Nearest and farthest range that counts: the sensor's, narrowed by the emitter's range id where it has one."""
+    """Nearest and farthest valid range: the sensor's, narrowed by the emitter's range id if it has one."""
     near, far = np.float32(config.near_range_m), np.float32(config.far_range_m)
     if not config.ranges_min_m:
         return np.array(near), np.array(far)

@@ -1,4 +1,7 @@
-"""Lidar configurations on USD prims: what is authored is the truth, so a saved stage opens as the same lidar."""
+"""Lidar configurations on USD prims.
+
+The authored attributes are the configuration, so a saved stage gives the same lidar.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +27,7 @@ STATE_API = "OmniSensorGenericLidarCoreEmitterStateAPI"
 
 
 def is_lidar(prim: Usd.Prim) -> bool:
-    """Whether a prim is there and is a lidar with its core schema."""
+    """Whether a prim exists and is a lidar with its core schema."""
     return bool(prim) and prim.GetTypeName() == PRIM_TYPE and CORE_API in prim.GetAppliedSchemas()
 
 
@@ -32,7 +35,7 @@ def write_config(prim: Usd.Prim, config: LidarConfig, *, tick_rate: float | Frac
     """Authors a whole configuration: applied schemas, core attributes, emitter states, and the tick rate.
 
     tick_rate: the scan rate unless given. A rate or pulse time that is not a whole number does not fit the schema's
-    uint: its exact value stands beside it, in `tickgraph:scanRateBaseHz` and the like.
+    uint: its exact value is stored beside it, in `tickgraph:scanRateBaseHz` and similar attributes.
     """
     from graph.sim.usd import Sdf
 
@@ -56,9 +59,9 @@ def write_config(prim: Usd.Prim, config: LidarConfig, *, tick_rate: float | Frac
 
 
 def read_config(prim: Usd.Prim) -> LidarConfig:
-    """The configuration a prim describes; attributes without a value count as the default rotary profile's.
+    """The configuration that a prim describes; attributes without a value have those of the default rotary profile.
 
-    Raises UserError naming the prim for values no lidar can have.
+    Raises UserError, which names the prim, for values that are not valid for a lidar.
     """
     values: dict[str, Any] = {}
     for name in attribute_types():
@@ -67,7 +70,7 @@ def read_config(prim: Usd.Prim) -> LidarConfig:
             values[name] = value
     for name, exact_name in EXACT.items():
         text = value_of(prim, exact_name)
-        with suppress(ValueError):  # not ours: the number itself counts
+        with suppress(ValueError):  # not written by us: the number itself counts
             if isinstance(text, str) and whole(name, exact.rate(text)) == values.get(name):
                 values[name] = exact.rate(text)
     states = _read_states(prim)
@@ -82,7 +85,7 @@ def read_config(prim: Usd.Prim) -> LidarConfig:
 
 
 def attribute_kind(name: str) -> str | None:
-    """USD value type of an attribute that lidars have, by its full name; None for others."""
+    """USD value type of a lidar attribute, by its full name; None for other attributes."""
     if name == TICK_RATE:
         return "float"
     if name.startswith(STATE_PREFIX):

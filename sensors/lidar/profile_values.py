@@ -1,4 +1,4 @@
-"""The values of a vendor profile: converted, checked, and what is wrong told at its line and column."""
+"""Reads the values of a vendor profile: converts and checks them, and reports mistakes with line and column."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .json_places import line_and_column
 Location = tuple[str | int, ...]
 FASTEST_HZ = 10**9
 HUGE = 1e300
-"""Whole numbers of JSON have no limit; from here on they count as infinite."""
+"""Whole numbers in JSON have no limit; from this value on they count as infinite."""
 
 _SCAN_TYPES = {"rotary": "ROTARY", "solidstate": "SOLID_STATE", "solid_state": "SOLID_STATE"}
 _NOT_NEGATIVE = (
@@ -40,12 +40,12 @@ _EMITTER_ARRAYS = {
 
 
 def firing_rate_key(profile: Mapping[str, Any]) -> str:
-    """What a profile calls its rate of ticks: the name since Isaac Sim 6.0, which counts where both are, or before."""
+    """The key of a profile's tick rate: the name since Isaac Sim 6.0, which is preferred, or the older one."""
     return "patternFiringRateHz" if "patternFiringRateHz" in profile else "reportRateBaseHz"
 
 
 class ProfileReader:
-    """Converts the fields of a profile and collects what is wrong with them, each at its place in `text`."""
+    """Converts the fields of a profile and collects their mistakes, each with its place in `text`."""
 
     def __init__(self, profile: str, text: str) -> None:
         self._profile, self._text = profile, text
@@ -53,11 +53,11 @@ class ProfileReader:
         self.problems: list[Problem] = []
 
     def failure(self, location: Location, what: str) -> UserError:
-        """One problem that nothing can follow."""
+        """An error after which nothing else can be checked."""
         return UserError(self._problem(location, what))
 
     def number(self, key: str, value: Any, inside: Location = (), wrong: float = 0.0) -> float:
-        """A finite number, or `wrong`; `inside`: where the key is, below the profile."""
+        """A finite number, or `wrong`; `inside`: the location of the key's object in the profile."""
         if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) < HUGE:
             self._wrong((*inside, key), f"is {value!r}, not a finite number")
             return wrong
@@ -92,7 +92,7 @@ class ProfileReader:
         return _SCAN_TYPES.get(str(value).lower(), "ROTARY")
 
     def token(self, key: str, value: Any, known: tuple[str, ...]) -> str:
-        """A word in capitals, one of `known` unless that is empty."""
+        """A word in capitals, one of `known` unless `known` is empty."""
         word = str(value).upper()
         if known and word not in known:
             self._wrong((key,), f"is {value!r}, not one of {', '.join(known)}")
@@ -112,7 +112,7 @@ class ProfileReader:
         return [entry for entry in entries if isinstance(entry, Mapping)]
 
     def array(self, location: Location, value: Any, *, whole: bool = False) -> np.ndarray:
-        """A list of numbers as float64 (n,); what is wrong with the first bad one is told at that one."""
+        """A list of numbers as float64 (n,); a mistake is reported at the first wrong number."""
         if not isinstance(value, (list, tuple)):
             self._wrong(location, f"is {value!r}, not a list of numbers")
             return np.zeros(0)
@@ -152,7 +152,7 @@ class ProfileReader:
         return EmitterState(**arrays)
 
     def check(self, profile: Mapping[str, Any], fields: dict[str, Any]) -> None:
-        """What must fit together. Raises UserError with all problems if there are any."""
+        """Checks that fields fit together. Raises UserError with all problems, if any."""
         states = fields["emitter_states"]
         count = len(states[0]) if states else 0
         if not count and isinstance(profile.get("emitterStates", []), list):

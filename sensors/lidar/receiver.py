@@ -1,4 +1,4 @@
-"""From reflected light to a return and its intensity: the range equation."""
+"""The receiver: from reflected light to a return and its intensity, by the range equation."""
 
 from __future__ import annotations
 
@@ -11,25 +11,26 @@ from sensors.surfaces.optics import RETRO_GAIN, Optics
 from .config import LidarConfig
 
 SurfacesOf = Callable[[np.ndarray], np.ndarray]
-"""Rows of hits (k,) -> the numbers of the surfaces that were hit (k,)."""
+"""Rows of hits (k,) -> the numbers (k,) of the surfaces that were hit."""
 
 FULL_SCALE = 255.0
-"""`intensityScalePercent` that leaves the intensity as it is."""
+"""The `intensityScalePercent` that does not change the intensity."""
 
 
 class Receiver:
-    """What a lidar's receiver makes of the light that comes back.
+    """A lidar's receiver: turns returned light into detections and intensities.
 
-    The range equation of a beam that lies on a diffuse surface as a whole: the energy received goes with
-    reflectance x cos(incidence) / range^2 (Wagner et al., "Gaussian decomposition and calibration of a novel small-
-    footprint full-waveform digitising airborne laser scanner", ISPRS Journal 60, 2006). All of it is relative to the
-    reflectance `minReflectance` along its normal at `minReflectionRangeM`, which is just detected: weaker returns do
-    not exist. Beam power, aperture and atmosphere are in that threshold, and alike for all emitters.
+    The range equation of a beam that hits a diffuse surface with its whole cross-section: the received energy is
+    proportional to reflectance x cos(incidence) / range^2 (Wagner et al., "Gaussian decomposition and calibration of a
+    novel small- footprint full-waveform digitising airborne laser scanner", ISPRS Journal 60, 2006). The threshold is a
+    surface of reflectance `minReflectance` at `minReflectionRangeM`, hit along its normal: it is just detected, and
+    weaker returns are dropped. Beam power, aperture and atmosphere are part of that threshold and equal for all
+    emitters.
 
-    The chain of the intensity: processing (NORMALIZATION divides the range out: reflectance x cos(incidence); any other
-    keeps it, relative to a white surface at `nearRangeM`), at most 1 (the receiver saturates: retro-reflectors), then
-    mapping (LINEAR, or by tables whose entries lie at equal steps of the input from 0 to 1), then
-    `intensityScalePercent` / 255. The exact formula of the original is not public.
+    The chain of the intensity: processing (NORMALIZATION removes the range: reflectance x cos(incidence); any other
+    keeps it, relative to a white surface at `nearRangeM`), limited to 1 (retro-reflectors saturate the receiver), then
+    mapping (LINEAR, or by tables at equal steps of the input from 0 to 1), then `intensityScalePercent` / 255. The
+    exact formula of the original is not public.
     """
 
     def __init__(self, config: LidarConfig) -> None:
@@ -42,21 +43,21 @@ class Receiver:
 
     @property
     def detects(self) -> bool:
-        """Whether any return can be too weak."""
+        """Whether there is a threshold."""
         return bool(self._least > 0)
 
     @property
     def least(self) -> float:
-        """The least energy that is detected, in units of reflectance / range^2 [1/m^2]."""
+        """The least detectable energy, in units of reflectance / range^2 [1/m^2]."""
         return float(self._least)
 
     def detect(
         self, cosine: np.ndarray, distance: np.ndarray, valid: np.ndarray, surfaces: SurfacesOf, optics: Optics
     ) -> None:
-        """Takes the returns that are too weak out of `valid` (n,).
+        """Removes returns that are too weak from `valid` (n,).
 
-        cosine: (n,) float32 of the incidence; distance: (n,) float32 [m]. Which surface was hit is looked up only where
-        the dullest of all would send back too little.
+        cosine: (n,) float32 of the incidence; distance: (n,) float32 [m]. The surfaces are looked up only if the least
+        reflective of all would be too weak.
         """
         if self._least > 0:
             least = distance * distance
@@ -79,9 +80,9 @@ class Receiver:
 
 
 def reflected_light(cosine: np.ndarray, surfaces: Callable[[], np.ndarray], optics: Optics) -> np.ndarray:
-    """What surfaces send back towards the sensor, (n,) float32, relative to a white diffuse one along its normal.
+    """The light that surfaces return to the sensor, (n,) float32, relative to a white diffuse surface along its normal.
 
-    cosine: (n,) float32 of the incidence, 0 to 1; surfaces: gives the numbers (n,) of those that were hit.
+    cosine: (n,) float32 of the incidence, 0 to 1; surfaces: gives the numbers (n,) of the surfaces that were hit.
     """
     if optics.uniform is not None:
         return np.asarray(cosine * optics.uniform)

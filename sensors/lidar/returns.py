@@ -1,4 +1,4 @@
-"""The returns of one shot of a lidar: each channel worked out from hits and beams, and only if somebody asks."""
+"""The returns of one shot of a lidar: computes each channel from hits and beams, on request only."""
 
 from __future__ import annotations
 
@@ -19,23 +19,25 @@ from .pattern import Pattern
 from .receiver import Receiver
 
 Velocities = Callable[[np.ndarray, Callable[[], np.ndarray], np.ndarray, Any], tuple[np.ndarray, np.ndarray] | None]
-"""Surfaces (k,) hit, what gives the levers (3, k) float32 [m, world axes] from an origin to the hit points, that origin
-(3,) float64 [m, world], a state -> the rows that move (m,) and their velocities (m, 3) float32 [m/s], along world axes;
-None where nothing does."""
+"""A function that gives the velocities of surfaces.
+
+Arguments: surfaces (k,) that were hit; a function that gives the levers (3, k) float32 [m, world axes] from an origin
+to the hit points; that origin (3,) float64 [m, world]; a state. Returns the rows that move (m,) and their velocities
+(m, 3) float32 [m/s] along world axes, or None if nothing moves.
+"""
 
 SurfaceTable = Callable[[], np.ndarray]
-"""One row for every surface: encoded materials (n,) uint32, or ids (n, 16) uint8."""
+"""One row for each surface: encoded materials (n,) uint32, or ids (n, 16) uint8."""
 
 
 @dataclass(slots=True)
 class Shot:
-    """One geometry state to look at: the firings, from where, at what, in which state of the world.
+    """The firings that look at one state of the geometry: origin, targets, and state of the world.
 
     rows: firings of the pattern. pose: (4, 4) float64 sensor to world [m]. poses: snapshot for the caster (None: now).
-    base_ns: what the turn's start lies after the frame's timestamp [ns]. moves: where the sensor is when each of the
-    firings goes out; None where it keeps still at `pose`. turn: the number of the turn, which noise depends on.
-    common: (4, 4) pose that all points are to be seen from (motion compensation); None leaves each where its own
-    firing saw it.
+    base_ns: start of the turn relative to the frame's timestamp [ns]. moves: the sensor's pose at each firing; None if
+    it is stationary at `pose`. turn: the number of the turn, on which noise depends. common: (4, 4) pose to which all
+    points are transformed (motion compensation); None leaves each as its own firing saw it.
     """
 
     rows: slice
@@ -48,7 +50,7 @@ class Shot:
 
 
 class Returns:
-    """The returns of one shot; each channel is a method, called only when somebody wants it."""
+    """The returns of one shot; each channel is a method, called only if the channel is requested."""
 
     def __init__(
         self,
@@ -68,9 +70,11 @@ class Returns:
         at: np.ndarray | None = None,
         echo: np.ndarray | None = None,
     ) -> None:
-        """index: rows that are kept, counted from the shot's first; valid: which rows are returns, None where all kept
-        ones are; columns: (3, n) float32 ray directions of the shot in the sensor frame; aim: where they went;
-        reflected: what comes back of each return; at: the hit of each return, where that is not its row; echo: ids.
+        """The data from which channels are computed. index: rows that are kept, counted from the shot's first; valid:
+        which rows are returns, None if all kept ones are; columns:
+
+        (3, n) float32 ray directions of the shot in the sensor frame; aim: origins and directions of the rays;
+        reflected: returned light of each return; at: the hit of each return, if that is not its row; echo: ids.
         """
         self._pattern, self._shot, self._hits, self._index = pattern, shot, hits, index
         self._rows = shot.rows
@@ -88,7 +92,7 @@ class Returns:
             self._range[self._invalid] = 0.0
 
     def arrays(self, channels: frozenset[str]) -> dict[str, np.ndarray]:
-        """The channels that are returns' to give, and "count"."""
+        """The requested channels of returns, and "count"."""
         found: dict[str, np.ndarray] = {"count": np.array(len(self._index))}
         for name in channels:
             if name in _BEAM_CHANNELS:
@@ -119,7 +123,7 @@ class Returns:
         return points
 
     def _along_beams(self) -> np.ndarray:
-        """Range times direction, (k, 3) float32, sensor frame: from where each ray starts."""
+        """Range times direction, (k, 3) float32, sensor frame, from each ray's origin."""
         points = np.empty((len(self._index), 3), np.float32)
         column = np.empty(len(self._index), np.float32)
         for axis in range(3):
@@ -128,7 +132,7 @@ class Returns:
         return points
 
     def azimuth(self) -> np.ndarray:
-        """Azimuths [deg]: the beams' own, where points lie on them."""
+        """Azimuths [deg]: those of the beams if points lie on them."""
         return self._of_pattern(self._pattern.azimuth_deg) if self._beam_angles else self._spherical()[0]
 
     def elevation(self) -> np.ndarray:
@@ -184,7 +188,7 @@ class Returns:
         return found
 
     def _levers(self) -> np.ndarray:
-        """From the sensor's position to the hit points, (3, k) float32 [m], world axes."""
+        """Vectors from the sensor's position to the hit points, (3, k) float32 [m], world axes."""
         out = np.empty((3, len(self._index)), np.float32)
         for axis in range(3):
             np.take(self._world[axis], self._index, out=out[axis], mode="clip")
@@ -194,14 +198,14 @@ class Returns:
         return out
 
     def _of_surface(self, name: str) -> np.ndarray:
-        """Rows of a surface table; 0 where there is no return."""
+        """Rows of a surface table; 0 without a return."""
         found = np.take(self._tables[name](), self._surfaces(), axis=0, mode="clip")
         if self._invalid is not None:
             found[self._invalid] = 0
         return np.asarray(found, CHANNELS[name].dtype)
 
     def _surfaces(self) -> np.ndarray:
-        """The surface of each return, (k,) int32; `NO_SURFACE` where there is none."""
+        """The surface of each return, (k,) int32; `NO_SURFACE` without a return."""
         if "surfaces" not in self._cached:
             surface = self._hits.surfaces(self._at)
             if self._invalid is not None:
@@ -217,7 +221,7 @@ class Returns:
         return offset
 
     def flags(self) -> np.ndarray:
-        """VALID where there is a return."""
+        """VALID for each return."""
         flags = np.full(len(self._index), int(ElementFlags.VALID), np.uint8)
         if self._invalid is not None:
             flags[self._invalid] = 0
@@ -236,7 +240,7 @@ _BEAM_CHANNELS = {
     "tickId": "tick_id",
     "tickStates": "tick_state",
 }
-"""Channels that only say which firing it was -> the pattern's array."""
+"""Channels that only identify the firing -> the pattern's array."""
 
 MAKERS: dict[str, Callable[[Returns], np.ndarray]] = {
     "xyz": Returns.xyz,
@@ -250,4 +254,4 @@ MAKERS: dict[str, Callable[[Returns], np.ndarray]] = {
     "hitNormals": Returns.hit_normals,
     "velocities": Returns.velocities,
 }
-"""How each channel that is measured is made: method of a frame's returns -> (k,) or (k, width)."""
+"""The method for each measured channel: a frame's returns -> (k,) or (k, width)."""

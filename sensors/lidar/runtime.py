@@ -1,4 +1,4 @@
-"""A lidar at work: which firings each update and each tick looks at, and the arrays they become."""
+"""The runtime of a lidar: chooses the firings of each update and tick, and makes arrays of them."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 
 @dataclass(slots=True)
 class _Turn:
-    """A full scan in the making: slices of one turn, oldest first."""
+    """An unfinished full scan: slices of one turn, oldest first."""
 
     parts: list[dict[str, np.ndarray]] = field(default_factory=list)
     firings: int = 0
@@ -56,13 +56,12 @@ class _Turn:
 class LidarRuntime(SensorRuntime[LidarConfig]):
     """The sensor of a lidar prim.
 
-    A lidar whose tick rate equals its scan rate, with accumulateOutputs, gives whole scans: `frozen` casts the scan
-    from the state of its tick, `update` casts each update's firings from that update's state and puts them together
-    (the frame's poses are those at both ends of the scan),
-    `continuous` fires each ray from where the sensor then was, at bodies where they then were (see `Bins`).
-    Any other gives, in every update, the firings since its last output, from the state of that update or, `continuous`,
-    of their own times; rates that differ warn `lidar-partial-scan`. Raises UserError for a prim that is not a lidar or
-    cannot be one.
+    A lidar whose tick rate equals its scan rate, with accumulateOutputs, gives whole scans. `frozen` casts the scan
+    with the state of its tick. `update` casts each update's firings with that update's state and joins them (the
+    frame's poses are those at both ends of the scan). `continuous` fires each ray from the sensor's pose at its firing
+    time, at bodies in their poses at that time (see `Bins`). Any other lidar gives, in every update, the firings since
+    its last output, with the state of that update or, for `continuous`, of their own times; different rates give the
+    warning `lidar-partial-scan`. Raises UserError for a prim that is not a valid lidar.
     """
 
     type_name = PRIM_TYPE
@@ -74,11 +73,11 @@ class LidarRuntime(SensorRuntime[LidarConfig]):
         return read_config(prim)
 
     def bare_rate(self) -> Fraction:
-        """The tick rate [Hz] of a lidar that authors none, by the profile."""
+        """The tick rate [Hz] of a lidar without an authored one, by the profile."""
         return self._app.settings.rate(keys.BARE_LIDAR_TICK_RATE)
 
     def configure(self) -> None:
-        """Prepares the turns, and what motion within a scan needs."""
+        """Prepares the turns, and the data for motion within a scan."""
         app, config = self._app, self.config
         rays = config.rays_per_scan * app.fidelity.lidar_subrays
         check(
@@ -112,14 +111,14 @@ class LidarRuntime(SensorRuntime[LidarConfig]):
         self._scanners: OrderedDict[int, Scanner] = OrderedDict()
 
     def schedule_for(self, moment: Fraction) -> Schedule:
-        """Whole scans, one a tick; or the firings since the last output in every update."""
+        """Whole scans, one for each tick; or in every update the firings since the last output."""
         if self._whole:
             return TickSchedule(self.rate, moment, accumulates=True)
         return EveryUpdate(moment, self.rate)
 
     @property
     def rule(self) -> str:
-        """Whole scans, slices of them, or parts by a rate that is not the scan rate."""
+        """The name of the rule: whole scans, slices of them, or parts if the rate differs from the scan rate."""
         if self._whole:
             return "whole"
         if not self.rate:
@@ -133,8 +132,9 @@ class LidarRuntime(SensorRuntime[LidarConfig]):
         return max(tick.start, tick.end - self.turns.period), tick.end
 
     def reference(self, tick: Tick) -> Fraction:
-        """The time of the one state that was cast, else the end of the scan, or for a part of one the time of the
-        update; the setting lidarHeader may ask for the scan's start, or the update, instead.
+        """The time of the state that was cast, else the end of the scan, or the update for a part of a scan.
+
+        The setting lidarHeader may choose the scan's start, or the update, instead.
         """
         header = self._app.settings.get(keys.LIDAR_HEADER)
         if header == keys.HEADER_SCAN_START:
@@ -146,12 +146,12 @@ class LidarRuntime(SensorRuntime[LidarConfig]):
     # -- measuring ---------------------------------------------------------------------------------------------------
 
     def reset(self) -> None:
-        """Forgets unfinished scans."""
+        """Drops unfinished scans."""
         super().reset()
         self._turns: dict[int, _Turn] = {}
 
     def advance(self, start: Fraction, end: Fraction, poses: Any) -> None:
-        """Casts the firings of [start, end) from the state `poses`, for the scans they belong to."""
+        """Casts the firings in [start, end) with the state `poses`, for the scans they belong to."""
         oldest = end // self.turns.period - 1
         pose = self.pose(poses)
         for turn, rows in self.turns.slices(start, end, whole_turns=1):
@@ -161,7 +161,7 @@ class LidarRuntime(SensorRuntime[LidarConfig]):
             del self._turns[turn]
 
     def measure(self, tick: Tick) -> Measurement:
-        """The scan of a tick, or the part of one."""
+        """The scan of a tick, or a part of one."""
         if isinstance(self.schedule, EveryUpdate):
             return self._measured(self._partial_scan(tick), tick, complete=False)
         turn = tick.index - 1
@@ -186,7 +186,7 @@ class LidarRuntime(SensorRuntime[LidarConfig]):
         return Measurement(arrays, count, ends, complete)
 
     def _scanner(self, turn: int) -> Scanner:
-        """What casts the firings of a turn; see `Turns`."""
+        """The scanner for the firings of a turn; see `Turns`."""
         number = self.turns.number(turn)
         found = self._scanners.get(number)
         if found is None:

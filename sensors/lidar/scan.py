@@ -1,4 +1,4 @@
-"""The ideal lidar: poses, geometry and a firing pattern in, channel arrays out. It knows no clock and no stage."""
+"""The ideal lidar: from poses, geometry and a firing pattern to channel arrays, independent of clocks and the stage."""
 
 from __future__ import annotations
 
@@ -21,21 +21,21 @@ from .receiver import Receiver, reflected_light
 from .returns import Returns, Shot, SurfaceTable, Velocities
 
 MOST_SURFACES = 8
-"""How many surfaces a ray meets at most, with all but the last of them transparent."""
+"""Most surfaces that a ray meets; all but the last are transparent."""
 
 STEP_M = 5e-4
-"""How far behind glass a ray goes on [m]."""
+"""How far behind a transparent surface a ray continues [m]."""
 
 MOST_KEPT_BYTES = 64 << 20
-"""Directions of sub-rays are worked out once, unless they take up more."""
+"""Directions of sub-rays are computed once and kept, up to this size."""
 
 
 @dataclass(slots=True)
 class _Part:
     """Rows of the ray table that are one slice of the pattern.
 
-    turned_by: the rotation that its directions have; casts: how often it was cast; grid: of its directions alone,
-    once it comes again and again.
+    turned_by: the rotation of its directions; casts: how often it was cast; grid: of its directions only, once it is
+    cast repeatedly.
     """
 
     memory: RayMemory = field(default_factory=RayMemory)
@@ -45,15 +45,15 @@ class _Part:
 
 
 class Scanner:
-    """Measures with one pattern. Its arrays are allocated once; results are the caller's.
+    """Measures with one pattern. Its arrays are allocated once; the caller owns the results.
 
     frame: SENSOR gives points, angles, normals and velocities in the sensor frame of each shot, WORLD in world axes
     about the world's origin, CUSTOM in the frame that `config` describes. Firings without a return between the near and
     far gates are left out, unless `keep_invalid`: then they stay with distance 0, scalar 0 and without the VALID flag.
-    Ranges and angles are exact unless `noise` says otherwise; the gates are for the ranges that are reported.
-    Returns that `receiver` cannot detect count as none; without one there is no threshold, and no intensity.
-    optics: what the surfaces do to light. Each beam is `subrays` rays; with several of them, or with glass about, it
-    may have several returns, by what `config` says of echoes.
+    Ranges and angles are exact without `noise`; the gates apply to reported ranges. Returns that `receiver` cannot
+    detect are dropped; without a receiver there is no threshold, and no intensity. optics: optical properties of the
+    surfaces. Each beam is `subrays` rays; with several of them, or with transparent surfaces, it may have several
+    returns, by the echo settings of `config`.
     """
 
     def __init__(
@@ -93,14 +93,14 @@ class Scanner:
         self._reach = float(pattern.far_m.max(initial=0.0)) * (1 + 1e-6)
 
     def scan(self, shot: Shot, channels: frozenset[str]) -> dict[str, np.ndarray]:
-        """The channels asked for, each with one row per return, in the order of the pattern. Always has "count"."""
+        """The requested channels, each with one row per return, in the order of the pattern. Always has "count"."""
         optics = self._optics() if self._receiver is not None else None
         if optics is not None and (self._echoing or optics.has_glass):
             return self._all_echoes(shot, channels, optics).arrays(channels)
         return self._single_returns(shot, channels, optics).arrays(channels)
 
     def _single_returns(self, shot: Shot, channels: frozenset[str], optics: Optics | None) -> Returns:
-        """One ray for each beam, which has one return or none."""
+        """One ray for each beam, with at most one return."""
         receiver = self._receiver
         lit = receiver is not None and (receiver.detects or "scalar" in channels)
         aim, swing = self._aim(shot, *self._beams(shot))
@@ -121,7 +121,7 @@ class Scanner:
         return self._returns(shot, hits, index, aim, reflected, None if not self._keep_invalid else valid)
 
     def _all_echoes(self, shot: Shot, channels: frozenset[str], optics: Optics) -> Returns:
-        """All that the sub-rays of beams meet, through glass too, put together to echoes."""
+        """All hits of the sub-rays of beams, through glass too, grouped into echoes."""
         assert self._receiver is not None
         sub = self._sub
         columns, origins, swing, exact = self._beams(shot)
@@ -152,7 +152,7 @@ class Scanner:
         return self._returns(shot, hits, echoes.beam, aim, echoes.light, valid, np.arange(count), echo_ids(echoes.beam))
 
     def _sub_beams(self, number: int, rows: slice) -> np.ndarray:
-        """(3, n) directions of a sub-ray of the pattern's own beams; kept, as long as they are few enough."""
+        """(3, n) directions of a sub-ray of the pattern's own beams; kept up to `MOST_KEPT_BYTES`."""
         sub = self._sub
         if len(sub) * self._columns.nbytes > MOST_KEPT_BYTES:
             return sub.directions(number, self._columns[:, rows])
@@ -161,7 +161,7 @@ class Scanner:
         return self._kept[number][:, rows]
 
     def _through_glass(self, shot: Shot, aim: Aim, swing: float, optics: Optics, share: float) -> list[Candidates]:
-        """What the rays of an aim meet, one after the other while light passes; those between the gates."""
+        """The hits of an aim's rays between the gates, one after another while light passes."""
         bundle = self._bundle(shot, aim, swing)
         rays = np.arange(len(bundle.table))
         light, travelled = np.full(len(rays), share, np.float32), np.zeros(len(rays), np.float32)
@@ -222,7 +222,7 @@ class Scanner:
     def _aim(
         self, shot: Shot, columns: np.ndarray, origins: np.ndarray | None, swing: float, exact: bool
     ) -> tuple[Aim, float]:
-        """Turns beams (3, n) into the world, in the table too; also the largest angle to their place in the grid."""
+        """Turns beams (3, n) to world axes, also in the table; and the largest angle to their places in the grid."""
         rows, part = shot.rows, self._part(shot.rows)
         table, world = self._table[rows], self._world[:, rows]
         if self._noise is not None and origins is not None:
@@ -244,7 +244,7 @@ class Scanner:
         return Aim(shot.pose, world, offsets), swing
 
     def _part(self, rows: slice) -> _Part:
-        """What is known of these rows of the table; nothing, if others have been written that they share rows with."""
+        """The known data of these rows of the table; empty if other rows that overlap have been written since."""
         key = rows.start, rows.stop
         if key not in self._parts:
             if any(start < rows.stop and rows.start < stop for start, stop in self._parts):
@@ -273,8 +273,9 @@ class Scanner:
         return self._caster().cast(bundle, shot.poses, normals=normals)
 
     def _beams(self, shot: Shot) -> tuple[np.ndarray, np.ndarray | None, float, bool]:
-        """Directions (3, n) and origins (n, 3) of the shot's beams in the sensor frame, the largest angle [rad] between
-        a direction and the pattern's, and whether they are the pattern's own.
+        """Directions (3, n) and origins (n, 3) of the shot's beams in the sensor frame.
+
+        Also the largest angle [rad] between a direction and the pattern's, and whether they are the pattern's own.
         """
         rows, noise, pattern = shot.rows, self._noise, self.pattern
         columns = self._columns[:, rows]
@@ -285,7 +286,7 @@ class Scanner:
         return (columns, origins, 0.0, True) if off is None else (off[0], origins, off[1], False)
 
     def _turn(self, table: np.ndarray, world: np.ndarray, columns: np.ndarray, rotation: np.ndarray) -> None:
-        """World directions into the table; by columns, so that a slice has the bytes it has in the whole."""
+        """Writes world directions into the table, by columns, so that a slice has the bytes it has in the whole."""
         x, y, z = columns
         term = self._term[: len(table)]
         for axis in range(3):
@@ -298,7 +299,7 @@ class Scanner:
             table[:, 3 + axis] = column
 
     def _grid_of(self, part: _Part, rows: slice) -> tuple[RayGrid, int]:
-        """The grid to find a slice's rays in, and the number of its first ray there."""
+        """The grid that finds the rays of a slice, and the number of its first ray there."""
         part.casts += 1
         if part.grid is None and part.casts > 2 and rows.stop - rows.start < len(self.pattern):
             part.grid = RayGrid(self.pattern.directions[rows])
@@ -309,7 +310,7 @@ class Scanner:
         return self._grid, rows.start
 
     def _incidence(self, directions: np.ndarray, normals: np.ndarray) -> np.ndarray:
-        """The cosine of incidence of rays (3, n), on normals (n, 3), float32, unsigned; 0 where nothing was hit."""
+        """The cosine of incidence of rays (3, n), on normals (n, 3), float32, unsigned; 0 without a hit."""
         cosine, term = self._cosine[: len(normals)], self._term[: len(normals)]
         np.multiply(directions[0], normals[:, 0], out=cosine)
         cosine += np.multiply(directions[1], normals[:, 1], out=term)

@@ -1,4 +1,4 @@
-"""LidarSensor: a lidar at work, its render product, annotators and writers."""
+"""LidarSensor: a lidar with its render product, annotators and writers."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ RESOLUTION = (300, 300)
 class LidarSensor(RenderedSensor):
     """Renders a lidar: `LidarSensor(lidar_or_path, annotators=["generic-model-output"])`.
 
-    A path builds the Lidar with its defaults (aux NONE, accumulating) on that prim. The render product is 300 x 300,
-    named rtx_sensor_<hash>; it exists from now on, and if made while playing until stop. writers: names from the
+    A path makes a Lidar with its defaults (aux NONE, accumulating) on that prim. The render product is 300 x 300, named
+    rtx_sensor_<hash>. It exists from now on; if it was made while playing, until the stop. writers: names from the
     writer table. Raises SensorValueError (a UserError and a ValueError) for unknown names and prims.
     """
 
@@ -48,5 +48,5 @@ class LidarSensor(RenderedSensor):
 
     @property
     def runtime(self) -> LidarRuntime:
-        """What measures, behind the render product; also after that is gone."""
+        """The runtime behind the render product; also after the product was removed."""
         return cast("LidarRuntime", unwrapped(self._product.sensor))

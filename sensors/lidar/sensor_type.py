@@ -1,4 +1,4 @@
-"""What lidars are to the rest of TickGraph: their registration."""
+"""The registration of lidars as a sensor type."""
 
 from __future__ import annotations
 

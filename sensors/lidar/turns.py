@@ -1,4 +1,4 @@
-"""The turns of a lidar: one firing pattern for all of them, or several that take turns as its emitter states do."""
+"""The turns of a lidar: one firing pattern for all of them, or several that alternate with its emitter states."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from .config import LidarConfig
 from .pattern import Pattern, firing_pattern
 
 MOST_KEPT_RAYS = 8_000_000
-"""Of patterns that are kept; what comes round again after more than that is worked out anew."""
+"""Most rays of patterns that are kept; a pattern that repeats after more rays is computed again."""
 
 
 class Turns:
-    """Which pattern each turn of a lidar has.
+    """The pattern of each turn of a lidar.
 
-    Emitter states go on from turn to turn: a lidar whose ticks a turn are no whole number of rounds of its states
-    begins the next turn in another state, and comes round again after `count` turns. period: one turn [s].
+    Emitter states continue from turn to turn: if the ticks of a turn are not a whole number of rounds of the states,
+    the next turn begins in another state, and the patterns repeat after `count` turns. period: one turn [s].
     """
 
     def __init__(self, config: LidarConfig) -> None:
@@ -25,7 +25,7 @@ class Turns:
         ticks, round_ = config.ticks_per_scan, config.emitter_state_count * max(1, config.state_resolution_step)
         self.count = math.lcm(ticks, round_) // ticks
         self.kept = max(1, min(self.count, MOST_KEPT_RAYS // max(1, config.rays_per_scan)))
-        """For how many turns it is worth keeping what belongs to their patterns."""
+        """The number of turns for which data of their patterns is kept."""
         self._pattern = functools.lru_cache(self.kept)(functools.partial(firing_pattern, config))
 
     def number(self, turn: int) -> int:

@@ -1,4 +1,4 @@
-"""How fast what a ray hits moves: rigid bodies, seen from the world or from a sensor that moves itself."""
+"""Velocities of hit points: rigid bodies, relative to the world or to a moving sensor."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ if TYPE_CHECKING:
 
 
 def surface_velocities(app: App, sensor_path: str, in_world: bool) -> Velocities:
-    """The function a scanner asks for the velocities of hit points.
+    """The function that a scanner calls for the velocities of hit points.
 
-    in_world: the points' velocities in the world; otherwise relative to the sensor, its own motion and turning
-    included (the rate of change of the point's sensor-frame coordinates, along world axes).
+    in_world: velocities in the world; otherwise relative to the sensor, with its own translation and rotation included
+    (the rate of change of the point's sensor-frame coordinates, along world axes).
     """
     weak = weakref.ref(app)
 
@@ -50,8 +50,9 @@ def surface_velocities(app: App, sensor_path: str, in_world: bool) -> Velocities
 
 
 def _twists_at(app: App, bodies: tuple[str, ...], place: np.ndarray, poses: Any) -> np.ndarray:
-    """(6, n) float32 linear [m/s] and angular [rad/s] velocities, along world axes, that bodies have at a place (3,)
-    float64 [m] if they reach so far.
+    """(6, n) float32 linear [m/s] and angular [rad/s] velocities, world axes, of bodies at a place (3,) float64 [m].
+
+    As if each body extended to that place.
     """
     twists = np.array(poses.velocities(bodies))
     origins = np.asarray(app.fabric.rigid_matrices(bodies, poses))[:, :3, 3]

@@ -1,4 +1,4 @@
-"""Vendor lidar profiles: the JSON format of the legacy camera-prim sensors, read leniently."""
+"""Reads vendor lidar profiles: the JSON format of the legacy camera-prim sensors, leniently."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ _TOKENS = {
 def load_profile(path: str | Path) -> LidarConfig:
     """The configuration of a profile file.
 
-    Raises UserError for files that are no lidar profile, with every problem at its line and column.
+    Raises UserError for a file that is not a lidar profile, with every problem at its line and column.
     """
     path = Path(path)
     try:
@@ -77,10 +77,10 @@ def load_profile(path: str | Path) -> LidarConfig:
 
 
 def parse_profile(document: Any, name: str, text: str = "") -> LidarConfig:
-    """The configuration of a parsed profile; `text`: what it was parsed from, for the places of problems.
+    """The configuration of a parsed profile; `text`: its source, for the places of problems.
 
-    Unknown keys and every kind of comment are ignored; what is left out, or null, keeps the default profile's value;
-    channels are the emitters when no `channelId` is given. Raises UserError naming each field that is wrong.
+    Unknown keys and every kind of comment are ignored; a missing key, or null, keeps the default profile's value;
+    channels are the emitters if no `channelId` is given. Raises UserError, which names each wrong field.
     """
     reader = ProfileReader(name, text)
     if not isinstance(document, Mapping) or not isinstance(document.get("profile"), Mapping):

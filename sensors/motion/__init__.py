@@ -1,1 +1,1 @@
-"""How prims move between physics states: what was kept of the past, and poses in between."""
+"""The motion of prims between physics states: past states, and poses in between."""

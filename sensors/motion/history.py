@@ -19,16 +19,16 @@ if TYPE_CHECKING:
     from graph.sim import App
 
 LAST = 1000
-"""Order among the subscribers of a step: what they move is in the state that is kept."""
+"""Order among the subscribers of a step: it is last, so the stored state includes what the others move."""
 
 LONGEST_UPDATE = Fraction(1, 5)
-"""What is kept [s] before any lidar asks for more: an update of a loop of 5 Hz."""
+"""The past [s] that is kept before a lidar requests more: an update of a loop of 5 Hz."""
 
 _histories: weakref.WeakKeyDictionary[App, History] = weakref.WeakKeyDictionary()
 
 
 def history_of(app: App) -> History:
-    """The history of an App; all its sensors share it. Keeping it begins here."""
+    """The history of an App, shared by all its sensors. The first call starts it."""
     known = _histories.get(app)
     if known is None:
         known = _histories[app] = History(app)
@@ -36,18 +36,18 @@ def history_of(app: App) -> History:
 
 
 def begin_history(app: App) -> None:
-    """Keeps the states of at least the running update from now on, for lidars that look back.
+    """From now on keeps the states of at least the present update, for lidars that look back.
 
-    A sensor that a graph makes exists from the start of that update, whose states it could not know otherwise.
+    A sensor that a graph makes exists from the start of that update, whose states it could not get otherwise.
     """
     history_of(app).keep(LONGEST_UPDATE)
 
 
 class BlendedPoses:
-    """All bodies between two captured states, the `share` (0 to 1) of the way: what `Poses` says.
+    """All bodies between two captured states, at the fraction `share` (0 to 1); has the members of `Poses`.
 
-    matrices: (B + 1, 4, 4) rigid body poses [m], the identity last. Velocities are interpolated linearly; what users
-    wrote is that of the first state.
+    matrices: (B + 1, 4, 4) rigid body poses [m], the identity last. Velocities are interpolated linearly; values that
+    users wrote are those of the first state.
     """
 
     def __init__(self, first: Any, second: Any, share: float, matrices: np.ndarray) -> None:
@@ -65,7 +65,7 @@ class BlendedPoses:
 
 
 def blend(first: Sequence[Any], second: Sequence[Any], shares: np.ndarray) -> list[BlendedPoses]:
-    """Each of the pairs of states `shares` (n,) of the way: positions along lines, rotations by slerp."""
+    """Interpolates each pair of states at the fractions `shares` (n,): positions along lines, rotations by slerp."""
     a, b = np.stack([state.matrices for state in first]), np.stack([state.matrices for state in second])
     out = a + shares[:, None, None, None] * (b - a)
     pair, body = np.nonzero(np.any(a[..., :3, :3] != b[..., :3, :3], axis=(2, 3)))
@@ -81,8 +81,8 @@ def blend(first: Sequence[Any], second: Sequence[Any], shares: np.ndarray) -> li
 class History:
     """The states after the latest physics steps, with their exact external times.
 
-    It begins with the state before the first step that is seen; what lies before that counts as being like it. A body
-    that is placed somewhere else between two steps goes there within that step.
+    It begins with the state before the first recorded step; before that, the world is taken as unchanged. A body that
+    is placed elsewhere between two steps moves there within that step.
     """
 
     def __init__(self, app: App) -> None:
@@ -101,11 +101,11 @@ class History:
         return len(self._times)
 
     def keep(self, span: Fraction) -> None:
-        """Keeps at least so much of the past [s]."""
+        """Keeps at least this much of the past [s]."""
         self._span = max(self._span, span)
 
     def at(self, times: Sequence[Fraction]) -> list[Any]:
-        """All bodies at each of some times [s], between the two states that were kept around it."""
+        """All bodies at each of some times [s], interpolated between the neighbouring states."""
         self._begin()
         last = len(self._times) - 1
         number = [min(max(bisect_right(self._times, time) - 1, 0), last) for time in times]
@@ -121,24 +121,24 @@ class History:
         )
 
     def rests(self, start: Fraction, end: Fraction) -> bool:
-        """Whether no body is anywhere else at any time from `start` to `end` [s]."""
+        """Whether no body moves at any time from `start` to `end` [s]."""
         _, states = self._around(start, end)
         first = states[0].matrices
         return all(np.array_equal(first, state.matrices) for state in states[1:])
 
     def trajectory(self, path: str, start: Fraction, end: Fraction) -> Trajectory:
-        """How a prim moves from `start` to `end`; its times are seconds after `start`."""
+        """The motion of a prim from `start` to `end`; its times are seconds after `start`."""
         app = self._app()
         assert app is not None
         times, states = self._around(start, end)
         if app.fabric.body_of(path) is None and all(state.written is states[0].written for state in states):
-            times, states = times[:1], states[:1]  # it stood still
+            times, states = times[:1], states[:1]  # it did not move
         poses = np.stack([rigid_part(app.fabric.world_matrix(path, state)) for state in states])
         poses[:, :3, 3] *= app.meters_per_unit
         return Trajectory(np.array([float(time - start) for time in times]), poses)
 
     def ends(self, path: str, start: Fraction, end: Fraction) -> tuple[np.ndarray, np.ndarray]:
-        """Where a prim is at `start` and at `end`: (4, 4) float64 rigid poses [m]."""
+        """The poses of a prim at `start` and at `end`: (4, 4) float64 rigid poses [m]."""
         first, last = self.trajectory(path, start, end).poses(np.array([0.0, float(end - start)]))
         return first, last
 
@@ -161,7 +161,7 @@ class History:
         if app is None:
             return
         time, state = app.rendering.time, app.fabric.capture()
-        if self._states and self._states[-1].layout is not state.layout:  # other bodies: nothing to blend with
+        if self._states and self._states[-1].layout is not state.layout:  # other bodies: nothing to interpolate with
             self._forget()
         while self._times and self._times[-1] >= time:
             self._times.pop()
@@ -178,7 +178,7 @@ class History:
 
 
 def _weakly(history: History, handler: Callable[[History], None]) -> Callable[[], None]:
-    """A callback that does not keep the history, nor its App, alive."""
+    """A callback that does not keep the history, or its App, alive."""
     weak = weakref.ref(history)
 
     def call() -> None:

@@ -10,15 +10,15 @@ from graph.sim.transforms import quaternions, rotation_matrices, slerp
 class Trajectory:
     """A rigid motion through known poses, constant before the first and after the last.
 
-    times: (m,) float64, rising [s]; poses: (m, 4, 4) float64 rigid [m].
+    times: (m,) float64, ascending [s]; poses: (m, 4, 4) float64 rigid [m].
     """
 
     def __init__(self, times: np.ndarray, poses: np.ndarray) -> None:
         self._times, self._poses = times, poses
         self.turns = bool(np.any(poses[:, :3, :3] != poses[0, :3, :3]))
-        """Whether its rotation changes at all."""
+        """Whether its rotation changes."""
         self.moves = bool(np.any(poses[:, :3, 3] != poses[0, :3, 3]))
-        """Whether its position changes at all."""
+        """Whether its position changes."""
         self._quaternions = quaternions(poses[:, :3, :3]) if self.turns else None
 
     def positions(self, times: np.ndarray) -> np.ndarray:
@@ -46,7 +46,7 @@ class Trajectory:
         return out
 
     def _between(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The known pose at or before each time, and how far it is to the next, 0 to 1."""
+        """The known pose at or before each time, and the fraction (0 to 1) of the way to the next."""
         known = self._times
         index = np.clip(np.searchsorted(known, times, side="right") - 1, 0, len(known) - 1)
         step = known[np.minimum(index + 1, len(known) - 1)] - known[index]

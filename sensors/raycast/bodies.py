@@ -1,8 +1,8 @@
-"""Moving meshes: all in one scene, each in a cell of its own, into whose frame the rays that may meet it are brought.
+"""Moving meshes: all in one scene, each in its own cell; rays are transformed into the frame of each mesh they may hit.
 
-Nothing is ever rebuilt: what moves is the rays. A ray comes to a mesh at its bounding sphere, which keeps float32 as
-fine there as near the origin, and what it meets beyond the sphere lies in another's cell and does not count. Which rays
-are brought changes no result: a ray's hit does not depend on the rays cast with it.
+Nothing is ever rebuilt: the rays move, not the meshes. A ray enters at the mesh's bounding sphere, which keeps float32
+as precise there as near the origin; a hit beyond the sphere belongs to another cell and does not count. The choice of
+rays does not change a result: a ray's hit does not depend on the other rays.
 """
 
 from __future__ import annotations
@@ -23,27 +23,27 @@ if TYPE_CHECKING:
     from graph.sim.geometry.collect import Mesh
 
 PITCH = 4.0
-"""Distance of the cells' centres, in radii of what is in them: a ray that leaves a sphere is still outside the next."""
+"""Distance between the cells' centres, in radii of their content: outside one sphere, a ray is not yet in the next."""
 
 BEFORE = 1.01
-"""Where a ray enters: so many radii before the point of its line that is nearest to the centre."""
+"""Where a ray enters: this many radii before the point of its line nearest to the centre."""
 
 BEYOND = 2.05
-"""Farther from there, in radii, nothing is the mesh's own."""
+"""Beyond this distance, in radii, a hit does not belong to the mesh."""
 
 ALL_ROUND_RAD = np.deg2rad(60.0)
-"""Half the angle of a near mesh from which on all rays are cast at those that are near."""
+"""Above this half angle of a near mesh, all rays are cast at the near meshes."""
 
 FEW_RAYS = 10_000
-"""So many cost less to cast at few small meshes than to choose among."""
+"""Up to this many rays it costs less to cast all at a few small meshes than to select."""
 
 MARGIN_RAD = 1e-4
-"""Cones are this much wider than they need be, so that rounding loses no ray."""
+"""Cones are widened by this angle, so that rounding loses no ray."""
 
 
 @dataclass(frozen=True, slots=True)
 class Moving:
-    """A mesh that moves, its surface number and its body's."""
+    """A moving mesh, its surface number and its body's."""
 
     mesh: Mesh
     surface: int
@@ -52,10 +52,10 @@ class Moving:
 
 @dataclass(frozen=True, slots=True)
 class Places:
-    """Where m moving meshes are, seen from a bundle's origin.
+    """Positions of m moving meshes, seen from a bundle's origin.
 
-    towards: (m, 3) float64 [m] to the centres of their spheres, world axes; distance: (m,) [m] to those, more than 0;
-    radius: (m,) [m], with what the rays' origins are apart; half: (m,) [rad], of the cone that holds each.
+    towards: (m, 3) float64 [m] to the centres of their spheres, world axes; distance: (m,) [m] to them, more than 0;
+    radius: (m,) [m], enlarged by the spread of the rays' origins; half: (m,) [rad], of the cone that holds each.
     """
 
     towards: np.ndarray
@@ -82,7 +82,7 @@ class MovingMeshes:
         self.radii = np.array(radii) * (1 + 1e-6) + 1e-6
         self._lengths = self.radii.astype(np.float32)
         self._near = NearMeshes(moving)
-        if not self._near.all_few:  # else all are gathered
+        if not self._near.all_few:  # otherwise all are gathered
             self._build(moving, centre)
 
     def _build(self, moving: Sequence[Moving], centre: np.ndarray) -> None:
@@ -135,7 +135,7 @@ class MovingMeshes:
             return
         index, owner = _windows(rays, places, np.flatnonzero(seen))
         before = (places.distance - places.radius - 1e-3).astype(np.float32)
-        ahead = np.flatnonzero(np.take(nearest.distance, index) > np.take(before, owner))  # what is hit before is hit
+        ahead = np.flatnonzero(np.take(nearest.distance, index) > np.take(before, owner))  # a former hit stays
         index, owner = index[ahead], owner[ahead]
         if not len(index):
             return
@@ -161,7 +161,7 @@ class MovingMeshes:
         radius = self.radii + spread
         half = np.arcsin(np.minimum(radius / distance, 1.0))
         half[distance <= radius * 1.001] = np.pi
-        if not spread:  # a box lies in any cone of less than a right angle that holds its corners
+        if not spread:  # any cone of less than a right angle that holds a box's corners holds the box
             cosine = ((points[:, :, 1:] * towards[:, :, None]).sum(axis=1) / lengths[:, 1:]).min(axis=1) / distance
             corners = np.arccos(np.clip(cosine, -1.0, 1.0))
             half = np.where(cosine > 1e-3, np.minimum(half, corners), half)
@@ -176,9 +176,9 @@ class MovingMeshes:
         rotations: np.ndarray,
         turns: np.ndarray,
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Rays (k, 6) float32 in their owners' cells, and where they enter, (k,) float32; both in radii.
+        """Rays (k, 6) float32 in their meshes' cells, and their entry distances, (k,) float32; both in radii.
 
-        turns: (3, 3, m) float32, the rotations. The shift between the frames is worked out in float64.
+        turns: (3, 3, m) float32, the rotations. The shift between the frames is computed in float64.
         """
         towards = places.towards / self.radii[:, None]
         shift = self._cells - (np.swapaxes(rotations, 1, 2) @ towards[:, :, None])[:, :, 0]
@@ -186,7 +186,7 @@ class MovingMeshes:
         each = np.repeat(frames, np.bincount(owner, minlength=len(self.radii)), axis=1)  # much faster than by number
         way, at, scale, turn = each[:3], each[3:6], each[6], each[7:].reshape(3, 3, -1)
         directions = np.take(rays.directions, index, axis=1)
-        entry = _dot(way, directions)  # to what is nearest of the owner's centre
+        entry = _dot(way, directions)  # to the point nearest to the mesh's centre
         if rays.offsets is not None:
             offsets = np.take(rays.offsets, index, axis=0, mode="clip").T * scale
             entry -= _dot(directions, offsets)
@@ -214,7 +214,7 @@ def _windows(rays: RayBundle, places: Places, which: np.ndarray) -> tuple[np.nda
 
 
 def _dot(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Of vectors (3, n), one each."""
+    """Dot products of vectors (3, n), pairwise."""
     total = first[0] * second[0]
     total += first[1] * second[1]
     total += first[2] * second[2]

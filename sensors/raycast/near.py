@@ -1,9 +1,9 @@
-"""Small moving meshes that are few or close to a sensor: one scene of them all, so that each ray is cast but once.
+"""Small moving meshes that are few or close to a sensor: one scene for all of them, so that each ray is cast only once.
 
-What is close takes up much of the view, and many such meshes, as the links of the robot that carries the sensor, would
-bring each ray into many cells (see `bodies`); rebuilding a few thousand triangles costs less. So it does where a world
-has but a few hundred that move. Which meshes are gathered depends on where they are and how large, never on the rays or
-on who else casts.
+A close mesh fills much of the view, and many such meshes (the links of the robot that carries the sensor) would bring
+each ray into many cells (see `bodies`); rebuilding a few thousand triangles costs less. The same holds for a world with
+only a few hundred moving triangles. Which meshes are gathered depends only on their positions and sizes, never on the
+rays or on other casts.
 """
 
 from __future__ import annotations
@@ -22,23 +22,23 @@ if TYPE_CHECKING:
     from .bodies import Moving
 
 NEAR_RAD = np.deg2rad(20.0)
-"""Half the angle that a mesh takes up, from which on it is near."""
+"""Half of a mesh's angular size, from which on it is near."""
 
 MOST_TRIANGLES = 2000
-"""Larger meshes go into cells however near: the rays they get cost less than rebuilding them."""
+"""Larger meshes go into cells even if near: casting their rays costs less than rebuilding them."""
 
 FEW_TRIANGLES = 600
-"""Of all small meshes together: up to so many are gathered wherever they are."""
+"""Total triangles of all small meshes up to which they are gathered at any distance."""
 
 NEAR_ANCHOR_M = 64.0
-"""Up to here from the static scenes' anchor its frame is fine enough, and one scene serves all sensors."""
+"""Within this distance of the static scenes' anchor its frame is precise enough, and one scene serves all sensors."""
 
 FULL_CAST = 0.6
-"""Share of the rays from which on picking them costs more than casting them all."""
+"""Fraction of the rays from which on selecting them costs more than casting them all."""
 
 
 class _Layout:
-    """Some of the meshes side by side: what does not change when they move."""
+    """Some of the meshes side by side: the data that does not change when they move."""
 
     def __init__(self, entries: Sequence[Moving]) -> None:
         counts = [len(entry.mesh.vertices) for entry in entries]
@@ -62,7 +62,7 @@ class _Layout:
 
 
 class NearMeshes:
-    """Moving meshes that may be gathered; they are numbered as `moving`."""
+    """Moving meshes that may be gathered; numbered as `moving`."""
 
     def __init__(self, moving: Sequence[Moving]) -> None:
         self._moving = moving
@@ -70,9 +70,9 @@ class NearMeshes:
         self.small = counts <= MOST_TRIANGLES
         """(m,) bool, which of them may be near."""
         self.few = bool(counts[self.small].sum() <= FEW_TRIANGLES)
-        """Whether all that are small are gathered."""
+        """Whether all small meshes are gathered."""
         self.all_few = self.few and bool(self.small.all())
-        """Whether all are."""
+        """Whether all meshes are gathered."""
         self._layout: tuple[bytes, _Layout] | None = None
         self._scene: tuple[tuple[bytes, ...], TriangleScene] | None = None
 
@@ -88,7 +88,7 @@ class NearMeshes:
     ) -> None:
         """Adds hits with the meshes `which` (k,), bodies at `poses` (b, 4, 4) float64 [m].
 
-        windows: the rays that may meet them, with repeats, and whose each is; None: all may.
+        windows: the rays that may meet them, with repeats, and the mesh of each; None: all rays.
         """
         frame = anchor if np.abs(rays.origin - anchor).max() < NEAR_ANCHOR_M else rays.origin
         start = (rays.origin - frame).astype(np.float32)
@@ -107,13 +107,13 @@ class NearMeshes:
     def _scene_of(self, layout: _Layout, which: np.ndarray, poses: np.ndarray, origin: np.ndarray) -> TriangleScene:
         key = (which.tobytes(), origin.tobytes(), poses.tobytes())
         if self._scene is None or self._scene[0] != key:
-            self._scene = None  # the old scene goes before the next is made
+            self._scene = None  # the old scene is freed before the next is made
             self._scene = key, layout.scene(poses, origin)
         return self._scene[1]
 
 
 def _chosen(index: np.ndarray, count: int) -> np.ndarray | None:
-    """Each of some of `count` rays once, in order; None where all may as well be cast."""
+    """Each of the selected rays once, in order; None if casting all `count` rays is as cheap."""
     chosen = np.zeros(count, bool)
     chosen[index] = True
     found = np.flatnonzero(chosen)

@@ -13,12 +13,12 @@ from .triangles import TriangleHits
 class Nearest:
     """Keeps the nearest hit of each ray; an earlier one wins a tie, so the order of the casts is part of the result.
 
-    What was hit is kept as a number, which the static cast gives for free: first come the triangles of the static
-    scene, then all surfaces. So a surface is looked up only where somebody asks.
+    A hit is kept as a number, which the static cast gives for free: first come the triangles of the static scene, then
+    all surfaces. So a surface is looked up only on request.
     """
 
     def __init__(self, count: int, surface_of: np.ndarray, triangles: int, *, normals: bool) -> None:
-        """surface_of: (t + s + 1,) int32 of the t static triangles, of the s surfaces, and `NO_SURFACE`."""
+        """surface_of: (t + s + 1,) int32, the surface of the t static triangles, the s surfaces, and `NO_SURFACE`."""
         self._count = count
         self._surface_of, self._first = surface_of, np.uint32(triangles)
         self._with_normals = normals
@@ -28,7 +28,7 @@ class Nearest:
 
     @property
     def distance(self) -> np.ndarray:
-        """(n,) float32, inf where nothing was hit yet."""
+        """(n,) float32, inf without a hit."""
         if self._distance is None:
             self._distance = np.full(self._count, np.inf, np.float32)
             self._normals = np.zeros((self._count, 3), np.float32)
@@ -36,13 +36,13 @@ class Nearest:
         return self._distance
 
     def hits(self) -> Hits:
-        """What is nearest of all that was added."""
+        """The nearest of all added hits."""
         distance = self.distance
         assert self._number is not None
         return Hits(distance, self._normals if self._with_normals else None, self._number, self._surface_of)
 
     def add_static(self, found: TriangleHits, kept: bool) -> None:
-        """The cast of all rays at what stands still, before any other; kept: somebody has it for the next time."""
+        """Adds the cast of all rays at static geometry, before any other; kept: whether the arrays are kept."""
         self._distance, self._normals, self._number = found.distance, found.normals, found.triangle
         if kept:
             self._distance, self._number = self._distance.copy(), self._number.copy()
@@ -66,8 +66,7 @@ class Nearest:
         *,
         once: bool = False,
     ) -> None:
-        """Hits of the rays `index` (k,), each of which may come several times unless `once`, with the surfaces (k,)
-        uint32.
+        """Hits of the rays `index` (k,), each of which may repeat unless `once`, with the surfaces (k,) uint32.
 
         normals: gives the unit normals (m, 3), world axes, of some of them.
         """
@@ -90,7 +89,7 @@ class Nearest:
 
 
 def turn_each(vectors: np.ndarray, turns: np.ndarray, owner: np.ndarray) -> np.ndarray:
-    """Vectors (n, 3), each by its owner's rotation; turns: (3, 3, m) float32 of all owners. Column by column."""
+    """Vectors (n, 3), each by its mesh's rotation; turns: (3, 3, m) float32 of all meshes. Column by column."""
     out = np.empty(vectors.shape, np.float32)
     columns = np.ascontiguousarray(vectors.T)
     for row in range(3):

@@ -1,4 +1,4 @@
-"""Some rays of a bundle, cast at one scene."""
+"""Casts some rays of a bundle at one scene."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ def cast_picked(
     threads: int,
     nearest: Nearest,
 ) -> None:
-    """Adds what rays meet in a scene whose triangles have the surfaces (t,) uint32.
+    """Adds the hits of rays in a scene whose triangles have the surfaces (t,) uint32.
 
-    index: (k,) rays that may meet anything, each once; None: all may. start: (3,) float32 [m], where the bundle's
-    origin lies in the scene's frame.
+    index: (k,) rays that may hit anything, each once; None: all. start: (3,) float32 [m], the bundle's origin in the
+    scene's frame.
     """
     if index is None:
         rays.start_at(start)

@@ -8,9 +8,9 @@ import numpy as np
 def cast_plane(
     distance_to_plane: float, offsets: np.ndarray | None, directions: np.ndarray, normal: np.ndarray
 ) -> np.ndarray:
-    """Distance along each ray to a plane, from either side; inf where the ray does not meet it ahead.
+    """Distance along each ray to a plane, from either side; inf if the ray does not hit it.
 
-    distance_to_plane: signed height [m] of the rays' common origin over the plane, worked out in float64; offsets:
+    distance_to_plane: signed height [m] of the rays' common origin over the plane, computed in float64; offsets:
     (n, 3) float32 of single origins from it, or None; directions: (3, n) float32 unit; normal: (3,) unit.
     Returns (n,) float32: t = -h / (d . n), with h the height of the origin.
     """
@@ -25,7 +25,7 @@ def cast_plane(
 
 
 def _dot(vectors: np.ndarray, axis: np.ndarray) -> np.ndarray:
-    """Dot products of vectors (3, n), by axis and without those that count nothing: exact for planes along the axes."""
+    """Dot products of vectors (3, n), by axis, without terms that are zero: exact for planes along the axes."""
     total: np.ndarray | None = None
     for column in np.flatnonzero(axis):
         term = vectors[column] * np.float32(axis[column])

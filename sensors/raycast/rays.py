@@ -1,4 +1,4 @@
-"""The protocol of ray casting: a bundle of rays goes in, nearest hits come out."""
+"""The protocol of ray casting: from a bundle of rays to nearest hits."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ NOTHING = np.uint32(2**32 - 1)
 
 @dataclass(slots=True)
 class RayMemory:
-    """What a caster remembers of rays whose table is used again; whoever writes directions into it, or gives the rays
-    other offsets, calls `forget`.
+    """What a caster remembers about rays whose table is reused.
 
-    start: (3,) float32, where the first `rows` rays start, as they stand in the table; None: not known. cast: what was
-    last cast at a scene that stands still, with the start and the number of rays; met: what it met, kept from the
-    second time on that it is the same.
+    Code that writes directions into the table, or changes the rays' offsets, calls `forget`.
+
+    start: (3,) float32, the origin of the first `rows` rays in the table; None: not known. cast: the last cast at
+    static geometry, with the start and the number of rays; met: its hits, kept from the second equal cast on.
     """
 
     start: np.ndarray | None = None
@@ -36,22 +36,21 @@ class RayMemory:
         return self.rows >= count and self.start is not None and self.start.tobytes() == start.tobytes()
 
     def forget(self) -> None:
-        """The rays are others now."""
+        """Marks the rays as changed."""
         self.cast = self.met = None
 
 
 @dataclass(slots=True)
 class RayBundle:
-    """Rays of one geometry state.
+    """Rays that look at one geometry state.
 
-    table: (n, 6) float32, C-contiguous; its columns 3 to 5 are the unit directions, world axes; columns 0 to 2 are
-    the caster's, which writes the ray origins there, relative to where its scenes are anchored. origin: (3,) float64,
-    world [m], near all ray origins. offsets: (n, 3) float32 [m], world axes, each ray's origin less `origin`; None
-    where all start there. exclude: prim paths that are never hit, nor what lies below them. reach: farther hits [m]
-    may be left out. grid: a `RayGrid` of directions of which the bundle's are those from `first` on; only a speed-up.
-    swing: the largest angle [rad] between a direction and its place in the grid.
-    columns: (3, n) float32, contiguous, the directions once more, by axis; worked out if not given.
-    memory: that of the table; None where the table is not used again.
+    table: (n, 6) float32, C-contiguous; its columns 3 to 5 are the unit directions, world axes; columns 0 to 2 are for
+    the caster, which writes the ray origins there, relative to its scenes' anchors. origin: (3,) float64, world [m],
+    near all ray origins. offsets: (n, 3) float32 [m], world axes, each ray's origin less `origin`; None if all start
+    there. exclude: prim paths that are never hit, with everything below them. reach: farther hits [m] may be left out.
+    grid: a `RayGrid` that contains the bundle's directions from `first` on; only for speed. swing: the largest angle
+    [rad] between a direction and its place in the grid. columns: (3, n) float32, contiguous, the same directions by
+    axis; computed if not given. memory: that of the table; None if the table is not reused.
     """
 
     origin: np.ndarray
@@ -73,11 +72,11 @@ class RayBundle:
         return self.columns
 
     def spread(self) -> float:
-        """How far [m] the farthest ray starts from the bundle's origin."""
+        """Distance [m] of the farthest ray origin from the bundle's origin."""
         return 0.0 if self.offsets is None else float(np.sqrt((self.offsets**2).sum(axis=1).max(initial=0.0)))
 
     def start_at(self, start: np.ndarray) -> None:
-        """Writes the ray origins, `start` (3,) float32 plus the offsets; does nothing where they stand already."""
+        """Writes the ray origins, `start` (3,) float32 plus the offsets; does nothing if they are already written."""
         count, memory = len(self.table), self.memory
         if self.offsets is None and memory is not None and memory.holds(start, count):
             return
@@ -91,9 +90,9 @@ class RayBundle:
 class Hits:
     """Nearest hits of a bundle.
 
-    distance: (n,) float32 [m], inf where nothing is hit. normals: (n, 3) float32, unit, world axes, by the winding of
-    the surface, or None if not asked for. number: (n,) uint32 of what was hit, `NOTHING` where nothing is;
-    surface_of: (m,) int32, the surface of each number, the last being `NO_SURFACE`.
+    distance: (n,) float32 [m], inf without a hit. normals: (n, 3) float32, unit, world axes, by the winding of the
+    surface, or None if not requested. number: (n,) uint32 of the hit, `NOTHING` without a hit; surface_of: (m,) int32,
+    the surface of each number, the last being `NO_SURFACE`.
     """
 
     distance: np.ndarray
@@ -102,15 +101,16 @@ class Hits:
     surface_of: np.ndarray
 
     def surfaces(self, rows: np.ndarray | None = None) -> np.ndarray:
-        """Of the rays `rows` (None: all), the index into the caster's `surfaces`, int32; `NO_SURFACE` for nothing."""
+        """For the rays `rows` (None: all), int32 indices into the caster's `surfaces`; `NO_SURFACE` without a hit."""
         number = self.number if rows is None else np.take(self.number, rows, mode="clip")
         return np.take(self.surface_of, number, mode="clip")
 
 
 class RayCaster(Protocol):
-    """Anything that can say what rays hit first."""
+    """Finds the first hit of each ray."""
 
     def cast(self, rays: RayBundle, poses: Any = None, *, normals: bool = False) -> Hits:
-        """Hits against the geometry in the state `poses`, None meaning now. The same rays give the same bytes,
-        whoever else casts and with however many threads.
+        """Hits against the geometry in the state `poses`; None means now.
+
+        The same rays give the same bytes, whatever else is cast and with any number of threads.
         """

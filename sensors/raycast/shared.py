@@ -24,14 +24,14 @@ _worlds: weakref.WeakKeyDictionary[App, tuple[Any, CastWorld]] = weakref.WeakKey
 
 
 def cast_world(app: App) -> CastWorld:
-    """The cast world of an App's geometry; a new one after the geometry was collected anew (at play)."""
+    """The cast world of an App's geometry; a new one after the geometry was collected again (at play)."""
     geometry = app.geometry()
     known = _worlds.get(app)
     soft = frozenset(app.physics.deformable_paths if app.physics is not None else ())
     if known is not None and known[0] is geometry and known[1].soft == soft:
         return known[1]
     bodies = bodies_of(geometry)
-    weak = weakref.ref(app)  # what the world holds must not keep alive the App that it is kept for
+    weak = weakref.ref(app)  # the world's data must not keep its App alive
 
     def poses(snapshot: Any) -> np.ndarray:
         return np.asarray(present_app(weak).fabric.rigid_matrices(bodies, snapshot))
@@ -55,7 +55,7 @@ def cast_world(app: App) -> CastWorld:
 
 
 def present_app(weak: weakref.ref[App]) -> App:
-    """The App of a sensor or cast world that renders. Both belong to their App and know it weakly."""
+    """The App of a sensor or cast world that renders. Both belong to their App and refer to it weakly."""
     app = weak()
     assert app is not None, "what an App renders with outlives it only unused"
     return app
@@ -73,7 +73,7 @@ def surface_materials(app: App) -> np.ndarray:
 
 
 def surface_optics(app: App) -> Optics:
-    """What every surface of the App's cast world does to light."""
+    """The optical properties of every surface of the App's cast world."""
     world = cast_world(app)
     found: Optics | None = world.cache.get("optics")
     if found is None:
@@ -92,7 +92,7 @@ def surface_ids(app: App) -> np.ndarray:
 
 
 def surface_id_map(app: App) -> dict[int, str]:
-    """128-bit id -> path of every surface of the App's cast world; of prims first (`sensors.surfaces.ids`)."""
+    """128-bit id -> path of every surface of the App's cast world; prims come first (`sensors.surfaces.ids`)."""
     world = cast_world(app)
     found: dict[int, str] | None = world.cache.get("id map")
     if found is None:
@@ -101,11 +101,11 @@ def surface_id_map(app: App) -> dict[int, str]:
 
 
 def packed_id_map(app: App) -> np.ndarray:
-    """The same as a StableIdMap buffer, (size,) uint8, read-only: it is one for all frames."""
+    """The same as a StableIdMap buffer, (size,) uint8, read-only, shared by all frames."""
     world = cast_world(app)
     found: np.ndarray | None = world.cache.get("packed id map")
     if found is None:
-        extended = app.settings.get(ID_MAP_EXTENSION)  # a row of graph.sim.parity
+        extended = app.settings.get(ID_MAP_EXTENSION)  # an entry of graph.sim.parity
         entries = {number: path for number, path in surface_id_map(app).items() if extended or has_prim(path)}
         found = world.cache["packed id map"] = pack_stable_id_map(entries)
         found.setflags(write=False)
@@ -118,7 +118,7 @@ def surface_classes(app: App) -> np.ndarray:
 
 
 def surface_labels(app: App) -> dict[int, Labels]:
-    """What the numbers of semantic classes stand for: 0 nothing was hit, 1 no label, then the labels there are."""
+    """The labels of the semantic class numbers: 0 no hit, 1 no label, then the existing labels."""
     return dict(_classes(app)[1])
 
 

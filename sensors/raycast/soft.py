@@ -1,4 +1,4 @@
-"""Meshes that deform, such as cloth: one scene of them all, made anew when a point of it has moved."""
+"""Meshes that deform, such as cloth: one scene of them all, built again after any of their points has moved."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ if TYPE_CHECKING:
     from graph.sim.geometry.surfaces import Mesh
 
 PointsOf = Callable[["Mesh", Any], np.ndarray]
-"""A mesh, a state of the world (None: now) -> where its vertices are, (n, 3) float64 [m], world."""
+"""A mesh, a state of the world (None: now) -> positions of its vertices, (n, 3) float64 [m], world."""
 
 WIDE_RAD = np.deg2rad(60.0)
-"""Half the angle of the cone about all of them, from which on every ray is cast."""
+"""Half the angle of the cone about all of them, above which every ray is cast."""
 
 MARGIN_RAD = 1e-4
 
@@ -49,7 +49,7 @@ class SoftMeshes:
         """The scene about the origin, and the surface of each of its triangles, (t,) uint32."""
         key = (origin.tobytes(), bytes(str([number for number, _ in meshes]), "ascii"), *(p.tobytes() for p in points))
         if self._built is None or self._built[0] != key:
-            self._built = None  # the old scene goes before the next is made
+            self._built = None  # the old scene is freed before the next is made
             starts = np.cumsum([0, *(len(each) for each in points)])
             triangles = [
                 np.asarray(mesh.triangles, np.uint32) + np.uint32(start)
@@ -63,7 +63,7 @@ class SoftMeshes:
 
 
 def _window(rays: RayBundle, towards: np.ndarray) -> np.ndarray | None:
-    """The rays that may meet something among these points (n, 3) [m, from the rays' origin]; None for all."""
+    """The rays that may hit something among these points (n, 3) [m, from the rays' origin]; None for all."""
     low, high = towards.min(axis=0), towards.max(axis=0)
     centre, radius = (low + high) / 2, float(np.linalg.norm(high - low)) / 2 + rays.spread()
     distance = float(np.linalg.norm(centre))

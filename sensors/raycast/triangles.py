@@ -1,4 +1,4 @@
-"""One Open3D ray casting scene: triangles in, nearest hits out. The one file that touches Open3D."""
+"""One Open3D ray casting scene: triangles in, nearest hits out. Only this file imports Open3D."""
 
 from __future__ import annotations
 
@@ -14,14 +14,16 @@ from graph.base.errors import RunError
 from graph.sim.libraries import import_open3d
 
 MAX_SCENES = 500
-"""Each scene opens an Embree device, and the process ends with a crash at about 1011 of them (`sensors/README.md`)."""
+"""Each scene opens an Embree device, and the process crashes at about 1011 of them (`sensors/README.md`)."""
 
 _alive = [0]
 
 SKIN = 2e-4
-"""A ray that goes out through a surface within so much of its start, in units of the scene, stood on that surface and
-goes on: a sensor set exactly on its mount sees the world. It is several float32 spacings at 500 from the scene's origin
-(`sensors/README.md`)."""
+"""A ray that leaves a surface within this distance of its origin, in units of the scene, started on that surface and
+continues: a sensor placed exactly on its mount sees the world.
+
+It is several float32 spacings at 500 from the scene's origin (`sensors/README.md`).
+"""
 
 
 @functools.cache
@@ -33,8 +35,10 @@ def _open3d() -> tuple[Any, Any]:
 
 @dataclass(frozen=True, slots=True)
 class TriangleHits:
-    """Nearest hits of n rays: distance (n,) float32, inf where nothing is hit; triangle (n,) uint32, 2^32 - 1 there;
-    normals (n, 3) float32, unit, by the winding of the triangle, zero where nothing is hit.
+    """Nearest hits of n rays.
+
+    distance (n,) float32, inf without a hit; triangle (n,) uint32, 2^32 - 1 without a
+    hit; normals (n, 3) float32, unit, by the winding of the triangle, zero without a hit.
     """
 
     distance: np.ndarray
@@ -46,12 +50,12 @@ class TriangleScene:
     """Triangles with their acceleration structure.
 
     vertices: (v, 3) float32; triangles: (m, 3) uint32. warm: build the acceleration structure now, not at the first
-    cast. Raises RunError when too many scenes are alive.
+    cast. Raises RunError if too many scenes exist.
     """
 
     def __init__(self, vertices: np.ndarray, triangles: np.ndarray, *, warm: bool = True) -> None:
         if _alive[0] >= MAX_SCENES:
-            gc.collect()  # Apps that were dropped without being closed may hold some
+            gc.collect()  # Apps that were dropped without close() may still hold some
         if _alive[0] >= MAX_SCENES:
             raise RunError(
                 f"ray casting: {MAX_SCENES} scenes are alive, the most this process can hold; use fewer different "
@@ -68,7 +72,7 @@ class TriangleScene:
     def cast(self, rays: np.ndarray, threads: int) -> TriangleHits:
         """Nearest hits of rays (n, 6) float32, C-contiguous: origin, unit direction. threads: 0 means all cores.
 
-        What a ray leaves at its start, by the winding of the triangle, it does not hit (`SKIN`).
+        A surface that a ray leaves at its origin, by the winding of the triangle, is not hit (`SKIN`).
         """
         found = self._cast(rays, threads)
         if found.distance.min(initial=np.inf) < SKIN:

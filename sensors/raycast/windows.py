@@ -1,4 +1,4 @@
-"""Which rays lie in which cones: directions sorted into bands of elevation and, in those, cells of azimuth."""
+"""Finds the rays in cones: directions are sorted into bands of elevation and cells of azimuth within them."""
 
 from __future__ import annotations
 
@@ -12,24 +12,24 @@ COLUMNS = 720
 PER_DEGREE = COLUMNS // 360
 
 BANDS_PER_DEGREE = (50, 2)
-"""Of a lidar's rows each has its band; where that makes more than `MOST_BANDS` they are as wide as the cells."""
+"""One band per lidar row; above `MOST_BANDS`, bands are one cell high."""
 
 MOST_BANDS = 512
 BAND_EDGE_DEG = 0.0071
-"""Bands begin so far off round numbers, at which elevations like to lie."""
+"""Bands begin this far from round numbers, because elevations are often round."""
 
 MARGIN_DEG = 0.01
-"""Windows are this much wider than they need be, so that rounding loses no ray."""
+"""Windows are widened by this angle, so that rounding loses no ray."""
 
 
 ROUNDING = 1e-9
-"""Of cosines, so that a band about the pole that a cone just reaches lies in it all round."""
+"""Tolerance of cosines: a band about the pole that a cone just reaches counts as fully inside."""
 
 
 class RayGrid:
-    """Directions by azimuth and elevation, to find at once those in any number of cones.
+    """Directions by azimuth and elevation, to find quickly those in any number of cones.
 
-    local: (n, 3) float32 unit directions, in a frame that `rotation` (3, 3) turns into the world's; z is up in it.
+    local: (n, 3) float32 unit directions, in a frame that `rotation` (3, 3) turns to world axes; z is up in it.
     """
 
     def __init__(self, local: np.ndarray) -> None:
@@ -41,7 +41,7 @@ class RayGrid:
         count = int(band.max()) + 1 if len(band) else 0
         ends = np.searchsorted(band[order], np.arange(count + 1))
         rows = [order[start:end] for start, end in itertools.pairwise(ends)]
-        # Each band stands there twice, so that a window across the seam is one run as well.
+        # Each band is stored twice, so that a window across the seam is one run as well.
         self._index = np.concatenate([each for row in rows for each in (row, row)] or [order])
         filled = np.bincount(band * COLUMNS + column, minlength=count * COLUMNS).reshape(count, COLUMNS)
         before = np.cumsum(np.concatenate([0 * filled[:, :1], filled, filled], 1), axis=1)
@@ -58,8 +58,8 @@ class RayGrid:
     def near(self, axes: np.ndarray, half: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(index (k,), counts (m,)): every ray in a cone about the origin, and some more, cone after cone.
 
-        axes: (m, 3) float64, of any length, world axes; half: (m,) [rad], half the angle of each cone: from pi on all
-        rays. A ray comes once for each cone that it may lie in.
+        axes: (m, 3) float64, of any length, world axes; half: (m,) [rad], half the angle of each cone; from pi on, all
+        rays. A ray is repeated for each cone that may contain it.
         """
         x, y, z = (axes @ self.rotation).T
         elevation, azimuth = np.arctan2(z, np.hypot(x, y)), np.rad2deg(np.arctan2(y, x))
@@ -79,7 +79,7 @@ class RayGrid:
         return np.take(self._index, _runs(start, rays)), counts
 
     def _width(self, elevation: np.ndarray, half: np.ndarray, owner: np.ndarray, band: np.ndarray) -> np.ndarray:
-        """Half the azimuth [deg] that the cone `owner` takes up in a band: by the spherical law of cosines."""
+        """Half the azimuth [deg] of the cone `owner` in a band: by the spherical law of cosines."""
         within = np.minimum(np.take(half, owner) + np.take(self._reach, band) + np.deg2rad(MARGIN_DEG), np.pi)
         above = np.cos(within) - np.take(np.sin(elevation), owner) * np.take(self._sine, band) - ROUNDING
         cosine = above / (np.take(np.maximum(np.cos(elevation), 1e-12), owner) * np.take(self._cosine, band))
@@ -87,7 +87,7 @@ class RayGrid:
 
 
 def _bands(elevation: np.ndarray) -> np.ndarray:
-    """The band of each elevation [deg], numbered upwards, none of them empty."""
+    """The band of each elevation [deg], numbered upwards; no band is empty."""
     for per_degree in BANDS_PER_DEGREE:
         found, band = np.unique(np.floor((elevation + BAND_EDGE_DEG) * per_degree), return_inverse=True)
         if len(found) <= MOST_BANDS:

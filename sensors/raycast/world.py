@@ -1,4 +1,4 @@
-"""The stage as something rays can hit: static geometry built once, moving geometry only where it moved."""
+"""The stage as geometry for rays: static geometry is built once, moving geometry only updated."""
 
 from __future__ import annotations
 
@@ -19,17 +19,19 @@ from .soft import PointsOf, SoftMeshes
 from .triangles import TriangleHits, TriangleScene
 
 GRID_M = 1000.0
-"""Scenes are built around the points of this grid, each sensor using the one nearest to it: rays and vertices are
-shifted in float64 before they are rounded to float32, so precision is the same everywhere in the world."""
+"""Scenes are built around the points of a grid with this spacing, and each sensor uses the nearest point: rays and
+vertices are shifted in float64 before they are rounded to float32, so precision is the same everywhere in the
+world.
+"""
 
 _numbers = itertools.count()
 
 KEPT_SCENES = 32
-"""Static scenes kept for (anchor, exclude) pairs; the one not used for longest goes first."""
+"""Static scenes kept for (anchor, exclude) pairs; the least recently used is dropped first."""
 
 
 def bodies_of(geometry: Sequence[Mesh | Plane]) -> tuple[str, ...]:
-    """The bodies that geometry moves with, in the order in which they come first."""
+    """The bodies that carry geometry, in order of first occurrence."""
     return tuple(dict.fromkeys(str(surface.body) for surface in geometry if surface.body is not None))
 
 
@@ -37,9 +39,9 @@ class CastWorld:
     """Casts against one collection of geometry.
 
     geometry: meshes and infinite planes; those with a body move with it. poses: gives the bodies' poses, (b, 4, 4)
-    float64 world [m] in the order of `bodies`, for a snapshot (None: now). threads: rays are cast on so many (0: all).
-    soft: sources of the meshes that deform; points: where the vertices of such a mesh are. `surfaces` lists the
-    geometry in the order of their numbers.
+    float64 world [m] in the order of `bodies`, for a snapshot (None: now). threads: number of threads for casting (0:
+    all cores). soft: sources of the meshes that deform; points: positions of such a mesh's vertices. `surfaces` lists
+    the geometry in the order of their numbers.
     """
 
     def __init__(
@@ -55,7 +57,7 @@ class CastWorld:
         number = {body: index for index, body in enumerate(self.bodies)}
         self.body_of = np.array([number.get(str(s.body), -1) if s.body else -1 for s in geometry] or [-1], np.int32)
         self.cache: dict[str, Any] = {}
-        """What users of the world have worked out about its surfaces."""
+        """Data that users of the world have computed about its surfaces."""
         self._poses = poses
         self._threads = threads
         self._sets: OrderedDict[tuple[bytes, frozenset[str]], _Scenes] = OrderedDict()
@@ -140,16 +142,16 @@ class CastWorld:
 
 
 def excluded(path: str, exclude: frozenset[str]) -> bool:
-    """Whether a surface is one of the excluded prims, lies below one, or is a copy of one (a point instancer)."""
+    """Whether a surface is an excluded prim, is below one, or is a copy of one (a point instancer)."""
     return any(path == other or path.startswith((f"{other}/", f"{other}[")) for other in exclude)
 
 
 class _Scenes:
-    """What one set of excluded prims leaves to be hit, with the static scene about one anchor."""
+    """The geometry that remains for one set of excluded prims, with the static scene about one anchor."""
 
     def __init__(self, world: CastWorld, anchor: np.ndarray, exclude: frozenset[str]) -> None:
         surfaces = world.surfaces
-        self._number = next(_numbers)  # tells it from all others, also from those that are gone
+        self._number = next(_numbers)  # distinguishes it from all others, also from deleted ones
         self.skip = frozenset(i for i, s in enumerate(surfaces) if exclude and excluded(str(s.path), exclude))
         static = [
             (i, s)
@@ -179,10 +181,10 @@ class _Scenes:
     def cast(
         self, static: TriangleScene, rays: RayBundle, start: np.ndarray, threads: int
     ) -> tuple[TriangleHits, bool]:
-        """What rays that start at `start` (3,) float32 meet of what stands still, and whether that is kept.
+        """Hits of rays from `start` (3,) float32 on static geometry, and whether they are kept.
 
-        From the second time on that the same rays come from the same place, what they met is kept: a sensor that keeps
-        still is not cast again at what does.
+        From the second time on that the same rays come from the same place, their hits are kept: a stationary sensor
+        does not cast at static geometry again.
         """
         memory = rays.memory
         cast = self._number, start.tobytes(), len(rays.table)

@@ -1,1 +1,1 @@
-"""What sensors see of a surface: its material and optics, its object id, its semantic labels."""
+"""Surface properties that sensors see: material and optics, object id, semantic labels."""

@@ -14,14 +14,14 @@ ENTRY = np.dtype([("id", "<u4", 4), ("length", "<u4"), ("offset", "<u4")])
 
 
 EXTENSION = 0x49445354
-"""Marks, as the fourth word from the end of a map, that it has a second table: of the ids without documented entry."""
+"""Marks, as the fourth word from the end of a map, a second table: the ids that the documented format does not have."""
 
 
 def stable_id(path: str) -> bytes:
-    """The 16 bytes of a surface's id, the same in every session: 12 that its prim path decides, then the high 32 bits.
+    """The 16 bytes of a surface's id, the same in every session: 12 determined by its prim path, then the high 32 bits.
 
-    These are 0 for a prim and for a GeomSubset, and 1 + n for what copy n of a point instancer shows
-    ("/World/Rocks[7]", "/World/Rocks[7]/Lid"): such copies have no prim of their own.
+    The high bits are 0 for a prim and for a GeomSubset, and 1 + n for copy n of a point instancer ("/World/Rocks[7]",
+    "/World/Rocks[7]/Lid"): such copies have no prim.
     """
     prim, bracket, rest = path.partition("[")
     number, _, below = rest.partition("]")
@@ -30,12 +30,12 @@ def stable_id(path: str) -> bytes:
 
 
 def has_prim(path: str) -> bool:
-    """Whether a surface is a prim (or GeomSubset) of its own, so that the documented map has it."""
+    """Whether a surface is a prim (or GeomSubset), so that the documented map contains it."""
     return "[" not in path
 
 
 def stable_id_map(paths: Iterable[str]) -> dict[int, str]:
-    """Id -> path of all surfaces; those of prims first, then the copies of point instancers."""
+    """Id -> path of all surfaces; prims first, then the copies of point instancers."""
     ordered = sorted(dict.fromkeys(paths), key=lambda path: not has_prim(path))
     return {int.from_bytes(stable_id(path), "little"): path for path in ordered}
 
@@ -43,9 +43,9 @@ def stable_id_map(paths: Iterable[str]) -> dict[int, str]:
 def pack_stable_id_map(entries: Mapping[int, str]) -> np.ndarray:
     """A StableIdMap buffer, (size,) uint8, that `parse_stable_id_map_data` reads.
 
-    What the original documents lies where it documents it: the table of the ids of prims and GeomSubsets at the start,
-    the number of its entries in the last word. Between the labels and that word lies what is ours: the table of all
-    other ids, then its place, its number of entries and `EXTENSION` (u32 each).
+    The documented part has its documented place: the table of the ids of prims and GeomSubsets at the start, the number
+    of its entries in the last word. Our extension is between the labels and that word: the table of all other ids, then
+    its offset, its number of entries and `EXTENSION` (u32 each).
     """
     documented = {number: path for number, path in entries.items() if has_prim(path)}
     others = {number: path for number, path in entries.items() if not has_prim(path)}
@@ -72,7 +72,7 @@ def _tables(entries: Mapping[int, str], start: int) -> bytes:
 def parse_object_ids(array: Any) -> list[int]:
     """128-bit ids as Python integers, from rows of 16 uint8, 4 uint32 or 2 uint64 (little-endian).
 
-    Raises ValueError for any other dtype, and for an array that does not divide into whole ids.
+    Raises ValueError for any other dtype, and for an array that is not a whole number of ids.
     """
     values = np.ascontiguousarray(array)
     words = _WORDS.get(values.dtype)
@@ -85,13 +85,13 @@ def parse_object_ids(array: Any) -> list[int]:
 
 
 def parse_stable_id_map_data(buffer: Any, *, resolve_all: bool = False) -> dict[int, str]:
-    """Id -> prim path of a StableIdMap buffer (array of any dtype, bytes, or a handle of ours).
+    """Id -> prim path of a StableIdMap buffer (array of any dtype, bytes, or one of our handles).
 
     Its last 4 bytes are the number of entries (u32); the table starts at offset 0 with 24 bytes an entry: id (4 x u32,
     little-endian), length and offset (u32 each, from the start of the buffer) of the path in UTF-8, whose trailing
-    white space is dropped. As documented it has prims and GeomSubsets, but not the ids whose high 32 bits tell copies
-    apart; resolve_all: those too, so that every hit of the frame has a path ("/World/Rocks[7]" is copy 7 of a point
-    instancer). No buffer, or one that does not hold what it says, gives an empty map and a warning.
+    white space is dropped. As documented it has prims and GeomSubsets, but not the ids whose high 32 bits distinguish
+    copies; resolve_all: those too, so that every hit of the frame has a path ("/World/Rocks[7]" is copy 7 of a point
+    instancer). A missing or inconsistent buffer gives an empty map and a warning.
     """
     if isinstance(buffer, (int, np.integer)):
         from sensors.handles import resolve
@@ -127,7 +127,7 @@ def _bytes_of(data: Any) -> np.ndarray:
 
 
 def _entries(data: np.ndarray, start: int, count: int) -> dict[int, str]:
-    """The entries of one table of a map. Raises ValueError where the buffer does not hold them."""
+    """The entries of one table of a map. Raises ValueError if the buffer is too short for them."""
     end = start + count * ENTRY.itemsize
     if end > len(data) - 4:
         raise ValueError(f"{count} entries do not fit into {len(data)} bytes")

@@ -1,4 +1,4 @@
-"""Non-visual materials: what lidars and radars see of a surface, as one number of 16 bits."""
+"""Non-visual materials: what lidars and radars see of a surface, as one 16-bit number."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def decode(number: int) -> tuple[str, str, tuple[str, ...]]:
 
 
 def material_of(stage: Any, path: str | None, prefix: str = PREFIX) -> int:
-    """The encoded material of a Material prim; 0 where there is none, or where it says nothing."""
+    """The encoded material of a Material prim; 0 for a missing prim, or one without non-visual attributes."""
     prim = stage.GetPrimAtPath(path) if path else None
     if not prim:
         return 0

@@ -1,4 +1,4 @@
-"""How surfaces send laser light back: reflectance by non-visual material, in the near infrared (about 905 nm)."""
+"""Optical properties of surfaces for lasers: reflectance by non-visual material, near infrared (about 905 nm)."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from .materials import decode
 
 DEFAULT_REFLECTANCE = 0.5
-"""Of a surface whose material says nothing."""
+"""Reflectance of a surface without a non-visual material."""
 
 REFLECTANCE = {
     # Wehr and Lohr, "Airborne laser scanning: an introduction and overview", ISPRS Journal 54 (1999), table of diffuse
@@ -26,8 +26,8 @@ REFLECTANCE = {
     "rubber": 0.05,
     "stone": 0.4,
     "marble": 0.7,
-    # Estimated from those, from reflectances of plastics and metals that are commonly given, and from Fresnel's 4 % a
-    # surface for glass; no public table is behind them.
+    # Estimated from the values above, from common reflectances of plastics and metals, and from Fresnel's 4 % for each
+    # face of glass; no public table gives them.
     "none": DEFAULT_REFLECTANCE,
     "aluminum": 0.6,
     "steel": 0.5,
@@ -67,32 +67,35 @@ REFLECTANCE = {
     "ice": 0.3,
     "calibration_lambertion": 0.99,
 }
-"""Share of the light that a diffuse surface of each base material sends back, seen along its normal."""
+"""Fraction of the light that a diffuse surface of each base material reflects, along its normal."""
 
 CLEAR = ("clear_glass", "plexiglass")
-"""Bases that light passes through; so it does through whatever has the attribute `visually_transparent`."""
+"""Transparent bases; every material with the attribute `visually_transparent` is transparent too."""
 
 GLASS_FACE = 0.04
-"""Reflectance of one face of what is transparent: Fresnel's at normal incidence, ((n - 1) / (n + 1))^2 with n = 1.5.
-A pane modelled as a solid has two faces."""
+"""Reflectance of one face of a transparent surface:
+
+Fresnel's at normal incidence, ((n - 1) / (n + 1))^2 with n = 1.5. A pane modelled as a solid has two faces.
+"""
 
 PAINTED = 0.5
-"""Reflectance of paint, whatever it covers (estimated)."""
+"""Reflectance of paint, on any base (estimated)."""
 
 CLEARCOAT = 0.96**2
-"""What a clear coat lets through, in and out: a surface of refractive index 1.5 reflects 4 %."""
+"""Transmission of a clear coat, in and out: a surface of refractive index 1.5 reflects 4 %."""
 
 RETRO_GAIN = 785.0
-"""How much more light a retro-reflector sends back than a white diffuse surface: pi times the coefficient of
-retro-reflection 250 cd/(lx m^2) that ASTM D4956 asks of white type III sheeting; independent of incidence here."""
+"""Light from a retro-reflector, relative to a white diffuse surface: pi times the coefficient of retro-reflection
+250 cd/(lx m^2) that ASTM D4956 requires of white type III sheeting; independent of incidence here.
+"""
 
 
 @dataclass(frozen=True)
 class Optics:
-    """What the surfaces of a world do to light; arrays of one entry for each surface.
+    """Optical properties of the surfaces of a world; arrays with one entry for each surface.
 
-    reflectance: (n,) float32, 0 to 1. retro: (n,) bool. passing: (n,) float32, the share of the light that comes
-    through on its way there and back again; 0 for what is opaque.
+    reflectance: (n,) float32, 0 to 1. retro: (n,) bool. passing: (n,) float32, the fraction of the light that passes on
+    its way there and back; 0 for opaque surfaces.
     """
 
     reflectance: np.ndarray
@@ -111,7 +114,7 @@ class Optics:
 
     @cached_property
     def uniform(self) -> np.float32 | None:
-        """The one reflectance of all surfaces, or None where they differ."""
+        """The common reflectance of all surfaces, or None if they differ."""
         if not len(self.reflectance):
             return np.float32(DEFAULT_REFLECTANCE)
         same = not self.has_retro and bool((self.reflectance == self.reflectance[0]).all())

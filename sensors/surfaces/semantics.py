@@ -1,4 +1,4 @@
-"""Semantic labels of what rays hit: UsdSemantics, and the attributes that were used before it."""
+"""Semantic labels of hit prims: UsdSemantics, and the attributes of older versions."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ UNLABELLED: Labels = {"class": "UNLABELLED"}
 def labels_of(prim: Any) -> Labels:
     """The labels on a prim itself, by taxonomy.
 
-    Read are `semantics:labels:<taxonomy>` (UsdSemantics; SemanticsLabelsAPI need not be applied), then
-    `semantic:<name>:params:semanticType` with `...:semanticData`, then `semantics:<taxonomy>`; the first of them that
-    names a taxonomy wins.
+    Reads `semantics:labels:<taxonomy>` (UsdSemantics; SemanticsLabelsAPI need not be applied), then
+    `semantic:<name>:params:semanticType` with `...:semanticData`, then `semantics:<taxonomy>`; the first one of a
+    taxonomy wins.
     """
     found: Labels = {}
     names = [str(name) for name in prim.GetAuthoredPropertyNames() if str(name).startswith("semantic")]
@@ -37,7 +37,7 @@ def labels_of(prim: Any) -> Labels:
 
 
 def inherited_labels(stage: Any, path: str) -> Labels:
-    """The labels of a prim: for each taxonomy those of the nearest prim at or above it that has any."""
+    """The labels of a prim: for each taxonomy, those of the nearest prim at or above it that has any."""
     found: Labels = {}
     prim = stage.GetPrimAtPath(path)
     while prim and not prim.IsPseudoRoot():
@@ -48,7 +48,7 @@ def inherited_labels(stage: Any, path: str) -> Labels:
 
 
 def surface_label(stage: Any, surface: Any) -> Labels:
-    """The labels of a surface: of the prim that its shape comes from, then, for a copy, of the point instancer."""
+    """The labels of a surface: of its prim, then, for a copy, of the point instancer."""
     path = str(surface.path)
     found = inherited_labels(stage, str(surface.source or path))
     if "[" in path:
@@ -57,9 +57,9 @@ def surface_label(stage: Any, surface: Any) -> Labels:
 
 
 def numbered(surfaces: Sequence[Labels]) -> tuple[np.ndarray, dict[int, Labels]]:
-    """The number of each surface's labels, (n,) uint32, and what the numbers stand for.
+    """The number of each surface's labels, (n,) uint32, and the labels of each number.
 
-    0 is nothing hit, 1 no label; different labels follow from 2 on, in the order of their text.
+    0 is no hit, 1 no label; labels follow from 2 on, in the order of their text.
     """
     different = sorted({_key(labels) for labels in surfaces if labels})
     number = {key: place for place, key in enumerate(different, start=2)}

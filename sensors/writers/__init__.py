@@ -1,4 +1,4 @@
-"""Writers: what takes each new frame of a render product, by name."""
+"""Writers: each receives every new frame of a render product; found by name."""
 
 from .annotated import AnnotatedWriter
 from .registry import (

@@ -1,4 +1,4 @@
-"""Writers as classes that bring annotators of their own, as in Replicator."""
+"""Writers as classes with their own annotators, as in Replicator."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class AnnotatedWriter:
-    """Base of a writer: set `annotators` in `__init__`, and get what they hand out of each new frame in `write`.
+    """Base of a writer: set `annotators` in `__init__`; `write` receives their data of each new frame.
 
         class Count(rep.Writer):
             def __init__(self):
@@ -37,11 +37,14 @@ class AnnotatedWriter:
     _product: RenderProduct | None = None
 
     def write(self, data: Mapping[str, Any]) -> None:
-        """Takes what the annotators hand out of a new frame."""
+        """Receives the annotators' data of a new frame."""
         raise NotImplementedError(f"{type(self).__name__} has no method write(data)")
 
     def attach_to(self, app: App, product: RenderProduct) -> None:
-        """Attaches the annotators to a product. Raises SensorValueError where one cannot read it; then none is."""
+        """Attaches the annotators to a product.
+
+        Raises SensorValueError if one cannot read it; then none is attached.
+        """
         self._product, self._attached = product, []
         try:
             for one in self.annotators:
@@ -58,7 +61,7 @@ class AnnotatedWriter:
         self._attached = ()
 
     def __call__(self, frame: Frame) -> None:
-        """Takes a new frame."""
+        """Receives a new frame."""
         assert self._product is not None
         data = {annotator.name: annotator.get_data() for annotator in self._attached}
         if self.data_structure == "renderProduct":

@@ -1,4 +1,4 @@
-"""The draw-point-cloud writer: each frame of a sensor as a PNG picture. The one file that touches Pillow."""
+"""The draw-point-cloud writer: each frame of a sensor as a PNG picture. Only this file imports Pillow."""
 
 from __future__ import annotations
 
@@ -17,14 +17,15 @@ VIEWS = {
     "side": ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
     "oblique": ((0.5**0.5, -(0.5**0.5), 0.0), (0.5, 0.5, 0.5**0.5)),
 }
-"""View -> the world axes that point to the right and up in the picture: from above, along +x, along +y, from behind
-at the right, 45 deg down."""
+"""View -> the world axes that point right and up in the picture: from above, along +x, along +y, from behind on the
+right, 45 deg down.
+"""
 
 BACKGROUND = np.array([8, 8, 12], np.float64)
 GRID = np.array([32, 32, 40], np.uint8)
 SENSOR = np.array([255, 96, 64], np.uint8)
 KEPT = 0.01
-"""Share of the points at each end that the first picture may leave outside."""
+"""Fraction of the points at each end that the first picture may leave outside."""
 
 MOST_PIXELS = 15
 """Largest side of a point's square."""
@@ -36,10 +37,10 @@ class PointCloudDrawing:
     <sensor> is the prim's path with _ for each / and __ for each _, so that no two sensors share a picture.
 
     size: side of a point's square [m], at least a pixel. color: r, g, b, a from 0 to 1. doTransform: draw points in the
-    world, not in the sensor's frame (points that are in world axes already stay). testMode: draw, but write nothing.
-    view: one of `VIEWS`, without perspective. resolution: width, height [px]. center (x, y, z) [m] and span, the metres
-    across the width: what the pictures show; without them the points of the first frame that has any, whose range all
-    others keep. Grey lines lie every 1, 10 or 100 m, the cross is the sensor. Raises ValueError for wrong arguments.
+    world instead of the sensor's frame (points in world axes stay unchanged). testMode: draw, but write no file. view:
+    one of `VIEWS`, without perspective. resolution: width, height [px]. center (x, y, z) [m] and span [m], the width of
+    the pictures; by default they fit the points of the first frame that has any, and stay. Grey lines are 1, 10 or 100
+    m apart; the cross is the sensor. Raises ValueError for wrong arguments.
     """
 
     def __init__(
@@ -77,7 +78,7 @@ class PointCloudDrawing:
         self._color = np.rint(mixed).astype(np.uint8)
 
     def __call__(self, frame: Frame) -> Path:
-        """Draws a frame; returns where it is written. Raises RunError where it cannot be."""
+        """Draws a frame; returns the path of its picture. Raises RunError if it cannot be written."""
         picture = self.draw(frame)
         name = frame.sensor_path.strip("/").replace("_", "__").replace("/", "_") or "cloud"
         file = self.folder / f"{name}_{frame.frame_id:06d}.png"
@@ -109,7 +110,7 @@ class PointCloudDrawing:
         return picture
 
     def _fit(self, places: np.ndarray, sensor: np.ndarray) -> None:
-        """Decides what the pictures show, once there are points."""
+        """Chooses the range of the pictures at the first frame with points."""
         if self._center is not None and self._scale is not None:
             return
         if not len(places):

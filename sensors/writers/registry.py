@@ -1,4 +1,4 @@
-"""Writers by name: what takes each new frame of a render product."""
+"""Writers by name: each receives every new frame of a render product."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ Writer = Callable[[Frame], object]
 class WriterSpec:
     """How a writer is made: a factory, its default arguments, and the channels it reads.
 
-    factory: called with the arguments, gives what is called with each frame; it raises ValueError or TypeError for
-    wrong ones.
+    factory: called with the arguments, returns a callable for frames; it raises ValueError or TypeError for wrong
+    arguments.
     """
 
     factory: Callable[..., Writer]
@@ -60,11 +60,11 @@ REGISTRY |= {
         _debug_draw, {**REGISTRY[DEBUG_DRAW].defaults, "size": 0.2, "color": (1.0, 0.2, 0.3, 1.0)}
     ),
 }
-"""The registry, by the names that Replicator has, the older ones too."""
+"""The registry, by Replicator's names, including the older ones."""
 
 
 def writer_specs() -> dict[str, WriterSpec]:
-    """Every writer by its name in the registry: those for all sensors, and those that sensor types bring."""
+    """Every writer by its name in the registry: those for all sensors, and those of sensor types."""
     found = dict(REGISTRY)
     for kind in sensor_types().values():
         found |= kind.writers
@@ -72,11 +72,11 @@ def writer_specs() -> dict[str, WriterSpec]:
 
 
 WRITERS: dict[str, WriterSpec] = {"draw-point-cloud": REGISTRY[DEBUG_DRAW]}
-"""Short names; sensors copy this table when they are made, so later entries reach later sensors only."""
+"""Short names; a sensor copies this table when it is created, so later entries reach only later sensors."""
 
 
 def register_writer_spec(name: str, spec: WriterSpec | Mapping[str, Any]) -> None:
-    """Lets sensors that are made from now on take the writer `name`.
+    """Makes the writer `name` available to sensors that are created from now on.
 
     spec: a `WriterSpec`, or {"name": name in the registry, "defaults": arguments}. Raises SensorValueError if the name
     is taken, or the registry has no such writer.
@@ -92,12 +92,12 @@ def register_writer_spec(name: str, spec: WriterSpec | Mapping[str, Any]) -> Non
 
 
 def unregister_writer_spec(name: str) -> None:
-    """Takes a short name away again; unknown ones are fine. Sensors that have it keep it."""
+    """Removes a short name; unknown ones are ignored. Existing sensors keep it."""
     WRITERS.pop(name, None)
 
 
 def find_writer(table: Mapping[str, WriterSpec], name: str) -> WriterSpec:
-    """The writer of this name. Raises SensorValueError with a name that is near, or those there are."""
+    """The writer of this name. Raises SensorValueError with a similar name, or with all names."""
     if name not in table:
         hint = did_you_mean(name, table, f"there are: {', '.join(sorted(table)) or 'none'}")
         raise SensorValueError(f"there is no writer {name!r}{hint}")
@@ -105,7 +105,7 @@ def find_writer(table: Mapping[str, WriterSpec], name: str) -> WriterSpec:
 
 
 class AttachedWriter:
-    """A writer on its way to a render product: `initialize(size=0.2).attach(product)`; `detach()` ends it."""
+    """A writer for a render product: `initialize(size=0.2).attach(product)`; `detach()` ends it."""
 
     def __init__(self, name: str, spec: WriterSpec, *, app: App | None = None) -> None:
         self.name = name
@@ -122,16 +122,16 @@ class AttachedWriter:
         return self._product
 
     def initialize(self, **options: Any) -> AttachedWriter:
-        """Sets arguments over the defaults. Raises SensorValueError once it is attached."""
+        """Sets arguments in place of the defaults. Raises SensorValueError after it is attached."""
         if self._product is not None:
             raise SensorValueError(f"writer {self.name} is attached already; initialize it before attach")
         self.options.update(options)
         return self
 
     def attach(self, products: Product) -> AttachedWriter:
-        """Attaches it to a render product (or a list of one), whose every new frame it gets from now on.
+        """Attaches it to a render product (or a list of one): from now on it gets every new frame.
 
-        Raises SensorValueError for wrong arguments, a product that is not there, and where one is attached.
+        Raises SensorValueError for wrong arguments, a product that does not exist, and if it is already attached.
         """
         app, product = only_product(products, self._app, f"writer {self.name}")
         if self._product is not None:
@@ -154,7 +154,7 @@ class AttachedWriter:
         return self
 
     def detach(self) -> None:
-        """Ends it; one that is not attached is fine."""
+        """Detaches it; harmless if it is not attached."""
         product, self._product = self._product, None
         if product is None:
             return
@@ -165,7 +165,7 @@ class AttachedWriter:
             product.writers.remove(self.writer)
 
     def __getattr__(self, name: str) -> Any:
-        """What the writer itself has, once there is one."""
+        """The writer's own attributes, after it was made."""
         writer = self.__dict__.get("writer")
         if writer is None or name.startswith("__"):
             raise AttributeError(f"writer {self.__dict__.get('name')} has no {name}; attach it first")
@@ -173,7 +173,7 @@ class AttachedWriter:
 
 
 def get(name: str, init_params: Mapping[str, Any] | None = None, *, app: App | None = None) -> AttachedWriter:
-    """A fresh writer by its name in the registry, or its short one. Raises SensorValueError for unknown names."""
+    """A new writer by its name in the registry, or its short name. Raises SensorValueError for unknown names."""
     return AttachedWriter(name, find_writer({**WRITERS, **writer_specs()}, name), app=app).initialize(
         **(init_params or {})
     )
