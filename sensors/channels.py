@@ -85,6 +85,11 @@ CHANNELS: dict[str, Channel] = dict(
 POINT_CHANNELS = tuple(CHANNELS.values())
 """The channels of point sensors."""
 
+RADIAL_VELOCITY = Channel(
+    "rv_ms", np.dtype("<f4"), level=AuxLevel.BASIC, unit="m/s", doc="rate of the range: positive recedes"
+)
+CHANNELS[RADIAL_VELOCITY.name] = RADIAL_VELOCITY
+
 AUXILIARY = frozenset(name for name, channel in CHANNELS.items() if channel.level > AuxLevel.NONE)
 """The point channels that need an auxiliary level."""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
@@ -45,6 +46,8 @@ class Frame:
     a GenericModelOutput. arrays: channel name -> array of `count` rows, an image of as many pixels, or a list of other
     objects; only requested channels. one_instant: whether the whole frame shows the state at its reference time,
     although its elements have other times. config: the sensor's configuration (a LidarConfig for lidars).
+    facts: fields of a GenericModelOutput that only some sensors have, such as scanIdx of radars; they need an auxiliary
+    level above NONE.
     """
 
     timestamp_ns: int
@@ -64,6 +67,7 @@ class Frame:
     azimuth_offset_deg: float = 0.0
     reference: Fraction = Fraction(0)
     one_instant: bool = False
+    facts: Mapping[str, Any] = field(default_factory=dict)
     cache: dict[str, Any] = field(default_factory=dict, repr=False)
 
     def channel(self, name: str) -> np.ndarray:

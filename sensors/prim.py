@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from pxr import Usd
 
 TICK_RATE = "omni:sensor:tickRate"
+FRAME_RATE = "omni:sensor:frameRate"
 AUX_CHANNELS = "_replicator:rendervar:GenericModelOutput:channels"
 EXCLUDE = "tickgraph:exclude"
 
@@ -25,15 +26,38 @@ EXCLUDE = "tickgraph:exclude"
 def read_tick_rate(prim: Usd.Prim, bare: Fraction | int = 0) -> Fraction:
     """The tick rate [Hz]; 0 means every update. `bare`: for a prim without an authored rate.
 
-    Raises UserError if negative.
+    It stands in `omni:sensor:tickRate`, or in ovrtx's words in `omni:sensor:frameRate`, two numbers n, d for n / d Hz.
+    Raises UserError if it is negative, or both are there and disagree.
     """
-    attribute = prim.GetAttribute(TICK_RATE)
-    value = attribute.Get() if attribute and attribute.HasAuthoredValue() else None
+    ratio = _authored(prim, FRAME_RATE)
+    frames = None if ratio is None else _frame_rate(prim, ratio)
+    value = _authored(prim, TICK_RATE)
     if value is None:
-        return Fraction(bare)
+        return Fraction(bare) if frames is None else frames
     if not math.isfinite(value) or value < 0:
         raise UserError(f"{prim.GetPath()}.{TICK_RATE} is {value}; give a rate in Hz, or 0 to render in every update")
-    return exact.rate(float(value), stored_as_float32=True)
+    ticks = exact.rate(float(value), stored_as_float32=True)
+    if frames is not None and np.float32(float(frames)) != np.float32(value):
+        raise UserError(
+            f"{prim.GetPath()}: {TICK_RATE} is {exact.shortest(ticks)} Hz, {FRAME_RATE} {exact.shortest(frames)} Hz: "
+            "two words for one rate; give one"
+        )
+    return ticks if frames is None else frames
+
+
+def _authored(prim: Usd.Prim, name: str) -> Any:
+    attribute = prim.GetAttribute(name)
+    return attribute.Get() if attribute and attribute.HasAuthoredValue() else None
+
+
+def _frame_rate(prim: Usd.Prim, ratio: Any) -> Fraction:
+    try:
+        numerator, denominator = map(exact.rate, map(float, ratio))
+    except (ValueError, TypeError):
+        numerator = denominator = Fraction(0)
+    if numerator <= 0 or denominator <= 0:
+        raise UserError(f"{prim.GetPath()}.{FRAME_RATE} is {tuple(ratio)}; give n, d above 0 for n / d Hz")
+    return numerator / denominator
 
 
 def has_sensor_api(prim: Usd.Prim) -> bool:

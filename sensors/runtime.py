@@ -5,7 +5,7 @@ from __future__ import annotations
 import weakref
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
 
@@ -41,13 +41,14 @@ class Measurement:
 
     arrays: channel -> rows, one for each element; `count` of them (None: as many as the first array has). The elements
     of an image are its pixels. ends: sensor to world, (4, 4) float64 [m], at both ends of the interval; None lets the
-    runtime compute them. complete: False for a part of a scan.
+    runtime compute them. complete: False for a part of a scan. facts: as in `Frame`.
     """
 
     arrays: dict[str, np.ndarray]
     count: int | None = None
     ends: tuple[np.ndarray, np.ndarray] | None = None
     complete: bool = True
+    facts: Mapping[str, Any] = field(default_factory=dict)
 
 
 class SensorRuntime(ABC, Generic[Config]):
@@ -174,6 +175,7 @@ class SensorRuntime(ABC, Generic[Config]):
             modality=self.kind.modality,
             coords=self.coords,
             reference=self.reference(tick),
+            facts=found.facts,
             **self.frame_facts,
         )
         self._frames += 1

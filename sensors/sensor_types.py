@@ -25,10 +25,10 @@ if TYPE_CHECKING:
 
 ENTRY_POINTS = "tickgraph.sensors"
 
-BUILT_IN = ("sensors.lidar.sensor_type", "sensors.camera.sensor_type")
+BUILT_IN = ("sensors.lidar.sensor_type", "sensors.camera.sensor_type", "sensors.radar.sensor_type")
 """Modules that register the shipped types."""
 
-NOT_YET = {"OmniRadar": "radars", "OmniAcoustic": "acoustic sensors"}
+NOT_YET = {"OmniAcoustic": "acoustic sensors"}
 """Types of sensor prims that cannot be rendered yet -> what they are called."""
 
 _LOG = logging.getLogger("tickgraph.warnings")

@@ -40,6 +40,10 @@ LIMITS: dict[str, Limit] = {
     "clock.steps": Limit(100_000, "steps", "physics in one update: physics_hz against loop_hz"),
     "physics.iterations": Limit(10_000, "iterations", "a solver or collision of physics, each of its counts"),
     "lidar.rays": Limit(10_000_000, "rays", "a scan, with the sub-rays of each beam"),
+    "radar.rays": Limit(
+        10_000_000, "rays", "the fan of a radar's scan; finer rays over what is small in it come on top"
+    ),
+    "radar.cells": Limit(20_000_000, "cells", "of range and velocity together, a scan configuration of a radar"),
     "lidar.bins": Limit(10_000, "spans", "a scan of lidar.motion continuous"),
     "camera.rays": Limit(10_000_000, "rays", "an image, with the samples of each pixel"),
     "graph.steps": Limit(5_000_000, "computes", "a graph in one evaluation, the passes of all its loops together"),

@@ -117,7 +117,7 @@ def inspect(session: Session, path: str, *, aux: str | None = None, updates: int
     kind = sensor_types()[product.sensor.type_name]
     is_points = "flags" in kind.measures  # then the elements can be made into a GenericModelOutput
     output = Annotator(find_annotator("GenericModelOutput"), app=app).attach(product) if is_points else None
-    beside = {"objId"} if is_points else kind.measures  # hit prims are shown at every level
+    beside = kind.measures & {"objId"} if is_points else kind.measures  # hit prims are shown at every level
     product.sensor.require(Consumer("graph inspect"), beside, ignore_aux=True)
     duration = session.spec.duration if session.spec.duration is not None else Fraction(DEFAULT_DURATION_S)
     most = updates or max(1, math.ceil(duration * app.loop_rate))
@@ -164,7 +164,11 @@ def _described(product: RenderProduct, output: Annotator | None, app: App) -> di
         return {"header": _frame_header(frame), "channels": channels, "hits": _shown(app, product)}
     gmo = parse_generic_model_output_data(output.get_data())
     ids = product.sensor.object_ids(resolve_all=True)
-    return {"header": _header(gmo), "channels": _channels(gmo, app), "hits": _hits(frame, ids)}
+    return {
+        "header": _header(gmo) | dict(frame.facts),
+        "channels": _channels(gmo, app, product),
+        "hits": _hits(frame, ids),
+    }
 
 
 def _frame_header(frame: Frame) -> dict[str, Any]:
@@ -203,15 +207,17 @@ def _header(gmo: Any) -> dict[str, Any]:
     return found
 
 
-def _channels(gmo: Any, app: App) -> dict[str, Any]:
+def _channels(gmo: Any, app: App, product: RenderProduct) -> dict[str, Any]:
     from sensors.channels import CHANNELS
     from sensors.gmo import AUX_ARRAYS, ELEMENT_ARRAYS
+    from sensors.sensor_types import sensor_types
 
+    measures = sensor_types()[product.sensor.type_name].measures
     units = dict.fromkeys("xyz", "m")
     if gmo.elementsCoordsType.name == "SPHERICAL":
         units |= {"x": "deg", "y": "deg"}
     found = {}
-    for name in (*ELEMENT_ARRAYS, *AUX_ARRAYS):
+    for name in (*ELEMENT_ARRAYS, *(name for name in AUX_ARRAYS if name in measures)):
         array = getattr(gmo, name)
         told = _array(name, array) | ({"unit": units[name]} if name in units else {})
         if len(array):

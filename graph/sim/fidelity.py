@@ -18,6 +18,7 @@ from .knob import Knob
 
 _SOLVER = "graph.sim.physics.solver"
 _LIDAR = "sensors.lidar.runtime"
+_RADAR = "sensors.radar.runtime"
 _NO_GPU_ENGINE = "the engine here is MuJoCo, which computes on the CPU; an engine for the GPU (MuJoCo Warp) is missing"
 
 
@@ -225,11 +226,23 @@ class Fidelity:
         ),
     ] = 1
     radar_rays: Annotated[
-        int | None, Knob("rays per radar frame", cost="proportional", error="falls with more", available=())
+        int | None,
+        Knob(
+            "rays of a radar's fan; what is small gets finer ones on top, half as many at most. Default: raysPerDeg",
+            cost="proportional",
+            error="fewer: edges of what is lit are cut to whole rays, fields over their footprints are less exact",
+            read_by=_RADAR,
+            limit="radar.rays",
+        ),
     ] = None
     radar_bounces: Annotated[
         int | None,
-        Knob("reflections that a radar ray follows", cost="proportional", error="falls with more", available=()),
+        Knob(
+            "faces that a radar's wave meets at most. Default: traceTreeDepth",
+            cost="one cast of the rays that go on for each, and one to see what sends back",
+            error="1: no corner reflectors, no ghosts",
+            read_by=_RADAR,
+        ),
     ] = None
     camera_samples: Annotated[
         int, Knob("rays per pixel", cost="proportional", error="falls with more", available=(1,))

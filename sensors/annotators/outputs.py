@@ -24,6 +24,7 @@ LABELS = {
     "objectId": "objId",
     "echoId": "echoId",
     "tickState": "tickStates",
+    "radialVelocityMS": "rv_ms",
 }
 """Name of a node output -> its channel; timestamps are absolute, u64 ns."""
 

@@ -58,6 +58,8 @@ def pack(frame: Frame) -> np.ndarray:
     if frame.aux_level >= AuxLevel.BASIC:
         header["filledAuxMembers"] = int(sum(AUX_ARRAYS[name] for name in filled))
         header["azimuthOffset"], header["scanComplete"] = frame.azimuth_offset_deg, frame.scan_complete
+        for name in OTHER_SCALARS:
+            header[name] = frame.facts.get(name, 0)
     for name, source in _sources(frame).items():
         _place(buffer, offsets[name], ELEMENT_DTYPES[name], source)
     for name in filled:
@@ -114,7 +116,7 @@ class GenericModelOutput(_ReadOnly):
     timestampNs, frameStart, frameEnd, modelToAppTransform, scanComplete, azimuthOffset [deg], filledAuxMembers. Per
     element: timeOffsetNs, x, y, z, scalar, flags, and the auxiliary arrays; an array that the buffer does not hold (its
     level is above auxType, or it was not filled) is empty. Fields of other kinds of sensors (`OTHER_SCALARS`,
-    `OTHER_ARRAYS`: sensorID, rv_ms, numSgws, ...) exist too, as 0 and empty.
+    `OTHER_ARRAYS`: sensorID, numSgws, materialId, ...) exist too, as 0 and empty.
     """
 
     magicNumber: int
@@ -147,6 +149,7 @@ class GenericModelOutput(_ReadOnly):
         fields["modelToAppTransform"] = _locked(np.array(record["modelToAppTransform"]))
         fields["scanComplete"] = bool(record["scanComplete"])
         fields["azimuthOffset"] = float(record["azimuthOffset"])
+        fields |= {name: record[name].item() for name in OTHER_SCALARS}
         self.__dict__.update(fields, _arrays={})
         if buffer is not None:
             self._read_arrays(buffer)
@@ -177,12 +180,10 @@ class GenericModelOutput(_ReadOnly):
             return self._arrays.get(name, CHANNELS[name].empty())
         if name in OTHER_ARRAYS:
             return np.empty(0, OTHER_ARRAYS[name])
-        if name in OTHER_SCALARS:
-            return OTHER_SCALARS[name]()
         raise AttributeError(f"GenericModelOutput has no field {name}")
 
     def __dir__(self) -> list[str]:
-        return [*super().__dir__(), *ELEMENT_ARRAYS, "timeOffSetNs", *AUX_ARRAYS, *OTHER_SCALARS, *OTHER_ARRAYS]
+        return [*super().__dir__(), *ELEMENT_ARRAYS, "timeOffSetNs", *AUX_ARRAYS, *OTHER_ARRAYS]
 
 
 def parse_generic_model_output_data(data: Any) -> GenericModelOutput:

@@ -85,6 +85,8 @@ class LidarAuxHas(enum.IntFlag):
     TICK_STATES = 64
     HIT_NORMALS = 128
     VELOCITIES = 256
+    RADIAL_VELOCITY = 512
+    """A radar's rv_ms; ours."""
 
 
 class IDSAuxHas(enum.IntFlag):
@@ -110,9 +112,22 @@ AUX_ARRAYS = {
     "tickStates": LidarAuxHas.TICK_STATES,
     "hitNormals": LidarAuxHas.HIT_NORMALS,
     "velocities": LidarAuxHas.VELOCITIES,
+    "rv_ms": LidarAuxHas.RADIAL_VELOCITY,
 }
 
 FRAME_AT_TIME = np.dtype([("timestampNs", "<u8"), ("orientation", "<f8", 4), ("posM", "<f8", 3)])
+OTHER_SCALARS: dict[str, str] = {
+    **dict.fromkeys(("cycleCnt",), "<u8"),
+    **dict.fromkeys(("sensorID", "scanIdx"), "<u4"),
+    **dict.fromkeys(("maxRangeM", "minVelMps", "maxVelMps", "minAzRad", "maxAzRad", "minElRad", "maxElRad"), "<f4"),
+    **dict.fromkeys(("numSgws", "numSamplesPerSgw", "idsFilledAuxMembers", "numCols", "numRows"), "<u4"),
+    **dict.fromkeys(("originX", "originY", "originZ"), "<f4"),
+}
+"""Fields of radars, acoustic and idealised depth sensors, with their dtypes: 0 in a lidar's output."""
+
+OTHER_ARRAYS = {"idsVelocities": "<f4", "materialId": "<u4", "objectId": "<u4"}
+"""Arrays of such sensors: empty in a lidar's output."""
+
 HEADER = np.dtype(
     [
         ("magicNumber", "<u4"),
@@ -136,6 +151,7 @@ HEADER = np.dtype(
         ("azimuthOffset", "<f4"),
         ("scanComplete", "u1"),
         ("reserved", "u1", 3),
+        *OTHER_SCALARS.items(),
     ]
 )
 INTEGER_FIELDS = (
@@ -151,17 +167,6 @@ ENUM_FIELDS = {
     "elementsCoordsType": CoordsType,
     "filledAuxMembers": LidarAuxHas,
 }
-OTHER_SCALARS: dict[str, type[int] | type[float]] = {
-    **dict.fromkeys(("sensorID", "scanIdx", "cycleCnt"), int),
-    **dict.fromkeys(("maxRangeM", "minVelMps", "maxVelMps", "minAzRad", "maxAzRad", "minElRad", "maxElRad"), float),
-    **dict.fromkeys(("numSgws", "numSamplesPerSgw", "idsFilledAuxMembers", "numCols", "numRows"), int),
-    **dict.fromkeys(("originX", "originY", "originZ"), float),
-}
-"""Fields of radars, acoustic and idealised depth sensors: 0 in a lidar's output."""
-
-OTHER_ARRAYS = {"rv_ms": "<f4", "idsVelocities": "<f4", "materialId": "<u4", "objectId": "<u4"}
-"""Arrays of such sensors: empty in a lidar's output."""
-
 BASE_CHANNELS = frozenset({"azimuth", "elevation", "distance", "scalar", "timeOffsetNs", "flags"})
 CARTESIAN_CHANNELS = frozenset({"xyz", "scalar", "timeOffsetNs", "flags"})
 

@@ -9,7 +9,6 @@ import numpy as np
 from graph.sim.transforms import inverse_rigid
 
 from .aim import Aim, turned_back
-from .config import LidarConfig
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,32 +52,6 @@ class Output:
     def _from_world(self, common: np.ndarray) -> np.ndarray:
         inverse = inverse_rigid(common)
         return inverse if self.custom is None else self.custom @ inverse
-
-
-def custom_frame(config: LidarConfig) -> np.ndarray | None:
-    """(4, 4) from the sensor frame to the CUSTOM one, or None for other frames.
-
-    customFrameOfReferenceTrafo is x, y, z [m], roll, pitch, yaw [deg]: the sensor's pose in the custom frame, rotated
-    about x, then y, then z of that frame; without it the custom frame is the sensor's. (The direction that the original
-    uses is not public.)
-    """
-    if config.output_frame_of_reference != "CUSTOM":
-        return None
-    out = np.eye(4)
-    if config.custom_frame_of_reference_trafo:
-        *position, roll, pitch, yaw = config.custom_frame_of_reference_trafo
-        out[:3, :3] = _about(2, yaw) @ _about(1, pitch) @ _about(0, roll)
-        out[:3, 3] = position
-    return out
-
-
-def _about(axis: int, degrees: float) -> np.ndarray:
-    cosine, sine = np.cos(np.deg2rad(degrees)), np.sin(np.deg2rad(degrees))
-    i, j = (axis + 1) % 3, (axis + 2) % 3
-    out = np.eye(3)
-    out[i, i] = out[j, j] = cosine
-    out[j, i], out[i, j] = sine, -sine
-    return out
 
 
 def _moved(points: np.ndarray, matrix: np.ndarray) -> np.ndarray:

@@ -11,20 +11,13 @@ import numpy as np
 from sensors.channels import CHANNELS
 from sensors.frame import spherical
 from sensors.gmo import ElementFlags
+from sensors.motion.velocities import Velocities
 from sensors.raycast.rays import NO_SURFACE, Hits
 
 from .aim import Aim, RayPoses
 from .output import Output
 from .pattern import Pattern
 from .receiver import Receiver
-
-Velocities = Callable[[np.ndarray, Callable[[], np.ndarray], np.ndarray, Any], tuple[np.ndarray, np.ndarray] | None]
-"""A function that gives the velocities of surfaces.
-
-Arguments: surfaces (k,) that were hit; a function that gives the levers (3, k) float32 [m, world axes] from an origin
-to the hit points; that origin (3,) float64 [m, world]; a state. Returns the rows that move (m,) and their velocities
-(m, 3) float32 [m/s] along world axes, or None if nothing moves.
-"""
 
 SurfaceTable = Callable[[], np.ndarray]
 """One row for each surface: encoded materials (n,) uint32, or ids (n, 16) uint8."""

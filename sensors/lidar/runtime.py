@@ -15,6 +15,7 @@ from graph.base.limits import check
 from graph.sim import settings as keys
 from graph.sim.renderer.schedule import EveryUpdate, Tick, TickSchedule
 from sensors.channels import CHANNELS
+from sensors.motion.velocities import surface_velocities
 from sensors.raycast.shared import (
     cast_world,
     present_app,
@@ -35,7 +36,6 @@ from .receiver import Receiver
 from .returns import Shot
 from .scan import Scanner
 from .turns import Turns
-from .velocities import surface_velocities
 
 if TYPE_CHECKING:
     from pxr import Usd

@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from sensors.motion.velocities import Velocities
+from sensors.output_frame import custom_frame
 from sensors.raycast.rays import Hits, RayBundle, RayCaster, RayMemory
 from sensors.raycast.windows import RayGrid
 from sensors.surfaces.optics import Optics, optics_of
@@ -15,10 +17,10 @@ from .aim import Aim, moving_aim, turned_back
 from .config import EmitterState, LidarConfig
 from .echoes import Candidates, SubRays, echo_ids, form_echoes, separation, with_dark_beams
 from .noise import Noise
-from .output import Output, custom_frame
+from .output import Output
 from .pattern import Pattern
 from .receiver import Receiver, reflected_light
-from .returns import Returns, Shot, SurfaceTable, Velocities
+from .returns import Returns, Shot, SurfaceTable
 
 MOST_SURFACES = 8
 """Most surfaces that a ray meets; all but the last are transparent."""
@@ -75,7 +77,11 @@ class Scanner:
         self.pattern = pattern
         self._caster = caster
         self._in_world = frame == "WORLD"
-        self._custom = custom_frame(config) if config is not None else None
+        self._custom = (
+            custom_frame(config.output_frame_of_reference, config.custom_frame_of_reference_trafo)
+            if config is not None
+            else None
+        )
         self._exclude = exclude
         self._keep_invalid = keep_invalid
         self._velocities, self._tables = velocities, dict(tables or {})

@@ -77,3 +77,43 @@ def _boxes(values: np.ndarray, halves: Sequence[int], axes: Sequence[Axis]) -> n
         sums = np.concatenate((zero, np.cumsum(padded, axis=number)), axis=number)
         result = np.take(sums, last, axis=number) - np.take(sums, first, axis=number)
     return result
+
+
+def sparse_noise_level(cells: np.ndarray, power: np.ndarray, shape: Sequence[int], axes: Sequence[Axis]) -> np.ndarray:
+    """`noise_level` at the cells (k,) of an array of this shape that is 0 elsewhere.
+
+    cells: (k,) int64, rising, numbers in C order. Windows longer than an axis that wraps count a cell once.
+    """
+    index = np.stack(np.unravel_index(cells, shape))
+    total = np.zeros(len(cells))
+    for halves, sign in (([a.training + a.guard for a in axes], 1.0), ([a.guard for a in axes], -1.0)):
+        steps = [
+            np.arange(length) if axis.wraps and 2 * half + 1 >= length else np.arange(-half, half + 1)
+            for half, axis, length in zip(halves, axes, shape, strict=True)
+        ]
+        for step in np.stack(np.meshgrid(*steps, indexing="ij"), -1).reshape(-1, len(shape)):
+            at = index + step[:, None]
+            inside = np.ones(len(cells), bool)
+            for row, axis, length in zip(at, axes, shape, strict=True):
+                if axis.wraps:
+                    row %= length
+                else:
+                    inside &= (row >= 0) & (row < length)
+            number = np.ravel_multi_index(tuple(at[:, inside]), tuple(shape))
+            place = np.minimum(np.searchsorted(cells, number), max(len(cells) - 1, 0))
+            total[inside] += sign * np.where(cells[place] == number, power[place], 0.0) if len(cells) else 0.0
+    return np.asarray(np.maximum(total, 0.0) / np.maximum(_counts(index, shape, axes), 1.0))
+
+
+def _counts(index: np.ndarray, shape: Sequence[int], axes: Sequence[Axis]) -> np.ndarray:
+    """How many training cells each cell (4, k) has."""
+    outer = inner = np.ones(index.shape[1])
+    for row, axis, length in zip(index, axes, shape, strict=True):
+        sizes = []
+        for half in (axis.training + axis.guard, axis.guard):
+            if axis.wraps:
+                sizes.append(np.full(len(row), min(2 * half + 1, length)))
+            else:
+                sizes.append(np.minimum(row + half, length - 1) - np.maximum(row - half, 0) + 1)
+        outer, inner = outer * sizes[0], inner * sizes[1]
+    return np.asarray(outer - inner)

@@ -45,7 +45,7 @@ def app():
         yield app
 
 
-@pytest.mark.parametrize("name", CHANNELS)
+@pytest.mark.parametrize("name", [channel.name for channel in POINT_CHANNELS])
 def test_a_channel_is_worked_out_once_a_frame_when_somebody_asks_and_never_else(app, made, name):
     product = rep.create_render_product("/World/Lidar", app=app)
     owner = Consumer("test")
@@ -118,7 +118,9 @@ def test_optional_channels_are_asked_for_as_far_as_the_level_goes_and_without_a_
     demand.require(second, {"xyz", "matId"})
 
     assert demand.channels(AuxLevel.NONE) == {"xyz"}
-    assert demand.channels(AuxLevel.BASIC) == {"xyz", "emitterId", "channelId", "tickId", "echoId", "tickStates"}
+    assert demand.channels(AuxLevel.BASIC) == {
+        *("xyz", "emitterId", "channelId", "tickId", "echoId", "tickStates", "rv_ms")
+    }
     assert demand.above(AuxLevel.BASIC) == demand.above(AuxLevel.BASIC, second) == {"matId": AuxLevel.EXTRA}
     assert demand.above(AuxLevel.BASIC, first) == {}
     assert demand.consumers(AuxLevel.NONE) == {"xyz": ["annotator", "annotator"], "matId": ["annotator"]}

@@ -164,7 +164,7 @@ def test_a_flat_scan_of_a_3d_lidar_names_the_emitter_and_its_elevation(app):
 def test_what_reads_lidars_alone_names_a_radar_and_itself(app, name):
     product = rep.create_render_product("/World/Lidar")
     app.stage.DefinePrim("/World/Radar", "OmniRadar")
-    product.camera_path = "/World/Radar"  # radars have no render product of their own yet
+    product.camera_path = "/World/Radar"
 
     with pytest.raises(ValueError, match=rf"{name}: /World/Radar is OmniRadar; it reads OmniLidar only"):
         rep.get_annotator(name).attach(product)

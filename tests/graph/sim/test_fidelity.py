@@ -77,7 +77,7 @@ def test_knobs_are_typed_from_text_as_from_values():
         ("lidar.noise", 2, "not one of on, off"),
         ("lidar.bins", 0, "not above 0"),
         ("fabric", "false", "not one of on, off"),
-        ("radar.rays", 100, "not available yet; leave it out"),
+        ("radar.rays", 1e9, "1,000,000,000 is too many; the limit is 10,000,000 rays"),
         ("lidar.subrays", 0, "not above 0"),
         ("lidar.subrays", 1.5, "not a whole number"),
         ("physics.hz", "nan", "not a number"),

@@ -223,7 +223,7 @@ def test_what_reads_lidars_alone_names_a_radar_and_the_node(stage, lidar, world,
     app = world(physics_hz=240)
     stage.DefinePrim("/World/Radar", "OmniRadar")
     product = render_product(app, "/World/Lidar")
-    product.camera_path = "/World/Radar"  # radars have no render product of their own yet
+    product.camera_path = "/World/Radar"
     inputs = {"renderProductPath": product.path}
     with pytest.raises(ComputeError, match="/World/Radar is OmniRadar; it reads OmniLidar only") as caught:
         run_node(kind, inputs=inputs, pulses={"exec": [0]}, updates=1, app=app)

@@ -10,10 +10,16 @@ import numpy as np
 
 from sensors.raycast.shared import cast_world, present_app
 
-from .returns import Velocities
-
 if TYPE_CHECKING:
     from graph.sim import App
+
+Velocities = Callable[[np.ndarray, Callable[[], np.ndarray], np.ndarray, Any], tuple[np.ndarray, np.ndarray] | None]
+"""A function that gives the velocities of surfaces.
+
+Arguments: surfaces (k,) that were hit; a function that gives the levers (3, k) float32 [m, world axes] from an origin
+to the hit points; that origin (3,) float64 [m, world]; a state. Returns the rows that move (m,) and their velocities
+(m, 3) float32 [m/s] along world axes, or None if nothing moves.
+"""
 
 
 def surface_velocities(app: App, sensor_path: str, in_world: bool) -> Velocities:

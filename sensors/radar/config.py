@@ -1,0 +1,210 @@
+"""What a radar is: its scan configurations, wave and detector, as one immutable value."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from graph.base.errors import UserError
+from graph.base.limits import allowed, most
+
+from .cells import Cells
+from .names import attribute_name
+
+MOST_SCANS = 255
+"""`scanIdx` is a byte."""
+
+
+@dataclass(frozen=True, slots=True)
+class ScanConfig:
+    """One scan configuration: where a radar looks, its cells and its detector.
+
+    Field names are the attributes `omni:sensor:WpmDmat:scan:<instance>:` in snake case, and so are their units; angles
+    are half of the field of view. Defaults are the documented example's, less its velocity and angle noise of 0.
+    """
+
+    name: str = "s001"
+    max_range_m: float = 50.0
+    max_az_ang_deg: float = 75.0
+    max_el_ang_deg: float = 20.0
+    rays_per_deg: float = 8.0
+    elev_mode: str = "NO_EL"
+    time_offset_usec: float = 0.0
+    power_factor: float = 1.0
+    bins_from_spec: bool = True
+    range_res_m: float = 0.4
+    vel_res_mps: float = 0.147
+    bore_az_res_deg: float = 1.3
+    bore_el_res_deg: float = 5.0
+    r_bins: int = 112
+    v_bins: int = 160
+    az_bins: int = 12
+    el_bins: int = 2
+    en_ang_aliasing: bool = False
+    det_val_from_bin_idx: bool = False
+    cfar_rn_t: int = 1
+    cfar_rn_g: int = 0
+    cfar_vn_t: int = 1
+    cfar_vn_g: int = 0
+    cfar_azn_t: int = 1
+    cfar_azn_g: int = 0
+    cfar_eln_t: int = 1
+    cfar_eln_g: int = 0
+    cfar_min_val: float = 7e-17
+    cfar_offset: float = 1.0
+    cfar_noise_mean: float = 0.0
+    cfar_noise_sdev: float = 0.0
+    max_vel_mps_sequence: tuple[float, ...] = (50.0, 55.0)
+    rcs_tuning_coefficients: tuple[float, ...] = (-12.0, 150.0, 0.0)
+    azimuth_rad_noise_mean: float = 0.0
+    azimuth_rad_noise_sdev: float = 0.0
+    elevation_rad_noise_mean: float = 0.0
+    elevation_rad_noise_sdev: float = 0.0
+    velocity_noise_mean: float = 0.0
+    velocity_noise_sdev: float = 0.0
+    range_noise_mean: float = 0.0
+    range_noise_sdev: float = 0.0
+
+    @property
+    def elevations(self) -> tuple[float, float]:
+        """Lowest and highest elevation of the field of view [rad]."""
+        high = math.radians(self.max_el_ang_deg)
+        return (0.0 if self.elev_mode == "POS_EL" else -high), high
+
+    @property
+    def azimuth_limit(self) -> float:
+        """Half the field of view in azimuth [rad]."""
+        return math.radians(self.max_az_ang_deg)
+
+    def ranges(self) -> Cells:
+        """Range cells [m]."""
+        if self.bins_from_spec:
+            return Cells.of_resolution(0.0, self.max_range_m, self.range_res_m)
+        return Cells(0.0, self.max_range_m, self.r_bins)
+
+    def velocities(self, unambiguous: float) -> Cells:
+        """Velocity cells [m/s] of a cycle with this unambiguous velocity; their ends meet."""
+        count = self.v_bins
+        if self.bins_from_spec:
+            count = Cells.of_resolution(-unambiguous, unambiguous, self.vel_res_mps).count
+        return Cells(-unambiguous, unambiguous, count)
+
+    def azimuths(self) -> Cells:
+        """Azimuth cells, equal in the sine of the azimuth."""
+        limit = math.sin(self.azimuth_limit)
+        count = self.az_bins
+        if self.bins_from_spec:
+            count = Cells.of_resolution(-limit, limit, math.sin(math.radians(self.bore_az_res_deg))).count
+        return Cells(-limit, limit, count)
+
+    def heights(self) -> Cells:
+        """Elevation cells, equal in the sine of the elevation; one where no elevation is measured."""
+        low, high = map(math.sin, self.elevations)
+        if self.elev_mode == "NO_EL":
+            return Cells(low, high, 1)
+        count = self.el_bins
+        if self.bins_from_spec:
+            count = Cells.of_resolution(low, high, math.sin(math.radians(self.bore_el_res_deg))).count
+        return Cells(low, high, count)
+
+    def cells(self) -> int:
+        """How many range and velocity cells its largest cycle has."""
+        return self.ranges().count * max(self.velocities(v).count for v in self.max_vel_mps_sequence)
+
+    def grid(self, rays: int | None) -> tuple[int, int]:
+        """Rays across (azimuth) and up (elevation); rays: about how many in all, None for `raysPerDeg`."""
+        low, high = self.elevations
+        across, up = 2 * self.azimuth_limit, high - low
+        each = math.sqrt(across * up / rays) if rays else math.radians(1.0 / self.rays_per_deg)
+        return max(1, round(across / each)), max(1, round(up / each))
+
+    def problems(self) -> Iterator[str]:
+        """What no radar can have, one line each."""
+        for one in dataclasses.fields(self):
+            value = getattr(self, one.name)
+            values = value if isinstance(value, tuple) else (value,)
+            if any(isinstance(each, float) and not math.isfinite(each) for each in values):
+                yield f"{attribute_name(one.name)} is not finite"
+                return
+        for name in _POSITIVE:
+            if getattr(self, name) <= 0:
+                yield f"{attribute_name(name)} must be above 0"
+        for name in _DEVIATIONS:
+            if getattr(self, name) < 0:
+                yield f"{attribute_name(name)} is negative"
+        if self.elev_mode not in ("FULL_EL", "POS_EL", "NO_EL"):
+            yield f"elevMode = {self.elev_mode!r} is not one of FULL_EL, POS_EL, NO_EL"
+        for name in ("max_az_ang_deg", "max_el_ang_deg"):
+            if getattr(self, name) > 90:
+                yield f"{attribute_name(name)} = {getattr(self, name):g} is beyond 90 deg; it is half the field of view"
+        if not self.max_vel_mps_sequence or min(self.max_vel_mps_sequence) <= 0:
+            yield "maxVelMpsSequence needs velocities above 0"
+        if len(self.rcs_tuning_coefficients) != 3 or self.rcs_tuning_coefficients[1] <= 0:
+            yield "rcsTuningCoefficients are three: a threshold [dBsm], a factor above 0, a noise scale"
+
+    def too_large(self) -> Iterator[str]:
+        """What would need more memory than is allowed, one line each."""
+        across, up = self.grid(None)
+        if across * up > most("radar.rays"):
+            yield f"raysPerDeg {self.rays_per_deg:g} makes {across * up:,} rays; {allowed('radar.rays')}"
+        if self.cells() > most("radar.cells"):
+            yield f"it has {self.cells():,} range and velocity cells; {allowed('radar.cells')}"
+
+
+@dataclass(frozen=True, slots=True)
+class RadarConfig:
+    """Everything that decides what a radar sends, and what it makes of what comes back.
+
+    Field names are the attributes `omni:sensor:WpmDmat:` in snake case; scans: in the order in which they run.
+    Raises UserError, naming scan and field, for values no radar can have.
+    """
+
+    name: str = "Generic"
+    wave_length_mm: float = 3.9
+    trace_tree_depth: int = 4
+    instance_time_offset_usec: int = 5000
+    cfar_mode: str = "2D"
+    antenna_gain_mode: str = "COSINEFALLOFF"
+    elements_coords_type: str = "SPHERICAL"
+    output_frame_of_reference: str = "SENSOR"
+    custom_frame_of_reference_trafo: tuple[float, ...] = ()
+    scans: tuple[ScanConfig, ...] = field(default_factory=lambda: (ScanConfig(),))
+
+    @property
+    def wavelength(self) -> float:
+        """[m]."""
+        return self.wave_length_mm * 1e-3
+
+    def __post_init__(self) -> None:
+        problems = [
+            f"{attribute_name(name)} = {getattr(self, name)!r} is not one of {', '.join(tokens)}"
+            for name, tokens in _TOKENS.items()
+            if getattr(self, name) not in tokens
+        ]
+        if not 1e-2 <= self.wave_length_mm <= 1e3:
+            problems.append(f"waveLengthMm = {self.wave_length_mm:g}; give 0.01 to 1000 mm")
+        if not 1 <= len(self.scans) <= MOST_SCANS:
+            problems.append(f"it has {len(self.scans)} scan configurations; 1 to {MOST_SCANS} fit")
+        for scan in self.scans:
+            wrong = list(scan.problems()) or list(scan.too_large())
+            problems += [f"scan {scan.name}: {line}" for line in wrong]
+        if problems:
+            raise UserError(f"radar {self.name}: {'; '.join(problems)}")
+
+
+_POSITIVE = (
+    *("max_range_m", "max_az_ang_deg", "max_el_ang_deg", "rays_per_deg", "power_factor", "cfar_min_val"),
+    *("range_res_m", "vel_res_mps", "bore_az_res_deg", "bore_el_res_deg", "r_bins", "v_bins", "az_bins", "el_bins"),
+)
+_DEVIATIONS = (
+    *("cfar_offset", "cfar_noise_mean", "cfar_noise_sdev", "time_offset_usec"),
+    *("azimuth_rad_noise_sdev", "elevation_rad_noise_sdev", "velocity_noise_sdev", "range_noise_sdev"),
+)
+_TOKENS = {
+    "cfar_mode": ("2D", "4D"),
+    "antenna_gain_mode": ("COSINEFALLOFF", "CONSTANT"),
+    "elements_coords_type": ("SPHERICAL", "CARTESIAN"),
+    "output_frame_of_reference": ("SENSOR", "WORLD", "CUSTOM"),
+}

@@ -1,0 +1,76 @@
+"""What non-visual materials are to a millimetre wave."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sensors.surfaces.materials import decode
+
+from .permittivity import MEDIA, Medium, reflection
+
+STEPS = 256
+"""Entries of a table over the cosine of incidence."""
+
+_METALS = (
+    *("aluminum", "steel", "oxidized_steel", "iron", "oxidized_iron", "silver", "brass", "bronze"),
+    *("oxidized_bronze_patina", "tin", "one_way_mirror", "mirror", "carbon_fiber"),
+)
+BASES: dict[str, Medium] = {
+    # ITU-R P.2040-3, see `permittivity.MEDIA`.
+    **dict.fromkeys(("none", *_METALS), MEDIA["metal"]),
+    "concrete": MEDIA["concrete"],
+    **dict.fromkeys(("clear_glass", "frosted_glass", "ceramic_glass"), MEDIA["glass"]),
+    "wood": MEDIA["wood"],
+    "cardboard": MEDIA["chipboard"],
+    # Estimated from the P.2040 figures of what is nearest, with nominal roughness: not for measurements.
+    "brick": Medium(3.91, 0.0238, 0.16, roughness=0.5e-3),
+    **dict.fromkeys(("stone", "marble"), Medium(5.24, 0.0462, 0.7822, roughness=0.2e-3)),
+    "asphalt": Medium(5.24, 0.0462, 0.7822, roughness=1e-3),
+    **dict.fromkeys(("gravel", "dirt", "mud"), Medium(4.0, 0.0462, 0.7822, roughness=3e-3)),
+    **dict.fromkeys(
+        ("plastic", "fiberglass", "plexiglass", "pvc", "nylon", "polyester", "vinyl"), Medium(2.7, 1e-3, 1.0)
+    ),
+    **dict.fromkeys(("rubber", "leather"), Medium(3.0, 0.01, 1.0, roughness=0.2e-3)),
+    **dict.fromkeys(("paper", "fabric", "fur_hair", "bark"), Medium(1.6, 0.005, 1.0, roughness=0.5e-3)),
+    **dict.fromkeys(("leaf_grass", "dead_leaf_grass"), Medium(2.0, 0.1, 1.0, roughness=3e-3)),
+    **dict.fromkeys(("snow",), Medium(1.5, 1e-4, 1.0, roughness=1e-3)),
+    "ice": Medium(3.15, 1e-4, 1.0),
+    **dict.fromkeys(("water", "salt_water"), Medium(6.9, 0.667, 1.0)),
+    "skin": Medium(6.6, 0.495, 1.0),
+    "calibration_lambertion": Medium(2.7, 1e-3, 1.0, roughness=3e-3),
+}
+"""Base of a non-visual material -> its medium. A surface whose material says nothing is a smooth conductor."""
+
+
+class Reflections:
+    """Reflection of the surfaces of a world at one wavelength, as tables over the cosine of incidence.
+
+    materials: (n,) encoded ones, of every surface. coherent: amplitudes, complex64; diffuse: share of the power that a
+    rough surface scatters to all sides (Lambert), float32.
+    """
+
+    def __init__(self, materials: np.ndarray, wavelength: float) -> None:
+        known, which = np.unique(np.asarray(materials, np.int64), return_inverse=True)
+        cosine = (np.arange(STEPS) + 0.5) / STEPS
+        media = [BASES[decode(int(number))[0]] for number in known] or [BASES["none"]]
+        smooth = [reflection(Medium(m.a, m.c, m.d, m.b, thickness=m.thickness), cosine, wavelength) for m in media]
+        rough = [reflection(medium, cosine, wavelength) for medium in media]
+        self._coherent = np.array(rough, np.complex64).reshape(-1)
+        lost = [np.abs(s) ** 2 - np.abs(r) ** 2 for s, r in zip(smooth, rough, strict=True)]
+        self._diffuse = np.array(lost, np.float32).reshape(-1)
+        self.scatters = bool((self._diffuse > 1e-6).any())
+        """Whether any surface is rough."""
+        self._of_surface = (which * STEPS).astype(np.int32) if len(materials) else np.zeros(1, np.int32)
+
+    def index(self, surfaces: np.ndarray, cosine: np.ndarray) -> np.ndarray:
+        """Places in the tables of surfaces (k,) met at a cosine (k,) of incidence."""
+        step = np.minimum((cosine * STEPS).astype(np.int32), STEPS - 1)
+        return np.asarray(np.take(self._of_surface, surfaces, mode="clip") + step)
+
+    def coherent(self, index: np.ndarray) -> np.ndarray:
+        """Amplitudes (k,) complex64."""
+        return np.asarray(self._coherent[index])
+
+    def diffuse(self, index: np.ndarray) -> np.ndarray:
+        """Shares of the power (k,) float32."""
+        return np.asarray(self._diffuse[index])

@@ -1,0 +1,15 @@
+"""Names of radar attributes: camelCase on prims and in files, snake_case in Python."""
+
+from __future__ import annotations
+
+PRIM_TYPE = "OmniRadar"
+API = "OmniSensorGenericRadarWpmDmatAPI"
+SCAN_API = "OmniSensorGenericRadarWpmDmatScanCfgAPI"
+PREFIX = "omni:sensor:WpmDmat:"
+SCAN_PREFIX = "omni:sensor:WpmDmat:scan:"
+
+
+def attribute_name(field: str) -> str:
+    """max_range_m -> maxRangeM, cfar_noise_sdev -> cfarNoiseSDev."""
+    first, *rest = field.split("_")
+    return first + "".join("SDev" if part == "sdev" else part.capitalize() for part in rest)

@@ -1,0 +1,253 @@
+"""The flat faces of everything that rays can hit: what a wave needs to know of the surface that a ray has met.
+
+Rays find what is lit; where a wave goes on and with which phase is worked out on the planes of the triangles, in
+float64, since float32 hits are off by more than the phase of a millimetre wave allows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from graph.sim.geometry.surfaces import Mesh, Plane
+from sensors.raycast.rays import Hits
+from sensors.raycast.world import CastWorld
+
+NO_PLANE = -1
+SMOOTH = np.cos(np.deg2rad(40.0))
+"""Cosine of the angle between two neighbouring faces up to which they stand for one curved surface."""
+
+FLAT = 1.0 - 1e-8
+"""Cosine from which on two faces are one plane."""
+
+SPREAD = 1.0 / 8.0
+"""Share of the squared angles to the neighbours that a face's normals are spread by: the lobes of faces at equal steps
+then add up to a curve without ripple (below 0.1 dB along one axis)."""
+
+_HASH = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9, 0x27D4EB2F165667C5], np.uint64)
+
+
+@dataclass(frozen=True, slots=True)
+class Faces:
+    """The planes of one mesh, in its frame; p of them.
+
+    of_triangle: (m,) int32, the plane of each triangle. normal: (p, 3), offset: (p,) [m]: n . x = offset. middle:
+    (p, 3) [m] of its area. axes: (p, 2, 3), two unit vectors in the plane. curved: (p,) bool, whether it is a piece of
+    a curved surface; then spread: (p, 2, 2) covariance of the surface's normals [rad^2] and extent: (p, 2, 2) of its
+    area [m^2], in the axes.
+    """
+
+    of_triangle: np.ndarray
+    normal: np.ndarray
+    offset: np.ndarray
+    middle: np.ndarray
+    axes: np.ndarray
+    curved: np.ndarray
+    spread: np.ndarray
+    extent: np.ndarray
+
+
+def faces_of(vertices: np.ndarray, triangles: np.ndarray) -> Faces:
+    """The planes of a mesh: vertices (n, 3) float64 [m], triangles (m, 3)."""
+    corners = vertices[triangles]
+    doubled = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    twice = np.linalg.norm(doubled, axis=1)
+    normals = doubled / np.where(twice, twice, 1.0)[:, None]
+    centres = corners.mean(axis=1)
+    offsets = np.einsum("ij,ij->i", normals, centres)
+    keys = _hashed(np.rint(np.c_[normals * 1e4, offsets * 1e4]).astype(np.int64))
+    _, of_triangle = np.unique(keys, return_inverse=True)
+    count = int(of_triangle.max()) + 1
+
+    def summed(values: np.ndarray) -> np.ndarray:
+        flat = values.reshape(len(values), -1)
+        columns = [np.bincount(of_triangle, flat[:, i], count) for i in range(flat.shape[1])]
+        return np.stack(columns, 1).reshape(count, *values.shape[1:])
+
+    area = np.maximum(summed(twice[:, None])[:, 0], 1e-300)
+    normal = summed(doubled)
+    normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
+    middle = summed(centres * twice[:, None]) / area[:, None]
+    arms = corners - middle[of_triangle][:, None]
+    inner = np.einsum("mci,mcj->mij", arms, arms) + 9.0 * np.einsum(
+        "mi,mj->mij", centres - middle[of_triangle], centres - middle[of_triangle]
+    )
+    moment = summed(inner * twice[:, None, None]) / (12.0 * area)[:, None, None]
+    axes = _axes(normal)
+    turned, neighbours = _turns(vertices, triangles, of_triangle, normal)
+    share = SPREAD * np.minimum(1.0, 4.0 / np.maximum(neighbours, 1))
+    return Faces(
+        of_triangle.astype(np.int32),
+        normal,
+        np.einsum("ij,ij->i", normal, middle),
+        middle,
+        axes,
+        neighbours > 0,
+        _projected(turned, axes) * share[:, None, None],
+        _projected(moment, axes),
+    )
+
+
+def _hashed(rows: np.ndarray) -> np.ndarray:
+    """One uint64 for each row of up to four integers."""
+    total = np.zeros(len(rows), np.uint64)
+    for column, factor in zip(rows.T, _HASH, strict=False):
+        total = (total ^ column.astype(np.uint64)) * factor
+        total ^= total >> np.uint64(29)
+    return total
+
+
+def _axes(normal: np.ndarray) -> np.ndarray:
+    """(p, 2, 3): two unit vectors across each normal."""
+    helper = np.where(np.abs(normal[:, :1]) < 0.6, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]])
+    first = np.cross(normal, helper)
+    first /= np.maximum(np.linalg.norm(first, axis=1), 1e-300)[:, None]
+    return np.stack((first, np.cross(normal, first)), 1)
+
+
+def _projected(tensor: np.ndarray, axes: np.ndarray) -> np.ndarray:
+    """(p, 2, 2) of tensors (p, 3, 3) in the planes' axes."""
+    return np.asarray(np.einsum("pai,pij,pbj->pab", axes, tensor, axes, optimize=True))
+
+
+def _turns(
+    vertices: np.ndarray, triangles: np.ndarray, plane: np.ndarray, normal: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Sums over the smooth edges of each plane: (p, 3, 3) of the turns of the normal, each squared, and their (p,)
+    number.
+    """
+    _, welded = np.unique(_hashed(np.rint(vertices * 1e6).astype(np.int64)), return_inverse=True)
+    ends = np.sort(welded[triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)], axis=1)
+    key = ends[:, 0].astype(np.int64) * (int(welded.max()) + 1) + ends[:, 1]
+    order = np.argsort(key, kind="stable")
+    same = np.flatnonzero(key[order[1:]] == key[order[:-1]])
+    one, two = plane[order[same] // 3], plane[order[same + 1] // 3]
+    cosine = np.einsum("ij,ij->i", normal[one], normal[two])
+    smooth = (cosine > SMOOTH) & (cosine < FLAT)
+    one, two = one[smooth], two[smooth]
+    turn = normal[two] - normal[one]
+    squared = np.einsum("ei,ej->eij", turn, turn).reshape(-1, 9)
+    count = len(normal)
+    both = np.concatenate((one, two))
+    total = np.stack([np.bincount(both, np.tile(column, 2), count) for column in squared.T], 1)
+    return total.reshape(count, 3, 3), np.bincount(both, minlength=count)
+
+
+class WorldPlanes:
+    """The planes of a cast world, numbered through all surfaces; where they are in one state of it.
+
+    normal, offset, middle, axes: as `Faces` has them, in the world's axes [m]; curved, spread, extent, surface: of each
+    plane.
+    """
+
+    def __init__(self, world: CastWorld) -> None:
+        self._world = world
+        faces = [_of_surface(surface) for surface in world.surfaces]
+        counts = [len(each.normal) for each in faces]
+        self._first = np.cumsum([0, *counts])
+        self._faces = faces
+        self.surface = np.repeat(np.arange(len(faces), dtype=np.int32), counts)
+        self._normal, self._offset, self._middle, self._axes = (
+            np.concatenate([getattr(each, name) for each in faces] or [np.zeros(shape)])
+            for name, shape in (("normal", (0, 3)), ("offset", 0), ("middle", (0, 3)), ("axes", (0, 2, 3)))
+        )
+        self.curved, self.spread, self.extent = (
+            np.concatenate([getattr(each, name) for each in faces] or [np.zeros(shape, dtype)])
+            for name, shape, dtype in (("curved", 0, bool), ("spread", (0, 2, 2), float), ("extent", (0, 2, 2), float))
+        )
+        self._body = world.body_of[self.surface] if len(faces) else np.zeros(0, np.int32)
+        self._moving = np.flatnonzero(self._body >= 0)
+        self.normal, self.offset = self._normal.copy(), self._offset.copy()
+        self.middle, self.axes = self._middle.copy(), self._axes.copy()
+        self._poses: np.ndarray = np.zeros((0, 4, 4))
+        self._numbers: tuple[np.ndarray, np.ndarray] | None = None
+
+    @property
+    def bodies(self) -> np.ndarray:
+        """The poses (b, 4, 4) of the bodies that the planes are placed for."""
+        return self._poses
+
+    def at(self, poses: np.ndarray) -> WorldPlanes:
+        """Places them for bodies at poses (b, 4, 4) float64 [m]."""
+        rows = self._moving
+        self._poses = poses
+        if len(rows):
+            pose = poses[self._body[rows]]
+            turn = pose[:, :3, :3]
+            self.normal[rows] = np.einsum("pij,pj->pi", turn, self._normal[rows])
+            self.axes[rows] = np.einsum("pij,paj->pai", turn, self._axes[rows])
+            self.middle[rows] = np.einsum("pij,pj->pi", turn, self._middle[rows]) + pose[:, :3, 3]
+            self.offset[rows] = self._offset[rows] + np.einsum("pi,pi->p", self.normal[rows], pose[:, :3, 3])
+        return self
+
+    def of_hits(self, hits: Hits, rows: np.ndarray, points: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+        """The plane of each of the hits `rows` (k,), (k,) int32; `NO_PLANE` where none is known (what deforms).
+
+        points: gives where some of them (m,) are in the world, (m, 3) float64 [m].
+        """
+        table = self._table(hits)
+        found = np.asarray(np.take(table, hits.number[rows], mode="clip"))
+        unknown = np.flatnonzero(found == NO_PLANE)
+        if len(unknown):
+            assert hits.normals is not None
+            surface = hits.surfaces(rows[unknown])
+            for number in np.unique(surface).tolist():
+                body = int(self._world.body_of[number])
+                if body >= 0 and self._world.surfaces[number].source not in self._world.soft:
+                    some = unknown[surface == number]
+                    found[some] = self._matched(number, body, hits.normals[rows[some]], points(some))
+        return found
+
+    def _table(self, hits: Hits) -> np.ndarray:
+        """Number of a hit -> plane; `NO_PLANE` where a surface has several."""
+        if self._numbers is None or self._numbers[0] is not hits.surface_of:
+            surfaces = self._world.surfaces
+            static = len(hits.surface_of) - len(surfaces) - 1
+            parts = [
+                self._first[number] + self._faces[number].of_triangle
+                for number in np.unique(hits.surface_of[:static]).tolist()
+            ]
+            single = [
+                int(self._first[number]) if isinstance(surface, Plane) else NO_PLANE
+                for number, surface in enumerate(surfaces)
+            ]
+            table = np.concatenate([*parts, np.array([*single, NO_PLANE])]).astype(np.int32)
+            self._numbers = hits.surface_of, table
+        return self._numbers[1]
+
+    def _matched(self, surface: int, body: int, normals: np.ndarray, points: np.ndarray) -> np.ndarray:
+        """The planes of a moving mesh that hits with these normals (k, 3) lie on."""
+        pose, faces = self._poses[body], self._faces[surface]
+        local = normals.astype(np.float64) @ pose[:3, :3]
+        places = (points - pose[:3, 3]) @ pose[:3, :3]
+        height = np.einsum("ij,ij->i", local, places)
+        keys = _hashed(np.rint(np.c_[local * 1e4, height * 2e3]).astype(np.int64))
+        _, one, which = np.unique(keys, return_index=True, return_inverse=True)
+        turn = local[one] @ faces.normal.T
+        away = places[one] @ faces.normal.T - faces.offset
+        nearest = np.argmin(np.abs(away) + 10.0 * (1.0 - np.abs(turn)), axis=1)
+        return np.asarray(self._first[surface] + nearest[which], np.int32)
+
+
+def planes_of(world: CastWorld) -> WorldPlanes:
+    """The planes of a cast world, worked out once."""
+    found: WorldPlanes | None = world.cache.get("planes")
+    if found is None:
+        found = world.cache["planes"] = WorldPlanes(world)
+    return found
+
+
+def _of_surface(surface: Mesh | Plane) -> Faces:
+    if isinstance(surface, Mesh):
+        if len(surface.triangles):
+            return faces_of(np.asarray(surface.vertices, np.float64), np.asarray(surface.triangles, np.int64))
+        normal, offset, middle = np.zeros((0, 3)), np.zeros(0), np.zeros((0, 3))
+    else:
+        normal = np.asarray(surface.normal, np.float64)[None]
+        middle = np.asarray(surface.origin, np.float64)[None]
+        offset = (normal * middle).sum(axis=1)
+    count = len(normal)
+    square = np.zeros((count, 2, 2))
+    return Faces(np.zeros(0, np.int32), normal, offset, middle, _axes(normal), np.zeros(count, bool), square, square)

@@ -1,0 +1,68 @@
+"""Radar configurations on USD prims: what is authored is the truth, so a saved stage opens as the same radar."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import TYPE_CHECKING, Any
+
+from graph.base import exact
+from graph.base.errors import UserError
+from sensors.prim import value_of
+
+from .config import RadarConfig, ScanConfig
+from .names import API, PREFIX, PRIM_TYPE, SCAN_PREFIX, attribute_name
+
+if TYPE_CHECKING:
+    from pxr import Usd
+
+
+def is_radar(prim: Usd.Prim) -> bool:
+    """Whether a prim is there and is a radar with its schema."""
+    return bool(prim) and prim.GetTypeName() == PRIM_TYPE and API in prim.GetAppliedSchemas()
+
+
+def read_config(prim: Usd.Prim) -> RadarConfig:
+    """The configuration a prim describes; attributes without a value count as `RadarConfig` and `ScanConfig` have them.
+
+    Scan configurations come in the lexicographic order of their instance names. Raises UserError naming the prim for
+    values no radar can have.
+    """
+    prefix = "OmniSensorGenericRadarWpmDmatScanCfgAPI:"
+    names = [str(name).removeprefix(prefix) for name in prim.GetAppliedSchemas() if str(name).startswith(prefix)]
+    try:
+        scans = tuple(
+            ScanConfig(name=name, **_values(prim, ScanConfig, f"{SCAN_PREFIX}{name}:")) for name in sorted(set(names))
+        )
+        return RadarConfig(
+            name=str(prim.GetPath()), scans=scans or (ScanConfig(),), **_values(prim, RadarConfig, PREFIX)
+        )
+    except UserError:
+        raise
+    except (ValueError, TypeError) as error:
+        raise UserError(f"{prim.GetPath()}: {error}") from error
+
+
+def _values(prim: Usd.Prim, kind: type[Any], prefix: str) -> dict[str, Any]:
+    """The values of the fields that a prim has attributes for."""
+    found = {}
+    for one in dataclasses.fields(kind):
+        if one.name in ("name", "scans"):
+            continue
+        value = value_of(prim, prefix + attribute_name(one.name))
+        if value is not None:
+            found[one.name] = _typed(one.default, value)
+    return found
+
+
+def _typed(default: Any, value: Any) -> Any:
+    if isinstance(default, tuple):
+        return tuple(_decimal(entry) for entry in value)
+    return _decimal(value) if isinstance(default, float) else type(default)(value)
+
+
+def _decimal(value: Any) -> float:
+    """The shortest decimal that rounds to a float32: 0.4, not 0.40000000596."""
+    number = float(value)
+    return (
+        number if number != number or abs(number) == float("inf") else float(exact.rate(number, stored_as_float32=True))
+    )

@@ -1,0 +1,98 @@
+"""The rays of a radar: a fan over its field of view, and finer ones over what is small in it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+FEW = 1024
+"""A mesh that fewer rays of the fan may meet gets rays of its own."""
+
+MOST_EACH = 16_384
+LEAST_EACH = 64
+SHARE = 2
+"""All meshes together get at most one ray for so many of the fan."""
+
+
+@dataclass(frozen=True, slots=True)
+class Tubes:
+    """Rays as tubes that fill a solid angle, in the sensor frame; n of them.
+
+    directions: (3, n) float64 unit. width, height: (n,) angles across and up [rad]. solid: (n,) solid angles [sr].
+    owner: (n,) int32, the only surface whose hits count, or -1 for all.
+    """
+
+    directions: np.ndarray
+    width: np.ndarray
+    height: np.ndarray
+    solid: np.ndarray
+    owner: np.ndarray
+
+    def tangents(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Unit vectors (3, k) across (growing azimuth) and up of some rays."""
+        x, y, z = self.directions[:, rows]
+        level = np.hypot(x, y)
+        zero = np.zeros_like(level)
+        return np.stack((-y / level, x / level, zero)), np.stack((-z * x / level, -z * y / level, level))
+
+
+def grid(azimuth: tuple[float, float], elevation: tuple[float, float], across: int, up: int, owner: int = -1) -> Tubes:
+    """Equal steps of azimuth and elevation [rad] between two ends; the middle of each is a ray."""
+    da, de = (azimuth[1] - azimuth[0]) / across, (elevation[1] - elevation[0]) / up
+    a = np.tile(azimuth[0] + (np.arange(across) + 0.5) * da, up)
+    e = np.repeat(elevation[0] + (np.arange(up) + 0.5) * de, across)
+    level = np.cos(e)
+    return Tubes(
+        np.stack((level * np.cos(a), level * np.sin(a), np.sin(e))),
+        da * level,
+        np.full(len(a), de),
+        da * (np.sin(e + de / 2) - np.sin(e - de / 2)),
+        np.full(len(a), owner, np.int32),
+    )
+
+
+def joined(parts: list[Tubes]) -> Tubes:
+    """Several bundles as one."""
+    names = ("directions", "width", "height", "solid", "owner")
+    return Tubes(*(np.concatenate([getattr(part, name) for part in parts], axis=-1) for name in names))
+
+
+def windows(
+    corners: np.ndarray, azimuth_limit: float, elevations: tuple[float, float], step: float, reach: float
+) -> list[tuple[int, tuple[float, float], tuple[float, float]]]:
+    """(number, azimuths, elevations) of the boxes that few rays of a fan meet, nearest first.
+
+    corners: (s, 8, 3) float64 in the sensor frame [m]; NaN for what has no box. step: the fan's [rad].
+    """
+    x, y, z = np.moveaxis(corners, 2, 0)
+    level = np.hypot(x, y)
+    with np.errstate(invalid="ignore"):
+        azimuth, elevation = np.arctan2(y, x), np.arctan2(z, level)
+        ahead = (x.min(axis=1) > 0) & (level.min(axis=1) > 0)
+        near = np.sqrt((corners.mean(axis=1) ** 2).sum(axis=1))
+    low_a, high_a = (np.clip(f(azimuth, axis=1), -azimuth_limit, azimuth_limit) for f in (np.min, np.max))
+    low_e, high_e = (np.clip(f(elevation, axis=1), *elevations) for f in (np.min, np.max))
+    wide, tall = high_a - low_a, high_e - low_e
+    chosen = ahead & (wide > 0) & (tall > 0) & (wide * tall < FEW * step**2) & (near < reach)
+    order = np.flatnonzero(chosen)
+    order = order[np.argsort(near[order], kind="stable")]
+    return [(int(i), (float(low_a[i]), float(high_a[i])), (float(low_e[i]), float(high_e[i]))) for i in order]
+
+
+def finer(found: list[tuple[int, tuple[float, float], tuple[float, float]]], rays: int) -> Tubes | None:
+    """A grid over each window, of square steps as far as whole numbers of them allow; None for no window.
+
+    rays: of the fan. Windows beyond their `SHARE` are left out, and keep the rays of the fan.
+    """
+    budget = rays // SHARE
+    found = found[: max(0, budget // LEAST_EACH)]
+    if not found:
+        return None
+    each = min(MOST_EACH, budget // len(found))
+    parts = []
+    for number, azimuth, elevation in found:
+        wide, tall = azimuth[1] - azimuth[0], elevation[1] - elevation[0]
+        across = int(np.clip(round(float(np.sqrt(each * wide / tall))), 1, each))
+        parts.append(grid(azimuth, elevation, across, max(1, each // across), number))
+    return joined(parts)

@@ -1,0 +1,228 @@
+"""A radar at work: one scan a frame, from rays to detections."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from graph.base.limits import check
+from graph.sim.geometry.surfaces import Mesh
+from graph.sim.renderer.schedule import Tick
+from sensors.frame import cartesian, spherical
+from sensors.gmo import ElementFlags
+from sensors.motion.velocities import surface_velocities
+from sensors.output_frame import custom_frame
+from sensors.raycast.rays import RayBundle, RayMemory
+from sensors.raycast.shared import cast_world, surface_materials
+from sensors.raycast.windows import RayGrid
+from sensors.raycast.world import CastWorld, excluded
+from sensors.runtime import Measurement, SensorRuntime
+
+from .antenna import Antenna
+from .config import RadarConfig, ScanConfig
+from .cube import Cube, Grid, fill
+from .detector import Detections, detections, limits
+from .materials import Reflections
+from .names import PRIM_TYPE
+from .noise import Noise
+from .planes import planes_of
+from .prim import read_config
+from .rays import Tubes, finer, grid, windows
+from .scattering import arrivals
+from .waves import Setting
+
+if TYPE_CHECKING:
+    from pxr import Usd
+
+
+@dataclass(slots=True)
+class _Fan:
+    """The rays of a scan, ready to cast: the tubes, their table and its columns in the world's axes."""
+
+    tubes: Tubes
+    table: np.ndarray
+    columns: np.ndarray
+    grid: RayGrid
+    memory: RayMemory
+    step: float
+    turned_by: bytes = b""
+
+    def turn(self, rotation: np.ndarray) -> None:
+        """Points the rays as the sensor is turned."""
+        key = rotation.tobytes()
+        if key != self.turned_by:
+            self.columns[:] = rotation @ self.tubes.directions
+            self.table[:, 3:6] = self.columns.T
+            self.turned_by = key
+            self.grid.rotation = rotation
+            self.memory.forget()
+
+
+class RadarRuntime(SensorRuntime[RadarConfig]):
+    """The sensor of a radar prim: each frame is one of its scan configurations, which take turns.
+
+    A frame shows the instant of its update. Its elements are detections by rising range, not ray hits; a frame without
+    any is a frame. Raises UserError for a prim that is not a radar or cannot be one.
+    """
+
+    type_name = PRIM_TYPE
+    modality = "RADAR"
+
+    def read(self, prim: Usd.Prim) -> RadarConfig:
+        """The configuration that the prim describes."""
+        return read_config(prim)
+
+    def configure(self) -> None:
+        """Prepares the rays of each scan configuration."""
+        config, rays = self.config, self._app.fidelity.radar_rays
+        self.coords = config.elements_coords_type
+        self.frame_facts = {"frame_of_reference": config.output_frame_of_reference}
+        self._bounces = self._app.fidelity.radar_bounces or max(1, config.trace_tree_depth)
+        for scan in config.scans:
+            across, up = scan.grid(rays)
+            check("radar.rays", across * up, f"{self.path}: scan {scan.name} casts {across * up:,} rays")
+        self._custom = custom_frame(config.output_frame_of_reference, config.custom_frame_of_reference_trafo)
+        self._fans: dict[int, _Fan] = {}
+
+    def measure(self, tick: Tick) -> Measurement:
+        """The detections of the scan whose turn it is."""
+        number, cycle = self._frames % len(self.config.scans), self._frames // len(self.config.scans)
+        scan = self.config.scans[number]
+        antenna = self._antenna(scan)
+        cube = self.cube(tick, number, cycle)
+        noise = Noise(self._app.seed, self.path, self._frames)
+        found = detections(cube, scan, antenna, noise, four=self.config.cfar_mode == "4D")
+        facts = {"sensorID": 0, "scanIdx": number, "cycleCnt": cycle, **limits(cube.grid)}
+        return Measurement(self._arrays(found, scan, tick), len(found.rcs), facts=facts)
+
+    def cube(self, tick: Tick, number: int = 0, cycle: int = 0) -> Cube:
+        """What a scan receives in one of its cycles, in cells, before it is detected."""
+        scan = self.config.scans[number]
+        grid = Grid.of(scan, cycle)
+        if not self.channels():
+            return fill(grid, ())
+        setting, fan = self._setting(tick, scan), self._fan(number)
+        rotation, origin = setting.pose[:3, :3], setting.pose[:3, 3]
+        fan.turn(rotation)
+        close, small = self._close_looks(setting, scan, fan)
+        bundle = RayBundle(
+            *(origin, fan.table, None, self.exclude, setting.reach, fan.grid),
+            columns=fan.columns,
+            memory=fan.memory,
+        )
+        found = list(arrivals(setting, fan.tubes, bundle, small))
+        if close is not None:
+            table = np.zeros((len(close.solid), 6), np.float32)
+            table[:, 3:6] = (rotation @ close.directions).T
+            found += arrivals(setting, close, RayBundle(origin, table, exclude=self.exclude))
+        return fill(grid, found)
+
+    def _antenna(self, scan: ScanConfig) -> Antenna:
+        return Antenna(self.config.wavelength, scan.power_factor, self.config.antenna_gain_mode != "CONSTANT")
+
+    def _setting(self, tick: Tick, scan: ScanConfig) -> Setting:
+        app, config = self._app, self.config
+        world = cast_world(app)
+        bodies = (
+            np.asarray(app.fabric.rigid_matrices(world.bodies, tick.poses)) if world.bodies else np.zeros((0, 4, 4))
+        )
+        key = f"reflections {config.wavelength}"
+        if key not in world.cache:
+            world.cache[key] = Reflections(surface_materials(app), config.wavelength)
+        return Setting(
+            world=world,
+            planes=planes_of(world).at(bodies),
+            reflections=world.cache[key],
+            velocities=surface_velocities(app, self.path, False),
+            antenna=self._antenna(scan),
+            reach=scan.max_range_m,
+            bounces=self._bounces,
+            pose=self.pose(tick.poses),
+            poses=tick.poses,
+            exclude=self.exclude,
+        )
+
+    def _fan(self, number: int) -> _Fan:
+        if number not in self._fans:
+            scan = self.config.scans[number]
+            across, up = scan.grid(self._app.fidelity.radar_rays)
+            limit = scan.azimuth_limit
+            tubes = grid((-limit, limit), scan.elevations, across, up)
+            count = len(tubes.solid)
+            self._fans[number] = _Fan(
+                tubes,
+                np.zeros((count, 6), np.float32),
+                np.zeros((3, count), np.float32),
+                RayGrid(tubes.directions.T),
+                RayMemory(),
+                2 * limit / across,
+            )
+        return self._fans[number]
+
+    def _close_looks(self, setting: Setting, scan: ScanConfig, fan: _Fan) -> tuple[Tubes | None, np.ndarray]:
+        """Finer rays over what the fan would meet with few, and which surfaces (s,) those are, bool."""
+        world = setting.world
+        small = np.zeros(len(world.surfaces) + 1, bool)  # one more, for what is not hit
+        boxes = _boxes(world, self.exclude)
+        body, local = world.body_of[: len(boxes)], boxes
+        if len(world.surfaces) == 0:
+            return None, small
+        bodies = setting.planes.bodies
+        moving = np.flatnonzero(body >= 0)
+        if len(moving):
+            local = boxes.copy()
+            pose = bodies[body[moving]]
+            local[moving] = np.einsum("sij,scj->sci", pose[:, :3, :3], boxes[moving]) + pose[:, None, :3, 3]
+        corners = (local - setting.pose[:3, 3]) @ setting.pose[:3, :3]
+        found = windows(corners, scan.azimuth_limit, scan.elevations, fan.step, setting.reach)
+        close = finer(found, len(fan.tubes.solid))
+        if close is not None:
+            small[np.unique(close.owner)] = True
+        return close, small
+
+    def _arrays(self, found: Detections, scan: ScanConfig, tick: Tick) -> dict[str, np.ndarray]:
+        """The channels that somebody wants."""
+        wanted, count = self.channels(), len(found.rcs)
+        azimuth = np.rad2deg(found.azimuth).astype(np.float32)
+        elevation = np.rad2deg(found.elevation).astype(np.float32)
+        distance = found.range_m.astype(np.float32)
+        arrays = {
+            "azimuth": azimuth,
+            "elevation": elevation,
+            "distance": distance,
+            "scalar": found.rcs.astype(np.float32),
+            "timeOffsetNs": np.full(count, round(scan.time_offset_usec * 1000), np.int32),
+            "flags": np.full(count, int(ElementFlags.VALID), np.uint8),
+            "rv_ms": found.velocity.astype(np.float32),
+            "bounces": found.bounces,
+        }
+        turned = self._to_output(tick)
+        if "xyz" in wanted or turned is not None:
+            points = cartesian(azimuth, elevation, distance)
+            if turned is not None:
+                points = (points @ turned[:3, :3].T + turned[:3, 3]).astype(np.float32)
+                arrays |= dict(zip(("azimuth", "elevation", "distance"), spherical(points), strict=True))
+            arrays["xyz"] = points
+        return {name: array for name, array in arrays.items() if name in wanted}
+
+    def _to_output(self, tick: Tick) -> np.ndarray | None:
+        """(4, 4) from the sensor frame to the one given out; None where that is it."""
+        if self.config.output_frame_of_reference == "WORLD":
+            return self.pose(tick.poses)
+        return self._custom
+
+
+def _boxes(world: CastWorld, exclude: frozenset[str]) -> np.ndarray:
+    """Corners (s, 8, 3) [m] of the boxes around meshes, in the frames of their bodies; NaN for all else."""
+    key = f"boxes {sorted(exclude)}"
+    found: np.ndarray | None = world.cache.get(key)
+    if found is None:
+        found = np.full((len(world.surfaces), 8, 3), np.nan)
+        for number, surface in enumerate(world.surfaces):
+            if isinstance(surface, Mesh) and len(surface.vertices) and not excluded(surface.path, exclude):
+                ends = np.stack((surface.vertices.min(axis=0), surface.vertices.max(axis=0)))
+                found[number] = [[ends[i, 0], ends[j, 1], ends[k, 2]] for i in (0, 1) for j in (0, 1) for k in (0, 1)]
+        world.cache[key] = found
+    return found

@@ -1,0 +1,80 @@
+"""What radars are to the rest of TickGraph: their registration."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from graph.base.errors import UserError
+from graph.base.exact import shortest
+from sensors.channels import CHANNELS, Channel
+from sensors.prim import read_tick_rate
+from sensors.sensor_types import SensorType, register_sensor_type
+
+from .names import PRIM_TYPE
+from .prim import read_config
+
+if TYPE_CHECKING:
+    from pxr import Usd
+
+    from graph.sim import App
+
+    from .runtime import RadarRuntime
+
+CHANNEL_NAMES = ("xyz", "azimuth", "elevation", "distance", "scalar", "timeOffsetNs", "flags", "rv_ms")
+BOUNCES = Channel("bounces", np.dtype("u1"), doc="faces that the wave met on its way, from 1; 0: a false alarm; ours")
+
+
+def _runtime(app: App, prim_path: str) -> RadarRuntime:
+    from .runtime import RadarRuntime
+
+    return RadarRuntime(app, prim_path)
+
+
+def _check(prim: Usd.Prim) -> Iterator[str]:
+    for read in (read_config, read_tick_rate):
+        try:
+            read(prim)
+        except UserError as error:
+            yield str(error)
+
+
+def _facts(app: App, prim: Usd.Prim) -> dict[str, Any]:
+    config = read_config(prim)
+    scans = [
+        {
+            "name": scan.name,
+            "rays": int(np.prod(scan.grid(app.fidelity.radar_rays))),
+            "range_cells": scan.ranges().count,
+            "velocity_cells": [scan.velocities(limit).count for limit in scan.max_vel_mps_sequence],
+            "azimuth_cells": scan.azimuths().count,
+            "elevation_cells": scan.heights().count,
+        }
+        for scan in config.scans
+    ]
+    return {"tick_rate_hz": read_tick_rate(prim), "cfar": config.cfar_mode, "scans": scans}
+
+
+def _rows(facts: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    yield "rates", f"tick {shortest(facts['tick_rate_hz'])} Hz, one scan a frame"
+    for scan in facts["scans"]:
+        velocities = " or ".join(f"{count}" for count in dict.fromkeys(scan["velocity_cells"]))
+        yield (
+            f"scan {scan['name']}",
+            f"{scan['rays']:,} rays; cells: {scan['range_cells']} of range, {velocities} of velocity, "
+            f"{scan['azimuth_cells']} of azimuth, {scan['elevation_cells']} of elevation; CFAR {facts['cfar']}",
+        )
+
+
+register_sensor_type(
+    SensorType(
+        PRIM_TYPE,
+        _runtime,
+        channels=(*(CHANNELS[name] for name in CHANNEL_NAMES), BOUNCES),
+        check=_check,
+        facts=_facts,
+        rows=_rows,
+    )
+)
