@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 PRIM_TYPE = "OmniRadar"
+MODALITY = "RADAR"
 API = "OmniSensorGenericRadarWpmDmatAPI"
 SCAN_API = "OmniSensorGenericRadarWpmDmatScanCfgAPI"
 PREFIX = "omni:sensor:WpmDmat:"

@@ -68,7 +68,6 @@ class RadarRuntime(SensorRuntime[RadarConfig]):
     """
 
     type_name = PRIM_TYPE
-    modality = "RADAR"
 
     def read(self, prim: Usd.Prim) -> RadarConfig:
         """The configuration that the prim describes."""
@@ -125,15 +124,13 @@ class RadarRuntime(SensorRuntime[RadarConfig]):
     def _setting(self, tick: Tick, scan: ScanConfig) -> Setting:
         app, config = self._app, self.config
         world = cast_world(app)
-        bodies = (
-            np.asarray(app.fabric.rigid_matrices(world.bodies, tick.poses)) if world.bodies else np.zeros((0, 4, 4))
-        )
+        bodies = world.body_poses(tick.poses)
         key = f"reflections {config.wavelength}"
         if key not in world.cache:
             world.cache[key] = Reflections(surface_materials(app), config.wavelength)
         return Setting(
             world=world,
-            planes=planes_of(world).at(bodies),
+            planes=planes_of(world).at(np.zeros((0, 4, 4)) if bodies is None else bodies),
             reflections=world.cache[key],
             velocities=surface_velocities(app, self.path, False),
             antenna=self._antenna(scan),

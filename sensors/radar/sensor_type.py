@@ -13,7 +13,7 @@ from sensors.channels import CHANNELS, Channel
 from sensors.prim import read_tick_rate
 from sensors.sensor_types import SensorType, register_sensor_type
 
-from .names import PRIM_TYPE
+from .names import MODALITY, PRIM_TYPE
 from .prim import read_config
 
 if TYPE_CHECKING:
@@ -27,10 +27,10 @@ CHANNEL_NAMES = ("xyz", "azimuth", "elevation", "distance", "scalar", "timeOffse
 BOUNCES = Channel("bounces", np.dtype("u1"), doc="faces that the wave met on its way, from 1; 0: a false alarm; ours")
 
 
-def _runtime(app: App, prim_path: str) -> RadarRuntime:
+def _runtime(app: App, prim_path: str, resolution: tuple[int, int]) -> RadarRuntime:
     from .runtime import RadarRuntime
 
-    return RadarRuntime(app, prim_path)
+    return RadarRuntime(app, prim_path, resolution)
 
 
 def _check(prim: Usd.Prim) -> Iterator[str]:
@@ -72,6 +72,7 @@ register_sensor_type(
     SensorType(
         PRIM_TYPE,
         _runtime,
+        modality=MODALITY,
         channels=(*(CHANNELS[name] for name in CHANNEL_NAMES), BOUNCES),
         check=_check,
         facts=_facts,

@@ -163,7 +163,7 @@ def test_fields_of_other_sensors_are_zero_and_empty():
     gmo = parse_generic_model_output_data(pack(frame_of(3)))
 
     assert (gmo.sensorID, gmo.cycleCnt, gmo.maxRangeM, gmo.numSgws, gmo.numRows, gmo.originX) == (0, 0, 0.0, 0, 0, 0.0)
-    assert (gmo.rv_ms.dtype, len(gmo.rv_ms)) == (np.float32, 0)
+    assert (gmo.idsVelocities.dtype, len(gmo.idsVelocities)) == (np.float32, 0)
     assert {"rv_ms", "objId", "timeOffSetNs", "numCols"} <= set(dir(gmo))
 
 
