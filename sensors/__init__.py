@@ -5,10 +5,10 @@ Names are loaded at their first use, so importing this package costs nothing.
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from graph.base.forwarding import forward as _forward
+from graph.base.lazy_names import lazy_names as _lazy_names
 
 from .moved import MOVED as _MOVED
 
@@ -44,50 +44,53 @@ if TYPE_CHECKING:
 
     SUPPORTED_LIDAR_CONFIGS: dict[str, list[Any]]
 
-_HOME = {
-    "AnnotatorType": ".annotators.types",
-    "AuxType": ".gmo",
-    "Channel": ".channels",
-    "CoordsType": ".gmo",
-    "Corrupted": ".wrappers",
-    "Delayed": ".wrappers",
-    "ElementFlags": ".gmo",
-    "FrameOfReference": ".gmo",
-    "GenericModelOutput": ".gmo",
-    "Lidar": ".lidar.authoring",
-    "LidarAuxHas": ".gmo",
-    "LidarConfig": ".lidar.config",
-    "LidarSensor": ".lidar.sensor",
-    "Measurement": ".runtime",
-    "Modality": ".gmo",
-    "MotionCompensationState": ".gmo",
-    "OutputType": ".gmo",
-    "SUPPORTED_LIDAR_CONFIGS": ".configs",
-    "SensorRuntime": ".runtime",
-    "SensorType": ".sensor_types",
-    "create_render_product": ".replicator",
-    "exclude": ".authoring",
-    "getMagicNumberGMO": ".gmo",
-    "get_annotator": ".replicator",
-    "on_frame": ".callbacks",
-    "parse_generic_model_output_data": ".gmo",
-    "parse_object_ids": ".surfaces.ids",
-    "parse_stable_id_map_data": ".surfaces.ids",
-    "register_annotator_spec": ".annotators.specs",
-    "register_sensor_type": ".sensor_types",
-    "register_writer_spec": ".writers",
-    "render_product": ".products",
-    "unregister_annotator_spec": ".annotators.specs",
-    "unregister_sensor_type": ".sensor_types",
-    "unregister_writer_spec": ".writers",
+_HOMES = {
+    "AnnotatorType": "annotators.types",
+    "AuxType": "gmo",
+    "Channel": "channels",
+    "CoordsType": "gmo",
+    "Corrupted": "wrappers",
+    "Delayed": "wrappers",
+    "ElementFlags": "gmo",
+    "FrameOfReference": "gmo",
+    "GenericModelOutput": "gmo",
+    "Lidar": "lidar.authoring",
+    "LidarAuxHas": "gmo",
+    "LidarConfig": "lidar.config",
+    "LidarSensor": "lidar.sensor",
+    "Measurement": "runtime",
+    "Modality": "gmo",
+    "MotionCompensationState": "gmo",
+    "OutputType": "gmo",
+    "SUPPORTED_LIDAR_CONFIGS": "configs",
+    "SensorRuntime": "runtime",
+    "SensorType": "sensor_types",
+    "create_render_product": "replicator",
+    "exclude": "authoring",
+    "getMagicNumberGMO": "gmo",
+    "get_annotator": "replicator",
+    "on_frame": "callbacks",
+    "parse_generic_model_output_data": "gmo",
+    "parse_object_ids": "surfaces.ids",
+    "parse_stable_id_map_data": "surfaces.ids",
+    "register_annotator_spec": "annotators.specs",
+    "register_sensor_type": "sensor_types",
+    "register_writer_spec": "writers",
+    "render_product": "products",
+    "replicator": "replicator",
+    "unregister_annotator_spec": "annotators.specs",
+    "unregister_sensor_type": "sensor_types",
+    "unregister_writer_spec": "writers",
+    "writers": "writers",
 }
 
+_INSTEAD = "are not built yet; use Lidar and LidarSensor, or register a sensor type of your own (register_sensor_type)"
 _NOT_BUILT = {
-    **dict.fromkeys(("Radar", "RadarSensor", "RadarConfig"), "radars"),
-    **dict.fromkeys(("Acoustic", "AcousticSensor", "Ultrasonic", "UltrasonicSensor"), "acoustic sensors"),
-    **dict.fromkeys(("Camera", "CameraSensor", "RtxCamera", "RtxCameraSensor", "CameraView"), "cameras"),
+    **dict.fromkeys(("Radar", "RadarSensor", "RadarConfig"), f"radars {_INSTEAD}"),
+    **dict.fromkeys(("Acoustic", "AcousticSensor", "Ultrasonic", "UltrasonicSensor"), f"acoustic sensors {_INSTEAD}"),
+    **dict.fromkeys(("Camera", "CameraSensor", "RtxCamera", "RtxCameraSensor", "CameraView"), f"cameras {_INSTEAD}"),
 }
-"""Names of what is still to come."""
+"""Names of what is still to come, and why they are not there."""
 
 __all__ = [
     "SUPPORTED_LIDAR_CONFIGS",
@@ -129,22 +132,4 @@ __all__ = [
 
 _forward(_MOVED)
 
-
-def __getattr__(name: str) -> Any:
-    if name in ("replicator", "writers"):
-        return import_module(f".{name}", __name__)
-    if name in _NOT_BUILT:
-        raise ImportError(
-            f"sensors.{name}: {_NOT_BUILT[name]} are not built yet; use Lidar and LidarSensor, or register a sensor "
-            "type of your own (register_sensor_type)",
-            name=name,
-        )
-    if name not in _HOME:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = getattr(import_module(_HOME[name], __name__), name)
-    globals()[name] = value
-    return value
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+__getattr__, __dir__ = _lazy_names(__name__, _HOMES, _NOT_BUILT)

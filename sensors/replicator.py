@@ -23,7 +23,8 @@ from typing import TYPE_CHECKING, Any
 from graph.sim.managers.current import orchestrator
 
 from .annotators.annotator import Annotator
-from .annotators.types import TYPES, AnnotatorType, annotator_types, find_annotator, register_annotator
+from .annotators.registry import annotator_types, find_annotator, register_annotator
+from .annotators.types import TYPES, AnnotatorType
 from .errors import SensorValueError
 from .products import render_product
 from .writers import REGISTRY, WriterSpec, writer_specs

@@ -6,8 +6,8 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from .annotators.annotator import Annotator, split_data
+from .annotators.registry import find_annotator
 from .annotators.specs import ANNOTATORS
-from .annotators.types import find_annotator
 from .errors import SensorValueError
 from .products import render_product
 from .writers import WRITERS, AttachedWriter, Writer, WriterSpec, find_writer, writer_specs

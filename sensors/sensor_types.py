@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from graph.sim.renderer.sensor import Sensor
 
     from .annotators.types import AnnotatorType
-    from .writers import WriterSpec
+    from .writers.spec import WriterSpec
 
 ENTRY_POINTS = "tickgraph.sensors"
 
@@ -79,15 +79,18 @@ _loaded = False
 
 def register_sensor_type(kind: SensorType) -> None:
     """Adds a sensor type. Raises SensorValueError if its prim type, or a name that it adds, is taken."""
-    from .annotators.types import annotator_types
-    from .writers import writer_specs
+    from .annotators.types import TYPES
+    from .writers.spec import REGISTRY
 
     _load()
     if kind.prim_type in _types:
         raise SensorValueError(f"there is a sensor type {kind.prim_type!r} already; give yours another prim type")
+    others = _types.values()
+    annotators = {*TYPES, *(one.name for other in others for one in other.annotators)}
+    writers = set(REGISTRY).union(*(other.writers for other in others))
     for what, names, taken in (
-        ("an annotator", [one.name for one in kind.annotators], annotator_types()),
-        ("a writer", kind.writers, writer_specs()),
+        ("an annotator", [one.name for one in kind.annotators], annotators),
+        ("a writer", kind.writers, writers),
         ("a channel", [one.name for one in kind.channels if CHANNELS.get(one.name, one) != one], CHANNELS),
     ):
         if name := next((name for name in names if name in taken), ""):

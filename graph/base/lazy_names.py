@@ -15,13 +15,22 @@ if TYPE_CHECKING:
     from typing import Any
 
 
-def lazy_names(package: str, homes: Mapping[str, str]) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
-    """The `__getattr__` and the `__dir__` of a package; `homes`: each public name and its module in the package."""
+def lazy_names(
+    package: str, homes: Mapping[str, str], missing: Mapping[str, str] | None = None
+) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
+    """The `__getattr__` and the `__dir__` of a package.
+
+    homes: each public name and its module in the package; a module that is public itself has its own name there.
+    missing: names that users expect and that are not there, each with the reason: an ImportError says it.
+    """
 
     def get(name: str) -> Any:
+        if missing and name in missing:
+            raise ImportError(f"{package}.{name}: {missing[name]}", name=name)
         if name not in homes:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
-        value = getattr(import_module(f"{package}.{homes[name]}"), name)
+        module = import_module(f"{package}.{homes[name]}")
+        value = module if homes[name] == name else getattr(module, name)
         setattr(modules[package], name, value)
         return value
 

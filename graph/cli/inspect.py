@@ -104,7 +104,7 @@ def inspect(session: Session, path: str, *, aux: str | None = None, updates: int
     aux: auxiliary level to read it with; None means the prim's. Raises RunError, with the reason, if no frame comes.
     """
     from sensors.annotators.annotator import Annotator
-    from sensors.annotators.types import find_annotator
+    from sensors.annotators.registry import find_annotator
     from sensors.channels import Consumer
     from sensors.prim import write_aux_level
     from sensors.products import render_product
@@ -287,7 +287,7 @@ def _shown(app: App, product: RenderProduct) -> dict[str, int]:
     import numpy as np
 
     from sensors.annotators.annotator import Annotator
-    from sensors.annotators.types import annotator_types
+    from sensors.annotators.registry import annotator_types
     from sensors.sensor_types import prim_types_of
 
     kind = annotator_types().get("instance_id_segmentation")

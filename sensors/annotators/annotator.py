@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 from sensors.channels import AUXILIARY, Consumer
 from sensors.errors import SensorValueError
 
-from .types import AnnotatorType, Reading, check_product
+from .registry import check_product
+from .types import AnnotatorType, Reading
 
 if TYPE_CHECKING:
     from graph.sim import App

@@ -7,7 +7,8 @@ from typing import Any
 
 from sensors.errors import SensorValueError
 
-from .types import TYPES, AnnotatorType, find_annotator, register_annotator
+from .registry import find_annotator, register_annotator
+from .types import TYPES, AnnotatorType
 
 ANNOTATORS: dict[str, dict[str, Any]] = {
     "generic-model-output": {"name": "GenericModelOutput"},

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .types import Reading
+    from .reading import Reading
 
 
 def reference_time(reading: Reading) -> dict[str, int]:

@@ -1,43 +1,21 @@
-"""Every annotator, by its name in Replicator's registry: the channels that it reads and the data that it gives."""
+"""Kinds of annotators by their names in Replicator's registry: the channels that each reads, the data that it gives."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from graph.base.errors import UserError
 from graph.base.suggest import did_you_mean
 from sensors.channels import AuxLevel
 from sensors.errors import SensorValueError
 from sensors.gmo import channels_for, pack
-from sensors.sensor_types import prim_types_of, sensor_types
 
 from .outputs import EXTRACT_CHANNELS, empty_outputs, extract_point_cloud
+from .reading import Reading as Reading
 from .times import reference_time, simulation_time, system_time
-
-if TYPE_CHECKING:
-    from graph.sim import App
-    from graph.sim.renderer.rendering import RenderProduct
-    from graph.sim.renderer.sensor import Sensor
-    from sensors.frame import Frame
-
-
-@dataclass(slots=True)
-class Reading:
-    """The input of an annotator: a frame of a render product (None before the first), and the options."""
-
-    app: App
-    product: RenderProduct
-    options: Mapping[str, Any]
-    frame: Frame | None = None
-
-    @property
-    def sensor(self) -> Sensor:
-        """The sensor behind the product."""
-        return self.product.sensor
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,28 +50,7 @@ class AnnotatorType:
 
 
 TYPES: dict[str, AnnotatorType] = {}
-"""Those for every sensor, and those that users registered; sensor types add their own."""
-
-
-def annotator_types() -> dict[str, AnnotatorType]:
-    """Every annotator by its name."""
-    return TYPES | {one.name: one for kind in sensor_types().values() for one in kind.annotators}
-
-
-def register_annotator(kind: AnnotatorType) -> None:
-    """Adds an annotator to the registry. Raises SensorValueError if its name is taken."""
-    if kind.name in annotator_types():
-        raise SensorValueError(f"there is an annotator {kind.name!r} already; give yours another name")
-    TYPES[kind.name] = kind
-
-
-def find_annotator(name: str) -> AnnotatorType:
-    """The annotator of this name. Raises SensorValueError with a similar name, or with all names."""
-    known = annotator_types()
-    if name not in known:
-        hint = did_you_mean(name, known, f"there are: {', '.join(sorted(known))}")
-        raise SensorValueError(f"there is no annotator {name!r}{hint}")
-    return known[name]
+"""Those for every sensor, and those that users registered; `registry` adds those of sensor types."""
 
 
 def with_info(found: dict[str, Any], reading: Reading) -> dict[str, Any]:
@@ -158,17 +115,3 @@ for _kind in (
     AnnotatorType("IsaacReadSystemTime", system_time, lambda reading: ()),
 ):
     TYPES[_kind.name] = _kind
-
-
-def check_product(kind: AnnotatorType, reading: Reading) -> None:
-    """Raises SensorValueError, with prim and annotator, for a product that the annotator cannot read."""
-    path = reading.product.camera_path
-    prim_type = str(reading.app.stage.GetPrimAtPath(path).GetTypeName()) if path else ""
-    readable = prim_types_of(kind.modality)
-    if prim_type not in readable:
-        what, where = prim_type or "not a sensor", path or reading.product.path
-        raise SensorValueError(f"{kind.name}: {where} is {what}; it reads {' or '.join(readable)} only")
-    try:
-        kind.check(reading)
-    except UserError as error:
-        raise SensorValueError(f"{kind.name}: {error}") from error

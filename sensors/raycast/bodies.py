@@ -9,18 +9,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .moving import Moving
 from .near import NEAR_RAD, NearMeshes
 from .nearest import Nearest, turn_each
 from .rays import RayBundle
 from .triangles import TriangleScene
 from .windows import RayGrid
-
-if TYPE_CHECKING:
-    from graph.sim.geometry.collect import Mesh
 
 PITCH = 4.0
 """Distance between the cells' centres, in radii of their content: outside one sphere, a ray is not yet in the next."""
@@ -39,15 +36,6 @@ FEW_RAYS = 10_000
 
 MARGIN_RAD = 1e-4
 """Cones are widened by this angle, so that rounding loses no ray."""
-
-
-@dataclass(frozen=True, slots=True)
-class Moving:
-    """A moving mesh, its surface number and its body's."""
-
-    mesh: Mesh
-    surface: int
-    body: int
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,7 +19,7 @@ from .rays import RayBundle
 from .triangles import TriangleScene
 
 if TYPE_CHECKING:
-    from .bodies import Moving
+    from .moving import Moving
 
 NEAR_RAD = np.deg2rad(20.0)
 """Half of a mesh's angular size, from which on it is near."""

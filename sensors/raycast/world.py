@@ -11,7 +11,8 @@ import numpy as np
 
 from graph.sim.geometry.collect import Mesh, Plane
 
-from .bodies import Moving, MovingMeshes
+from .bodies import MovingMeshes
+from .moving import Moving
 from .nearest import Nearest
 from .planes import cast_plane
 from .rays import NO_SURFACE, Hits, RayBundle

@@ -2,17 +2,15 @@
 
 from .annotated import AnnotatedWriter
 from .registry import (
-    REGISTRY,
     WRITERS,
     AttachedWriter,
-    Writer,
-    WriterSpec,
     find_writer,
     get,
     register_writer_spec,
     unregister_writer_spec,
     writer_specs,
 )
+from .spec import REGISTRY, Writer, WriterSpec
 
 __all__ = [
     "REGISTRY",

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from sensors.annotators.annotator import Annotator
-from sensors.annotators.types import find_annotator
+from sensors.annotators.registry import find_annotator
 
 if TYPE_CHECKING:
     from graph.sim import App

@@ -1,0 +1,28 @@
+"""The input of an annotator."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from graph.sim import App
+    from graph.sim.renderer.rendering import RenderProduct
+    from graph.sim.renderer.sensor import Sensor
+    from sensors.frame import Frame
+
+
+@dataclass(slots=True)
+class Reading:
+    """The input of an annotator: a frame of a render product (None before the first), and the options."""
+
+    app: App
+    product: RenderProduct
+    options: Mapping[str, Any]
+    frame: Frame | None = None
+
+    @property
+    def sensor(self) -> Sensor:
+        """The sensor behind the product."""
+        return self.product.sensor
