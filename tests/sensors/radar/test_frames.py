@@ -9,7 +9,7 @@ import pytest
 from graph.cli.main import main
 from sensors import parse_generic_model_output_data
 from sensors.annotators.annotator import Annotator
-from sensors.annotators.types import find_annotator
+from sensors.annotators.registry import find_annotator
 from tests.support.radar_scenes import RADAR, SCAN, WPM, plate, radar_world, trihedral
 
 FACTOR = 10 * math.log10(150)
