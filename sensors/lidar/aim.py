@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,19 +12,27 @@ import numpy as np
 class RayPoses:
     """The sensor's poses at the firing times of rays: ray i has pose number `which[i]`.
 
-    rotations: (u, 3, 3) float64, sensor to world; positions: (u, 3) float64 [m]; which: (n,), ascending.
+    rotations: (u, 3, 3) float64, sensor to world; positions: (u, 3) float64 [m]; which: (n,), ascending. twists: gives
+    the sensor's velocities at these poses, (u, 6) float64 [m/s, rad/s], world axes.
     """
 
     rotations: np.ndarray
     positions: np.ndarray
     which: np.ndarray
     turning: bool = True
+    twists: Callable[[], np.ndarray] | None = None
 
     def part(self, rows: slice) -> RayPoses:
         """The poses of the rays in `rows`."""
         which = self.which[rows]
-        used = slice(which[0], which[-1] + 1)
-        return RayPoses(self.rotations[used], self.positions[used], which - which[0], self.turning)
+        used, twists = slice(which[0], which[-1] + 1), self.twists
+        return RayPoses(
+            self.rotations[used],
+            self.positions[used],
+            which - which[0],
+            self.turning,
+            None if twists is None else lambda: twists()[used],
+        )
 
     def swing(self, pose: np.ndarray) -> float:
         """The largest angle [rad] between one of the rotations and that of `pose`, rounded up."""
@@ -37,7 +46,7 @@ class RayPoses:
 class Aim:
     """Poses of the rays of a shot.
 
-    pose: (4, 4) float64 sensor to world [m], in the middle of the shot. directions: (3, n) float32 unit, world axes.
+    pose: (4, 4) float64 sensor to world [m], near the middle of the shot. directions: (3, n) float32 unit, world axes.
     offsets: (n, 3) float32 [m], world axes, from the pose's position to each ray's origin; None if all rays start
     there. moves: the sensor's pose for each ray; None if it is stationary at `pose`.
     """
@@ -62,6 +71,17 @@ class Aim:
         if self.moves is not None:
             out += (self.moves.positions - origin)[self.moves.which[rays]]
         return out
+
+    def twists(self, rays: np.ndarray) -> np.ndarray | None:
+        """(6, k) float32: the sensor's velocity [m/s] and angular velocity [rad/s] when each of some rays was fired,
+        world axes, as if it extended to the position of `pose`; None where it keeps still.
+        """
+        moves = self.moves
+        if moves is None or moves.twists is None:
+            return None
+        at = np.array(moves.twists())
+        at[:, :3] += np.cross(at[:, 3:], self.pose[:3, 3] - moves.positions)
+        return np.asarray(np.take(at.T.astype(np.float32), moves.which[rays], axis=1))
 
     def turned_back(self, vectors: np.ndarray, rays: np.ndarray) -> np.ndarray:
         """Vectors (k, 3) along world axes, each turned into the sensor frame at the firing time of its ray."""

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import weakref
 from collections.abc import Iterator
+from dataclasses import dataclass
 from fractions import Fraction
+from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,6 +22,15 @@ from .turns import Turns
 
 if TYPE_CHECKING:
     from graph.sim import App
+
+
+@dataclass(slots=True)
+class _Moves:
+    """How a sensor moves during firings of a turn: at any time since its begin, at each firing, and its first place."""
+
+    track: Trajectory
+    rays: RayPoses
+    place: np.ndarray
 
 
 class Bins:
@@ -43,36 +54,51 @@ class Bins:
         self, start: Fraction, end: Fraction, slices: list[tuple[int, slice]]
     ) -> tuple[list[Shot], np.ndarray, np.ndarray]:
         """The shots of the firings of `slices` in [start, end) [s], and the sensor's poses at both ends."""
-        track = self._history.trajectory(self._path, start, end)
         still = not cast_world(present_app(self._app)).bodies or self._history.rests(start, end)
         pieces = [
             (turn, low, high, piece)
             for turn, rows in slices
             for low, high, piece in self._pieces(start, end, turn, rows, 1 if still else self._count)
         ]
+        first, last = self._history.ends(self._path, start, end)
         if not pieces:
-            ends = track.poses(np.array([0.0, float(end - start)]))
-            return [], ends[0], ends[1]
-        middles = [(low + high) / 2 for _, low, high, _ in pieces]
-        poses = track.poses(np.array([0.0, *(float(middle - start) for middle in middles), float(end - start)]))
-        moves = {turn: self._moves(track, start, turn, rows) for turn, rows in slices}
-        first = {turn: rows.start for turn, rows in slices}
+            return [], first, last
+        moves = {turn: self._moves(start, end, turn, rows) for turn, rows in slices}
+        begin = {turn: rows.start for turn, rows in slices}
         shots = []
-        for (turn, _, _, rows), pose, state in zip(pieces, poses[1:-1], self._history.at(middles), strict=True):
+        middles = [(low + high) / 2 for _, low, high, _ in pieces]
+        for (turn, _, _, rows), middle, state in zip(pieces, middles, self._history.at(middles), strict=True):
             ahead, base_ns = moves[turn], nanoseconds(turn * self._turns.period) - nanoseconds(start)
-            part = ahead and ahead.part(slice(rows.start - first[turn], rows.stop - first[turn]))
-            shots.append(Shot(rows, pose, state, base_ns, part, turn))
-        return shots, poses[0], poses[-1]
+            if isinstance(ahead, _Moves):
+                pose = ahead.track.poses(np.array([float(middle - turn * self._turns.period)]))[0]
+                pose[:3, 3] = ahead.place
+                part = ahead.rays.part(slice(rows.start - begin[turn], rows.stop - begin[turn]))
+                shots.append(Shot(rows, pose, state, base_ns, part, turn))
+            else:
+                shots.append(Shot(rows, ahead, state, base_ns, None, turn))
+        return shots, first, last
 
-    def _moves(self, track: Trajectory, start: Fraction, turn: int, rows: slice) -> RayPoses | None:
-        """The poses of the firings of a turn; `start`: of the trajectory [s]."""
+    def _moves(self, start: Fraction, end: Fraction, turn: int, rows: slice) -> _Moves | np.ndarray:
+        """The sensor's motion during the firings of a turn in [start, end), or its pose if it keeps still.
+
+        The firings of a part of the turn are computed from the same numbers as those of the whole turn, so that they
+        give the same bytes: their times and the place they refer to count from the begin of the turn.
+        """
+        begin = turn * self._turns.period
+        track = self._history.trajectory(self._path, start, end, begin)
         if not (track.moves or track.turns):
-            return None
-        begin = float(start - turn * self._turns.period)
-        offsets = self._turns.pattern(turn).offset_ns[rows]  # rising
+            return np.asarray(track.poses(np.zeros(1))[0])
+        offsets = self._turns.pattern(turn).offset_ns[rows]  # ascending
         new = np.diff(offsets, prepend=offsets[:1] - 1) != 0
-        times = offsets[new] * 1e-9 - begin
-        return RayPoses(track.rotations(times), track.positions(times), np.cumsum(new) - 1, track.turns)
+        times = offsets[new] * 1e-9
+        rays = RayPoses(
+            track.rotations(times),
+            track.positions(times),
+            np.cumsum(new) - 1,
+            track.turns,
+            cache(lambda: track.velocities(times)),
+        )
+        return _Moves(track, rays, self._history.ends(self._path, begin, begin)[0][:3, 3])
 
     def _pieces(
         self, start: Fraction, end: Fraction, turn: int, rows: slice, count: int

@@ -172,7 +172,10 @@ class Returns:
         measure = self._measure
         if measure is None or not len(found):
             return found
-        measured = measure(self._surfaces(), self._levers, self._aim.pose[:3, 3], self._shot.poses)
+        aim = self._aim
+        measured = measure(
+            self._surfaces(), self._levers, aim.pose[:3, 3], self._shot.poses, lambda: aim.twists(self._index)
+        )
         if measured is not None:
             rows, world = measured
             found[rows] = self._output.vectors(world, self._aim, self._index[rows])

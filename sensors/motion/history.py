@@ -126,8 +126,8 @@ class History:
         first = states[0].matrices
         return all(np.array_equal(first, state.matrices) for state in states[1:])
 
-    def trajectory(self, path: str, start: Fraction, end: Fraction) -> Trajectory:
-        """The motion of a prim from `start` to `end`; its times are seconds after `start`."""
+    def trajectory(self, path: str, start: Fraction, end: Fraction, origin: Fraction | None = None) -> Trajectory:
+        """The motion of a prim from `start` to `end` [s]; its times are seconds after `origin` (default: `start`)."""
         app = self._app()
         assert app is not None
         times, states = self._around(start, end)
@@ -135,7 +135,12 @@ class History:
             times, states = times[:1], states[:1]  # it did not move
         poses = np.stack([rigid_part(app.fabric.world_matrix(path, state)) for state in states])
         poses[:, :3, 3] *= app.meters_per_unit
-        return Trajectory(np.array([float(time - start) for time in times]), poses)
+        zero = start if origin is None else origin
+
+        def twists() -> np.ndarray:
+            return _twists(app, path, states, poses[:, :3, 3])
+
+        return Trajectory(np.array([float(time - zero) for time in times]), poses, twists)
 
     def ends(self, path: str, start: Fraction, end: Fraction) -> tuple[np.ndarray, np.ndarray]:
         """The poses of a prim at `start` and at `end`: (4, 4) float64 rigid poses [m]."""
@@ -175,6 +180,17 @@ class History:
     def _forget(self) -> None:
         self._times.clear()
         self._states.clear()
+
+
+def _twists(app: App, path: str, states: Sequence[Any], places: np.ndarray) -> np.ndarray:
+    """(m, 6) velocities of a prim at its places (m, 3) [m] in some states: those of the body that carries it."""
+    carrier = app.fabric.body_of(path)
+    if carrier is None:
+        return np.zeros((len(states), 6))
+    out = np.concatenate([state.velocities((carrier,)) for state in states])
+    origins = np.stack([app.fabric.rigid_matrices((carrier,), state)[0, :3, 3] for state in states])
+    out[:, :3] += np.cross(out[:, 3:], places - origins)
+    return out
 
 
 def _weakly(history: History, handler: Callable[[History], None]) -> Callable[[], None]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from graph.sim.transforms import quaternions, rotation_matrices, slerp
@@ -10,16 +12,19 @@ from graph.sim.transforms import quaternions, rotation_matrices, slerp
 class Trajectory:
     """A rigid motion through known poses, constant before the first and after the last.
 
-    times: (m,) float64, ascending [s]; poses: (m, 4, 4) float64 rigid [m].
+    times: (m,) float64, ascending [s]; poses: (m, 4, 4) float64 rigid [m]. twists: gives the velocities at these times,
+    (m, 6) float64, of the moving origin [m/s] and angular [rad/s], world axes.
     """
 
-    def __init__(self, times: np.ndarray, poses: np.ndarray) -> None:
-        self._times, self._poses = times, poses
+    def __init__(self, times: np.ndarray, poses: np.ndarray, twists: Callable[[], np.ndarray] | None = None) -> None:
+        self._times, self._poses, self._twists = times, poses, twists
         self.turns = bool(np.any(poses[:, :3, :3] != poses[0, :3, :3]))
         """Whether its rotation changes."""
         self.moves = bool(np.any(poses[:, :3, 3] != poses[0, :3, 3]))
         """Whether its position changes."""
         self._quaternions = quaternions(poses[:, :3, :3]) if self.turns else None
+        self._kept = np.ones(len(poses), bool)  # whether the rotation stays until the next pose
+        self._kept[:-1] = np.all(poses[1:, :3, :3] == poses[:-1, :3, :3], axis=(1, 2))
 
     def positions(self, times: np.ndarray) -> np.ndarray:
         """(n, 3) float64 [m]."""
@@ -35,7 +40,18 @@ class Trajectory:
             return np.broadcast_to(self._poses[0, :3, :3], (len(times), 3, 3))
         index, share = self._between(times)
         second = self._quaternions[np.minimum(index + 1, len(self._poses) - 1)]
-        return np.asarray(rotation_matrices(slerp(self._quaternions[index], second, share)))
+        out = np.asarray(rotation_matrices(slerp(self._quaternions[index], second, share)))
+        exact = self._kept[index] | (share == 0.0)  # the known matrix itself, whatever poses follow
+        out[exact] = self._poses[index[exact], :3, :3]
+        return out
+
+    def velocities(self, times: np.ndarray) -> np.ndarray:
+        """(n, 6) float64, interpolated linearly: of the origin [m/s], angular [rad/s]; 0 where nobody knows them."""
+        if self._twists is None:
+            return np.zeros((len(times), 6))
+        twists, (index, share) = self._twists(), self._between(times)
+        first, second = twists[index], twists[np.minimum(index + 1, len(twists) - 1)]
+        return np.asarray(first + share[:, None] * (second - first))
 
     def poses(self, times: np.ndarray) -> np.ndarray:
         """(n, 4, 4) float64 rigid [m]."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import weakref
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -13,13 +13,24 @@ from sensors.raycast.shared import cast_world, present_app
 if TYPE_CHECKING:
     from graph.sim import App
 
-Velocities = Callable[[np.ndarray, Callable[[], np.ndarray], np.ndarray, Any], tuple[np.ndarray, np.ndarray] | None]
-"""A function that gives the velocities of surfaces.
 
-Arguments: surfaces (k,) that were hit; a function that gives the levers (3, k) float32 [m, world axes] from an origin
-to the hit points; that origin (3,) float64 [m, world]; a state. Returns the rows that move (m,) and their velocities
-(m, 3) float32 [m/s] along world axes, or None if nothing moves.
-"""
+class Velocities(Protocol):
+    """A function that gives the velocities of surfaces."""
+
+    def __call__(
+        self,
+        surfaces: np.ndarray,
+        levers: Callable[[], np.ndarray],
+        origin: np.ndarray,
+        poses: Any,
+        own: Callable[[], np.ndarray | None] | None = None,
+    ) -> tuple[np.ndarray, np.ndarray] | None:
+        """The rows that move (m,) and their velocities (m, 3) float32 [m/s] along world axes; None if nothing moves.
+
+        surfaces: (k,) that were hit. levers: gives the levers (3, k) float32 [m, world axes] from an origin to the hit
+        points. origin: (3,) float64 [m, world]. poses: a state. own: gives the sensor's velocities, (6, k) float32
+        [m/s, rad/s], when each ray was fired, as if it extended to the origin; None: those of the state for all rays.
+        """
 
 
 def surface_velocities(app: App, sensor_path: str, in_world: bool) -> Velocities:
@@ -31,7 +42,11 @@ def surface_velocities(app: App, sensor_path: str, in_world: bool) -> Velocities
     weak = weakref.ref(app)
 
     def measure(
-        surfaces: np.ndarray, levers: Callable[[], np.ndarray], origin: np.ndarray, poses: Any
+        surfaces: np.ndarray,
+        levers: Callable[[], np.ndarray],
+        origin: np.ndarray,
+        poses: Any,
+        own: Callable[[], np.ndarray | None] | None = None,
     ) -> tuple[np.ndarray, np.ndarray] | None:
         app = present_app(weak)
         world = cast_world(app)
@@ -48,7 +63,8 @@ def surface_velocities(app: App, sensor_path: str, in_world: bool) -> Velocities
             found = _at([np.take(column, body[moving]) for column in twists], np.take(lever, moving, axis=1))
         if carrier is None:
             return moving, found.T
-        relative = -_at(list(_twists_at(app, (carrier,), origin, poses)[:, 0]), lever)
+        twist = None if own is None else own()
+        relative = -_at(list(_twists_at(app, (carrier,), origin, poses)[:, 0] if twist is None else twist), lever)
         relative[:, moving] += found
         return np.arange(len(surfaces)), relative.T
 

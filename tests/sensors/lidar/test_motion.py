@@ -255,6 +255,23 @@ def test_velocities_in_a_continuous_scan_are_those_at_the_firing_not_at_the_tick
     np.testing.assert_allclose(frame.channel("velocities"), np.tile([-3.0, 0, 0], (40, 1)), atol=1e-5)
 
 
+def test_velocities_of_a_turning_sensor_take_its_motion_at_each_firing():
+    # v = (3, 0, 0) m/s and w = 150 deg/s about z, of the cart's origin and so of the sensor 5 m above it: a point r of
+    # a wall that stands has, in the sensor frame at time t, the velocity -(Rz(-w t) v + w z x r).
+    with weightless(lidar_motion="continuous") as app:
+        add_box(app, "/World/Room", 20.0, (0, 0, 0))
+        add_box(app, "/World/Cart", 0.1, (0, 0, -5), velocity=(3.0, 0, 0), spin=(0, 0, 150))
+        product = add_lidar(app, "/World/Cart/Lidar", (0, 0, 5), rotary(180))
+        frame = frames_of(app, product, 12)[-1]
+
+    w, time = np.deg2rad(150), (frame.timestamp_ns + frame.channel("timeOffsetNs").astype(np.int64)) * 1e-9
+    points = frame.xyz.astype(np.float64)
+    expected = np.zeros_like(points)
+    expected[:, 0] = -(3 * np.cos(w * time) - w * points[:, 1])
+    expected[:, 1] = -(-3 * np.sin(w * time) + w * points[:, 0])
+    np.testing.assert_allclose(frame.channel("velocities"), expected, atol=5e-4)  # interpolated over steps of 1/240 s
+
+
 def test_partial_scans_make_up_the_whole_scan_of_a_moving_sensor():
     def scans(tick_rate):
         with weightless(lidar_motion="continuous") as app:

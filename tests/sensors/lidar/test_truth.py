@@ -209,14 +209,15 @@ ALL = EVERYTHING | {"matId", "objId"}
 IDS = {"/rtx-transient/stableIds/enabled": True}
 
 
-def contents(tick_rate, motion="frozen", moving=False, updates=30, knobs=None, **fields):
+def contents(tick_rate, motion="frozen", moving=False, updates=30, knobs=None, bodies=True, **fields):
     """Every channel of half a second, as bytes; element times on the simulation clock."""
     with weightless(lidar_motion=motion, settings=IDS, **(knobs or {})) as app:
         bind(app, add_box(app, "/World/Room", 20.0, (1, 2, 0)), "brick")
         mount = "/World"
         if moving:
             add_box(app, mount := "/World/Cart", 0.1, (0, 0, -5), velocity=(3.0, 1.0, 0), spin=(0, 0, 90))
-            add_box(app, "/World/Body", 2.0, (5, 0, 0), velocity=(1.0, 0.5, 0), spin=(20, 30, 40))
+            if bodies:
+                add_box(app, "/World/Body", 2.0, (5, 0, 0), velocity=(1.0, 0.5, 0), spin=(20, 30, 40))
         config = rotary(90, elevations=(0.0, 3.0), **fields)
         product = add_lidar(app, f"{mount}/Lidar", (0, 0, 5 * moving), config, channels=ALL, tick_rate=tick_rate)
         frames = frames_of(app, product, updates)
@@ -250,3 +251,11 @@ def test_noise_and_sub_rays_do_not_see_how_a_turn_is_cut(motion, knobs):
 @pytest.mark.parametrize("tick_rate", [0, 20])
 def test_slices_of_a_moving_world_are_the_bytes_that_update_puts_together(tick_rate):
     assert contents(tick_rate, "update", moving=True) == contents(10, "update", moving=True)
+
+
+@pytest.mark.parametrize("tick_rate", [0, 7, 20])
+def test_slices_of_a_continuous_turn_are_its_bytes_where_only_the_sensor_moves(tick_rate):
+    whole = contents(10, "continuous", moving=True, bodies=False)
+
+    assert len(whole["velocities"]) == 5 * 180 * 12
+    assert contents(tick_rate, "continuous", moving=True, bodies=False) == whole
