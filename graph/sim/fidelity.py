@@ -245,7 +245,14 @@ class Fidelity:
         ),
     ] = None
     camera_samples: Annotated[
-        int, Knob("rays per pixel", cost="proportional", error="falls with more", available=(1,))
+        int,
+        Knob(
+            "rays per pixel of colour pictures",
+            cost="pictures: proportional",
+            error="1: jagged edges; that of a mean of so many",
+            read_by="sensors.camera.runtime",
+            limit="camera.rays",
+        ),
     ] = 1
     mesh_tolerance: Annotated[
         float,

@@ -7,9 +7,23 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pxr import Ar, Gf, Plug, Sdf, Tf, Usd, UsdGeom, UsdPhysics, UsdRender, UsdShade, UsdUtils, Vt  # noqa: TID253
+from pxr import Ar, Gf, Plug, Sdf, Tf, Usd, UsdGeom, UsdLux, UsdPhysics, UsdRender, UsdShade, UsdUtils, Vt  # noqa: TID253
 
-__all__ = ["Ar", "Gf", "Plug", "Sdf", "Tf", "Usd", "UsdGeom", "UsdPhysics", "UsdRender", "UsdShade", "UsdUtils", "Vt"]
+__all__ = [
+    "Ar",
+    "Gf",
+    "Plug",
+    "Sdf",
+    "Tf",
+    "Usd",
+    "UsdGeom",
+    "UsdLux",
+    "UsdPhysics",
+    "UsdRender",
+    "UsdShade",
+    "UsdUtils",
+    "Vt",
+]
 
 SCHEMAS = Path(__file__).parent / "schemas"
 """Folder of `plugInfo.json` and `generatedSchema.usda`: codeless schemas of sensors and graphs."""

@@ -13,7 +13,7 @@ from sensors.channels import CHANNELS
 
 from .box_annotators import BOX_ANNOTATORS
 from .camera_params import camera_params
-from .channels import FIRST, INSTANCE, LABELLED, SEMANTIC
+from .channels import FIRST, HDR, INSTANCE, LABELLED, RGB, SEMANTIC
 from .label_filter import OPTIONS, kept_labels
 from .names import MODALITY
 
@@ -140,7 +140,7 @@ def _segmentation(kind: str, name: str) -> AnnotatorType:
     return AnnotatorType(name, _instances(kind), lambda reading: (kind,), options=options, modality=MODALITY)
 
 
-CLOUD = ("points", "normals", SEMANTIC, LABELLED)
+CLOUD = ("points", "normals", RGB, SEMANTIC, LABELLED)
 
 
 def _point_cloud(reading: Reading) -> dict[str, Any]:
@@ -155,6 +155,7 @@ def _point_cloud(reading: Reading) -> dict[str, Any]:
     return {
         "data": frame.channel("points")[shown] / np.float32(reading.app.meters_per_unit),
         "info": {
+            "pointRgb": _rgba(reading)[shown].reshape(-1),
             "pointNormals": normals.reshape(-1),
             "pointSemantic": frame.channel(SEMANTIC)[shown],
             "pointInstance": frame.channel(LABELLED)[shown],
@@ -162,7 +163,22 @@ def _point_cloud(reading: Reading) -> dict[str, Any]:
     }
 
 
+def _rgba(reading: Reading) -> np.ndarray:
+    """Colours with an alpha of 255."""
+    found = _image(RGB, 4)(reading)
+    found[..., 3] = 255
+    return found
+
+
+def _hdr(reading: Reading) -> np.ndarray:
+    found = _image(HDR, 4)(reading)
+    found[..., 3] = 1
+    return found
+
+
 ANNOTATORS = (
+    *(AnnotatorType(name, _rgba, lambda reading: (RGB,), modality=MODALITY) for name in ("rgb", "LdrColor")),
+    AnnotatorType("HdrColor", _hdr, lambda reading: (HDR,), modality=MODALITY),
     _one("distance_to_camera", "distance_to_camera"),
     _one("distance_to_image_plane", "distance_to_image_plane"),
     _one("normals", "normals", 4),

@@ -11,6 +11,7 @@ from sensors.channels import Channel
 INSTANCE = "instance_id_segmentation"
 LABELLED = "instance_segmentation"
 SEMANTIC = "semantic_segmentation"
+RGB, HDR = "rgb", "HdrColor"
 FIRST = 2
 """The number of the first entity of each: 0 is nothing, 1 what has no label."""
 
@@ -40,6 +41,8 @@ CHANNELS = (
     _image(INSTANCE, "<u4", "number of the prim: 0 nothing, then from 2 on"),
     _image(LABELLED, "<u4", "number of the labelled prim: 0 nothing, 1 no label"),
     _image(SEMANTIC, "<u4", "number of the labels: 0 nothing, 1 no label"),
+    _image(RGB, "u1", "red, green, blue of sRGB", 3),
+    _image(HDR, "<f2", "linear light: red, green, blue", 3, "nit"),
     Channel(TIGHT, BOX_2D, unit="px", doc="labelled prims: first and last column and row that show them"),
     Channel(LOOSE, BOX_2D, unit="px", doc="the same as if each were alone"),
     Channel(BOX, BOX_3D, unit="stage units", doc="labelled prims in the image: extent in their axes, and their pose"),

@@ -14,6 +14,9 @@ from .lens_models import distorting_lens
 if TYPE_CHECKING:
     from pxr import Usd
 
+TIME, F_STOP = 0.02, 5.0
+"""Exposure time [s] and stop of a camera that authors none: those that RTX works with, not those of the schema."""
+
 TENTH = 0.1
 """Focal length and apertures are in tenths of a stage unit."""
 
@@ -93,9 +96,9 @@ def _pair(attributes: _Attributes, name: str, *, positive: bool = False) -> tupl
 
 def _exposure(attributes: _Attributes) -> float:
     """2^exposure responsivity time (iso / 100) / fStop^2 of the exposure attributes; see `sensors/README.md`."""
-    number = attributes.number
-    scale = number("exposure:responsivity", 1.0) * number("exposure:time", 1.0) * number("exposure:iso", 100.0) / 100
-    return float(2.0 ** number("exposure") * scale / (number("exposure:fStop", 1.0) or 1.0) ** 2)
+    number, authored = attributes.number, attributes.authored
+    scale = number("exposure:responsivity", 1.0) * authored("exposure:time", TIME) * number("exposure:iso", 100.0) / 100
+    return float(2.0 ** number("exposure") * scale / (authored("exposure:fStop", F_STOP) or 1.0) ** 2)
 
 
 class _Attributes:
@@ -118,6 +121,10 @@ class _Attributes:
         if not math.isfinite(found):
             raise self.wrong(name, found, "give a finite number")
         return found
+
+    def authored(self, name: str, default: float) -> float:
+        attribute = self.prim.GetAttribute(name)
+        return self.number(name) if attribute and attribute.HasAuthoredValue() else default
 
     def positive(self, name: str) -> float:
         found = self.number(name)

@@ -282,7 +282,7 @@ class ParallelLens(Lens):
         """Straight ahead."""
         return np.stack([np.zeros_like(x), np.zeros_like(y), np.ones_like(x)])
 
-    def origins(self) -> Floats:
-        """(3, height x width) [m], where the ray of each pixel starts, in the optical frame."""
-        u, v = self.centres()
+    def origins(self, shift: tuple[float, float] = (0.0, 0.0)) -> Floats:
+        """(3, height x width) [m], where the ray of each pixel starts, `shift` [px] from its middle, optical frame."""
+        u, v = self.centres() + np.array(shift)[:, None]
         return np.stack([(u - self.cx) / self.fx, (v - self.cy) / self.fy, np.zeros_like(u)])

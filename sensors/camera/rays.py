@@ -24,8 +24,9 @@ class CameraRays:
     distances from the image plane say nothing of what is near.
     """
 
-    def __init__(self, lens: Lens) -> None:
-        optical = lens.unproject(lens.centres())
+    def __init__(self, lens: Lens, shift: tuple[float, float] = (0.0, 0.0)) -> None:
+        """shift: where in its pixel a ray goes, from the middle [px]."""
+        optical = lens.unproject(lens.centres() + np.array(shift)[:, None])
         self._local = np.ascontiguousarray(TO_USD @ optical, np.float32)
         self.along = None if isinstance(lens, ParallelLens) else optical[2].astype(np.float32)
         unseen = np.flatnonzero(~optical.any(axis=0))
@@ -33,7 +34,7 @@ class CameraRays:
         self.wide = bool((optical[2] < 0).any())
         self._origins = None
         if isinstance(lens, ParallelLens):
-            self._origins = np.ascontiguousarray((TO_USD @ lens.origins()).T, np.float32)
+            self._origins = np.ascontiguousarray((TO_USD @ lens.origins(shift)).T, np.float32)
         count = self._local.shape[1]
         self._table, self._world = np.empty((count, 6), np.float32), np.empty((3, count), np.float32)
         self._term = np.empty(count, np.float32)
@@ -76,6 +77,11 @@ class CameraRays:
         if bundle.offsets is not None:
             offsets += bundle.offsets[rays]
         return RayBundle(bundle.origin, table, offsets, bundle.exclude)
+
+    def offsets(self, bundle: RayBundle, rays: np.ndarray, distance: np.ndarray) -> np.ndarray:
+        """(3, k) float32 [m] from the bundle's origin, world axes, at `distance` (k,) along the rays (k,)."""
+        found = np.take(self._world, rays, axis=1) * distance
+        return np.asarray(found if bundle.offsets is None else found + bundle.offsets[rays].T)
 
     def points(self, bundle: RayBundle, rays: np.ndarray, distance: np.ndarray) -> np.ndarray:
         """(k, 3) float64 world [m], at `distance` (k,) along the rays (k,)."""

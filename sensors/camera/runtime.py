@@ -12,18 +12,23 @@ from sensors.raycast.shared import cast_world
 from sensors.runtime import Measurement, SensorRuntime
 
 from .boxes import boxes_of
-from .channels import BOX, INSTANCE, LABELLED, LOOSE, SEMANTIC, TIGHT
+from .channels import BOX, HDR, INSTANCE, LABELLED, LOOSE, RGB, SEMANTIC, TIGHT
 from .config import CameraConfig, read_config
 from .entities import PixelNumbers, entities_of
 from .motion import Instant, motion_vectors
 from .names import PRIM_TYPE
+from .picture import Pictures
 from .rays import CameraRays
+from .shading import srgb
 from .view import View, look
 
 if TYPE_CHECKING:
     from pxr import Usd
 
 NUMBERED = (INSTANCE, LABELLED, SEMANTIC)
+LIT = frozenset({RGB, HDR})
+MOST_HALF = 65504.0
+"""The largest number of float16."""
 BOXES = frozenset({TIGHT, LOOSE, BOX})
 
 
@@ -45,6 +50,10 @@ class CameraRuntime(SensorRuntime[CameraConfig]):
         """Forgets the rays of an earlier lens; those of this one are made when they are first needed."""
         self._rays: CameraRays | None = None
         self._numbers = PixelNumbers()
+        samples = self._app.fidelity.camera_samples
+        rays = self.config.lens.width * self.config.lens.height * samples
+        check("camera.rays", rays, f"{self.path}: camera.samples {samples:,} make {rays:,} rays an image")
+        self._pictures = Pictures(self.path, self.config, self.exclude, samples)
 
     def reset(self) -> None:
         """Forgets where everything was."""
@@ -60,10 +69,12 @@ class CameraRuntime(SensorRuntime[CameraConfig]):
         if wanted:
             if self._rays is None:
                 self._rays = CameraRays(config.lens)
-            view = look(
-                cast_world(app), self._rays, config, pose, tick.poses, self.exclude, normals="normals" in wanted
-            )
+            world = cast_world(app)
+            normals = "normals" in wanted or (bool(wanted & LIT) and self._pictures.samples == 1)
+            view = look(world, self._rays, config, pose, tick.poses, self.exclude, normals=normals)
             images = self._images(view, tick)
+            if wanted & LIT:
+                images += self._lit(self._pictures.radiance(app, view, pose, tick.poses, world))
             arrays = {name: array.reshape(height, width, *array.shape[1:]) for name, array in images}
             if wanted & BOXES:
                 labelled = dict(images).get(LABELLED)
@@ -90,6 +101,15 @@ class CameraRuntime(SensorRuntime[CameraConfig]):
     def _numbered(self, view: View, name: str) -> np.ndarray:
         hits = view.hits
         return self._numbers.of(entities_of(self._app, name).numbers, name, hits.surface_of, hits.number)
+
+    def _lit(self, light: np.ndarray) -> list[tuple[str, np.ndarray]]:
+        """The channels in demand that hold light [nit]."""
+        found: list[tuple[str, np.ndarray]] = []
+        if HDR in self.channels():
+            found.append((HDR, np.clip(light, 0, MOST_HALF).astype(np.float16)))
+        if RGB in self.channels():
+            found.append((RGB, srgb(light * np.float32(self.config.exposure))))
+        return found
 
     def _motion(self, view: View, tick: Tick) -> np.ndarray:
         world = cast_world(self._app)

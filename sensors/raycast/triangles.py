@@ -79,6 +79,11 @@ class TriangleScene:
             self._leave(rays, threads, found)
         return found
 
+    def blocked(self, rays: np.ndarray, reach: float, threads: int) -> np.ndarray:
+        """(n,) bool, whether rays (n, 6) float32 hit anything within `reach` lengths of their directions."""
+        found = self._scene.test_occlusions(self._tensor(np.ascontiguousarray(rays)), 0.0, reach, threads)
+        return np.asarray(found.numpy())
+
     def _leave(self, rays: np.ndarray, threads: int, found: TriangleHits) -> None:
         near = np.flatnonzero(found.distance < SKIN)
         outwards = (rays[near, 3:] * found.normals[near]).sum(axis=1) > 0

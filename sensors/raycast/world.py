@@ -100,6 +100,18 @@ class CastWorld:
             self._soft.cast(rays, poses, scenes.skip, threads, nearest)
         return nearest.hits()
 
+    def static_scene(self, origin: np.ndarray, exclude: frozenset[str]) -> tuple[np.ndarray, TriangleScene | None]:
+        """For sensors about `origin` (3,) float64 [m]: where the coordinates of a scene begin, and the scene itself.
+
+        The scene holds what stands still; None where nothing does.
+        """
+        anchor = np.round(origin / GRID_M) * GRID_M
+        return anchor, self._scenes(anchor, exclude).static
+
+    def planes(self, exclude: frozenset[str]) -> list[int]:
+        """The endless planes that are not excluded."""
+        return [number for number, plane in self._planes if not excluded(str(plane.path), exclude)]
+
     @property
     def threads(self) -> int:
         """On how many threads rays are cast; 0: all."""

@@ -1,0 +1,246 @@
+"""Lights of UsdLux, and how much light they bring to a surface that faces them.
+
+Radiances are L = intensity 2^exposure colour [nit]; irradiances follow UsdLux (25.05): see `sensors/README.md`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from graph.sim.transforms import rigid_part
+
+if TYPE_CHECKING:
+    from pxr import Usd
+
+STRATA = 4
+"""An area light is so many times so many patches."""
+
+Warn = Callable[[str, str, str], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Light:
+    """One light in one state of the world.
+
+    color: (3,) float32. Of a `far` light color is what it brings to a surface that faces it [lux], and `place` (3,) its
+    unit direction. Of any other place is its middle [m, from the camera]; it brings the sum over its patches of color
+    times cos(incidence) / d^2, and for `flat` ones times the cosine at the light, on whose side `axis` (3,) points.
+    patches: (m, 3) [m, from the camera]. cone: about axis: the cosine of its half angle and its soft share; or None.
+    """
+
+    color: np.ndarray
+    place: np.ndarray
+    patches: np.ndarray
+    axis: np.ndarray
+    far: bool = False
+    flat: bool = False
+    cone: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Lighting:
+    """All lights. sky: (3,) float32 [nit], the radiance that comes from everywhere."""
+
+    lights: tuple[Light, ...]
+    sky: np.ndarray
+
+
+def light_prims(stage: Any) -> list[Any]:
+    """The lights of a stage, in its order."""
+    from graph.sim.usd import Usd, UsdLux
+
+    kinds = UsdLux.BoundableLightBase, UsdLux.NonboundableLightBase
+    return [
+        prim
+        for prim in stage.Traverse(Usd.TraverseInstanceProxies())
+        if any(prim.IsA(kind) for kind in kinds) or prim.HasAPI(UsdLux.LightAPI)
+    ]
+
+
+def read_lighting(
+    prims: list[Any], matrix_of: Callable[[str], np.ndarray], unit: float, origin: np.ndarray, warn: Warn
+) -> Lighting:
+    """The lights as they are now. matrix_of: path -> world matrix (4, 4) float64 [stage units of `unit` m].
+
+    origin: of the camera, (3,) float64 [m]. warn: gets `light-not-modelled`.
+    """
+    lights, sky = [], np.zeros(3, np.float32)
+    for prim in prims:
+        values = _Inputs(prim)
+        if not values.visible():
+            continue
+        kind, path = str(prim.GetTypeName()), str(prim.GetPath())
+        if kind.startswith("DomeLight"):
+            sky = sky + dome_radiance(values, path, warn)
+        elif kind == "DistantLight":
+            lights.append(_distant(values, rigid_part(matrix_of(path))))
+        elif kind in _SHAPES:
+            matrix = matrix_of(path).copy()
+            matrix[:3] *= unit
+            matrix[:3, 3] -= origin
+            lights.append(_SHAPES[kind](values, matrix))
+        else:
+            warn("light-not-modelled", path, f"a {kind} gives no light here; use a distant, dome, sphere or area light")
+    return Lighting(tuple(lights), sky)
+
+
+def irradiance(light: Light, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
+    """(k,) float32, times `Light.color` [lux]; points (3, k) [m, from the camera], normals (3, k) unit, float32."""
+    if light.far:
+        return np.asarray(np.maximum(_dot(light.place, normals), np.float32(0)))
+    total = np.zeros(points.shape[1], np.float32)
+    for patch in light.patches:
+        way = patch[:, None] - points
+        squared = np.maximum((way * way).sum(axis=0), np.float32(1e-12))
+        cosine = np.maximum((way * normals).sum(axis=0), np.float32(0))
+        if light.flat:
+            cosine *= np.maximum(-_dot(light.axis, way), np.float32(0))
+            total += cosine / (squared * squared)
+        else:
+            total += cosine / (squared * np.sqrt(squared))
+    return np.asarray(total if light.cone is None else total * _cone(light, points))
+
+
+def _cone(light: Light, points: np.ndarray) -> np.ndarray:
+    """How much of a spot's light goes to points: all within the cone, less and less over its soft part."""
+    assert light.cone is not None
+    way = points - light.place[:, None]
+    cosine = _dot(light.axis, way) / np.maximum(np.sqrt((way * way).sum(axis=0)), np.float32(1e-6))
+    edge, soft = light.cone
+    inner = np.cos(np.arccos(edge) * (1 - soft))
+    share = np.clip((cosine - edge) / max(inner - edge, 1e-6), 0, 1)
+    return np.asarray(share * share * (3 - 2 * share), np.float32)
+
+
+def _dot(axis: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    return np.asarray(axis[0] * vectors[0] + axis[1] * vectors[1] + axis[2] * vectors[2])
+
+
+def _distant(values: _Inputs, pose: np.ndarray) -> Light:
+    """Shines along its -z. Without `omni:rtx:usdluxVersion` from 2505 on its intensity is in lux, as RTX has it."""
+    color = values.radiance()
+    if not values.normalized() and values.number("omni:rtx:usdluxVersion") >= 2505:
+        color = color * np.float32(np.pi * np.sin(np.deg2rad(values.input("angle", 0.53)) / 2) ** 2)
+    towards = pose[:3, 2].astype(np.float32)
+    return Light(color, towards, towards[None], towards, far=True)
+
+
+def _sphere(values: _Inputs, matrix: np.ndarray) -> Light:
+    """pi L (r / d)^2 cos: a point of intensity pi L r^2."""
+    radius = values.input("radius", 0.5) * _lengths(matrix).mean()
+    area = 4 * np.pi * radius**2
+    power = np.pi * radius**2 / (area if values.normalized() and area else 1.0)
+    place, axis = matrix[:3, 3].astype(np.float32), -_unit(matrix[:3, 2])
+    return Light(values.radiance() * np.float32(power), place, place[None], axis, cone=values.cone())
+
+
+def _rect(values: _Inputs, matrix: np.ndarray) -> Light:
+    width, height = values.input("width", 1.0), values.input("height", 1.0)
+    steps = (np.arange(STRATA) + 0.5) / STRATA - 0.5
+    local = np.array([(x * width, y * height, 0.0) for y in steps for x in steps])
+    lengths = _lengths(matrix)
+    return _area(values, matrix, local, width * height * lengths[0] * lengths[1])
+
+
+def _disk(values: _Inputs, matrix: np.ndarray) -> Light:
+    """Rings of equal area, each of as many patches."""
+    radius = values.input("radius", 0.5)
+    rings = radius * np.sqrt((np.arange(STRATA) + 0.5) / STRATA)
+    turns = 2 * np.pi * (np.arange(2 * STRATA) + 0.5) / (2 * STRATA)
+    local = np.array([(r * np.cos(a), r * np.sin(a), 0.0) for r in rings for a in turns])
+    lengths = _lengths(matrix)
+    return _area(values, matrix, local, np.pi * radius**2 * lengths[0] * lengths[1])
+
+
+def _cylinder(values: _Inputs, matrix: np.ndarray) -> Light:
+    """Points along its axis (x), each sending out what the cylinder's mean cross section does."""
+    radius, length = values.input("radius", 0.5), values.input("length", 1.0)
+    lengths = _lengths(matrix)
+    radius, whole = radius * float(lengths[1:].mean()), length * float(lengths[0])
+    area = 2 * np.pi * radius * whole
+    power = area / 4 / (area if values.normalized() and area else 1.0)  # a convex body shows a quarter of its surface
+    local = np.array([(length * ((step + 0.5) / STRATA - 0.5), 0.0, 0.0) for step in range(STRATA)])
+    color = values.radiance() * np.float32(power / STRATA)
+    return Light(color, matrix[:3, 3].astype(np.float32), _placed(matrix, local), -_unit(matrix[:3, 2]))
+
+
+def _area(values: _Inputs, matrix: np.ndarray, local: np.ndarray, area: float) -> Light:
+    share = np.float32((1.0 if values.normalized() else area) / len(local))
+    place, axis = matrix[:3, 3].astype(np.float32), -_unit(matrix[:3, 2])
+    return Light(values.radiance() * share, place, _placed(matrix, local), axis, flat=True, cone=values.cone())
+
+
+_SHAPES = {"SphereLight": _sphere, "RectLight": _rect, "DiskLight": _disk, "CylinderLight": _cylinder}
+
+
+def dome_radiance(values: _Inputs, path: str, warn: Warn) -> np.ndarray:
+    """(3,) float32 [nit]; of a dome with a texture without the texture's colours."""
+    if values.text("inputs:texture:file"):
+        warn("light-not-modelled", path, "the texture of its sky is not modelled: the sky has its plain colour")
+    return values.radiance()
+
+
+def _placed(matrix: np.ndarray, local: np.ndarray) -> np.ndarray:
+    return np.asarray(local @ matrix[:3, :3].T + matrix[:3, 3], np.float32)
+
+
+def _lengths(matrix: np.ndarray) -> np.ndarray:
+    return np.asarray(np.linalg.norm(matrix[:3, :3], axis=0))
+
+
+def _unit(vector: np.ndarray) -> np.ndarray:
+    return np.asarray(vector / max(float(np.linalg.norm(vector)), 1e-12), np.float32)
+
+
+class _Inputs:
+    """The attributes of a light."""
+
+    def __init__(self, prim: Usd.Prim) -> None:
+        self._prim = prim
+
+    def _get(self, name: str) -> Any:
+        attribute = self._prim.GetAttribute(name)
+        return attribute.Get() if attribute else None
+
+    def number(self, name: str, default: float = 0.0) -> float:
+        value = self._get(name)
+        found = default if value is None else float(value)
+        return found if np.isfinite(found) else default
+
+    def text(self, name: str) -> str:
+        value = self._get(name)
+        return str(getattr(value, "path", value) or "")
+
+    def input(self, name: str, default: float) -> float:
+        return self.number(f"inputs:{name}", default)
+
+    def normalized(self) -> bool:
+        return bool(self._get("inputs:normalize"))
+
+    def visible(self) -> bool:
+        from graph.sim.usd import UsdGeom
+
+        imageable = UsdGeom.Imageable(self._prim)
+        return not imageable or imageable.ComputeVisibility() != UsdGeom.Tokens.invisible
+
+    def radiance(self) -> np.ndarray:
+        """(3,) float32: intensity 2^exposure colour, and the colour of its temperature where that is switched on."""
+        from graph.sim.usd import UsdLux
+
+        color = np.array(self._get("inputs:color") or (1.0, 1.0, 1.0), np.float64)
+        if self._get("inputs:enableColorTemperature"):
+            color = color * np.array(UsdLux.BlackbodyTemperatureAsRgb(self.input("colorTemperature", 6500.0)))
+        scale = self.input("intensity", 1.0) * 2.0 ** self.input("exposure", 0.0) * self.input("diffuse", 1.0)
+        return np.asarray(color * scale, np.float32)
+
+    def cone(self) -> tuple[float, float] | None:
+        """Of a spot: the cosine of half its opening angle, and the soft share of it."""
+        angle = self.number("inputs:shaping:cone:angle", 180.0)
+        if angle >= 180.0:
+            return None
+        soft = min(max(self.number("inputs:shaping:cone:softness"), 0.0), 1.0)
+        return float(np.cos(np.deg2rad(angle))), soft

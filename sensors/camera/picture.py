@@ -1,0 +1,83 @@
+"""The light in each pixel of a frame: one look through its middle, or several beside it that are averaged."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sensors.raycast.shadows import Shadows
+from sensors.raycast.world import CastWorld
+
+from .config import CameraConfig
+from .lights import Lighting, light_prims, read_lighting
+from .materials import Looks, read_looks
+from .rays import CameraRays
+from .shading import radiance
+from .view import View, look
+
+if TYPE_CHECKING:
+    from graph.sim import App
+
+
+def sample_places(count: int) -> list[tuple[float, float]]:
+    """Where in a pixel `count` rays go, from its middle [px]: Halton's sequence of the bases 2 and 3 (Halton, 1960)."""
+    return [(0.0, 0.0)] if count == 1 else [(_halton(n, 2) - 0.5, _halton(n, 3) - 0.5) for n in range(1, count + 1)]
+
+
+def _halton(number: int, base: int) -> float:
+    found, share = 0.0, 1.0
+    while number:
+        share /= base
+        number, digit = divmod(number, base)
+        found += digit * share
+    return found
+
+
+class Pictures:
+    """Makes the pictures of one camera; `config` and `exclude` as of its runtime."""
+
+    def __init__(self, path: str, config: CameraConfig, exclude: frozenset[str], samples: int) -> None:
+        self._path, self._config, self._exclude = path, config, exclude
+        self._places = sample_places(samples)
+        self._rays: list[CameraRays] = []
+        self._shadows: Shadows | None = None
+
+    @property
+    def samples(self) -> int:
+        """How many rays each pixel has."""
+        return len(self._places)
+
+    def radiance(self, app: App, view: View, pose: np.ndarray, state: Any, world: CastWorld) -> np.ndarray:
+        """(n, 3) float32 [nit] of each pixel, linear. view: through the middles, with normals if that is all."""
+        looks, lighting = looks_of(app, world), self._lighting(app, world, pose, state)
+        if self._shadows is None or self._shadows.world is not world:
+            self._shadows = Shadows(world, self._exclude)
+        if self.samples == 1:
+            return radiance(view, looks, lighting, self._shadows, state)
+        if not self._rays:
+            self._rays = [CameraRays(self._config.lens, place) for place in self._places]
+        total = np.zeros((len(view.depth), 3), np.float32)
+        for rays in self._rays:
+            seen = look(world, rays, self._config, pose, state, self._exclude, normals=True)
+            total += radiance(seen, looks, lighting, self._shadows, state)
+        return np.asarray(total / np.float32(self.samples))
+
+    def _lighting(self, app: App, world: CastWorld, pose: np.ndarray, state: Any) -> Lighting:
+        prims = world.cache.get("camera lights")
+        if prims is None:
+            prims = world.cache["camera lights"] = light_prims(app.stage)
+        lighting = read_lighting(
+            prims, lambda path: app.fabric.world_matrix(path, state), app.meters_per_unit, pose[:3, 3], app.warn
+        )
+        if not lighting.lights and not lighting.sky.any():
+            app.warn("no-light", self._path, "no light shines: pictures are black; add a DistantLight or a DomeLight")
+        return lighting
+
+
+def looks_of(app: App, world: CastWorld) -> Looks:
+    """The looks of all surfaces of the App's cast world."""
+    found: Looks | None = world.cache.get("camera looks")
+    if found is None:
+        found = world.cache["camera looks"] = read_looks(app.stage, world.surfaces, app.warn)
+    return found

@@ -1,0 +1,86 @@
+"""Light that comes from what pixels show, and what becomes of it in an image.
+
+L = emitted + base / pi (sum of E + pi sky): diffuse surfaces, lit from the side of the camera; one shadow ray for each
+light. Not modelled: light from other surfaces, mirrors, glass, the sky's shadows, smooth normals, blur.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sensors.raycast.shadows import Shadows
+
+from .lights import Light, Lighting, irradiance
+from .materials import Looks
+from .view import View
+
+CHUNK = 1 << 16
+"""Pixels that are worked on at a time."""
+
+SHADE_LEVELS = 1 << 18
+"""Steps of the table from light to sRGB: the darkest step of an image has more than ten."""
+
+
+def radiance(view: View, looks: Looks, lighting: Lighting, shadows: Shadows, state: Any) -> np.ndarray:
+    """(n, 3) float32 [nit], what comes from what each ray met; the sky's where it met nothing."""
+    out = np.empty((len(view.depth), 3), np.float32)
+    out[:] = lighting.sky
+    hit = np.flatnonzero(np.isfinite(view.hits.distance))
+    normals = view.facing_normals()
+    for first in range(0, len(hit), CHUNK):
+        rows = hit[first : first + CHUNK]
+        out[rows] = _reflected(view, rows, normals[rows], looks, lighting, shadows, state)
+    return out
+
+
+def _reflected(
+    view: View,
+    rows: np.ndarray,
+    normals: np.ndarray,
+    looks: Looks,
+    lighting: Lighting,
+    shadows: Shadows,
+    state: Any,
+) -> np.ndarray:
+    surfaces = view.hits.surfaces(rows)
+    facing = np.ascontiguousarray(normals.T)
+    points = view.rays.offsets(view.bundle, rows, view.hits.distance[rows])
+    # Shadow rays begin a little above the surface: float32 is off by that much at this distance.
+    above = points + facing * (np.float32(2e-4) + np.float32(2e-6) * view.hits.distance[rows])
+    lit = np.empty((3, len(rows)), np.float32)
+    lit[:] = np.float32(np.pi) * lighting.sky[:, None]
+    for light in lighting.lights:
+        light_there = irradiance(light, points, facing)
+        if light.color.any():
+            towards = np.flatnonzero(light_there > 0)
+            dark = _blocked(light, above[:, towards], shadows, view.bundle.origin, state)
+            light_there[towards[dark]] = 0
+            for axis in range(3):
+                lit[axis] += light.color[axis] * light_there
+    found = np.take(looks.base, surfaces, axis=0) * (lit.T * np.float32(1 / np.pi))
+    return found + np.take(looks.emitted, surfaces, axis=0) if looks.emits else np.asarray(found)
+
+
+def _blocked(light: Light, points: np.ndarray, shadows: Shadows, origin: np.ndarray, state: Any) -> np.ndarray:
+    ways = np.empty(points.T.shape, np.float32)
+    ways[:] = light.place if light.far else light.place - points.T
+    return shadows.blocked(origin, np.ascontiguousarray(points.T), ways, state, far=light.far)
+
+
+def srgb(light: np.ndarray) -> np.ndarray:
+    """Linear light as bytes of sRGB (IEC 61966-2-1): 0 and below is 0, 1 and above 255."""
+    steps = np.clip(light, 0.0, 1.0)
+    steps *= np.float32(SHADE_LEVELS - 1)
+    steps += np.float32(0.5)
+    return np.asarray(np.take(_TABLE, steps.astype(np.int32)))
+
+
+def _table() -> np.ndarray:
+    x = np.arange(SHADE_LEVELS) / (SHADE_LEVELS - 1)
+    curve = np.where(x <= 0.0031308, 12.92 * x, 1.055 * x ** (1 / 2.4) - 0.055)
+    return np.floor(255 * curve + 0.5).astype(np.uint8)
+
+
+_TABLE = _table()
