@@ -1,6 +1,6 @@
-"""The world that graphs run over: settings, clocks, timeline, stage, Fabric, physics, renderer scheduler, App.
+"""The world that graphs run on: settings, clocks, timeline, stage, Fabric, physics, renderer scheduler, App.
 
-Names resolve on first use (PEP 562): importing this package loads none of the libraries below it.
+Names are imported at their first use (PEP 562): importing this package loads no heavy library.
 """
 
 from __future__ import annotations

@@ -47,14 +47,14 @@ class App:
     """One world and its clocks. Several may live in one process; the most recently entered one is the default.
 
     `stage` is a path, a `Usd.Stage` or None for an empty stage; `mjcf`, instead of it, an MJCF file or a loaded
-    `MjcfScene`. `physics_hz` beats the stage's physics scene or the MJCF time step, which beat 60; `loop_hz` defaults
-    to 60. `fidelity` maps knobs (`lidar.motion`) to values. `physics` makes the physics engine, MuJoCo unless given
-    (see `graph.sim.physics.protocol.EngineFactory`). `allow`: folders beside the USD
-    file's own that it may refer to. Raises UserError for options that cannot be run.
+    `MjcfScene`. `physics_hz` is preferred over the rate of the stage's physics scene or the MJCF time step, then 60;
+    `loop_hz` defaults to 60. `fidelity` maps knobs (`lidar.motion`) to values. `physics` makes the physics engine, by
+    default MuJoCo (see `graph.sim.physics.protocol.EngineFactory`). `allow`: further folders to which the USD file may
+    refer. Raises UserError for options that cannot be run.
 
     An App holds its parts and passes calls on to them: `world` (stage, Fabric, physics, edits), `simulation` (builds,
-    steps and frees the world), `rendering` (sensors), `timeline`, `driver` (states and updates), `phases` (whoever is
-    called in them), `bus` (messages), `settings`. No part knows the App.
+    steps and frees the world), `rendering` (sensors), `timeline`, `driver` (states and updates), `phases` (their
+    subscribers), `bus` (messages), `settings`. No part has a reference to the App.
     """
 
     _entered: ClassVar[list[App]] = []
@@ -85,7 +85,7 @@ class App:
         apply_profile(self.settings, parity)
         self.warnings = WarningList()
         self.warn: Callable[[str, str, str], None] = self.warnings.add
-        """`warn(code, where, message)` notes a warning: said once per code and place, counted."""
+        """`warn(code, where, message)` gives a warning, which is shown once for each code and place, and counted."""
         warn = self.warn
         self.settings.on_misspelt(
             lambda path, known: warn("setting-unknown", path, f'no part of this run reads it; did you mean "{known}"?')
@@ -147,29 +147,32 @@ class App:
         self.timeline.on_change = self.simulation.follow
         self.rendering.updates = self.driver
         self.graphs: dict[str, Any] = {}
-        """The graphs bound to this App, by path; filled by whoever binds them."""
+        """The graphs bound to this App, by path; filled by the code that binds them."""
         self.folders: tuple[Path, ...] = ()
-        """What nodes may read files from: the graph file's folder and those the user allows; the first is for names."""
+        """Folders from which nodes may read files: the graph file's own, then those the user allows.
+
+        Relative names are below the first.
+        """
         self.output_folder: Path | None = None
-        """Where the run writes; None where it writes nothing."""
+        """Where the run writes files; None if it writes no files."""
         self._told_closing = False
 
     @classmethod
     def from_file(cls, path: str | Path, **options: Any) -> App:
-        """The App of a graph file, its graphs bound to it. Options as in `graph.session.open.open_session`."""
+        """The App of a graph file, with its graphs bound to it. Options as in `graph.session.open.open_session`."""
         app: App = import_module("graph.session.open").open_app(cls, path, **options)
         return app
 
     @classmethod
     def current(cls) -> App:
-        """The most recently entered App. Raises UserError if none is."""
+        """The most recently entered App. Raises UserError if there is no such App."""
         if not cls._entered:
             raise UserError("there is no current App; use `with App(...) as app:` or pass app=")
         return cls._entered[-1]
 
     @classmethod
     def of_stage(cls, stage: Any) -> App | None:
-        """The most recently entered App that has this stage; None if none has."""
+        """The most recently entered App with this stage, or None."""
         return next((app for app in reversed(cls._entered) if app.stage == stage), None)
 
     # -- the world ---------------------------------------------------------------------------------------------------
@@ -181,7 +184,7 @@ class App:
 
     @property
     def mjcf(self) -> Any:
-        """The MJCF model (`graph.sim.mjcf.MjcfScene`) that the stage mirrors, if it does."""
+        """The MJCF model (`graph.sim.mjcf.MjcfScene`) that the stage mirrors, or None."""
         return self.world.mjcf
 
     @property
@@ -191,7 +194,7 @@ class App:
 
     @property
     def fabric(self) -> PrimPoses:
-        """Where every prim is now, and attributes beside the stage."""
+        """The present transforms of all prims, and attributes that are not on the stage."""
         return self.world.fabric
 
     @property
@@ -206,12 +209,12 @@ class App:
 
     @property
     def live(self) -> LiveStage | None:
-        """Keeps the playing world and its stage together; None while stopped."""
+        """Keeps the playing world and its stage consistent; None while stopped."""
         return self.world.live
 
     @property
     def when_playing(self) -> WhenPlaying:
-        """What becomes of edits while playing: "refuse", "restart" or "recompile"."""
+        """What happens to edits while playing: "refuse", "restart" or "recompile"."""
         return self.world.when_playing
 
     @when_playing.setter
@@ -219,34 +222,36 @@ class App:
         self.world.when_playing = checked_choice(choice)
 
     def geometry(self) -> tuple[Mesh | Plane, ...]:
-        """What rays can hit (`graph.sim.geometry.collect.collect_geometry`), collected once per play."""
+        """The geometry for rays (`graph.sim.geometry.collect.collect_geometry`), collected once per play."""
         return self.world.geometry()
 
     def forget_geometry(self) -> None:
-        """Has what rays can hit collected again when it is needed next."""
+        """Makes the geometry for rays be collected again at its next use."""
         self.world.forget_geometry()
 
     def edit(self, when_playing: str | None = None) -> AbstractContextManager[Any]:
-        """`with app.edit(when_playing="recompile") as stage:` changes the world while it plays too; see `EditStage`."""
+        """`with app.edit(when_playing="recompile") as stage:` changes the world, also while playing; see
+        `EditStage`.
+        """
         return self.world.edit(self.driver, when_playing)
 
     def add_prims(self, prims: Mapping[str, Mapping[str, Any]], when_playing: str | None = None) -> None:
-        """Authors prims, path to keys as under `scene.prims` in a graph file, inside an `edit`."""
+        """Authors prims inside an `edit`; path to keys as under `scene.prims` in a graph file."""
         self.world.add_prims(self.driver, prims, when_playing)
 
     def remove_prims(self, *paths: str, when_playing: str | None = None) -> None:
-        """Removes prims, inside an `edit`. Raises UserError for one that is not there."""
+        """Removes prims inside an `edit`. Raises UserError for a missing prim."""
         self.world.remove_prims(self.driver, *paths, when_playing=when_playing)
 
     def reset(self, scope: str | Reset = "all") -> None:
-        """Starts again while playing: the clocks, the bodies, without what was added, or all of it; see `Reset`."""
+        """Starts again while playing: the clocks, the bodies, without added prims, or everything; see `Reset`."""
         reset(self.world, self.driver, scope)
 
     # -- clocks and figures ------------------------------------------------------------------------------------------
 
     @property
     def external_time(self) -> Fraction:
-        """The renderer's clock [s], exact: the time that sensors are stamped with."""
+        """The renderer's clock [s], exact; sensor stamps use it."""
         return self.rendering.time
 
     @property
@@ -263,7 +268,8 @@ class App:
     def speed(self) -> Fraction | None:
         """Simulated seconds per second of this App's wall clock since the last play or resume; None before the first.
 
-        1 is real time, below 1 slow motion. Measured: on the real clock it holds what the machine and the pacing gave.
+        1 is real time, below 1 slow motion. It is measured, so on the real clock it includes the machine's speed and
+        the pacing.
         """
         return self.driver.speed
 
@@ -274,7 +280,7 @@ class App:
 
     @property
     def update_index(self) -> int:
-        """Index of the running update, else the number of updates done."""
+        """Index of the running update; between updates, the number of updates done."""
         return self.driver.updates.update_index
 
     @property
@@ -284,7 +290,7 @@ class App:
 
     @property
     def exit_requested(self) -> bool:
-        """Whether something (a node ExitApplication) asked the run to end; nothing is updated after that update."""
+        """Whether the end of the run was requested (by a node ExitApplication); no update follows."""
         return self.driver.updates.exit_requested
 
     @exit_requested.setter
@@ -300,11 +306,14 @@ class App:
 
     @property
     def orchestrator(self) -> Orchestrator:
-        """Steps that return once attached writers have fired."""
+        """Makes steps that return after attached writers have been called."""
         return self.driver.orchestrator
 
     def on(self, phase: str, callback: Callback, order: int = 0) -> Unsubscribe:
-        """Calls `callback()` in a phase of every update or at an event, see `Phases.on`; returns what ends that."""
+        """Calls `callback()` in a phase of every update or at an event; returns a function that ends it.
+
+        See `Phases.on`.
+        """
         return self.phases.on(phase, callback, order)
 
     def play(self, *, commit: bool | None = True) -> None:
@@ -312,31 +321,34 @@ class App:
         self.driver.play(commit=commit)
 
     def pause(self, *, commit: bool | None = True) -> None:
-        """Pauses: every clock holds."""
+        """Pauses: all clocks stop."""
         self.driver.pause(commit=commit)
 
     def stop(self, *, commit: bool | None = True) -> None:
-        """Stops: clocks at 0, physics freed, the stage as it was before play."""
+        """Stops: clocks at 0, physics freed, the stage restored to its state before play."""
         self.driver.stop(commit=commit)
 
     def check_drivable(self) -> None:
-        """Raises RunError where no update can run: inside one, or after `close`."""
+        """Raises RunError if no update can run: inside an update, or after `close`."""
         self.driver.check_drivable()
 
     def update(self, steps: int = 1) -> None:
-        """Runs `steps` app updates, each through all phases; fewer once the run is asked to end."""
+        """Runs `steps` app updates, each through all phases; fewer if the end of the run is requested."""
         self.driver.updates.update(steps)
 
     def update_app(self, *, steps: int = 1, callback: StepCallback | None = None) -> None:
-        """Runs `steps` app updates; `callback(i, steps)` after each, False ends them."""
+        """Runs `steps` app updates and calls `callback(i, steps)` after each; False ends them."""
         self.driver.update_app(steps=steps, callback=callback)
 
     async def next_update_async(self) -> float:
-        """Waits for the next update and makes it run; returns its loop dt [s]. All who wait share one update."""
+        """Waits for the next update and triggers it; returns its loop dt [s].
+
+        All waiting coroutines share one update.
+        """
         return await self.driver.next_update_async()
 
     async def update_app_async(self, *, steps: int = 1, callback: StepCallback | None = None) -> None:
-        """Awaits `steps` app updates; `callback(i, steps)` after each, False ends them."""
+        """Awaits `steps` app updates and calls `callback(i, steps)` after each; False ends them."""
         await self.driver.update_app_async(steps=steps, callback=callback)
 
     async def next_render_simulation_async(
@@ -346,25 +358,25 @@ class App:
         await self.driver.next_render_simulation_async(render_product_paths, num_simulation_frames)
 
     def deliver_frames(self) -> None:
-        """Delivers now what was rendered and would only arrive with the next update (profile `isaacsim-6.0.1`)."""
+        """Delivers rendered frames now that would arrive only with the next update (profile `isaacsim-6.0.1`)."""
         self.driver.deliver_frames()
 
     # -- the end -----------------------------------------------------------------------------------------------------
 
     def tell_closing(self) -> None:
-        """Tells the "closing" subscribers, once, that the App is about to close: world and sinks are as they were.
+        """Calls the "closing" subscribers, once, while world and sinks are still unchanged.
 
-        `close` does so first; who reads results before that (a report, a recording) calls it ahead of reading them.
+        `close` does so first; code that reads results before (a report, a recording) calls it earlier.
         """
         if not self._told_closing:
             self._told_closing = True
             self.phases["closing"]()
 
     def close(self) -> None:
-        """Tells the "closing" subscribers, stops, tells the "close" subscribers and closes the bus's sinks.
+        """Calls the "closing" subscribers, stops, calls the "close" subscribers and closes the bus's sinks.
 
-        Each also when one before it fails. What the parts know of each other ends too, so that a closed App is freed
-        with its last reference; its clocks, products and warnings can still be read.
+        Each step also runs if one before it failed. References between the parts are removed too, so that a closed App
+        is freed with its last reference; its clocks, products and warnings can still be read.
         """
         if self.driver.updates.closed:
             return
@@ -405,5 +417,5 @@ class App:
         try:
             self.close()
         except RunError:
-            if error is None:  # what ended the run says more than what its end led to
+            if error is None:  # the error that ended the run says more than its consequences
                 raise

@@ -1,4 +1,4 @@
-"""Driving the current App by Isaac Sim's `app_utils`: each function is the App's, or timeline's, of that name."""
+"""Isaac Sim's `app_utils` for the current App: each function calls the App's, or timeline's, function of that name."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def is_playing() -> bool:
 
 
 def is_paused() -> bool:
-    """Whether the timeline neither plays nor is stopped."""
+    """Whether the timeline is paused."""
     return App.current().timeline.is_paused()
 
 

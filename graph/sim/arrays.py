@@ -1,4 +1,4 @@
-"""Attributes of a stage as arrays."""
+"""Reads attributes of a stage as arrays."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .usd import EARLIEST
 
 
 def array_of(attribute: Any, kind: type, columns: int = 0, time: Any = EARLIEST) -> NDArray[Any]:
-    """The value of an attribute, (n,) or (n, columns) of `kind`; empty if there is none, or one of another type."""
+    """The value of an attribute, (n,) or (n, columns) of `kind`; empty for a missing value or one of another type."""
     empty: NDArray[Any] = np.zeros((0, columns) if columns else 0, kind)
     value = attribute.Get(time) if attribute else None
     if value is None:
@@ -26,7 +26,7 @@ def array_of(attribute: Any, kind: type, columns: int = 0, time: Any = EARLIEST)
 
 
 def number_of(attribute: Any, time: Any = EARLIEST) -> float:
-    """The value of an attribute; NaN if there is none, or one that is not a number."""
+    """The value of an attribute; NaN for a missing value or one that is not a number."""
     value = attribute.Get(time) if attribute else None
     try:
         return float("nan") if value is None else float(value)

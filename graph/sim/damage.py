@@ -1,4 +1,4 @@
-"""What USD raises about the content of a file, as one line that names the file."""
+"""Turns USD's exceptions about the content of a file into one line that names the file."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from graph.base.errors import RunError, UserError
 
 @contextmanager
 def reading(name: str, failure: type[UserError | RunError] = UserError) -> Iterator[None]:
-    """Turns what USD raises about the content of a file (`name`), whenever it reads it, into one line.
+    """Turns an exception that USD raises about the content of a file (`name`) into one line.
 
-    A binary layer is read value by value as values are asked for, so damage may show anywhere.
+    A binary layer is read lazily, value by value, so damage may be found at any access.
     """
     from .usd import Tf, UsdUtils
 
-    unheard = UsdUtils.CoalescingDiagnosticDelegate()  # else USD writes them to stderr by itself
+    unheard = UsdUtils.CoalescingDiagnosticDelegate()  # otherwise USD writes them to stderr itself
     try:
         yield
     except (Tf.ErrorException, UnicodeDecodeError) as error:
@@ -31,7 +31,7 @@ def reading(name: str, failure: type[UserError | RunError] = UserError) -> Itera
 
 
 def reason_of(error: Exception) -> str:
-    """What USD says in an exception, without where in its own source it says it."""
+    """USD's message in an exception, without the place in USD's own source."""
     try:
         text = str(error.args[0]) if not isinstance(error, UnicodeDecodeError) else "a text in it is not UTF-8"
     except UnicodeDecodeError:  # the message quotes the file

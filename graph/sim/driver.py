@@ -1,4 +1,4 @@
-"""What moves an App: the timeline's states, and updates called, stepped or awaited."""
+"""Drives an App: the timeline's states, and updates that are called, stepped or awaited."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class Driver:
 
     @property
     def orchestrator(self) -> Orchestrator:
-        """Steps that return once attached writers have fired."""
+        """Makes steps that return after attached writers have been called."""
         return Orchestrator(self)
 
     @property
@@ -80,12 +80,12 @@ class Driver:
         self._settle(commit)
 
     def pause(self, *, commit: bool | None = True) -> None:
-        """Pauses: every clock holds. `commit` as for `play`."""
+        """Pauses: all clocks stop. `commit` as for `play`."""
         self.timeline.pause()
         self._settle(commit)
 
     def stop(self, *, commit: bool | None = True) -> None:
-        """Stops: clocks at 0, physics freed, the stage as it was before play. `commit` as for `play`."""
+        """Stops: clocks at 0, physics freed, the stage restored to its state before play. `commit` as for `play`."""
         self.timeline.stop()
         self._settle(commit)
         if commit is not False and self._world.built and self.timeline.is_stopped():
@@ -98,7 +98,7 @@ class Driver:
             self.timeline.commit()
 
     def halt(self) -> Callable[[], None]:
-        """Stops; returns what has the world play again, or pause, as it did."""
+        """Stops; returns a function that restores playing or pause."""
         if self.timeline.is_stopped():  # the world was built by hand
             self._simulation.invalidate_physics()
             return self._simulation.initialize_physics
@@ -111,7 +111,7 @@ class Driver:
         self.pause()
 
     def restart_time(self) -> None:
-        """Sets every clock to where it was right after play; the monotonic and the loop's clock go on."""
+        """Sets every clock to its value right after play, except the monotonic clock and the loop's."""
         self.timeline.set_current_time(self.timeline.start_time)
         self._simulation.restart_time()
         self._rendering.scheduler.restart()
@@ -125,19 +125,19 @@ class Driver:
         return self.updates.phases.running
 
     def check_drivable(self) -> None:
-        """Raises RunError where no update can run: inside one, or after `close`."""
+        """Raises RunError if no update can run: inside an update, or after `close`."""
         self.updates.check_drivable()
 
     def update(self, steps: int = 1) -> None:
-        """Runs `steps` app updates, each through all phases; fewer once the run is asked to end."""
+        """Runs `steps` app updates, each through all phases; fewer if the end of the run is requested."""
         self.updates.update(steps)
 
     def deliver_frames(self) -> None:
-        """Delivers now what was rendered and would only arrive with the next update (profile `isaacsim-6.0.1`)."""
+        """Delivers rendered frames now that would arrive only with the next update (profile `isaacsim-6.0.1`)."""
         self.updates.deliver_frames()
 
     def update_app(self, *, steps: int = 1, callback: StepCallback | None = None) -> None:
-        """Runs `steps` app updates; `callback(i, steps)` after each, False ends them."""
+        """Runs `steps` app updates and calls `callback(i, steps)` after each; False ends them."""
         steps = exact.count(steps, "steps", least=0)
         for done in range(1, steps + 1):
             self.update()
@@ -145,11 +145,14 @@ class Driver:
                 return
 
     async def next_update_async(self) -> float:
-        """Waits for the next update and makes it run; returns its loop dt [s]. All who wait share one update."""
+        """Waits for the next update and triggers it; returns its loop dt [s].
+
+        All waiting coroutines share one update.
+        """
         return await self._async_updates.next()
 
     async def update_app_async(self, *, steps: int = 1, callback: StepCallback | None = None) -> None:
-        """Awaits `steps` app updates; `callback(i, steps)` after each, False ends them."""
+        """Awaits `steps` app updates and calls `callback(i, steps)` after each; False ends them."""
         steps = exact.count(steps, "steps", least=0)
         for done in range(1, steps + 1):
             await self.next_update_async()
@@ -161,8 +164,8 @@ class Driver:
     ) -> None:
         """Awaits updates until each of some render products has delivered that many more frames (deprecated).
 
-        Raises UserError for a product that is not there, RunError where no frame can come: nothing plays, or a product
-        is off or goes away.
+        Raises UserError for a missing product, RunError if no frame can come: the timeline does not play, or a product
+        is off or is removed.
         """
         paths = [render_product_paths] if isinstance(render_product_paths, str) else list(render_product_paths)
         message = "next_render_simulation_async is deprecated; use await app.update_app_async(steps=n)"
@@ -186,5 +189,5 @@ class Driver:
         return product.frames
 
     def close(self) -> None:
-        """No update runs any more."""
+        """Refuses all further updates."""
         self.updates.closed = True

@@ -1,7 +1,8 @@
-"""Fidelity knobs: every approximation by name, with its values, default, cost, error and reader; this is the one table.
+"""Fidelity knobs: every approximation by name, with its values, default, cost, error and reader.
 
-A knob is a field of `Fidelity`: `lidar.motion` in files and on the command line is the field `lidar_motion`. Its values
-follow from the field's type. `App`, `graph check`, `--fidelity`, `graph schema` and the README's test read this table.
+The one table of all fidelity knobs. A knob is a field of `Fidelity`: `lidar.motion` in files and on the command line is
+the field `lidar_motion`. Its values follow from the field's type. `App`, `graph check`, `--fidelity`, `graph schema`
+and the README's test read this table.
 """
 
 # Without `from __future__ import annotations`: KNOBS is made from the fields' types, which are objects here.
@@ -24,7 +25,10 @@ _NO_GPU_ENGINE = "the engine here is MuJoCo, which computes on the CPU; an engin
 
 @dataclass(frozen=True, slots=True)
 class Fidelity:
-    """The knobs' values; the defaults are the cheapest documented behaviour. None: the scene or the model decides."""
+    """The knobs' values.
+
+    The defaults are the cheapest documented behaviour; None means that the scene or the model decides.
+    """
 
     physics_hz: Annotated[
         Fraction | None,
@@ -294,7 +298,7 @@ class Fidelity:
 
     @classmethod
     def from_mapping(cls, values: Mapping[str, Any], where: Callable[[str], Mark | None] = lambda key: None) -> Self:
-        """Knobs from names to values (typed, or text as on the command line).
+        """Fidelity from names and values (typed, or text as on the command line).
 
         Raises UserError with every problem, each with the mark that `where(name)` gives.
         """

@@ -1,4 +1,4 @@
-"""Methods that an object takes over from one of its parts."""
+"""Methods that an object forwards to one of its parts."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ R = TypeVar("R")
 
 
 def forward(part: str, method: Callable[Concatenate[Any, P], R]) -> Callable[Concatenate[Any, P], R]:
-    """A method that calls `method` of the attribute `part`; signature and docstring are those of `method`."""
+    """A method that calls `method` of the attribute `part`, with the signature and docstring of `method`."""
     name = method.__name__
 
     @wraps(method)

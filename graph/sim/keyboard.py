@@ -30,21 +30,21 @@ Listener = Callable[[str, bool], None]
 
 
 class Keyboard:
-    """Which keys are down. `press` and `release` take effect at once; listeners hear of every change."""
+    """The state of a keyboard. `press` and `release` take effect at once; listeners are called at every change."""
 
     def __init__(self) -> None:
         self.pressed: set[str] = set()
         self._listeners: list[Listener] = []
 
     def press(self, key: str) -> None:
-        """Puts a key down. Raises UserError for a name that no key has."""
+        """Presses a key. Raises UserError for an unknown name."""
         self._check(key)
         if key not in self.pressed:
             self.pressed.add(key)
             self._tell(key, True)
 
     def release(self, key: str) -> None:
-        """Lets a key go. Raises UserError for a name that no key has."""
+        """Releases a key. Raises UserError for an unknown name."""
         self._check(key)
         if key in self.pressed:
             self.pressed.discard(key)
@@ -70,7 +70,7 @@ class Keyboard:
         return self.is_down("LeftControl", "RightControl")
 
     def listen(self, listener: Listener) -> Callable[[], None]:
-        """Calls `listener(key, down)` at every change; returns what ends that."""
+        """Calls `listener(key, down)` at every change; returns a function that ends it."""
         self._listeners.append(listener)
         return lambda: self._listeners.remove(listener) if listener in self._listeners else None
 

@@ -1,4 +1,4 @@
-"""A fidelity knob: what it means, which values it takes, and what a wrong one is answered."""
+"""A fidelity knob: its meaning, its values, and the check of a value."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ _KINDS: dict[Any, Kind] = {Fraction: "rate", int: "count", float: "number", bool
 
 @dataclass(frozen=True, slots=True)
 class Knob:
-    """What a knob means.
+    """The meaning of a knob.
 
-    cost, error: how run time and error depend on it. read_by: the module that acts on it; "" where there is one value.
-    available: the values that can be run, where that is not all of them, and what is `missing` for the others.
-    limit: the limit of a count (`graph.base.limits`).
-    kind: what it takes: a rate [Hz], a count from 1, a number above 0 (of `unit`), on/off, or one of `choices`.
+    cost, error: how run time and error depend on it. read_by: the module that reads it; "" if it has only one value.
+    available: the values that can be run, if not all of them, and the reason `missing` for the others. limit: the limit
+    of a count (`graph.base.limits`). kind: a rate [Hz], a count from 1, a number above 0 (of `unit`), on/off, or one of
+    `choices`.
     """
 
     doc: str
@@ -43,7 +43,7 @@ class Knob:
         return replace(self, kind="choice" if choices else _KINDS[plain], choices=choices, default=default)
 
     def checked(self, value: Any) -> Any:
-        """The value that a typed value, or text as on the command line, stands for. Raises ValueError."""
+        """The value of a typed value, or of text as on the command line. Raises ValueError."""
         known: Any
         if self.kind == "choice":
             known = _choice(value, self.choices)

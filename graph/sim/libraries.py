@@ -1,7 +1,7 @@
-"""How Open3D is imported: the native libraries that it links but does not ship, and what of it waits.
+"""Imports Open3D: loads the native libraries that it links but does not ship, and delays parts of its import.
 
-Open3D links `libusb-1.0`, `libGL`, `libEGL` and `libX11`. The first comes inside the PyPI package `libusb-package`
-and only has to be loaded before Open3D; the others come from the system.
+Open3D links `libusb-1.0`, `libGL`, `libEGL` and `libX11`. The first is in the PyPI package `libusb-package` and must be
+loaded before Open3D; the others come from the system.
 """
 
 from __future__ import annotations
@@ -18,23 +18,23 @@ from typing import Any
 from graph.base.errors import UserError
 
 SYSTEM_LIBRARIES = ("libGL.so.1", "libEGL.so.1", "libX11.so.6")
-"""What Open3D needs from the system, as the loader names it (Linux)."""
+"""The system libraries that Open3D needs, as the loader names them (Linux)."""
 
 INSTALL_HINT = "apt-get install -y --no-install-recommends libgl1 libegl1"
-"""Brings all of `SYSTEM_LIBRARIES` on Debian and Ubuntu (libGL depends on libX11)."""
+"""Installs all of `SYSTEM_LIBRARIES` on Debian and Ubuntu (libGL depends on libX11)."""
 
 
 def missing_system_libraries() -> tuple[str, ...]:
-    """Those of `SYSTEM_LIBRARIES` that the loader cannot find; always empty off Linux, where none is needed."""
+    """The `SYSTEM_LIBRARIES` that the loader cannot find; always empty on other systems, which need none of them."""
     if not sys.platform.startswith("linux"):
         return ()
     return tuple(name for name in SYSTEM_LIBRARIES if not _loads(name))
 
 
 def import_open3d() -> ModuleType:
-    """Open3D, with the libraries it links made available first.
+    """Imports Open3D after loading the libraries that it links.
 
-    Raises UserError, naming what to install, if a system library is missing or Open3D is not installed.
+    Raises UserError, with the command that installs it, if a system library or Open3D is missing.
     """
     already = sys.modules.get("open3d")
     if already is not None:
@@ -51,7 +51,7 @@ def import_open3d() -> ModuleType:
 
 
 class _Later(ModuleType):
-    """Stands for a module of functions that its package takes over; the first call of one imports the module."""
+    """Takes the place of a module of functions; the first call of a function imports the module."""
 
     def __getattr__(self, name: str) -> Callable[..., Any]:
         if name.startswith("__"):
@@ -70,7 +70,7 @@ class _Later(ModuleType):
 
 @contextmanager
 def _later(name: str) -> Iterator[None]:
-    """What is imported inside gets a stand-in for the module of functions `name`."""
+    """Within the block, the module of functions `name` is replaced by an object that imports it later."""
     stand_in = sys.modules.setdefault(name, _Later(name))
     try:
         yield
@@ -80,9 +80,9 @@ def _later(name: str) -> Iterator[None]:
 
 
 def load_libusb() -> None:
-    """Load `libusb-1.0` for the whole process, so that Open3D's link to that name resolves (Linux; else nothing to do).
+    """Loads `libusb-1.0` for the whole process, so that Open3D's link to that name resolves (only on Linux).
 
-    The system's own copy wins where there is one. Raises UserError if neither is there.
+    The system's own copy is preferred. Raises UserError if no copy is found.
     """
     if not sys.platform.startswith("linux") or _loads("libusb-1.0.so.0"):
         return

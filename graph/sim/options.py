@@ -1,4 +1,4 @@
-"""What an App's options mean: rates, experience, and which of them cannot be run yet."""
+"""The options of an App: rates, experience, and which of them cannot be run yet."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ RENDER_ORDER = 30
 
 
 def refuse_unavailable(experience: str, parity: str, fidelity: Fidelity) -> None:
-    """Raises UserError for an option that is unknown or not available (as `Fidelity.from_mapping` does for knobs)."""
+    """Raises UserError for an unknown or unavailable option (as `Fidelity.from_mapping` does for knobs)."""
     if experience not in EXPERIENCES:
         raise UserError(f"experience {experience!r} is not one of {', '.join(EXPERIENCES)}")
     if parity not in PARITIES:
@@ -41,10 +41,10 @@ def clock_rates(
     whole: bool = False,
     warn: Callable[[str, str, str], None] = lambda code, where, message: None,
 ) -> tuple[Fraction, Fraction]:
-    """Physics and loop rate [Hz]: the knob beats the argument, that beats what the stage authors, that beats 60.
+    """Physics and loop rate [Hz], from the first of: the knob, the argument, the stage, 60.
 
     `zero_delay` runs both at one rate. `whole`: a physics rate is rounded down to a whole number of steps, at least 1,
-    and that is warned of. Raises UserError for rates that cannot be run or that contradict each other.
+    with a warning. Raises UserError for rates that cannot be run or that contradict each other.
     """
     asked = knob if knob is not None else _rate(physics_hz, "physics_hz")
     loop = _rate(loop_hz, "loop_hz")
@@ -63,7 +63,7 @@ def clock_rates(
 
 
 def experience_settings(settings: Settings, experience: str, loop_rate: Fraction | None, stage: Any) -> None:
-    """Defaults that the experience, an explicit loop rate and the stage bring; what the user has set stays."""
+    """Defaults by the experience, an explicit loop rate and the stage; values that the user has set stay."""
     if experience == "full":
         settings.set_default(keys.FIXED_STEPPING, True)
         settings.set_default(keys.RATE_LIMIT_ENABLED, True)
@@ -91,7 +91,7 @@ def _rate(value: float | str | Fraction | None, what: str) -> Fraction | None:
 
 
 def frames_come_later(settings: Settings) -> bool:
-    """Whether a frame is collected at the begin of the update after the one that rendered it."""
+    """Whether a frame is delivered at the beginning of the update after the one that rendered it."""
     return bool(settings.get(keys.FRAMES_LATER)) and settings.get(keys.RENDER_COMPLETE_ORDER) < RENDER_ORDER
 
 

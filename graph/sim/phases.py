@@ -25,13 +25,13 @@ EVENTS = (
     "closing",
     "close",
 )
-"""`sensors_edited`: attributes of sensor prims were written while playing; told in the next update."""
+"""`sensors_edited`: attributes of sensor prims were written while playing; it comes in the next update."""
 
 
 class Subscribers:
     """Callbacks in the order they run: by `order`, then by registration.
 
-    The phase's own work sits at order 0: `before` runs ahead of it, `after` behind it. Both are tuples, so that a
+    The phase's own work is at order 0: `before` runs ahead of it, `after` behind it. Both are tuples, so that a
     callback may subscribe or unsubscribe while they run; that takes effect the next time.
     """
 
@@ -44,12 +44,12 @@ class Subscribers:
         self.after: tuple[Callback, ...] = ()
 
     def add(self, callback: Callback, order: int = 0) -> Unsubscribe:
-        """Subscribes `callback`; returns what ends it (calling that twice is harmless)."""
+        """Subscribes `callback`; returns a function that ends it (calling that twice is harmless)."""
         number = next(self._serial)
         self._entries.append((order, number, callback))
         self._freeze()
 
-        def unsubscribe() -> None:  # knows the number, not the callback, whose owner often keeps it
+        def unsubscribe() -> None:  # holds the number, not the callback, whose owner often keeps this function
             left = [entry for entry in self._entries if entry[1] != number]
             if len(left) < len(self._entries):
                 self._entries = left
@@ -79,7 +79,7 @@ class Subscribers:
 
 
 class Phases:
-    """Who is called in each phase of an update and at each event of one App."""
+    """The subscribers of each phase of an update and of each event of one App."""
 
     names = PHASES
     """The phases of one update, in the order they run."""
@@ -93,9 +93,9 @@ class Phases:
         return self._subscribers[name]
 
     def on(self, phase: str, callback: Callback, order: int = 0) -> Unsubscribe:
-        """Calls `callback()` in a phase of every update or at an event; returns what ends that.
+        """Calls `callback()` in a phase of every update or at an event; returns a function that ends it.
 
-        Lower order first, ties in the order of registration; the phase's own work stands at order 0, ahead of the
+        Lower order first, ties in the order of registration; the phase's own work is at order 0, ahead of the
         subscribers of order 0. `post_render_graphs` runs only in updates that delivered a frame. Raises UserError for
         an unknown phase, TypeError for an order that is not a whole number.
         """

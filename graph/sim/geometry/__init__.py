@@ -1,1 +1,1 @@
-"""What rays can hit, as triangles: every kind of prim that has a surface."""
+"""Geometry for rays, as triangles: every kind of prim with a surface."""

@@ -1,4 +1,4 @@
-"""What rays can hit: the stage's visible surfaces as triangles, static ones apart from those that move."""
+"""Collects the stage's visible surfaces as triangles; static ones and moving ones are separate."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ def collect_geometry(
 ) -> tuple[Mesh | Plane, ...]:
     """Every visible surface of the stage, in stage order.
 
-    tolerance: how far the triangles of curved surfaces may lie off them [m], `mesh.tolerance`. refine: subdivision
-    surfaces as such, not as their cages. Invisible prims and those for guides and proxies are left out. `warn` gets
-    `bad-geometry` and `bad-transform` for what cannot be cast, `odd-scale` for sizes that are hardly meant, one line
-    for each kind. Raises UserError beyond the limit scene.triangles.
+    tolerance: how far the triangles of curved surfaces may lie off them [m], `mesh.tolerance`. refine: whether
+    subdivision surfaces are refined instead of cast as their cages. Invisible prims, guides and proxies are left out.
+    `warn` gets `bad-geometry` and `bad-transform` for surfaces that cannot be cast, `odd-scale` for implausible sizes,
+    one line for each kind. Raises UserError beyond the limit scene.triangles.
     """
     scan = scan or scan_stage(stage)
     complaints = Complaints(warn)
@@ -44,7 +44,7 @@ def collect_geometry(
 
 
 def _visible(stage: Any) -> Iterator[tuple[Any, str]]:
-    """Each visible gprim and point instancer with its path; not what is below an instancer."""
+    """Each visible gprim and point instancer with its path, except those below an instancer."""
     walk = iter(Usd.PrimRange.Stage(stage, Usd.TraverseInstanceProxies()))
     for prim in walk:
         if hidden(prim):

@@ -1,4 +1,4 @@
-"""From prims and their transforms to surfaces in metres."""
+"""Turns prims and their transforms into surfaces in metres."""
 
 from __future__ import annotations
 
@@ -22,21 +22,21 @@ from .surfaces import Mesh, Plane
 from .tessellation import axis_vector
 
 GRID = 1e-9
-"""Vertices of moving meshes lie on this grid [m], so that copies of one mesh are equal to the last bit."""
+"""Vertices of moving meshes are rounded to this grid [m], so that copies of one mesh are equal to the last bit."""
 
 FARTHEST = 1e15
-"""Beyond that [m] float32 leaves nothing of a shape."""
+"""Beyond this distance [m] float32 cannot resolve a shape."""
 
 SHAPE_ATTRIBUTES = ("points", "visibility", "size", "radius", "height", "widths")
-"""What most often has time samples, and is read once."""
+"""Attributes that commonly have time samples, and are read only once."""
 
 SANE_SIZES = 1e-5, 1e7
-"""Sizes of meshes [m] outside of which a scale or unit is likely to be wrong, and float32 too coarse."""
+"""Plausible sizes of meshes [m]; outside, a scale or unit is probably wrong and float32 too coarse."""
 
 
 @dataclass
 class Collector:
-    """Surfaces of one stage; what is wrong with prims goes to `complaints`."""
+    """Collects the surfaces of one stage; mistakes of prims go to `complaints`."""
 
     scan: Scan
     tolerance: float
@@ -48,7 +48,7 @@ class Collector:
     triangles: int = 0
 
     def add(self, prims: list[tuple[Any, str]]) -> None:
-        """Gprims with their paths."""
+        """Adds gprims with their paths."""
         if not prims:
             return
         bodies = [self.scan.carrier_of(path) for _, path in prims]
@@ -74,7 +74,7 @@ class Collector:
                     self._place(part, name, name, bodies[number], where, self._bound(prim, part))
 
     def add_copies(self, prim: Any, path: str) -> None:
-        """All copies that a point instancer makes."""
+        """Adds all copies that a point instancer makes."""
         if not for_rendering(prim):
             return
         body, base = self.scan.carrier_of(path), self.scan.world_matrix(prim)
@@ -91,7 +91,7 @@ class Collector:
         if not len(frames):
             return
         source = str(copies.prim.GetPath())
-        # One tessellation for copies of like size: for the largest of each power of two.
+        # Copies of similar size share one tessellation: for the largest of each power of two.
         scales = np.exp2(np.ceil(np.log2(_scales(frames)) - 1e-9))
         parts = {scale: self._parts(copies.prim, source, scale) for scale in np.unique(scales).tolist()}
         bound = {part.name: self._bound(copies.prim, part) for each in parts.values() for part in each}
@@ -103,7 +103,7 @@ class Collector:
                 self._place(part, name + below, source + below, body, place, bound[part.name])
 
     def finished(self) -> tuple[Mesh | Plane, ...]:
-        """All that was found, with the materials bound."""
+        """All collected surfaces, with their bound materials."""
         prims = list({prim.GetPath(): prim for _, prim in self.found}.values())
         if not prims:
             return ()
@@ -128,7 +128,7 @@ class Collector:
         if where[1]:
             triangles = np.ascontiguousarray(triangles[:, ::-1])
         if body is not None:
-            vertices = np.round(vertices / GRID) * GRID + 0.0  # which also makes -0.0 and 0.0 equal in their bytes
+            vertices = np.round(vertices / GRID) * GRID + 0.0  # also makes -0.0 and 0.0 equal in their bytes
         self.found.append((Mesh(path, body, vertices, triangles, None, source), bound))
 
     def _parts(self, prim: Any, path: str, scale: float) -> tuple[Part, ...]:
@@ -159,7 +159,7 @@ class Collector:
         return parts_of(prim, surface, complain)
 
     def _say_what_is_not_played(self, prim: Any, path: str) -> None:
-        """Time samples of anything but transforms: rays see the first."""
+        """Warns of time samples other than transforms: rays see the first sample."""
         names = [name for name in SHAPE_ATTRIBUTES if prim.HasAttribute(name)]
         varying = [name for name in names if prim.GetAttribute(name).ValueMightBeTimeVarying()]
         if varying:
@@ -167,7 +167,7 @@ class Collector:
             self.complaints.add("animated-shape", path, text)
 
     def _bound(self, prim: Any, part: Part) -> Any:
-        """The prim whose material binding counts."""
+        """The prim whose material binding applies."""
         return prim.GetChild(part.name) if part.name else prim
 
     def _to_frame(self, world: Floats, body: str | None) -> Floats:
@@ -194,7 +194,7 @@ def _mirrored(frames: Floats) -> NDArray[np.bool_]:
 
 
 def _scales(frames: Floats, good: NDArray[np.bool_] | None = None) -> Floats:
-    """How much each matrix stretches at most; 1 for those that are not good."""
+    """The largest scale of each matrix; 1 for invalid ones."""
     linear = frames[:, :3, :3]
     if good is not None and not good.all():
         linear = np.where(good[:, None, None], linear, np.eye(3))
@@ -206,6 +206,6 @@ def _size(vertices: Floats) -> float:
 
 
 def endless(plane: Any) -> bool:
-    """Whether a Plane has no authored width or length: it then has no edge."""
+    """Whether a Plane is infinite: it has no authored width or length."""
     schema = UsdGeom.Plane(plane)
     return not (schema.GetWidthAttr().HasAuthoredValue() or schema.GetLengthAttr().HasAuthoredValue())

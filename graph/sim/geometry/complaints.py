@@ -1,4 +1,4 @@
-"""Warnings about many prims, said once for each kind."""
+"""Collects warnings about many prims, given once for each kind."""
 
 from __future__ import annotations
 
@@ -7,25 +7,25 @@ import re
 from graph.sim.scene.stage import Warn
 
 NAMED = 3
-"""Further prims that a line names."""
+"""Further prims named in one line."""
 
 
 class Complaints:
-    """Collects what is wrong with prims and says it in one line a kind: in full for the first, the others by name."""
+    """Collects mistakes of prims and reports each kind in one line: the first prim in full, the others by name."""
 
     def __init__(self, warn: Warn) -> None:
         self._warn = warn
         self._kinds: dict[tuple[str, str], list[tuple[str, str]]] = {}
 
     def add(self, code: str, path: str, message: str) -> None:
-        """What is wrong with a prim; messages that differ in their numbers only are of one kind."""
+        """Adds a mistake of a prim; messages that differ only in their numbers are of one kind."""
         kind = code, re.sub(r"-?\d[\d.e+-]*", "#", message)
         entries = self._kinds.setdefault(kind, [])
         if all(path != known for known, _ in entries[:1]):
             entries.append((path, message))
 
     def flush(self) -> None:
-        """Give the warnings, in the order of their first appearance; what is wrong with one prim in one line."""
+        """Gives the warnings, in the order of their first occurrence; all mistakes of one prim in one line."""
         lines: dict[tuple[str, str], list[str]] = {}
         for (code, _), entries in self._kinds.items():
             path, message = entries[0]

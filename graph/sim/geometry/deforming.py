@@ -11,14 +11,14 @@ _CHUNK = 5_000_000
 
 
 class Following:
-    """Vertices (n, 3), each of which keeps its place relative to the nearest of the points (p, 3) where both began."""
+    """Vertices (n, 3), each at a constant offset from the nearest of the points (p, 3) in their initial positions."""
 
     def __init__(self, vertices: Floats, points: Floats) -> None:
         self._nearest = _nearest(vertices, points)
         self._offsets: Floats = vertices - points[self._nearest]
 
     def vertices(self, points: Floats) -> Floats:
-        """(n, 3) the vertices where the points are now."""
+        """(n, 3) the vertices for the present points."""
         out: Floats = points[self._nearest] + self._offsets
         return out
 

@@ -1,4 +1,4 @@
-"""Concave polygons to triangles by clipping ears (mapbox_earcut), in the plane that each polygon lies in best."""
+"""Triangulates concave polygons by ear clipping (mapbox_earcut), each in its best-fitting plane."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ Integers = NDArray[np.int64]
 
 
 def clip_ears(corners: Floats) -> Integers:
-    """(f, n, 3) corners of polygons to (f, n - 2, 3) corner numbers, wound as the polygon is.
+    """(f, n, 3) corners of polygons to (f, n - 2, 3) corner numbers, with the winding of the polygon.
 
-    Corners on a straight line have their triangles too, so that neighbouring faces meet at every corner. Fewer than
-    n - 2 triangles, as of a polygon that crosses itself or has two corners at one place, are followed by (0, 0, 0).
+    Corners on a straight line get triangles too, so that neighbouring faces meet at every corner. If there are fewer
+    than n - 2 triangles, as for a polygon that crosses itself or repeats a corner, (0, 0, 0) fills the rest.
     """
     flat = _flat(corners)
     count, size = flat.shape[:2]
@@ -28,7 +28,7 @@ def clip_ears(corners: Floats) -> Integers:
 
 
 def _flat(corners: Floats) -> Floats:
-    """(f, n, 3) to (f, n, 2): without the axis nearest to the normal, counter-clockwise."""
+    """(f, n, 3) to (f, n, 2): without the axis closest to the normal, counter-clockwise."""
     relative = corners - corners[:, :1]
     normal = np.cross(relative, np.roll(relative, -1, axis=1)).sum(axis=1)
     drop = np.argmax(np.abs(normal), axis=1)

@@ -1,4 +1,4 @@
-"""Point instancers: which prims they copy, and where to."""
+"""Point instancers: the prims that they copy, and the places of the copies."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _EVERYTHING = Usd.TraverseInstanceProxies(Usd.PrimIsActive & Usd.PrimIsLoaded)
 class Copies:
     """Copies of one gprim: their numbers (k,) and matrices (k, 4, 4), column vectors, to the instancer's own space.
 
-    name: the gprim's path below the prototype's root, with a slash before it; empty if it is all that there is.
+    name: the gprim's path below the prototype's root, starting with a slash; empty for the root itself.
     """
 
     prim: Any
@@ -37,10 +37,10 @@ class Copies:
 
 
 def copies_of(prim: Any, complain: Complain, above: tuple[str, ...] = ()) -> list[Copies]:
-    """What a point instancer puts where: all gprims that can be seen, nested instancers included.
+    """The copies of a point instancer: all visible gprims, nested instancers included.
 
-    The numbers are those of this instancer's points; nested ones repeat them. Points whose numbers make no sense are
-    left out and told to `complain`.
+    The numbers are those of this instancer's points; nested instancers repeat them. Points with invalid numbers are
+    left out and reported to `complain`.
     """
     path = str(prim.GetPath())
     if path in above:
@@ -77,13 +77,13 @@ def copies_of(prim: Any, complain: Complain, above: tuple[str, ...] = ()) -> lis
 
 
 def expected_copies(prim: Any) -> int:
-    """How many copies of gprims an instancer makes at most, counted from its indices before any is placed."""
+    """An upper bound of the copies of gprims that an instancer makes, from its indices, before any is made."""
     known: dict[str, int] = {}
 
     def instancer_copies(instancer: Any) -> int:
         path = str(instancer.GetPath())
         if path not in known:
-            known[path] = 0  # of an instancer within itself nothing is made
+            known[path] = 0  # an instancer within itself makes no copies
             schema = UsdGeom.PointInstancer(instancer)
             which = array_of(schema.GetProtoIndicesAttr(), np.int64)
             targets = schema.GetPrototypesRel().GetForwardedTargets()
@@ -116,7 +116,7 @@ def _placed(root: Any, points: Integers, matrices: Floats, complain: Complain, a
 
 
 def _parts(root: Any, complain: Complain, above: tuple[str, ...]) -> list[tuple[Any, str, Floats]]:
-    """The gprims of a prototype: prim, name, (m, 4, 4) matrices to where the prototype is put (its own included)."""
+    """The gprims of a prototype: prim, name, (m, 4, 4) matrices to the place of the prototype (its own included)."""
     found: list[tuple[Any, str, Floats]] = []
     start = str(root.GetPath())
     cache: dict[str, Floats] = {}
@@ -139,7 +139,7 @@ def _parts(root: Any, complain: Complain, above: tuple[str, ...]) -> list[tuple[
 
 
 def hidden(prim: Any) -> bool:
-    """Whether a prim says that it, and with it all below, is invisible."""
+    """Whether a prim is authored as invisible, which hides everything below it."""
     if not prim.IsA(UsdGeom.Imageable):
         return False
     visibility = UsdGeom.Imageable(prim).GetVisibilityAttr()
@@ -147,7 +147,7 @@ def hidden(prim: Any) -> bool:
 
 
 def castable(prim: Any) -> bool:
-    """Whether a prim is a gprim that is there for rendering: of purpose default or render."""
+    """Whether a prim is a gprim for rendering: of purpose default or render."""
     return bool(prim.IsA(UsdGeom.Gprim)) and for_rendering(prim)
 
 
@@ -163,7 +163,7 @@ def _local(prim: Any) -> Floats:
 
 
 def _matrices(instancer: Any, which: Integers, complain: Callable[[str], None]) -> Floats | None:
-    """(n, 4, 4) translate . rotate . scale of every point; None if the arrays are not equally long."""
+    """(n, 4, 4) translate . rotate . scale of every point; None if the arrays differ in length."""
     count = len(which)
     positions = array_of(instancer.GetPositionsAttr(), np.float64, 3)
     scales = array_of(instancer.GetScalesAttr(), np.float64, 3)

@@ -20,13 +20,13 @@ FromMesh = tuple[Floats, Triangles, Integers]
 """Vertices (n, 3), triangles (m, 3), and the face that each triangle comes from."""
 
 REFINE_HERE, LEVELS = "refinementEnableOverride", "refinementLevel"
-"""Attributes of Omniverse: whether a mesh says itself how often it is refined, and how often."""
+"""Attributes of Omniverse: whether a mesh sets its own refinement, and the number of levels."""
 
 MOST_LEVELS_HERE = 6
 
 
 def mesh_surface(prim: Any, tolerance: float, refined: bool, time: Any, complain: Complain) -> FromMesh | None:
-    """A mesh's triangles; as a subdivision surface where that is asked for, by the caller or by the mesh itself."""
+    """A mesh's triangles; as a subdivision surface if the caller or the mesh requests it."""
     schema = UsdGeom.Mesh(prim)
     points = array_of(schema.GetPointsAttr(), np.float64, 3, time)
     counts = array_of(schema.GetFaceVertexCountsAttr(), np.int64, time=time)
@@ -48,7 +48,7 @@ def mesh_surface(prim: Any, tolerance: float, refined: bool, time: Any, complain
 
 
 def tet_mesh_surface(prim: Any, time: Any, complain: Complain) -> FromMesh | None:
-    """The outside of a TetMesh: the faces it names, else those that only one tetrahedron has."""
+    """The outside of a TetMesh: its authored faces, else those that belong to only one tetrahedron."""
     schema = UsdGeom.TetMesh(prim)
     points = array_of(schema.GetPointsAttr(), np.float64, 3, time)
     named = array_of(schema.GetSurfaceFaceVertexIndicesAttr(), np.int64, 3, time)
@@ -64,7 +64,7 @@ def tet_mesh_surface(prim: Any, time: Any, complain: Complain) -> FromMesh | Non
 
 
 def _outside(tetrahedra: Integers) -> Integers:
-    """Faces of only one tetrahedron, seen from outside counter-clockwise for right-handed tetrahedra."""
+    """Faces that belong to only one tetrahedron, counter-clockwise seen from outside for right-handed tetrahedra."""
     if not len(tetrahedra):
         return np.zeros((0, 3), np.int64)
     faces = tetrahedra[:, [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]]].reshape(-1, 3)
@@ -73,7 +73,7 @@ def _outside(tetrahedra: Integers) -> Integers:
 
 
 def _levels_here(prim: Any) -> int | None:
-    """How often the mesh itself wants to be refined; None if it leaves that to the run."""
+    """The refinement levels that the mesh itself sets, or None."""
     wanted = prim.GetAttribute(REFINE_HERE)
     if not wanted or not wanted.Get(EARLIEST):
         return None
@@ -107,7 +107,7 @@ def _subdivided(
 
 
 def _sharp(schema: Any, points: int, time: Any, complain: Complain) -> Sharp:
-    """Creases and corners; those that do not fit the mesh are left out and told."""
+    """Creases and corners; those that do not fit the mesh are left out and reported."""
     lengths = array_of(schema.GetCreaseLengthsAttr(), np.int64, time=time)
     indices = array_of(schema.GetCreaseIndicesAttr(), np.int64, time=time)
     sharpness = array_of(schema.GetCreaseSharpnessesAttr(), np.float64, time=time)
@@ -118,7 +118,7 @@ def _sharp(schema: Any, points: int, time: Any, complain: Complain) -> Sharp:
         complain("its creases do not fit together or to its points; they are left out")
     elif len(lengths):
         inner = np.ones(len(indices), bool)
-        inner[np.cumsum(lengths) - 1] = False  # the last point of a crease begins no edge
+        inner[np.cumsum(lengths) - 1] = False  # the last point of a crease does not start an edge
         start = np.flatnonzero(inner)
         edges = np.stack([indices[start], indices[start + 1]], axis=1)
         edge_sharpness = sharpness if len(sharpness) == segments else np.repeat(sharpness, lengths - 1)

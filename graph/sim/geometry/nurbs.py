@@ -9,7 +9,7 @@ import numpy as np
 from graph.sim.transforms import Floats
 
 MOST_PARTS = 64
-"""Parts that a span between two knots is cut into at most."""
+"""Most parts of a span between two knots."""
 
 
 def nurbs_curve(points: Floats, knots: Floats, order: int, tolerance: float) -> Floats | None:
@@ -73,7 +73,7 @@ def _parameters(knots: Floats, order: int, parts: int) -> Floats:
 
 
 def _until(tolerance: float, sample: Callable[[int], Floats], axes: tuple[int, ...]) -> Floats:
-    """Twice as many parts until they no longer lie apart; halving a part leaves a quarter of its error."""
+    """Doubles the parts until the result no longer changes; halving a part leaves a quarter of its error."""
     coarse = sample(1)
     parts = 2
     while True:

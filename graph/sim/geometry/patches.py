@@ -16,7 +16,7 @@ from .tessellation import Triangles
 
 
 def patch(prim: Any, tolerance: float, time: Any, complain: Complain) -> tuple[Floats, Triangles] | None:
-    """A NurbsPatch as a grid of triangles; its trim curves are not applied (told to `complain`)."""
+    """A NurbsPatch as a grid of triangles; its trim curves are not applied (reported to `complain`)."""
     schema = UsdGeom.NurbsPatch(prim)
     columns, rows = (_count(each, time) for each in (schema.GetUVertexCountAttr(), schema.GetVVertexCountAttr()))
     points = array_of(schema.GetPointsAttr(), np.float64, 3, time)

@@ -1,4 +1,4 @@
-"""The faces of a mesh as its arrays give them, and which of those can be used."""
+"""The faces of a mesh's arrays, and which of them are valid."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Complain = Callable[[str], None]
 
 @dataclass(frozen=True)
 class Polygons:
-    """Corners per face (at least 3), their points face after face, and each face's number in the source."""
+    """Corners per face (at least 3), the points of all faces in order, and each face's number in the source."""
 
     counts: Integers
     corners: Integers
@@ -32,9 +32,9 @@ class Polygons:
 
 
 def usable_faces(points: Floats, counts: Integers, indices: Integers, complain: Complain) -> Polygons:
-    """Faces without those that have fewer than 3 corners, or points that do not exist or are not finite.
+    """The faces except those with fewer than 3 corners, or with points that do not exist or are not finite.
 
-    Each kind is told to `complain` once, with how many there are.
+    Each kind is reported to `complain` once, with a count.
     """
     counts = counts.astype(np.int64, copy=False)
     indices = indices.astype(np.int64, copy=False)

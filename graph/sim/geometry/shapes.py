@@ -42,11 +42,11 @@ class Surface:
 def surface_of(
     prim: Any, tolerance: float, complain: Complain, *, refine: bool = False, time: Any = EARLIEST
 ) -> Surface | None:
-    """The surface of a gprim in its own space; None if it has none (told to `complain`).
+    """The surface of a gprim in its own space; None if it has no surface (reported to `complain`).
 
-    tolerance: how far a triangle may lie off a curved surface, in the prim's own units (`mesh.tolerance` divided by
-    the scale). refine: subdivision surfaces as such, not as their cages. Normals face out, also of left-handed meshes.
-    A Plane is its rectangle, curves are tubes, Points spheres.
+    tolerance: the largest distance of a triangle from a curved surface, in the prim's own units (`mesh.tolerance`
+    divided by the scale). refine: whether subdivision surfaces are refined instead of cast as their cages. Normals face
+    out, also for left-handed meshes. A Plane is its rectangle, curves are tubes, Points are spheres.
     """
     if prim.IsA(UsdGeom.Mesh):
         return _from_mesh(mesh_surface(prim, tolerance, refine, time, complain))
@@ -73,7 +73,7 @@ def surface_of(
 
 
 def shape_of(prim: Any, tolerance: float, complain: Complain) -> Shape | None:
-    """Vertices (n, 3) and triangles (m, 3) of `surface_of`, subdivision surfaces as their cages."""
+    """Vertices (n, 3) and triangles (m, 3) of `surface_of`, with cages instead of subdivision surfaces."""
     found = surface_of(prim, tolerance, complain)
     return None if found is None else (found.vertices, found.triangles)
 
@@ -127,7 +127,7 @@ def solid(kind: str, sizes: dict[str, float], axis: str, tolerance: float, compl
 
 
 def points_surface(prim: Any, tolerance: float, time: Any, complain: Complain) -> Shape | None:
-    """A sphere around each point of a Points prim, as wide as its width."""
+    """A sphere around each point of a Points prim, with the point's width."""
     schema = UsdGeom.Points(prim)
     points = array_of(schema.GetPointsAttr(), np.float64, 3, time)
     widths = array_of(schema.GetWidthsAttr(), np.float64, time=time)

@@ -1,4 +1,4 @@
-"""Which prims are solids of a few numbers."""
+"""The prim types that are solids with a few size attributes."""
 
 SOLIDS = ("Cube", "Sphere", "Capsule", "Capsule_1", "Cylinder", "Cylinder_1", "Cone", "Plane")
-"""Types of UsdGeom that have a surface given by a few numbers."""
+"""UsdGeom types whose surface follows from a few numbers."""

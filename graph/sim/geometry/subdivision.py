@@ -33,7 +33,7 @@ __all__ = ["SCHEMES", "Cage", "Sharp", "refine"]
 SCHEMES = ("catmullClark", "loop", "bilinear")
 MOST_LEVELS = 8
 MOST_FACES = 2_000_000
-"""Refinement ends before a mesh has more faces."""
+"""Refinement stops before a mesh has more faces."""
 
 _SMOOTH_TRIANGLE = 0.47
 """Weight of a triangle's middle in an edge point under `triangleSubdivisionRule` smooth; 1/4 otherwise (OpenSubdiv)."""
@@ -49,12 +49,12 @@ def refine(
     smooth_triangles: bool = False,
     complain: Callable[[str], None] = lambda message: None,
 ) -> Cage:
-    """The mesh after as many levels as keep it within `tolerance` of the limit surface, or after `levels`.
+    """The mesh after enough levels to be within `tolerance` of the limit surface, or after `levels`.
 
-    tolerance: in the points' units. Every point lies on the limit surface. A level shrinks the distance to a quarter
-    (to a third around extraordinary points), so the step from one level to the next bounds what is left. boundary:
-    `interpolateBoundary`; with "none" the faces at the boundary are left out. Told to `complain`: faces that are no
-    triangles in a Loop mesh (the cage comes back), and a tolerance that `MOST_LEVELS` or `MOST_FACES` do not reach.
+    tolerance: in the points' units. Every point lies on the limit surface. A level divides the distance by four (by
+    three around extraordinary points), so the change from one level to the next bounds the remaining error. boundary:
+    `interpolateBoundary`; with "none" the faces at the boundary are left out. Reported to `complain`: faces of a Loop
+    mesh that are not triangles (the cage is returned), and a tolerance that `MOST_LEVELS` or `MOST_FACES` do not reach.
     """
     if scheme == "loop" and (cage.counts != 3).any():
         complain("a Loop subdivision surface has triangles only; its faces are used as they are")
@@ -92,7 +92,7 @@ def _only(cage: Cage, keep: NDArray[np.bool_]) -> Cage:
 
 
 class _QuadStep:
-    """Catmull-Clark or, with plain averages, bilinear: every face becomes one quad a corner."""
+    """Catmull-Clark or, with plain averages, bilinear: every face becomes one quad for each corner."""
 
     def __init__(self, bilinear: bool, smooth_triangles: bool) -> None:
         self._bilinear, self._smooth_triangles = bilinear, smooth_triangles
@@ -133,7 +133,7 @@ class _QuadStep:
         return np.asarray(weight * beside + (1 - 2 * weight) / 2 * ends)
 
     def limit(self, level: Level) -> Floats:
-        """Where the points of quads end up."""
+        """The limit positions of the points of quads."""
         cage = level.cage
         if self._bilinear:
             return cage.points
@@ -146,7 +146,7 @@ class _QuadStep:
         return by_rule(level, smooth, level.sharpness, level.point_sharpness, (4 / 6, 1 / 6))
 
     def change(self, level: Level, at: Floats, there: Floats) -> float:
-        """How far the new points on edges and in faces are from the flat triangles before."""
+        """Distance of the new points on edges and in faces from the flat faces before."""
         quads = level.cage.corners.reshape(-1, 4)
         a, b, c, d = (at[quads[:, corner]] for corner in range(4))
         normals = cross(c - a, d - b)
@@ -186,7 +186,7 @@ class _LoopStep:
         return by_rule(level, smooth, level.sharpness, level.point_sharpness, (4 / 6, 1 / 6))
 
     def change(self, level: Level, at: Floats, there: Floats) -> float:
-        """How far the new points on edges are from the flat triangles before."""
+        """Distance of the new points on edges from the flat triangles before."""
         a, b, c = (at[level.cage.corners.reshape(-1, 3)[:, corner]] for corner in range(3))
         return edge_change(level, at, there, cross(b - a, c - a))
 

@@ -1,7 +1,8 @@
-"""One level of a subdivision surface: its faces, edges and what is sharp, and the rules that hold around sharp things.
+"""One level of a subdivision surface: its faces, edges and sharpness, and the rules near sharp edges and points.
 
-Creases and corners have a sharpness that falls by one a level (10 never falls); in the level in which it ends, old and
-new rule are blended by what was left of it, as OpenSubdiv does. Boundary and non-manifold edges are sharp for ever.
+Creases and corners have a sharpness that falls by one a level (10 never falls). In the level in which it ends, the
+sharp and the smooth rule are blended by the remaining fraction, as OpenSubdiv does. Boundary and non-manifold edges
+stay sharp.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from graph.sim.transforms import Floats
 Integers = NDArray[np.int64]
 
 SHARPEST = 10.0
-"""A sharpness from here on never falls (UsdGeom.Mesh.SHARPNESS_INFINITE)."""
+"""A sharpness from here on does not fall (UsdGeom.Mesh.SHARPNESS_INFINITE)."""
 
 
 @dataclass(frozen=True)
@@ -31,14 +32,14 @@ class Sharp:
 
     @property
     def levels(self) -> int:
-        """After how many levels nothing is left that will soften."""
+        """The number of levels after which all remaining sharpness is permanent."""
         both = np.concatenate([self.edge_sharpness, self.vertex_sharpness])
         return math.ceil(float(both[both < SHARPEST].max(initial=0.0)))
 
 
 @dataclass(frozen=True)
 class Cage:
-    """Polygons: corners per face, their points face after face, and the face of the source that each comes from."""
+    """Polygons: corners per face, the points of all faces in order, and each face's number in the source."""
 
     points: Floats
     counts: Integers
@@ -49,7 +50,7 @@ class Cage:
 
 @dataclass(frozen=True)
 class Level:
-    """A cage with its edges: for each corner its face, the edge to the next corner and the one from the last."""
+    """A cage with its edges: for each corner, its face, the edge to the next corner and the edge from the last one."""
 
     cage: Cage
     face: Integers
@@ -59,12 +60,12 @@ class Level:
     faces_at: Integers
     """Faces on each edge."""
     sharpness: Floats
-    """Of each edge; at least `SHARPEST` where it has not two faces."""
+    """Of each edge; at least `SHARPEST` if it does not have two faces."""
     point_sharpness: Floats
 
     @classmethod
     def of(cls, cage: Cage, boundary: str | None = None) -> Level:
-        """boundary: on the first level, which single corners are sharp from the start."""
+        """boundary: on the first level, which single corners are sharp."""
         corners, counts, size = cage.corners, cage.counts, len(cage.points)
         starts = np.cumsum(counts) - counts
         place = np.arange(len(corners))
@@ -93,14 +94,14 @@ class Level:
         return cls(cage, face, edge, into, edges, faces_at, sharpness, point_sharpness)
 
     def away_from_boundary(self) -> NDArray[np.bool_]:
-        """Faces none of whose corners lies on an edge without a second face."""
+        """Faces without a corner on an edge that has only one face."""
         rim = np.zeros(len(self.cage.points), bool)
         rim[self.edges[self.faces_at != 2]] = True
         touching = np.bincount(self.face, weights=rim[self.cage.corners], minlength=len(self.cage.counts))
         return np.asarray(touching == 0)
 
     def around(self, edges: NDArray[np.bool_] | None = None) -> tuple[Floats, Floats]:
-        """Of every point: the sum of its neighbours along (some of) its edges, and how many there are."""
+        """For every point: the sum of its neighbours along (some of) its edges, and their number."""
         pairs = self.edges if edges is None else self.edges[edges]
         size = len(self.cage.points)
         total = summed(
@@ -111,11 +112,11 @@ class Level:
         return total, np.bincount(pairs.ravel(), minlength=size).astype(np.float64)
 
     def softened(self) -> tuple[Floats, Floats]:
-        """The sharpness of edges and points one level on."""
+        """The sharpness of edges and points on the next level."""
         return _softened(self.sharpness), _softened(self.point_sharpness)
 
     def child_sharp(self) -> Sharp:
-        """What is still sharp one level on; the point of edge e has the number of points + e."""
+        """The edges and points that are sharp on the next level; the point of edge e has the number of points + e."""
         edge, point = self.softened()
         mine = np.flatnonzero((edge > 0) & (self.faces_at == 2))
         halves = np.concatenate([self.edges[mine, 0], self.edges[mine, 1]])
@@ -129,7 +130,7 @@ def _softened(sharpness: Floats) -> Floats:
 
 
 def summed(index: Integers, values: Floats, size: int) -> Floats:
-    """The sums (size, 3) of those rows of `values` that have the same index."""
+    """The sums (size, 3) of the rows of `values` with the same index."""
     out = np.empty((size, 3))
     for axis in range(3):
         out[:, axis] = np.bincount(index, weights=values[:, axis], minlength=size)
@@ -137,11 +138,11 @@ def summed(index: Integers, values: Floats, size: int) -> Floats:
 
 
 def vertex_points(level: Level, smooth: Floats) -> Floats:
-    """Where the points go in one level; smooth: where they went if nothing were sharp."""
+    """The positions of points on the next level; smooth: their positions by the smooth rule."""
     edge, point = level.softened()
     before = by_rule(level, smooth, level.sharpness, level.point_sharpness)
     after = by_rule(level, smooth, edge, point)
-    # Sharpness that ends in this level: the mean of it says how much of the old rule still holds.
+    # Sharpness that ends in this level: its mean is the weight of the sharp rule.
     ending = np.flatnonzero((level.sharpness > 0) & (edge <= 0))
     size = len(smooth)
     ends = level.edges[ending].ravel()
@@ -157,7 +158,7 @@ def vertex_points(level: Level, smooth: Floats) -> Floats:
 def by_rule(
     level: Level, smooth: Floats, edge: Floats, point: Floats, crease: tuple[float, float] = (0.75, 0.125)
 ) -> Floats:
-    """Points by the rule that these sharpnesses ask for: smooth (darts too), crease (own weight, others') or corner."""
+    """Points by the rule for these sharpnesses: smooth (darts too), crease (own weight, others') or corner."""
     sharp = edge > 0
     if not sharp.any() and not (point > 0).any():
         return smooth
@@ -179,7 +180,7 @@ def edge_points(level: Level, smooth: Floats) -> Floats:
 
 
 def edge_change(level: Level, at: Floats, there: Floats, normals: Floats) -> float:
-    """Off the surface; where an edge is sharp, off the edge, which may be an outline."""
+    """Distance from the surface; for a sharp edge, from the edge, which may be an outline."""
     first, second = at[level.edges[:, 0]], at[level.edges[:, 1]]
     moved = there[len(at) : len(at) + len(level.edges)] - (first + second) / 2
     sharp = level.sharpness > 0

@@ -1,4 +1,4 @@
-"""GeomSubsets: which faces of a mesh are surfaces of their own."""
+"""GeomSubsets: faces of a mesh that are separate surfaces."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ class Part:
 
 
 def parts_of(prim: Any, surface: Surface, complain: Complain) -> tuple[Part, ...]:
-    """The surface cut by the prim's face subsets that bind materials or carry labels; the faces in none come first.
+    """The surface cut by the prim's face subsets that bind materials or carry labels; faces in no subset come first.
 
-    A face in several subsets belongs to the first: those of the family `materialBind` before others, then in the order
-    of the stage. Subsets without faces are not surfaces.
+    A face in several subsets belongs to the first: those of the family `materialBind` before others, then in stage
+    order. Subsets without faces are not surfaces.
     """
     whole = (Part("", surface.vertices, surface.triangles),)
     if surface.faces is None:

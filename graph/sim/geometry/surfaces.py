@@ -1,4 +1,4 @@
-"""The surfaces that rays can hit: meshes and endless planes."""
+"""The surfaces that rays can hit: meshes and infinite planes."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from .tessellation import Triangles
 class Mesh:
     """Triangles of one prim, of one of its subsets, or of one instance of these.
 
-    path: of the prim or subset; "/World/Rocks[7]" for copy 7 of a point instancer, "/World/Rocks[7]/Lid" where it has
+    path: of the prim or subset; "/World/Rocks[7]" for copy 7 of a point instancer, "/World/Rocks[7]/Lid" if it has
     several prims. vertices: (n, 3) float64 [m]; in the world if `body` is None, else in the rigid frame of that body
     (its pose without scale: `Fabric.rigid_matrices`). triangles: (m, 3) uint32, normals facing out. material: path of
-    the bound one. source: the prim or subset that the shape was read from: `path`, unless that is a copy's.
+    the bound material. source: the prim or subset from which the shape was read: `path`, except for copies.
     """
 
     path: str
@@ -34,7 +34,7 @@ class Mesh:
 
     @cached_property
     def unique_key(self) -> bytes:
-        """Equal for meshes with equal vertices and triangles: one ray-casting scene serves them all."""
+        """Equal for meshes with equal vertices and triangles, which share one ray-casting scene."""
         digest = hashlib.blake2b(self.vertices.tobytes(), digest_size=16)
         digest.update(self.triangles.tobytes())
         return digest.digest()
@@ -42,7 +42,7 @@ class Mesh:
 
 @dataclass(frozen=True, eq=False)
 class Plane:
-    """An endless plane: a point on it [m] and its unit normal, in the world or the rigid frame of `body`."""
+    """An infinite plane: a point on it [m] and its unit normal, in the world or the rigid frame of `body`."""
 
     path: str
     body: str | None

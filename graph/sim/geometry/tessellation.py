@@ -1,10 +1,9 @@
-"""Curved shapes as triangles, to a stated error.
+"""Curved shapes as triangles, within a stated error.
 
-Every vertex lies on the true surface and every triangle inside it (convex shapes), so a range can only be too long.
-
-- A circle of radius r in n parts is off by its sagitta r (1 - cos(pi / n)).
-- A sphere in bands and sectors of equal angle d: the four corners of a patch lie on a circle of radius at most
-  r sqrt(2) sin(d / 2), so their plane passes the centre at r sqrt(cos d) or farther: off by r (1 - sqrt(cos d)).
+Every vertex lies on the true surface and every triangle inside it (convex shapes), so a range can only be too long. The
+error of a circle of radius r in n parts is its sagitta r (1 - cos(pi / n)). For a sphere in bands and sectors of equal
+angle d, the four corners of a patch lie on a circle of radius at most r sqrt(2) sin(d / 2), so their plane is at least
+r sqrt(cos d) from the centre: the error is r (1 - sqrt(cos d)).
 """
 
 from __future__ import annotations
@@ -43,7 +42,7 @@ def sphere_parts(radius: float, tolerance: float) -> int:
 
 
 def sphere_error(radius: float, parts: int) -> float:
-    """How far a sphere of that many parts may lie inside the true one."""
+    """The largest distance of a sphere with that many parts from the true one."""
     return radius * (1 - math.sqrt(math.cos(2 * math.pi / parts)))
 
 
@@ -66,11 +65,11 @@ def sphere(radius: float, parts: int) -> tuple[Floats, Triangles]:
 
 
 def capsule(bottom: float, top: float, height: float, axis: str, parts: int) -> tuple[Floats, Triangles]:
-    """A cylinder of `height`, or a frustum, between two half spheres of these radii, of which one may be 0."""
+    """A cylinder of `height`, or a frustum, between two half spheres of these radii; one radius may be 0."""
     quarter = np.linspace(0, math.pi / 2, -(-parts // 4) + 1)
     low = np.stack([np.cos(quarter[::-1]) * bottom, -np.sin(quarter[::-1]) * bottom - height / 2])
     high = np.stack([np.cos(quarter) * top, np.sin(quarter) * top + height / 2])
-    if not (bottom and top):  # the tip is one point, not a ring without size
+    if not (bottom and top):  # the tip is one point, not a ring of size 0
         low, high = (low if bottom else low[:, -1:] * [[0.0], [1.0]]), (high if top else high[:, :1] * [[0.0], [1.0]])
     radii, heights = np.concatenate([low, high], axis=1)
     vertices, triangles = _lathe(radii, heights, parts)
@@ -97,13 +96,13 @@ def rectangle(width: float, length: float, axis: str) -> tuple[Floats, Triangles
 
 
 def axis_vector(axis: str) -> Floats:
-    """The unit vector of X, Y or Z; of Z for what is not an axis."""
+    """The unit vector of X, Y or Z; of Z for any other text."""
     vector: Floats = np.eye(3)["XYZ".index(axis) if axis in ("X", "Y", "Z") else 2]
     return vector
 
 
 def _lathe(radii: Floats, heights: Floats, parts: int) -> tuple[Floats, Triangles]:
-    """A profile, from the bottom pole up, turned about Z. The ends close in a point where their radius is 0."""
+    """A profile, from the bottom pole up, rotated about Z. An end of radius 0 is one point."""
     angles = np.arange(parts) * (2 * math.pi / parts)
     rings = slice(1, None if radii[-1] > 1e-12 * radii.max() else -1)
     r, z = radii[rings], heights[rings]

@@ -1,4 +1,4 @@
-"""Polygons to triangles: any number of corners, concave ones too, holes left out, bad faces named."""
+"""Polygons to triangles: any number of corners, concave ones too; holes are left out, bad faces are reported."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .polygons import Complain, Integers, Polygons, usable_faces
 from .tessellation import Triangles
 
 BLOCK = 32768
-"""Polygons that are looked at together: what fits into the caches."""
+"""Polygons that are processed together: as many as fit into the caches."""
 
 
 def triangulate(
@@ -25,8 +25,8 @@ def triangulate(
     """Triangles (m, 3) of the polygons, in face order, and the face that each comes from.
 
     counts, indices: corners per face and their points, face after face; holes: faces to leave out; flip: turn the
-    winding. Faces with fewer than 3 corners, with points that do not exist or are not finite are left out, each kind
-    told to `complain` once.
+    winding. Faces with fewer than 3 corners, or with points that do not exist or are not finite, are left out; each
+    kind is reported to `complain` once.
     """
     faces = usable_faces(points, counts, indices, complain)
     if holes is not None and len(holes):
@@ -84,7 +84,7 @@ def _split(points: Floats, polygons: Integers) -> tuple[Integers, Integers]:
 
 
 def _cut_at_hollow(quads: Integers, turns: Floats, concave: Integers) -> Integers:
-    """A quad has one hollow corner at most, unless it crosses itself; the diagonal from there lies inside."""
+    """A quad has at most one concave corner, unless it crosses itself; the diagonal from that corner lies inside."""
     hollow = turns[:, concave].argmin(axis=0)
     turned = quads[concave[:, None], (hollow[:, None] + np.arange(4)) % 4]
     return np.asarray(turned[:, [[0, 1, 2], [0, 2, 3]]])
@@ -97,7 +97,7 @@ def _cut(points: Floats, polygons: Integers) -> Integers:
 
 
 def _turns(points: Floats, polygons: Integers) -> Floats:
-    """(n, f): at each corner of (f, n) polygons, the turn along the face's normal; negative where it is concave."""
+    """(n, f): the turn at each corner of (f, n) polygons about the face's normal; negative at a concave corner."""
     places = [np.ascontiguousarray(points[polygons[:, corner]].T) for corner in range(polygons.shape[1])]
     edges = [there - here for here, there in zip(places, places[1:] + places[:1], strict=True)]
     crosses = [_cross(before, after) for before, after in zip(edges[-1:] + edges[:-1], edges, strict=True)]
@@ -111,7 +111,7 @@ def _turns(points: Floats, polygons: Integers) -> Floats:
 
 
 def _cross(a: Floats, b: Floats) -> Floats:
-    """Of (3, f) columns."""
+    """Cross product of (3, f) columns."""
     out = np.empty_like(a)
     for axis in range(3):
         u, v = (axis + 1) % 3, (axis + 2) % 3

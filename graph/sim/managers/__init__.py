@@ -1,1 +1,1 @@
-"""Isaac Sim's managers by their own names, and the ways to drive an App."""
+"""Isaac Sim's managers under their own names, and the ways to drive an App."""

@@ -1,8 +1,8 @@
-"""Updates awaited from asyncio: all who wait share the next update, and waiting is what makes it run.
+"""Updates awaited from asyncio: all waiting coroutines share the next update, and waiting triggers it.
 
-No loop of ours runs in the background. The first one to wait puts an update at the end of asyncio's queue; whoever
-waits before it runs joins in, and all resume after it in the order in which they came. An App that is driven this way
-therefore does the same in every run, as long as its coroutines wait for nothing outside it.
+There is no background loop. The first coroutine that waits puts an update at the end of asyncio's queue; those that
+wait before it runs share it, and all resume after it in the order in which they came. So an App that is driven this way
+does the same in every run, as long as its coroutines wait for nothing else.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ class AsyncUpdates:
         self._listening = False
 
     async def next(self) -> float:
-        """Resumes after the next update, whoever runs it; its loop dt [s]. Raises what that update raised."""
+        """Resumes after the next update, whoever runs it; returns its loop dt [s]. Raises what that update raised."""
         loop = asyncio.get_running_loop()
         if not self._listening:
             self._listening = True
             self._updates.phases.on("end", self._updated, _LAST)
-        if loop is not self._loop:  # what an ended loop had scheduled never runs
+        if loop is not self._loop:  # an ended loop never runs what was scheduled on it
             self._loop, self._scheduled, self._waiting = loop, False, []
         future: asyncio.Future[float] = loop.create_future()
         self._waiting.append(future)
@@ -41,7 +41,9 @@ class AsyncUpdates:
 
     def _drive(self) -> None:
         self._scheduled = False
-        if all(future.done() for future in self._waiting):  # somebody ran an update meanwhile, or they gave up
+        if all(
+            future.done() for future in self._waiting
+        ):  # an update ran meanwhile, or the waiting coroutines were cancelled
             self._waiting.clear()
             return
         try:

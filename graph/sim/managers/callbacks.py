@@ -1,4 +1,4 @@
-"""Callbacks that users register: by order and id, bound methods held weakly; and the event they are told of."""
+"""Users' callbacks, ordered by order and id, with bound methods held weakly; and the event that they get."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from dataclasses import dataclass, field
 from typing import Any
 
 Registered = Callable[..., object]
-"""A user's callback; what it is called with depends on the event."""
+"""A user's callback; its arguments depend on the event."""
 
 
 @dataclass(frozen=True)
 class Event:
-    """What a callback is told: the event's name and what comes with it, read as `event["key"]` or `event.get(...)`."""
+    """The argument of a callback: the event's name and payload, read as `event["key"]` or `event.get(...)`."""
 
     event_name: str
     payload: Mapping[str, Any] = field(default_factory=dict)
@@ -28,9 +28,10 @@ class Event:
 
 
 class Held:
-    """A callback as it is kept: bound methods weakly, so that they end with their object, all else strongly.
+    """A stored callback: bound methods weakly, so that they end with their object, all others strongly.
 
-    `on_death(called)` is told that the object of a bound method is gone, and whether it had ever been asked for.
+    `on_death(called)` is called when the object of a bound method was freed; `called`: whether the callback was ever
+    used.
     """
 
     __slots__ = ("__weakref__", "_called", "_get")
@@ -51,7 +52,7 @@ class Held:
             self._get = lambda: callback
 
     def __call__(self) -> Registered | None:
-        """The callback, or None once its object is gone."""
+        """The callback, or None after its object was freed."""
         self._called = True
         return self._get()
 
@@ -65,22 +66,22 @@ class CallbackList:
         self._entries: tuple[tuple[int, int, Held], ...] = ()
 
     def add(self, uid: int, callback: Held, order: int) -> None:
-        """Takes a callback; `uid` grows from one registration to the next."""
+        """Adds a callback; `uid` grows from one registration to the next."""
         self._entries = tuple(sorted((*self._entries, (order, uid, callback)), key=lambda entry: entry[:2]))
 
     def remove(self, uid: int) -> bool:
-        """Ends a callback; False if it is not here."""
+        """Removes a callback; False if it is not registered here."""
         left = tuple(entry for entry in self._entries if entry[1] != uid)
         found = len(left) < len(self._entries)
         self._entries = left
         return found
 
     def clear(self) -> None:
-        """Ends all of them."""
+        """Removes all of them."""
         self._entries = ()
 
     def __call__(self, *args: Any) -> None:
-        """Calls those that are registered now; who registers or leaves meanwhile counts from the next time on."""
+        """Calls the callbacks that are registered now; changes during the calls take effect the next time."""
         for _, _, held in self._entries:
             callback = held()
             if callback is not None:
@@ -94,5 +95,5 @@ class CallbackList:
 
 
 def dropped_early(uid: int) -> str:
-    """What to say of a bound method whose object went before the callback was ever called."""
+    """The warning about a bound method whose object was freed before the callback was ever called."""
     return f"callback {uid} was never called: bound methods are held weakly and its object is gone; keep a reference"

@@ -1,4 +1,4 @@
-"""Isaac Sim's managers by their own names: calls on the class act on the most recently entered App.
+"""Isaac Sim's managers under their own names: calls on the class act on the most recently entered App.
 
     from graph.sim import App, RenderingManager, SimulationManager
     with App(...):
@@ -13,7 +13,7 @@ from typing import Any
 
 
 class _OfCurrentApp(type):
-    """Looks every name of the class up on a part of the current App."""
+    """Looks up every name of the class on a part of the current App."""
 
     part: str
 
@@ -26,7 +26,7 @@ class _OfCurrentApp(type):
         super().__init__(name, bases, body)
 
     def __getattr__(cls, name: str) -> Any:
-        if name.startswith("__"):  # what Python itself asks a class for
+        if name.startswith("__"):  # attributes that Python itself reads from a class
             raise AttributeError(name)
         return getattr(cls._target(), name)
 

@@ -1,4 +1,4 @@
-"""The loop runner: how long an update is on the loop's clock, in Isaac Sim's calls."""
+"""The loop runner: the length of an update on the loop's clock, in Isaac Sim's calls."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ MAIN = "main"
 class LoopRunner:
     """Manual stepping of an App's run loop. Mode and step size are independent; both act from the next update on.
 
-    The only loop is named "main"; the name "" stands for all. Writing the setting
-    `/app/runLoops/main/manualModeEnabled` reaches dt only one update later than `set_manual_mode`.
+    The only loop is named "main"; the name "" means all loops. Writing the setting
+    `/app/runLoops/main/manualModeEnabled` changes dt one update later than `set_manual_mode`.
     """
 
     def __init__(self, run_loop: RunLoop, settings: Settings) -> None:

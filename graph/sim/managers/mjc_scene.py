@@ -21,29 +21,29 @@ _CHOICES = {
 
 
 class NewtonMjcScene(PhysicsScene):
-    """A physics scene with MuJoCo's options, `mjc:option:*` of MjcSceneAPI; they count from the next play on.
+    """A physics scene with MuJoCo's options, `mjc:option:*` of MjcSceneAPI; they take effect at the next play.
 
-    What is not authored reads as MuJoCo's default, also where this engine chooses another on its own (its integrator:
-    see `graph.sim.physics.build_physics`). Setters raise ValueError for what the option cannot be.
+    An unauthored option reads as MuJoCo's default, even if this engine chooses another one (its integrator: see
+    `graph.sim.physics.build_physics`). Setters raise ValueError for values that the option does not accept.
     """
 
     def get_dt(self) -> float:
-        """The authored time step [s], else MuJoCo's 0.002; what an App steps by until `set_dt` is its own."""
+        """The authored time step [s], else MuJoCo's 0.002; an App uses another one until `set_dt` authors it."""
         return float(self._authored("mjc:option:timestep", 0.002))
 
     def set_dt(self, dt: float | Fraction) -> None:
-        """Sets the time step [s], which is kept as it is. Raises ValueError unless dt > 0."""
+        """Sets the time step [s], without rounding. Raises ValueError unless dt > 0."""
         step = exact.duration(dt)
         if step <= 0:
             raise ValueError(f"dt {dt}: give a time step above 0 s")
         self._set_rate(1 / step, as_step=True)
 
     def get_integrator(self) -> str:
-        """How states are integrated: "euler" (default), "rk4", "implicit", "implicitfast" or "discrete"."""
+        """The integrator: "euler" (default), "rk4", "implicit", "implicitfast" or "discrete"."""
         return self._token("integrator", "euler")
 
     def set_integrator(self, integrator: str) -> None:
-        """Sets how states are integrated."""
+        """Sets the integrator."""
         self._choose("integrator", integrator)
 
     def get_solver(self) -> str:
@@ -89,7 +89,7 @@ class NewtonMjcScene(PhysicsScene):
         self._choose("jacobian", jacobian)
 
     def get_impratio(self) -> float:
-        """Impedance of friction over that of normal constraints for elliptic cones, 1 unless authored."""
+        """The ratio of frictional to normal impedance for elliptic cones, 1 unless authored."""
         return float(self._number("impratio", 1.0))
 
     def set_impratio(self, impratio: float) -> None:

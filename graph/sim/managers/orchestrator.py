@@ -1,4 +1,4 @@
-"""The orchestrator: one step of data capture, in Replicator's calls."""
+"""The orchestrator: steps of data capture, in Replicator's calls."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from graph.sim.timing.timeline import Timeline
 
 
 class Stepped(Protocol):
-    """What an orchestrator steps: a `graph.sim.driver.Driver`."""
+    """The interface that an orchestrator steps: a `graph.sim.driver.Driver`."""
 
     timeline: Timeline
     run_loop: RunLoop
     settings: Settings
 
     def check_drivable(self) -> None:
-        """Raises RunError where no update can run."""
+        """Raises RunError if no update can run."""
 
     def play(self) -> None:
         """Starts or resumes at once."""
@@ -35,17 +35,17 @@ class Stepped(Protocol):
         """Runs one update."""
 
     async def next_update_async(self) -> float:
-        """Waits for the next update and makes it run."""
+        """Waits for the next update and triggers it."""
 
     def deliver_frames(self) -> None:
-        """Delivers what was rendered and would only arrive with the next update."""
+        """Delivers rendered frames that would arrive only with the next update."""
 
     def warn(self, code: str, where: str, message: str) -> None:
-        """Notes a warning."""
+        """Gives a warning."""
 
 
 class Orchestrator:
-    """Steps an App one update at a time and returns once the writers have had what it rendered."""
+    """Steps an App one update at a time; each step returns after the writers have received its frames."""
 
     def __init__(self, driver: Stepped) -> None:
         self._driver = driver
@@ -60,10 +60,11 @@ class Orchestrator:
         """Plays if the timeline does not, runs one app update, hands its frames to writers and post-render graphs.
 
         `pause_timeline` pauses afterwards; the next step plays on. `delta_time` [s] is the dt of this one update: None
-        leaves it the loop's, 0 holds the timeline (in fixed stepping no other time counts: warning
+        keeps that of the loop, 0 holds the timeline (in fixed stepping other values are ignored: warning
         `delta-time-ignored`). `wait_for_render` matters in the profile `isaacsim-6.0.1`, where frames arrive one update
-        late: they are fetched at once. `rt_subframes` above 1 changes nothing, as ideal sensors have nothing to
-        converge: warning `rt-subframes-ignored`. Raises ValueError for a negative time or fewer than -1 subframes.
+        late: they are delivered at once. `rt_subframes` above 1 has no effect, because ideal sensors do not converge
+        over subframes: warning `rt-subframes-ignored`. Raises ValueError for a negative time or fewer than -1
+        subframes.
         """
         with self._one_step(rt_subframes, pause_timeline, delta_time, wait_for_render):
             self._driver.update()
@@ -75,7 +76,7 @@ class Orchestrator:
         delta_time: float | Fraction | None = None,
         wait_for_render: bool = True,
     ) -> None:
-        """As `step`; others waiting for the next update resume too."""
+        """As `step`; other coroutines that wait for the next update resume too."""
         with self._one_step(rt_subframes, pause_timeline, delta_time, wait_for_render):
             await self._driver.next_update_async()
 
@@ -104,7 +105,7 @@ class Orchestrator:
 
     @contextmanager
     def _lasting(self, step: Fraction | None) -> Iterator[None]:
-        """For one update the timeline moves by `step` [s]; None: by what it would anyway."""
+        """For one update the timeline advances by `step` [s]; None: by its usual step."""
         driver = self._driver
         if step is None:
             yield

@@ -1,8 +1,8 @@
-"""Physics scenes: the prims that say how a stage is simulated, and wrappers with Isaac Sim's calls around them.
+"""Physics scenes: the prims with the settings of a simulation, and wrappers around them with Isaac Sim's calls.
 
-A wrapper whose prim is the *active* scene of an App, its stage's first one, speaks of what that App does: `set_dt`
-takes effect from the next step on, `set_gravity` at once. What is set while playing is authored again after stop has
-put the stage back, so it lasts. Other scenes are only prims: what is set there is kept on them.
+A wrapper whose prim is the *active* scene of an App, its stage's first one, controls that App: `set_dt` takes effect
+from the next step on, `set_gravity` at once. Values set while playing are authored again after stop has restored the
+stage, so they last. Other scenes are only prims: values set there are stored on them.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ DEFAULT_RATE = 60
 def steps_per_second(dt: float | Fraction, *, truncate: bool = False) -> Fraction:
     """The rate [Hz] that a step of `dt` [s] means: exactly 1 / dt, or the whole number int(1 / dt); 0 for dt 0.
 
-    Whole rates are what Isaac Sim stores, computed in floating point: 1/99 gives 98. Raises ValueError unless dt is 0,
+    Isaac Sim stores whole rates, computed in floating point: 1/99 gives 98. Raises ValueError unless dt is 0,
     or from 1e-9 to 1 s.
     """
     step = exact.duration(dt)
@@ -47,7 +47,7 @@ def steps_per_second(dt: float | Fraction, *, truncate: bool = False) -> Fractio
 
 
 class Setup(Protocol):
-    """What simulates a stage by its active scene (`simulation_setup.SimulationSetup`)."""
+    """The simulation of a stage by its active scene (`simulation_setup.SimulationSetup`)."""
 
     scene_path: str
 
@@ -61,34 +61,34 @@ class Setup(Protocol):
 
     @property
     def truncates(self) -> bool:
-        """Whether a dt is kept as a whole number of steps per second."""
+        """Whether a dt is stored as a whole number of steps per second."""
 
     @property
     def steps_per_second(self) -> Fraction:
         """The rate of the next step [Hz]."""
 
     def set_rate(self, steps_per_second: Fraction) -> None:
-        """Takes a new physics rate [Hz] from the next step on."""
+        """Sets a new physics rate [Hz] from the next step on."""
 
     def refuse_rate_zero(self, path: str | None = None) -> None:
-        """Says that a rate of 0 is stored but not run."""
+        """Warns that a rate of 0 is stored but not run."""
 
     def scene_changed(self, scene: PhysicsScene, name: str, kind: str, value: Any) -> None:
-        """An attribute of a scene was set while playing."""
+        """Called when an attribute of a scene was set while playing."""
 
     def warn(self, code: str, where: str, message: str) -> None:
-        """Notes a warning."""
+        """Gives a warning."""
 
 
 class PhysicsScene:
-    """A UsdPhysics scene prim: at a path (made if there is none) or given as a prim.
+    """A UsdPhysics scene prim: at a path (a missing one is created) or given as a prim.
 
-    `app` defaults to the current App, where the prim is on its stage. Raises ValueError for a prim of another type,
-    RunError for a scene to be made while the simulation plays.
+    `app` defaults to the current App, if the prim is on its stage. Raises ValueError for a prim of another type,
+    RunError for a scene to be created while the simulation plays.
     """
 
     def __init__(self, prim: Any = DEFAULT_PATH, app: App | None = None, *, setup: Setup | None = None) -> None:
-        """setup: instead of an App, what simulates the stage."""
+        """setup: the simulation of the stage, instead of an App."""
         from graph.sim.app import App
         from graph.sim.usd import Sdf, UsdPhysics
 
@@ -98,7 +98,7 @@ class PhysicsScene:
                 app = App.current() if named else App.of_stage(prim.GetStage()) if prim else None
             setup = None if app is None else app.simulation.setup
         if named:
-            assert setup is not None  # App.current() raises where there is no App
+            assert setup is not None  # App.current() raises without an App
             prim = _scene_at(setup, str(prim))
         if not prim or not prim.IsA(UsdPhysics.Scene):
             name = f"{prim.GetPath()}: a prim of type {prim.GetTypeName() or 'none'}" if prim else "an expired prim"
@@ -132,7 +132,7 @@ class PhysicsScene:
 
     @property
     def is_active(self) -> bool:
-        """Whether an App simulates by this scene: the first one of its stage."""
+        """Whether an App simulates with this scene: the first one of its stage."""
         setup = self._setup
         if setup is None:
             return False
@@ -141,20 +141,20 @@ class PhysicsScene:
         return bool(next(scene_prims(setup.stage), None) == self._prim)
 
     def get_dt(self) -> float:
-        """The length of a physics step [s]: the App's for its active scene, else what is authored; 0.0 at rate 0."""
+        """The length of a physics step [s]: the App's for its active scene, else the authored one; 0.0 at rate 0."""
         rate = self._rate()
         return float(1 / rate) if rate else 0.0
 
     def set_dt(self, dt: float | Fraction) -> None:
         """Sets the length of a physics step [s], from 0 to 1.
 
-        The profile `isaacsim-6.0.1` keeps the whole number int(1 / dt) of steps per second. 0 is stored, but nothing
-        runs at rate 0: a running simulation keeps its rate, and says so. Raises ValueError outside 0 to 1 s.
+        The profile `isaacsim-6.0.1` stores the whole number int(1 / dt) of steps per second. 0 is stored, but a running
+        simulation keeps its rate, with a warning. Raises ValueError outside 0 to 1 s.
         """
         self._set_rate(steps_per_second(dt, truncate=self._setup is not None and self._setup.truncates))
 
     def get_gravity(self) -> Any:
-        """Gravity in the world, `Gf.Vec3f` [stage units/s2]; where nothing is authored 9.81 m/s2 down the up axis."""
+        """Gravity in the world, `Gf.Vec3f` [stage units/s2]; by default 9.81 m/s2 down the up axis."""
         from graph.sim.usd import EARLIEST, Gf
 
         scene = self.physics_scene
@@ -183,25 +183,25 @@ class PhysicsScene:
         self._author("physics:gravityMagnitude", "Float", magnitude)
 
     def get_enabled_gravity(self) -> bool:
-        """Whether gravity acts; True unless authored."""
+        """Whether gravity is on; True unless authored."""
         return bool(self._authored("newton:gravityEnabled", True))
 
     def set_enabled_gravity(self, enabled: bool) -> None:
-        """Switches gravity."""
+        """Switches gravity on or off."""
         self._author("newton:gravityEnabled", "Bool", bool(enabled))
 
     def get_max_solver_iterations(self) -> int:
-        """Most solver iterations per step; -1 leaves it to the engine."""
+        """Most solver iterations per step; -1 lets the engine choose."""
         return int(self._authored("newton:maxSolverIterations", -1))
 
     def set_max_solver_iterations(self, iterations: int) -> None:
-        """Sets the most solver iterations per step; -1 leaves it to the engine. Raises ValueError below -1."""
+        """Sets the most solver iterations per step; -1 lets the engine choose. Raises ValueError below -1."""
         if iterations < -1:
             raise ValueError(f"max solver iterations {iterations}: give -1 (the engine's choice) or more")
         self._author("newton:maxSolverIterations", "Int", int(iterations))
 
     def _rate(self) -> Fraction:
-        """Steps per second [Hz]; 0 where 0 is stored."""
+        """Steps per second [Hz]; 0 if 0 is stored."""
         stored = authored_rate(self._prim)
         if stored == 0:
             return stored
@@ -226,7 +226,7 @@ class PhysicsScene:
                 self._author(other, "", None)
 
     def _set_rate(self, rate: Fraction, *, as_step: bool = False) -> None:
-        """Authors a rate [Hz]; the App follows if the scene is its active one. Raises UserError above 1e9 Hz."""
+        """Authors a rate [Hz]; the App follows if this is its active scene. Raises UserError above 1e9 Hz."""
         setup, active = self._setup, self.is_active
         if setup is not None and active and rate:
             setup.set_rate(rate)
@@ -245,7 +245,10 @@ class PhysicsScene:
         return default if value is None else value
 
     def _author(self, name: str, kind: str, value: Any) -> None:
-        """Sets an attribute of the prim, None blocks it; what plays follows, and the value outlasts the stop."""
+        """Sets an attribute of the prim, None blocks it.
+
+        The running simulation follows, and the value outlasts the stop.
+        """
         author(self._prim, name, kind, value)
         if self._setup is not None and self._setup.built:
             self._setup.scene_changed(self, name, kind, value)
@@ -257,7 +260,7 @@ class PhysicsScene:
 
 
 def scene_prims(stage: Any) -> Any:
-    """The physics scene prims of a stage, one after the other."""
+    """The physics scene prims of a stage, in stage order."""
     from graph.sim.usd import UsdPhysics
 
     return (prim for prim in stage.Traverse() if prim.IsA(UsdPhysics.Scene))

@@ -1,4 +1,4 @@
-"""Physics scenes in PhysX's terms: Isaac Sim's calls, kept on the prim where MuJoCo has no such thing."""
+"""Physics scenes in PhysX's terms: Isaac Sim's calls, stored on the prim if MuJoCo has no such setting."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _ENGINE = "MuJoCo solves contacts its own way"
 
 @dataclass(kw_only=True)
 class PhysxGpuCfg:
-    """Sizes of PhysX's GPU buffers (bytes or counts); None leaves one alone, or says that it is not authored."""
+    """Sizes of PhysX's GPU buffers (bytes or counts); None means unchanged, or not authored."""
 
     gpu_collision_stack_size: int | None = None
     gpu_found_lost_aggregate_pairs_capacity: int | None = None
@@ -34,8 +34,8 @@ class PhysxGpuCfg:
 class PhysxScene(PhysicsScene):
     """A physics scene with PhysX's settings.
 
-    Rate, gravity and iterations work as in `PhysicsScene`. All others are kept on the prim, for PhysX to find them
-    there, and change nothing here: setting one gives warning `physics-setting-stored`.
+    Rate, gravity and iterations work as in `PhysicsScene`. All other settings are stored on the prim for PhysX and have
+    no effect here: setting one gives the warning `physics-setting-stored`.
     """
 
     def get_steps_per_second(self) -> int | float:
@@ -52,45 +52,45 @@ class PhysxScene(PhysicsScene):
         self._set_rate(Fraction(int(rate)) if truncated else rate)
 
     def get_solver_type(self) -> str:
-        """The solver that the prim asks PhysX for: "TGS" (default) or "PGS"."""
+        """The PhysX solver of the prim: "TGS" (default) or "PGS"."""
         return str(self._authored("physxScene:solverType", "TGS"))
 
     def set_solver_type(self, solver_type: str) -> None:
-        """Keeps "TGS" or "PGS" on the prim. Raises ValueError for another."""
+        """Stores "TGS" or "PGS" on the prim. Raises ValueError for another."""
         self._choose("solverType", solver_type, ("TGS", "PGS"), f"{_ENGINE}; `NewtonMjcScene.set_solver` chooses how")
 
     def get_broadphase_type(self) -> str:
-        """The broad phase that the prim asks PhysX for: "MBP", "GPU" (default) or "SAP"."""
+        """The PhysX broad phase of the prim: "MBP", "GPU" (default) or "SAP"."""
         return str(self._authored("physxScene:broadphaseType", "GPU"))
 
     def set_broadphase_type(self, broadphase_type: str) -> None:
-        """Keeps "MBP", "GPU" or "SAP" on the prim. Raises ValueError for another."""
+        """Stores "MBP", "GPU" or "SAP" on the prim. Raises ValueError for another."""
         self._choose("broadphaseType", broadphase_type, ("MBP", "GPU", "SAP"), "MuJoCo has one broad phase of its own")
 
     def get_enabled_gpu_dynamics(self) -> bool:
-        """Whether the prim asks PhysX for GPU dynamics; True unless authored."""
+        """Whether the prim requests GPU dynamics of PhysX; True unless authored."""
         return bool(self._authored("physxScene:enableGPUDynamics", True))
 
     def set_enabled_gpu_dynamics(self, enabled: bool) -> None:
-        """Keeps the switch on the prim; enabling it turns CCD off."""
+        """Stores the switch on the prim; enabling it turns CCD off."""
         self._switch("enableGPUDynamics", enabled, _CPU)
         if enabled:
             self.set_enabled_ccd(False)
 
     def get_enabled_ccd(self) -> bool:
-        """Whether the prim asks for continuous collision detection; False unless authored."""
+        """Whether the prim requests continuous collision detection; False unless authored."""
         return bool(self._authored("physxScene:enableCCD", False))
 
     def set_enabled_ccd(self, enabled: bool) -> None:
-        """Keeps the switch on the prim."""
+        """Stores the switch on the prim."""
         self._switch("enableCCD", enabled, "MuJoCo does not sweep; fast and thin bodies want a higher physics_hz")
 
     def get_enabled_stabilization(self) -> bool:
-        """Whether the prim asks PhysX to calm resting bodies; False unless authored."""
+        """Whether the prim requests stabilization of resting bodies by PhysX; False unless authored."""
         return bool(self._authored("physxScene:enableStabilization", False))
 
     def set_enabled_stabilization(self, enabled: bool) -> None:
-        """Keeps the switch on the prim."""
+        """Stores the switch on the prim."""
         self._switch("enableStabilization", enabled, _ENGINE)
 
     def get_gpu_configuration(self) -> PhysxGpuCfg:
@@ -100,7 +100,7 @@ class PhysxScene(PhysicsScene):
         )
 
     def set_gpu_configuration(self, configuration: PhysxGpuCfg) -> None:
-        """Keeps the sizes that are given on the prim. Raises ValueError below 0."""
+        """Stores the given sizes on the prim. Raises ValueError below 0."""
         sizes = {each.name: getattr(configuration, each.name) for each in fields(PhysxGpuCfg)}
         for name, size in sizes.items():
             if size is not None and size < 0:

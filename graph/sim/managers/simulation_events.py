@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from .simulation_setup import SimulationSetup
 
 FIRST_ID = 2
-"""Ids 0 and 1 are those of the manager's own callbacks in Isaac Sim."""
+"""Ids 0 and 1 belong to the manager's own callbacks in Isaac Sim."""
 
 
 class SimulationEvent(StrEnum):
@@ -67,7 +67,7 @@ class StepContext:
 
 
 class SimulationEvents:
-    """The callbacks of one App's simulation; `warm` says whether physics-step callbacks are called yet."""
+    """The callbacks of one App's simulation; `warm`: whether physics-step callbacks are called yet."""
 
     def __init__(self, world: World, simulation: Simulation, setup: SimulationSetup) -> None:
         self.warm = False
@@ -79,7 +79,7 @@ class SimulationEvents:
         self._watching = True
 
     def register(self, callback: Registered, event: str, order: int) -> int:
-        """Takes a callback; its id. Raises ValueError for what is not an event, or if the arguments are swapped."""
+        """Adds a callback; returns its id. Raises ValueError for an unknown event, or if the arguments are swapped."""
         if isinstance(callback, str) or callable(event):
             raise ValueError(
                 "the SimulationManager takes register_callback(callback, event): the callback first "
@@ -111,7 +111,7 @@ class SimulationEvents:
         return uid
 
     def remove(self, uid: int) -> bool:
-        """Ends a callback; False if there is none with this id."""
+        """Removes a callback; False for an unknown id."""
         unsubscribe = self._steps.pop(uid, None)
         if unsubscribe is not None:
             unsubscribe()
@@ -122,7 +122,7 @@ class SimulationEvents:
         return False
 
     def remove_all(self) -> None:
-        """Ends all callbacks but those of PRIM_DELETED, as Isaac Sim does."""
+        """Removes all callbacks except those of PRIM_DELETED, as Isaac Sim does."""
         for unsubscribe in self._steps.values():
             unsubscribe()
         self._steps.clear()
@@ -131,20 +131,20 @@ class SimulationEvents:
                 callbacks.clear()
 
     def close(self) -> None:
-        """The stage closes: every callback ends, ids begin anew."""
+        """Closes the stage: removes every callback; ids start again."""
         self.remove_all()
         self._lists[SimulationEvent.PRIM_DELETED].clear()
         self._watch()
         self._ids = count(FIRST_ID)
 
     def dispatch(self, event: SimulationEvent | IsaacEvents) -> None:
-        """Calls the callbacks of an event that comes with nothing."""
+        """Calls the callbacks of an event without payload."""
         callbacks = self._lists[event]
         if callbacks:
             callbacks(Event(event))
 
     def watch_stage(self, watching: bool) -> None:
-        """Whether deleted prims are noticed at all."""
+        """Sets whether deleted prims are noticed."""
         self._watching = watching
         self._watch()
 
@@ -162,7 +162,7 @@ class SimulationEvents:
         return (simulation.pre_step if pre_step else simulation.post_step).add(run, order)
 
     def _watch(self) -> None:
-        """Listens to the stage exactly while somebody wants to know of deleted prims."""
+        """Listens to the stage exactly while a callback for deleted prims is registered."""
         callbacks: Any = self._lists[SimulationEvent.PRIM_DELETED]
         if bool(callbacks) == (self._deletions is not None) and self._watching:
             return

@@ -36,11 +36,11 @@ _DEFAULTS = ("warm_start", "on_stop", "stage_open", "stage_close", "post_warm_st
 
 
 class ManagedSimulation:
-    """The simulation of one App: builds, steps and frees its world, says what time it is, calls back.
+    """The simulation of one App: builds, steps and frees its world, gives the time, calls callbacks.
 
     It is *warm* from the end of `initialize_physics`, which playing calls, to `invalidate_physics`, which stopping
-    calls. Only a warm simulation tells physics-step callbacks of its steps. Its parts: `steps` runs physics, `times`
-    answers what time it is and was, `setup` holds the choices, `events` the callbacks.
+    calls. Only a warm simulation calls physics-step callbacks. Its parts: `steps` runs physics, `times` gives present
+    and past times, `setup` holds the choices, `events` the callbacks.
     """
 
     def __init__(
@@ -94,7 +94,7 @@ class ManagedSimulation:
 
     @property
     def carry(self) -> Fraction:
-        """Time waiting for its physics step [s]."""
+        """Time that waits for its physics step [s]."""
         return self.steps.carry
 
     @property
@@ -114,12 +114,12 @@ class ManagedSimulation:
 
     @property
     def scene_path(self) -> str:
-        """The path of the scene that is simulated, looked up when the world is built."""
+        """The path of the simulated scene, looked up when the world is built."""
         return self.setup.scene_path
 
     @property
     def truncates(self) -> bool:
-        """Whether a dt is kept as a whole number of steps per second, as the profile `isaacsim-6.0.1` does."""
+        """Whether a dt is stored as a whole number of steps per second, as in the profile `isaacsim-6.0.1`."""
         return self.setup.truncates
 
     step = forward("steps", Simulation.step)
@@ -171,7 +171,7 @@ class ManagedSimulation:
         return self._timeline.is_paused()
 
     def build(self) -> None:
-        """Builds the world and binds sensors to it; playing does so by itself."""
+        """Builds the world and binds sensors to it; playing calls it."""
         from graph.sim.scene.animation import animate
 
         self._take_authored_rate()
@@ -183,7 +183,7 @@ class ManagedSimulation:
         self.setup.begin()
 
     def free(self) -> None:
-        """Frees what `build` has built and puts the stage back; stopping does so by itself."""
+        """Frees what `build` has built and restores the stage; stopping calls it."""
         if self._animation is not None:
             self._animation.close()
             self._animation = None
@@ -199,18 +199,18 @@ class ManagedSimulation:
         self._rendering.keep_time_codes()
 
     def _take_authored_rate(self) -> None:
-        """Steps by the rate that the active physics scene has been given since it was read last."""
+        """Takes a rate that was authored on the active physics scene since the last reading."""
         authored, before = self._world.authored_rate, self._authored_rate
         self._authored_rate = authored
         if not self._follows_stage_rate or authored is None or authored == before:
             return
         if not authored:
             self.setup.refuse_rate_zero()
-        elif float(authored) != float(self.clock.rate):  # not written by `set_dt`, whose exact rate counts
+        elif float(authored) != float(self.clock.rate):  # not written by `set_dt`, whose exact rate is used
             self.steps.set_rate(max(Fraction(1), Fraction(int(authored))) if self.truncates else authored)
 
     def follow(self, change: Change) -> None:
-        """What the timeline's change of state means for the world: builds or frees it, tells whoever subscribed."""
+        """Applies a change of the timeline's state to the world: builds or frees it, calls subscribers."""
         if change == "stop":
             self.free()
         elif change == "play" and not self.built:
@@ -224,13 +224,13 @@ class ManagedSimulation:
             raise
 
     def restart_time(self) -> None:
-        """Time, count and carry are 0 again, and no samples are left; the monotonic clock goes on."""
+        """Sets time, count and carry to 0 and drops the samples; the monotonic clock continues."""
         self.steps.restart_time()
 
     def initialize_physics(self) -> None:
-        """Builds the world if it is not there yet, runs the warm-up steps, sends SIMULATION_SETUP; nothing when warm.
+        """Builds the world if needed, runs the warm-up steps, sends SIMULATION_SETUP; does nothing when warm.
 
-        Playing does this by itself. Called while stopped, the world stands until `invalidate_physics` or stop.
+        Playing calls it. If it is called while stopped, the world exists until `invalidate_physics` or stop.
         """
         if self.events.warm:
             return
@@ -242,13 +242,13 @@ class ManagedSimulation:
             self.events.dispatch(event)
 
     def invalidate_physics(self) -> None:
-        """Ends being warm: the next play warms up again. Where the timeline stands still the world is freed."""
+        """Ends the warm state: the next play warms up again. If the timeline is not playing the world is freed."""
         self.events.warm = False
         if self.built and self._timeline.is_stopped():
             self.free()
 
     def _announce(self, change: Change) -> None:
-        """Tells of a change of the timeline's state; a play also warms up, unless that is switched off."""
+        """Sends the events of a change of the timeline's state; a play also warms up, unless that is switched off."""
         if self._timeline.silent:
             return
         if change in _CHANGES:
@@ -261,7 +261,7 @@ class ManagedSimulation:
                 self.events.dispatch(SimulationEvent.SIMULATION_STARTED)
 
     def close(self) -> None:
-        """The stage closes: callbacks end."""
+        """Closes the stage: removes the callbacks."""
         self.events.close()
 
     @property
@@ -277,10 +277,11 @@ class ManagedSimulation:
         """Calls `callback` at each `SimulationEvent`; returns its id.
 
         PHYSICS_PRE_STEP and PHYSICS_POST_STEP call it with (dt [s], `StepContext`) around each substep, not during
-        warm-up; PRIM_DELETED with (path); all others with (event). Lower order first, ties as registered; post-step
-        callbacks below order 0 see the clocks before the step. The older `IsaacEvents`, each with a warning, come
-        between SIMULATION_SETUP and SIMULATION_STARTED. A bound method is held weakly: it ends with its object.
-        `name=` is ignored with a warning. Raises ValueError for what is not an event, or if the arguments are swapped.
+        warm-up; PRIM_DELETED with (path); all others with (event). Lower order first, ties in the order of
+        registration; post-step callbacks below order 0 see the clocks before the step. The older `IsaacEvents`, each
+        with a warning, come between SIMULATION_SETUP and SIMULATION_STARTED. A bound method is held weakly: it ends
+        with its object. `name=` is ignored with a warning. Raises ValueError for an unknown event, or if the arguments
+        are swapped.
         """
         if "name" in options:
             options.pop("name")
@@ -291,14 +292,14 @@ class ManagedSimulation:
         return self.events.register(callback, event, order)
 
     def deregister_callback(self, uid: int) -> bool:
-        """Ends a callback; False, and a warning, for an unknown id."""
+        """Removes a callback; False, and a warning, for an unknown id."""
         found = self.events.remove(uid)
         if not found:
             self._world.warn("unknown-callback", "simulation", f"there is no callback with id {uid}")
         return found
 
     def deregister_all_callbacks(self) -> None:
-        """Ends all callbacks but those of PRIM_DELETED (as Isaac Sim does): those end by their ids."""
+        """Removes all callbacks except those of PRIM_DELETED (as Isaac Sim does), which are removed by id."""
         self.events.remove_all()
 
     def enable_default_callbacks(
@@ -309,10 +310,11 @@ class ManagedSimulation:
         enable_stage_open: bool | None = None,
         enable_stage_close: bool | None = None,
     ) -> None:
-        """Switches what happens by itself: the warm-up on play, its end on stop, callbacks dropped as the stage closes.
+        """Switches automatic actions: warm-up on play, its end on stop, removal of callbacks when the stage closes.
 
-        As in Isaac Sim what is not named is switched off, but for warm_start, which then stays; warning
-        `default-callbacks-off` names what that took. stage_open is only kept: an App opens its one stage as it is made.
+        As in Isaac Sim, every action that is not named is switched off, except warm_start, which stays; the warning
+        `default-callbacks-off` names what was switched off. stage_open is only stored: an App opens its one stage when
+        it is made.
         """
         if enable_warm_start is not None:
             self._defaults["warm_start"] = bool(enable_warm_start)
@@ -324,15 +326,15 @@ class ManagedSimulation:
             self._world.warn("default-callbacks-off", "simulation", message)
 
     def enable_all_default_callbacks(self, enable: bool = True) -> None:
-        """Switches all of them."""
+        """Switches all automatic actions."""
         self._defaults = dict.fromkeys(self._defaults, bool(enable))
 
     def is_default_callback_enabled(self, callback_name: str) -> bool:
-        """Whether one is on; False for an unknown name."""
+        """Whether an automatic action is on; False for an unknown name."""
         return self._defaults.get(callback_name, False)
 
     def get_default_callback_status(self) -> dict[str, bool]:
-        """All of them by name."""
+        """All automatic actions by name."""
         return dict(self._defaults)
 
     def enable_usd_notice_handler(self, enable: bool) -> None:

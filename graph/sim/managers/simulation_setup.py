@@ -1,4 +1,4 @@
-"""What a simulation runs: physics scenes and their rates, the engine, the device, Fabric."""
+"""The settings of a simulation: physics scenes and their rates, the engine, the device, Fabric."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ _log = logging.getLogger("tickgraph.physics")
 
 
 class SimulationSetup:
-    """The choices that Isaac Sim's SimulationManager offers of how a world is simulated."""
+    """The choices of Isaac Sim's SimulationManager on how a world is simulated."""
 
     def __init__(self, world: World, simulation: Simulation, timeline: Timeline, settings: Settings) -> None:
         self._world, self._simulation, self._timeline, self._settings = world, simulation, timeline, settings
         self.scene_path = DEFAULT_PATH
-        """The path of the scene that is simulated, looked up when the world is built."""
+        """The path of the simulated scene, looked up when the world is built."""
         self._follow_stage = True
         self._set_while_playing: dict[tuple[str, str], tuple[str, Any]] = {}
         engine = self.get_default_engine()
@@ -55,19 +55,21 @@ class SimulationSetup:
         return self._simulation.steps_per_second
 
     def warn(self, code: str, where: str, message: str) -> None:
-        """Notes a warning."""
+        """Gives a warning."""
         self._world.warn(code, where, message)
 
     @property
     def truncates(self) -> bool:
-        """Whether a dt is kept as a whole number of steps per second, as the profile `isaacsim-6.0.1` does."""
+        """Whether a dt is stored as a whole number of steps per second, as in the profile `isaacsim-6.0.1`."""
         return bool(self._settings.get(keys.TRUNCATE_STEPS))
 
     def setup_simulation(self, dt: float | Fraction | None = None, device: str | None = None) -> None:
-        """Sets the length of a physics step [s] on every physics scene, also while playing; makes one if there is none.
+        """Sets the length of a physics step [s] on every physics scene, also while playing.
 
-        While playing no prim is made; the rate holds all the same. Raises ValueError unless 0 < dt <= 1, or for a
-        device other than "cpu"; nothing is changed then.
+        Creates a scene if the stage has none.
+
+        While playing no prim is created, but the rate still takes effect. Raises ValueError unless 0 < dt <= 1, or for
+        a device other than "cpu"; then nothing has changed.
         """
         rate = None if dt is None else steps_per_second(dt, truncate=self.truncates)
         if rate == 0:
@@ -81,7 +83,9 @@ class SimulationSetup:
                 scene.store_rate(rate)
 
     def set_physics_dt(self, dt: float | Fraction = 1 / 60, physics_scene: str | None = None) -> None:
-        """Sets the dt [s] of one physics scene, of all for a path that is none (deprecated: `PhysicsScene.set_dt`).
+        """Sets the dt [s] of one physics scene, or of all if the path is empty or invalid (deprecated:
+
+        `PhysicsScene.set_dt`).
 
         Raises RuntimeError while playing, ValueError unless 0 <= dt <= 1.
         """
@@ -98,7 +102,10 @@ class SimulationSetup:
             self._simulation.set_rate(rate)
 
     def get_physics_dt(self, physics_scene: str | None = None) -> float:
-        """The dt [s] of a physics scene, of the first for a path that is none; makes one, while stopped, if none is."""
+        """The dt [s] of a physics scene.
+
+        For an empty or invalid path, of the first scene; creates one if none exists and the timeline is stopped.
+        """
         if self.built and physics_scene in (None, self.scene_path):
             prim = self.stage.GetPrimAtPath(self.scene_path)
             return PhysicsScene(prim, setup=self).get_dt() if prim else float(1 / self.steps_per_second)
@@ -119,7 +126,10 @@ class SimulationSetup:
         ]
 
     def refuse_rate_zero(self, path: str | None = None) -> None:
-        """Says that 0 steps per second is stored but not run: a world that is not built yet has 1 Hz in the product."""
+        """Warns that 0 steps per second is stored but not run.
+
+        In the product, a world that is not built yet runs at 1 Hz.
+        """
         if self.truncates and not self.built:
             self._simulation.set_rate(Fraction(1))
         rate = float(self.steps_per_second)
@@ -127,24 +137,27 @@ class SimulationSetup:
         self._world.warn("physics-rate-zero", path or str(next(scene_prims(self.stage)).GetPath()), message)
 
     def _scenes(self) -> list[PhysicsScene]:
-        """The stage's scenes; one is made where there is none, unless the simulation plays."""
+        """The stage's scenes; if the stage has none, creates one unless the simulation plays."""
         scenes = [PhysicsScene(prim, setup=self) for prim in scene_prims(self.stage)]
         if not scenes and not self.built:
             scenes = [PhysicsScene(DEFAULT_PATH, setup=self)]
         return scenes
 
     def begin(self) -> None:
-        """The world is built: its first physics scene is the one that is simulated."""
+        """Called when the world is built: its first physics scene is the simulated one."""
         self._world.fabric.follow_stage = self._follow_stage
         first = next(scene_prims(self.stage), None)
         self.scene_path = DEFAULT_PATH if first is None else str(first.GetPath())
 
     def set_rate(self, steps_per_second: Fraction) -> None:
-        """Takes a new physics rate [Hz] from the next step on."""
+        """Sets a new physics rate [Hz] from the next step on."""
         self._simulation.set_rate(steps_per_second)
 
     def scene_changed(self, scene: PhysicsScene, name: str, kind: str, value: Any) -> None:
-        """An attribute of a scene was set while playing: gravity follows at once, the value outlasts the stop."""
+        """Called when an attribute of a scene was set while playing.
+
+        Gravity changes at once, and the value outlasts the stop.
+        """
         self._set_while_playing[scene.path, name] = kind, value
         if self._world.physics is not None and scene.path == self.scene_path and "ravity" in name:
             meters = self._world.meters_per_unit
@@ -153,7 +166,7 @@ class SimulationSetup:
             self._world.physics.set_gravity([each * meters for each in gravity])
 
     def keep_scene_changes(self) -> None:
-        """Authors again, on the stage that stop has put back, what was set on scenes while playing."""
+        """Authors values again, after stop has restored the stage, that were set on scenes while playing."""
         changes, self._set_while_playing = self._set_while_playing, {}
         for (path, name), (kind, value) in changes.items():
             prim = self.stage.GetPrimAtPath(path)
@@ -161,7 +174,7 @@ class SimulationSetup:
                 author(prim, name, kind, value)
 
     def set_device(self, device: str) -> None:
-        """Chooses where the physics runs. Raises ValueError for another than "cpu"."""
+        """Chooses the device of the physics. Raises ValueError for any other than "cpu"."""
         if str(device).lower() not in ("cpu", "cpu:0"):
             raise ValueError(
                 f'device "{device}" is not available: the physics is MuJoCo on the CPU, and an engine that runs on a '
@@ -169,11 +182,11 @@ class SimulationSetup:
             )
 
     def get_device(self) -> str:
-        """Where the physics runs: "cpu"."""
+        """The device of the physics: "cpu"."""
         return "cpu"
 
     def get_default_engine(self) -> str:
-        """The engine that the settings ask for; "mujoco" unless set."""
+        """The engine in the settings; "mujoco" unless set."""
         return str(self._settings.get(DEFAULT_ENGINE))
 
     def get_active_physics_engine(self) -> str:
@@ -181,14 +194,14 @@ class SimulationSetup:
         return self._world.engine.name
 
     def get_available_physics_engines(self, verbose: bool = False) -> list[tuple[str, bool]]:
-        """(name, whether it is the active one) of each engine there is; `verbose` logs them too."""
+        """(name, whether it is active) of each available engine; `verbose` also logs them."""
         engines = [(self.get_active_physics_engine(), True)]
         if verbose:
             _log.info("physics engines: %s", ", ".join(f"{name} (active)" if on else name for name, on in engines))
         return engines
 
     def switch_physics_engine(self, engine: str, verbose: bool = False) -> bool:
-        """Makes an engine the active one, upper or lower case; False, and an error in the log, where there is none."""
+        """Makes an engine active, by its name in any case; False, and an error in the log, for an unknown one."""
         active = self.get_active_physics_engine()
         if engine.lower() != active.lower():
             _log.error('physics engine "%s" is not available; there is "%s"', engine, active)
@@ -198,7 +211,7 @@ class SimulationSetup:
         return True
 
     def enable_fabric(self, enable: bool) -> None:
-        """Whether poses go to Fabric (and not back to USD), from the next play on. Raises RunError while playing."""
+        """Whether poses are written to Fabric instead of USD, from the next play on. Raises RunError while playing."""
         if self.built:
             raise RunError("Fabric cannot be switched while the simulation plays; call app.stop() first")
         Fidelity.from_mapping({"fabric": bool(enable)})  # refuses what cannot be run
@@ -207,11 +220,11 @@ class SimulationSetup:
             self._settings.set(f"/physics/{name}", not enable)
 
     def is_fabric_enabled(self) -> bool:
-        """Whether poses go to Fabric."""
+        """Whether poses are written to Fabric."""
         return self._world.fidelity.fabric
 
     def enable_fabric_usd_notice_handler(self, stage_id: Any, enable: bool) -> None:
-        """Whether Fabric hears of edits of the stage; switched on again it reads all of it anew.
+        """Whether Fabric follows edits of the stage; when switched on again it reads the whole stage.
 
         `stage_id` is this App's stage, or its id in `UsdUtils.StageCache`; ValueError for another.
         """
@@ -221,7 +234,7 @@ class SimulationSetup:
             self._world.fabric.forget()
 
     def is_fabric_usd_notice_handler_enabled(self, stage_id: Any) -> bool:
-        """Whether Fabric hears of edits of the stage. Raises ValueError for another stage than this App's."""
+        """Whether Fabric follows edits of the stage. Raises ValueError for a stage of another App."""
         self._check_stage(stage_id)
         return self._follow_stage
 
@@ -237,5 +250,5 @@ class SimulationSetup:
             raise ValueError("this is not the App's stage; give app.stage")
 
     def assets_loading(self) -> bool:
-        """False: everything a stage needs is loaded when it is opened."""
+        """False: everything that a stage needs is loaded when it is opened."""
         return False

@@ -1,1 +1,1 @@
-"""The message bus, what feeds it and what records it."""
+"""The message bus, its sources and its recorders."""

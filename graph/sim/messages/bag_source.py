@@ -39,9 +39,9 @@ def open_bag(folder: Path) -> list[Source]:
 
 
 class BagSource:
-    """The CDR messages of the file `path` (.db3), by time; read as they are needed.
+    """The CDR messages of the file `path` (.db3), by time, read when they are needed.
 
-    Types that this project does not know come from the file's own definitions, where it has them. `skipped` says which
+    Types that this project does not know come from the file's own definitions, if it has them. `skipped` says which
     topics cannot be read, and why. Raises UserError if the file is not a readable rosbag2 file.
     """
 
@@ -56,7 +56,7 @@ class BagSource:
                 self._examine(reader)
         except UserError:
             raise
-        except Exception as error:  # whatever a damaged file makes of the reader
+        except Exception as error:  # the reader may raise anything for a damaged file
             raise UserError(f"{path}: not a readable rosbag2 recording ({reason_of(error)})") from None
 
     def topics(self) -> Mapping[str, str]:
@@ -77,12 +77,12 @@ class BagSource:
                     yield Entry(time_ns, topic, connection.msgtype, decoding(data, connection.msgtype, self.name))
 
     def close(self) -> None:
-        """Nothing to free: a reader lives as long as its iteration."""
+        """Does nothing: a reader lives as long as its iteration."""
 
     def _undamaged(self, reader: Reader) -> Iterator[tuple[Any, int, bytes]]:
         try:
             yield from reader.messages()
-        except Exception as error:  # whatever damaged content makes of the reader
+        except Exception as error:  # the reader may raise anything for damaged content
             raise RunError(f"{self.name}: the recording is damaged ({reason_of(error)})") from error
 
     def _examine(self, reader: Reader) -> None:
@@ -96,8 +96,8 @@ class BagSource:
 
 
 def _check_tables(path: Path) -> None:
-    """Refuses a database that computes what it gives: a view may run for ever."""
-    with path.open("rb"):  # says why a file cannot be opened
+    """Refuses a database with views, because the query of a view may run endlessly."""
+    with path.open("rb"):  # the reason why a file cannot be opened
         pass
     database = sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro&immutable=1", uri=True)
     try:

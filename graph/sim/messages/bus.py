@@ -18,7 +18,7 @@ from .subscriptions import Subscription
 
 
 class Clock(Protocol):
-    """What tells the simulation time."""
+    """Gives the simulation time."""
 
     @property
     def time(self) -> Fraction:
@@ -26,21 +26,21 @@ class Clock(Protocol):
 
 
 class Sink(Protocol):
-    """Receives what is published; one that also has `reached(now_ns)` learns the time at which each update begins."""
+    """Receives published messages; a sink with `reached(now_ns)` also gets the time at which each update begins."""
 
     def advertise(self, topic: str, type_name: str) -> None:
         """A publisher of `topic` exists."""
 
     def write(self, message: Message) -> None:
-        """Takes one message."""
+        """Receives one message."""
 
     def close(self) -> None:
-        """Takes no more; calling it twice is harmless."""
+        """Ends receiving; calling it twice is harmless."""
 
 
 @dataclass(slots=True)
 class Topic:
-    """A topic: its type, who publishes, how many messages so far, the sequence number of the last one, its quality."""
+    """A topic: its type, its publishers, the number of messages, the last sequence number, its quality."""
 
     name: str
     type_name: str
@@ -51,12 +51,11 @@ class Topic:
 
 
 class MessageBus:
-    """Topics by name (with a leading slash), the sinks that take every topic, the subscriptions that take one.
+    """Topics by name (with a leading slash), sinks that receive every topic, and subscriptions that receive one.
 
-    Sinks are called in the order in which they subscribed. A subscription made during an update also gets what came
-    on its topic earlier in that update, so the order in which nodes compute loses no message.
-
-    clock: the simulation time, when messages are sent; without one a message is sent at its own stamp.
+    Sinks are called in the order in which they subscribed. A subscription made during an update also gets the messages
+    on its topic from earlier in that update, so no message is lost by the order in which nodes compute. clock: the
+    simulation time, when messages are sent; without a clock a message is sent at its own stamp.
     """
 
     def __init__(self, clock: Clock | None = None) -> None:
@@ -74,7 +73,7 @@ class MessageBus:
     def advertise(self, topic: str, type_name: str, owner: str = "", quality: Quality = DEFAULT) -> Topic:
         """Declares that `owner` publishes `type_name` on `topic`. Raises RunError if the topic has another type.
 
-        Of several publishers the first one's quality counts.
+        Of several publishers, the first one's quality is used.
         """
         name = topic_name(topic)
         known = self.topics.get(name)
@@ -91,15 +90,15 @@ class MessageBus:
         return known
 
     def has_subscribers(self, topic: str = "") -> bool:
-        """Whether anybody would receive a message on `topic` (every sink receives every topic)."""
+        """Whether any receiver would get a message on `topic` (every sink receives every topic)."""
         return bool(self._sinks) or topic in self._subscriptions
 
     def is_listened_to(self, topic: str) -> bool:
-        """Whether a subscription takes this topic (sinks do not count)."""
+        """Whether a subscription receives this topic (sinks do not count)."""
         return topic_name(topic) in self._subscriptions
 
     def publish(self, topic: str, type_name: str, message: Any, stamp_ns: int, *, sent_ns: int | None = None) -> None:
-        """Hands `message` to every sink, stamped with simulation time [ns]; `sent_ns` beats the clock's time."""
+        """Gives `message` to every sink, stamped with simulation time [ns]; `sent_ns` replaces the clock's time."""
         known = self.topics.get(topic)
         if known is None or known.type_name != type_name:
             known = self.advertise(topic, type_name)
@@ -118,7 +117,7 @@ class MessageBus:
             self.io_seconds += time.perf_counter() - started
 
     def offer(self, topic: str, type_name: str, stamp_ns: int, load: Callable[[], Any]) -> None:
-        """Publishes `load()` if a subscription takes the topic, now or by the end of this update; else drops it."""
+        """Publishes `load()` if a subscription receives the topic, now or by the end of this update; else drops it."""
         name = topic_name(topic)
         if name in self._subscriptions:
             self.publish(name, type_name, load(), stamp_ns, sent_ns=stamp_ns)
@@ -126,10 +125,10 @@ class MessageBus:
             self._unheard.append((name, type_name, stamp_ns, load))
 
     def listen(self, topic: str, type_name: str, *, depth: int = 10, owner: str = "") -> Subscription:
-        """A queue of the messages on `topic`, those of the running update included.
+        """A queue of the messages on `topic`, including those of the running update.
 
-        depth: how many it holds before the oldest is dropped; 0 means no limit. Raises RunError if the topic has
-        another type.
+        depth: most messages in the queue before the oldest is dropped; 0 means no limit. Raises RunError if the topic
+        has another type.
         """
         name = topic_name(topic)
         if name in self.topics:
@@ -155,7 +154,7 @@ class MessageBus:
             self._subscriptions.pop(subscription.topic, None)
 
     def begin_update(self) -> None:
-        """A new update: what came in the one before is no longer for new subscriptions."""
+        """Starts an update: new subscriptions no longer get the messages of the one before."""
         self._recent.clear()
         self._unheard.clear()
         if self._timed and self.clock is not None:
@@ -164,13 +163,13 @@ class MessageBus:
                 reached(now)
 
     def restart(self) -> None:
-        """Sequence numbers begin at 1 again (stop), so that every play publishes the same messages."""
+        """Restarts sequence numbers at 1 (at a stop), so that every play publishes the same messages."""
         self.begin_update()
         for topic in self.topics.values():
             topic.sequence = 0
 
     def subscribe(self, sink: Sink) -> None:
-        """Adds a sink; it learns of the topics advertised so far."""
+        """Adds a sink and announces the present topics to it."""
         self._sinks.append(sink)
         if reached := getattr(sink, "reached", None):
             self._timed[sink] = reached
@@ -178,13 +177,13 @@ class MessageBus:
             sink.advertise(topic.name, topic.type_name)
 
     def unsubscribe(self, sink: Sink) -> None:
-        """Takes a sink off the bus without closing it."""
+        """Removes a sink from the bus without closing it."""
         if sink in self._sinks:
             self._sinks.remove(sink)
             self._timed.pop(sink, None)
 
     def close(self) -> None:
-        """Closes every sink, also when one of them fails (the first failure is raised afterwards)."""
+        """Closes every sink, even if one of them fails (the first failure is raised afterwards)."""
         failure: BaseException | None = None
         started = time.perf_counter()
         self._timed.clear()
@@ -199,30 +198,30 @@ class MessageBus:
 
 
 class MemorySink:
-    """Keeps every message by topic; for tests and for reading results in Python."""
+    """Stores every message by topic; for tests and for reading results in Python."""
 
     def __init__(self) -> None:
         self.messages: dict[str, list[Message]] = {}
 
     def advertise(self, topic: str, type_name: str) -> None:
-        """Shows the topic, without messages."""
+        """Lists the topic, without messages."""
         self.messages.setdefault(topic, [])
 
     def write(self, message: Message) -> None:
-        """Keeps the message."""
+        """Stores the message."""
         self.messages.setdefault(message.topic, []).append(message)
 
     def close(self) -> None:
-        """Keeps what it has."""
+        """Keeps its messages."""
 
     def __getitem__(self, topic: str) -> list[Message]:
-        """The messages of a topic; none if nobody published it."""
+        """The messages of a topic; empty if no message was published."""
         return self.messages.get(topic_name(topic), [])
 
 
 @dataclass(slots=True)
 class TopicCount:
-    """How many messages a topic got, and the simulation times [ns] of its first and last."""
+    """The number of messages of a topic, and the simulation times [ns] of the first and the last."""
 
     type_name: str
     messages: int = 0
@@ -231,13 +230,13 @@ class TopicCount:
 
 
 class CountingSink:
-    """Counts messages by topic, without keeping them."""
+    """Counts messages by topic, without storing them."""
 
     def __init__(self) -> None:
         self._counts: dict[str, TopicCount] = {}
 
     def advertise(self, topic: str, type_name: str) -> None:
-        """Shows the topic with count 0."""
+        """Lists the topic with count 0."""
         self._counts.setdefault(topic, TopicCount(type_name))
 
     def write(self, message: Message) -> None:
@@ -252,7 +251,7 @@ class CountingSink:
         """Keeps its counts."""
 
     def topics(self) -> Iterable[tuple[str, TopicCount]]:
-        """Every topic with its count, in order of first appearance, those that stayed silent included."""
+        """Every topic with its count, in order of first appearance, including topics without messages."""
         return self._counts.items()
 
 

@@ -1,8 +1,8 @@
-"""The records of an MCAP file, read within limits: what a record says of its own size is not believed.
+"""Reads the records of an MCAP file within limits, without trusting the sizes in the file.
 
-The library's reader unpacks chunks of any size, reads as many bytes as a length says, and holds all chunks that say
-they overlap. Here every read stays inside the file, chunks are unpacked up to `recording.record`, and those that wait
-for their turn together up to `recording.waiting`.
+The library's reader unpacks chunks of any size, reads as many bytes as a length says, and holds all chunks that claim
+to overlap. Here every read stays inside the file, chunks are unpacked up to `recording.record`, and all waiting chunks
+together up to `recording.waiting`.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ _FOOTER = 8 + 8 + 4
 _LEAST_WINDOW = 2**20
 """Bytes that zstd may look back in any case."""
 _OBJECT = 400
-"""Bytes that a message takes beside its data."""
+"""Memory of a message beside its data, in bytes."""
 _ENDING = 1 + 8 + _FOOTER + 8
 """Bytes of the footer's record and the magic at the end."""
 
 
 @dataclass(slots=True)
 class Summary:
-    """What the end of a file says of it: schemas and channels by id, chunks, statistics if there are any."""
+    """The summary at the end of a file: schemas and channels by id, chunks, statistics if present."""
 
     schemas: dict[int, Any] = field(default_factory=dict)
     channels: dict[int, Any] = field(default_factory=dict)
@@ -41,7 +41,7 @@ class Summary:
 
 
 class _Within:
-    """A file of which no more is read at once than it has left."""
+    """A file that limits every read to its remaining bytes."""
 
     def __init__(self, file: BinaryIO) -> None:
         self._file = file
@@ -56,7 +56,7 @@ class _Within:
 
 
 def read_summary(file: BinaryIO) -> Summary | None:
-    """The summary of a file; None if it has none, because it was not finished.
+    """The summary of a file; None if it was not finished and has no summary.
 
     Raises ValueError, or what the library raises, for a damaged file.
     """
@@ -81,7 +81,7 @@ def read_summary(file: BinaryIO) -> Summary | None:
 
 
 def messages(file: BinaryIO, summary: Summary) -> Iterator[tuple[Any, Any, Message]]:
-    """(schema or None, channel, message) of all messages by log time, equal times as they stand in the file."""
+    """(schema or None, channel, message) of all messages by log time; equal times in file order."""
     within = _Within(file)
     order = count()
     chunks = sorted(summary.chunks, key=lambda one: (one.message_start_time, one.chunk_start_offset), reverse=True)
@@ -104,7 +104,7 @@ def messages(file: BinaryIO, summary: Summary) -> Iterator[tuple[Any, Any, Messa
 
 
 def _unindexed(within: _Within, summary: Summary) -> Iterator[tuple[Any, Any, Message]]:
-    """Of a file without an index of its chunks, such as one without chunks."""
+    """The records of a file without an index of its chunks, for example one without chunks."""
     found: list[Message] = []
     held = 0
     for record in _records(within, skip_magic=False):
@@ -121,7 +121,7 @@ def _described(message: Message, summary: Summary) -> tuple[Any, Any, Message]:
 
 
 def _records(within: _Within, *, skip_magic: bool = True) -> Iterator[Any]:
-    """The records from here on, chunks unopened, up to the footer."""
+    """The records from here to the footer, with chunks unopened."""
     reader = StreamReader(within, skip_magic=skip_magic, emit_chunks=True, record_size_limit=None)  # type: ignore[arg-type]
     return reader.records
 
@@ -145,7 +145,7 @@ def _messages_of(record: Any) -> Iterator[Message]:
 
 
 def unpacked(chunk: Chunk) -> bytes:
-    """The bytes of a chunk, never more than the limit, whatever it says of itself."""
+    """The bytes of a chunk, at most the limit, whatever size it claims."""
     limit = most("recording.record")
     if not chunk.compression:
         return bytes(chunk.data)

@@ -20,10 +20,10 @@ SCHEMAS = "ros2msg"
 
 
 class McapSource:
-    """The CDR messages of the MCAP file `path`, by log time; read as they are needed, never all at once.
+    """The CDR messages of the MCAP file `path`, by log time, read when they are needed, never all at once.
 
-    Types that this project does not know come from the file's own definitions. `skipped` tells of topics that cannot
-    be read, and why. Raises UserError if the file is not a readable MCAP file.
+    Types that this project does not know come from the file's own definitions. `skipped` says which topics cannot be
+    read, and why. Raises UserError if the file is not a readable MCAP file.
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -43,7 +43,7 @@ class McapSource:
             raise UserError(f"{path}: {error}") from None
         except UserError:
             raise
-        except Exception as error:  # whatever a damaged file makes of the reader
+        except Exception as error:  # the reader may raise anything for a damaged file
             raise UserError(f"{path}: {_why_unreadable(Path(path), error)}") from None
 
     def topics(self) -> Mapping[str, str]:
@@ -71,7 +71,7 @@ class McapSource:
             yield from found
         except OverLimit as error:
             raise RunError(f"{self.name}: {error}") from error
-        except Exception as error:  # whatever damaged content makes of the reader
+        except Exception as error:  # the reader may raise anything for damaged content
             raise RunError(f"{self.name}: the recording is damaged ({reason_of(error)})") from error
 
     def close(self) -> None:
@@ -113,7 +113,7 @@ class McapSource:
 
 
 def _why_unreadable(path: Path, error: Exception) -> str:
-    """Whether a file begins as a recording and has no end, or is something else."""
+    """Whether a file starts as a recording and has no end, or is another kind of file."""
     with path.open("rb") as file:
         start, size = file.read(len(MAGIC)), path.stat().st_size
         file.seek(max(size - len(MAGIC), 0))
@@ -124,7 +124,7 @@ def _why_unreadable(path: Path, error: Exception) -> str:
 
 
 def decoding(data: bytes, type_name: str, name: str) -> Callable[[], Any]:
-    """What decodes the CDR bytes of a message of the file `name`; it raises RunError where they are damaged."""
+    """The decoder of the CDR bytes of messages in the file `name`; it raises RunError for damaged bytes."""
 
     def load() -> Any:
         part = least_part(type_name)

@@ -1,4 +1,4 @@
-"""What travels on the bus."""
+"""A message on the bus."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from .quality import DEFAULT, Quality
 class Message:
     """One published message.
 
-    stamp_ns: the simulation time that it is about, as in its header. sequence: counts from 1 on its topic since play.
-    sent_ns: the simulation time at which it was published. quality: what its publisher offers.
+    stamp_ns: the simulation time of its content, as in its header. sequence: counts from 1 on its topic since play.
+    sent_ns: the simulation time at which it was published. quality: the offer of its publisher.
     """
 
     topic: str

@@ -1,10 +1,10 @@
-"""Quality of service: what a publisher offers, as ROS 2 records it beside a topic."""
+"""Quality of service: the offer of a publisher, as ROS 2 records it beside a topic."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-# Numbers of rmw/types.h, which every rosbag2 since Foxy reads (the newer words it does not).
+# Numbers of rmw/types.h, which every rosbag2 since Foxy can read (it cannot read the newer words).
 _HISTORY = {"systemDefault": 0, "keepLast": 1, "keepAll": 2, "unknown": 3}
 _RELIABILITY = {"systemDefault": 0, "reliable": 1, "bestEffort": 2, "unknown": 3}
 _DURABILITY = {"systemDefault": 0, "transientLocal": 1, "volatile": 2, "unknown": 3}
@@ -27,7 +27,7 @@ class Quality:
     lease_ns: int = 0
 
     def as_yaml(self) -> str:
-        """The list of one profile that rosbag2 keeps as `offered_qos_profiles`."""
+        """The list of one profile that rosbag2 stores as `offered_qos_profiles`."""
         return (
             f"- history: {_HISTORY.get(self.history, 3)}\n"
             f"  depth: {self.depth}\n"

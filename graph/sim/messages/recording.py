@@ -1,7 +1,7 @@
-"""Recording to MCAP: ROS 2 CDR messages in chunks that are readable as soon as they are written.
+"""Records to MCAP: ROS 2 CDR messages in chunks that are readable as soon as they are written.
 
 A message's log time is the simulation time at which it was published, its publish time the stamp of its header; the
-file is in log order. The bytes depend on the messages alone: no wall clock, no host.
+file is in log order. The bytes depend only on the messages: not on the wall clock or the host.
 """
 
 from __future__ import annotations
@@ -26,27 +26,27 @@ from .ros_types import definition, serialize
 
 CHUNK_BYTES = 1_000_000
 CHUNK_NS = 500_000_000
-"""Simulation time after which a chunk is written though it is not full, so that a kill costs less than a second."""
+"""Simulation time after which a chunk is written even if it is not full, so that a kill loses less than a second."""
 PROVENANCE = "tickgraph"
-"""Name of the MCAP metadata that says what made the recording."""
+"""Name of the MCAP metadata with the source of the recording."""
 _RECORD_OVERHEAD = 31  # opcode, length and the fixed fields of an MCAP Message record
 
 
 class McapSink:
     """Writes every message it receives to the MCAP file `path`, which it opens at the first one.
 
-    Chunks hold at most 1 MB before compression (a larger message gets a chunk of its own) and half a second of
-    simulation, and reach the file as they fill; `close` finishes the file. A signal never splits a chunk: it waits
-    until the chunk is written. A file that takes no more, as on a full disk, is cut back to its whole chunks and
-    finished; every later `write` raises. `provenance` becomes metadata of the file; `messages` counts what it holds;
-    `notes` says, once it is closed, what a user would not expect of it.
+    Chunks hold at most 1 MB before compression (a larger message gets its own chunk) and half a second of simulation,
+    and are written when they are full; `close` finishes the file. A signal never splits a chunk: it waits until the
+    chunk is written. If the file cannot grow, as on a full disk, it is cut back to its whole chunks and finished; every
+    later `write` raises. `provenance` becomes metadata of the file; `messages` counts its messages; `notes` has
+    warnings after it is closed.
     """
 
     def __init__(self, path: str | Path, provenance: Mapping[str, str] | None = None) -> None:
         self.path = Path(path)
         self.messages = 0
         self.given_up = 0
-        """Messages that were recorded and made room for something else on a full disk."""
+        """Recorded messages that were removed to make space on a full disk."""
         self.notes: list[str] = []
         self._provenance = dict(provenance or {})
         self._file: BinaryIO | None = None
@@ -61,7 +61,7 @@ class McapSink:
         self._failure = ""
 
     def advertise(self, topic: str, type_name: str) -> None:
-        """Nothing to do: a channel is written with its first message."""
+        """Does nothing: a channel is written with its first message."""
 
     def write(self, message: Message) -> None:
         """Records one message. Raises RunError if the file cannot be written."""
@@ -80,12 +80,12 @@ class McapSink:
             self.flush()
 
     def reached(self, now_ns: int) -> None:
-        """Writes what waits if its first message is half a second old, or from before a restart of time."""
+        """Writes the pending messages if the first is half a second old, or from before a restart of time."""
         if self._pending and not 0 <= now_ns - self._pending[0][0].sent_ns < CHUNK_NS:
             self.flush()
 
     def flush(self) -> None:
-        """Writes what is pending as a chunk and hands it to the operating system."""
+        """Writes the pending messages as a chunk and passes it to the operating system."""
         if not self._pending:
             return
         with _uninterrupted(), self._file_errors():
@@ -112,7 +112,7 @@ class McapSink:
                     self._file.close()
 
     def give_up_chunk(self) -> bool:
-        """Makes room on a full disk: takes the last chunk out of the closed file; False for the only one."""
+        """Makes space on a full disk: removes the last chunk of the closed file; False if it is the only one."""
         from .recovery import finish
 
         if not self._closed or not self.path.is_file():
@@ -132,7 +132,10 @@ class McapSink:
         self.close()
 
     def _log_time(self, sent_ns: int) -> int:
-        """The time to log: it goes on where it was when simulation time begins again, as after stop and play."""
+        """The time to log.
+
+        It continues from its last value when simulation time starts again, as after stop and play.
+        """
         self._shift_ns = max(self._shift_ns, self._log_ns - sent_ns)
         self._log_ns = sent_ns + self._shift_ns
         return self._log_ns
@@ -143,7 +146,7 @@ class McapSink:
                 self._file = self.path.open("w+b")
             except OSError as error:
                 raise UserError(f"{self.path}: {error.strerror}; name a file that can be written") from None
-            # The sink cuts the chunks itself, before they grow past the limit: the writer's own limit is out of reach.
+            # The sink ends chunks itself before they exceed the limit; the writer's own limit is never reached.
             self._writer = Writer(self._file, chunk_size=2**62, compression=CompressionType.LZ4)
             self._writer.start(profile="ros2", library="tickgraph")
             if self._provenance:
@@ -164,14 +167,14 @@ class McapSink:
         return channel
 
     def _declaration_bytes(self, message: Message) -> int:
-        """What the topic's channel and its type's schema add to the chunk if this message brings them."""
+        """The bytes that the topic's channel and its type's schema add to the chunk with this message."""
         if message.topic in self._channels:
             return 0
         schema = 0 if message.type_name in self._schemas else 64 + len(definition(message.type_name))
         return 512 + len(message.topic) + len(message.type_name) + schema
 
     def _restore_deleted(self) -> None:
-        """Writes the file once more where somebody deleted it while it was recorded."""
+        """Writes the file again if it was deleted during the recording."""
         if self._file is None:
             return
         self._file.flush()
@@ -194,11 +197,11 @@ class McapSink:
             raise RunError(self._failure) from error
 
     def _finish_short(self) -> str:
-        """Finishes what is whole of the file; returns what is left of it, in words."""
+        """Finishes the whole chunks of the file; returns what is left of it, in words."""
         from .recovery import finish
 
         self._pending.clear()
-        # Closing may once more fail to write what is buffered; a device such as /dev/full cannot be cut.
+        # Closing may fail again to write buffered data; a device such as /dev/full cannot be cut.
         with suppress(OSError):
             if self._file is not None:
                 self._file.close()
@@ -215,7 +218,7 @@ class McapSink:
 
 @contextmanager
 def _uninterrupted() -> Iterator[None]:
-    """Holds what would end the process back until the block ends; outside the main thread no signals arrive anyway."""
+    """Delays signals that would end the process until the block ends; outside the main thread no signals arrive."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return

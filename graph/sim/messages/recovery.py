@@ -1,7 +1,7 @@
-"""Finishing an MCAP file that was not finished: after a kill, on a full disk.
+"""Finishes an MCAP file that was not finished: after a kill, on a full disk.
 
-What is whole are its chunks. The file is cut after the last one that fits beside the summary, and that chunk's message
-indexes and the summary are written behind it, byte for byte as the writer would have.
+The whole chunks are kept. The file is cut after the last chunk that leaves space for the summary; then that chunk's
+message indexes and the summary are written, with the bytes that the writer would have written.
 """
 
 from __future__ import annotations
@@ -44,11 +44,11 @@ _OUTSIDE = (Opcode.MESSAGE, Opcode.ATTACHMENT)
 
 @dataclass(frozen=True, slots=True)
 class Finished:
-    """What a file was left with.
+    """What finishing did to a file.
 
-    whole: it was finished before, nothing was done. dropped: chunks given up for room. cut: bytes of a torn record that
-    were cut off. damaged: chunks that cannot be read; they stay in the file, outside the index. end_ns: the log time of
-    the last message.
+    whole: it was finished already, and is unchanged. dropped: chunks removed to make space. cut: bytes of an incomplete
+    record that were cut off. damaged: chunks that cannot be read; they stay in the file, outside the index. end_ns: the
+    log time of the last message.
     """
 
     messages: int
@@ -62,7 +62,7 @@ class Finished:
 
 @dataclass(slots=True)
 class _Chunk:
-    """A whole chunk: its entry in the index, where it ends, what it declares, its messages by channel."""
+    """A whole chunk: its index entry, its end, its declarations, its messages by channel."""
 
     index: ChunkIndex
     end: int
@@ -72,7 +72,9 @@ class _Chunk:
 
 @dataclass(slots=True)
 class _Content:
-    """What is whole in a file. start: where its first chunk may lie; cut: bytes of a torn record at the end."""
+    """The whole records of a file. start: lowest place of its first chunk; cut: bytes of an incomplete record at the
+    end.
+    """
 
     start: int = len(MAGIC)
     cut: int = 0
@@ -90,11 +92,11 @@ class _Content:
 
 
 def finish(path: Path, *, drop: int = 0) -> Finished:
-    """Ends the MCAP file at `path` with index and summary, in place; a finished one stays as it is.
+    """Ends the MCAP file at `path` with index and summary, in place; a finished file stays unchanged.
 
-    drop: how many of its last chunks to give up; where the summary finds no room, more are given up, but never the only
-    one. Raises UserError for a file that is not a MCAP recording or has messages outside chunks, OSError where the file
-    cannot be written: then its whole chunks are left.
+    drop: how many of its last chunks to remove. If there is no space for the summary more are removed, but never the
+    only one. Raises UserError for a file that is not an MCAP recording or has messages outside chunks, OSError if the
+    file cannot be written: then its whole chunks remain.
     """
     with path.open("r+b", buffering=0) as file:
         content = _read(file, path)
@@ -154,20 +156,20 @@ def _read(file: BinaryIO, path: Path) -> _Content:
 
 
 def _records(file: BinaryIO, size: int) -> Iterator[tuple[int, int, int]]:
-    """(opcode, begin, end) of each record that lies whole within the first `size` bytes."""
+    """(opcode, begin, end) of each whole record within the first `size` bytes."""
     begin = len(MAGIC)
     while begin + _PREFIX.size <= size:
         file.seek(begin)
         opcode, length = _PREFIX.unpack(file.read(_PREFIX.size))
         end = begin + _PREFIX.size + length
-        if opcode == 0 or end > size:  # zeros are what a file system leaves where a write did not arrive
+        if opcode == 0 or end > size:  # a file system leaves zeros after a write that did not complete
             return
         yield opcode, begin, end
         begin = end
 
 
 def _is_finished(file: BinaryIO, size: int) -> bool:
-    """Whether the file ends as a finished one does."""
+    """Whether the file ends like a finished one."""
     file.seek(max(size - len(MAGIC), len(MAGIC)))
     return file.read() == MAGIC
 
@@ -184,11 +186,11 @@ def _body(file: BinaryIO, begin: int, end: int) -> ReadDataStream:
 
 
 def _chunk(file: BinaryIO, begin: int, end: int) -> _Chunk | None:
-    """The chunk there; None if it cannot be read."""
+    """The chunk of a record; None if it cannot be read."""
     try:
         chunk, plain = _loaded(file, begin, end)
         records = breakup_chunk(plain, validate_crc=True)
-    except Exception:  # whatever damaged content makes of the reader
+    except Exception:  # the reader may raise anything for damaged content
         return None
     index = ChunkIndex(
         chunk_length=end - begin,
@@ -206,7 +208,7 @@ def _chunk(file: BinaryIO, begin: int, end: int) -> _Chunk | None:
 
 
 def _loaded(file: BinaryIO, begin: int, end: int) -> tuple[Chunk, Chunk]:
-    """The chunk there as it is and unpacked. Raises ValueError for one above `recording.record`."""
+    """The chunk of a record, packed and unpacked. Raises ValueError for one above `recording.record`."""
     check("recording.record", end - begin, f"a chunk of it has {end - begin:,} bytes")
     chunk: Chunk = Chunk.read(_body(file, begin, end))
     return chunk, replace(chunk, compression="", data=unpacked(chunk))
@@ -220,7 +222,7 @@ def _note_index(file: BinaryIO, index: ChunkIndex, begin: int, end: int) -> None
 
 
 def _message_indexes(file: BinaryIO, index: ChunkIndex) -> list[MessageIndex]:
-    """Where the messages of a chunk lie in it, by channel, in the order in which the channels first appear."""
+    """The positions of a chunk's messages in it, by channel, in order of first appearance."""
     begin = index.chunk_start_offset
     stream, size = get_chunk_data_stream(_loaded(file, begin, begin + index.chunk_length)[1])
     found: dict[int, MessageIndex] = {}
@@ -236,7 +238,7 @@ def _message_indexes(file: BinaryIO, index: ChunkIndex) -> list[MessageIndex]:
 
 
 def _ending(file: BinaryIO, content: _Content, end: int) -> bytes:
-    """Everything behind the last chunk, which ends at `end`: its message indexes, the summary, the footer."""
+    """Everything after the last chunk, which ends at `end`: its message indexes, the summary, the footer."""
     parts = RecordBuilder()
     if content.chunks:
         index = content.chunks[-1].index

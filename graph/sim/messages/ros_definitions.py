@@ -1,4 +1,4 @@
-"""Interface definitions beyond the common ROS 2 packages: those that this project's nodes send, and where to find more.
+"""Interface definitions beside the common ROS 2 packages: those that this project's nodes send, and installed ones.
 
 A service `pkg/srv/Name` is two message types, `pkg/srv/Name_Request` and `pkg/srv/Name_Response`, as in ROS 2 itself.
 """
@@ -100,7 +100,7 @@ def shipped() -> Iterator[tuple[str, str]]:
 
 
 def service_parts(name: str, text: str) -> list[tuple[str, str]]:
-    """The two message types of a service definition. Raises ValueError where the line of dashes is missing."""
+    """The two message types of a service definition. Raises ValueError if the line of dashes is missing."""
     lines = [line.strip() for line in text.strip().splitlines()]
     if lines.count("---") != 1:
         raise ValueError(f"{name}: a service definition has one line ---, between request and response")
@@ -109,7 +109,7 @@ def service_parts(name: str, text: str) -> list[tuple[str, str]]:
 
 
 def installed(type_name: str) -> list[tuple[str, str]]:
-    """(message type, definition) of a type that an installed ROS 2 package defines; nothing if none does."""
+    """(message type, definition) of a type that an installed ROS 2 package defines, if any."""
     package, kind, name = type_name.split("/")
     stem = name.removesuffix("_Request").removesuffix("_Response") if kind == "srv" else name
     if not all(part.isidentifier() for part in (package, kind, stem)):

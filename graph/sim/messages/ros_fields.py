@@ -39,7 +39,7 @@ NUMBERS = {
 
 @dataclass(frozen=True, slots=True)
 class Leaf:
-    """One field of a flattened message: its name, its OmniGraph type, and the two ways between field and value.
+    """One field of a flattened message: its name, its OmniGraph type, and the conversions between field and value.
 
     to_field raises ValueError for a value that the field cannot hold.
     """
@@ -64,7 +64,10 @@ def leaves(type_name: str) -> tuple[Leaf, ...]:
 
 
 def pack(type_name: str, values: Sequence[Any]) -> Any:
-    """The message whose leaves have these values, in the order of `leaves`. Raises ValueError naming the field."""
+    """The message whose leaves have these values, in the order of `leaves`.
+
+    Raises ValueError with the name of the field.
+    """
     converted = []
     for leaf, value in zip(leaves(type_name), values, strict=True):
         try:
@@ -82,9 +85,9 @@ def unpack(type_name: str, message: Any) -> list[Any]:
 
 
 def from_plain(type_name: str, data: object, path: str = "") -> Any:
-    """The message of plain data (nested mappings by field name); fields left out are zero or empty.
+    """The message of plain data (nested mappings by field name); missing fields are zero or empty.
 
-    Raises ValueError naming the field for a name that the type lacks or a value that does not fit.
+    Raises ValueError with the field's name for a name that the type does not have or a value that does not fit.
     """
     if not isinstance(data, Mapping):
         what = f"field {path.rstrip('.')}" if path else "the message"

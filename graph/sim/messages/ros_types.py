@@ -1,7 +1,7 @@
 """ROS 2 message classes, their CDR bytes and their definitions, from rosbags' type store (Humble).
 
-What the store lacks comes from `ros_definitions`: a few shipped interfaces, then the installed ROS 2 packages, then
-what a recording brings along (`register`).
+Types that the store does not have come from `ros_definitions`: a few shipped interfaces, then the installed ROS 2
+packages, then the definitions in a recording (`register`).
 """
 
 from __future__ import annotations
@@ -23,19 +23,19 @@ from .ros_definitions import installed, shipped
 _STORE = get_typestore(Stores.ROS2_HUMBLE)
 _TYPE_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*/(?:msg|srv)/[A-Za-z][A-Za-z0-9_]*")
 _DEEPEST = 100
-"""Types within types of a definition."""
+"""Most types nested in one another in a definition."""
 _FIELD_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
 
 def message_type(name: str) -> type[Any]:
-    """The dataclass of a message type such as "sensor_msgs/msg/PointCloud2". Raises KeyError if there is none."""
+    """The dataclass of a message type such as "sensor_msgs/msg/PointCloud2". Raises KeyError for an unknown type."""
     if not known(name):
         raise KeyError(name)
     return _STORE.types[name]
 
 
 def known(name: str) -> bool:
-    """Whether there is such a message type, all the types that it is made of included."""
+    """Whether a message type is known, with all the types that it consists of."""
     if name not in _STORE.types:
         parts = installed(name) if name.count("/") == 2 else []
         if not parts:
@@ -53,7 +53,7 @@ def type_names() -> list[str]:
 def register(name: str, text: str) -> None:
     """Adds the message type `name` by its definition; further types may follow in it after a line of ===.
 
-    Types that are there already stay. Raises ValueError for a text that is not a definition or needs an unknown type.
+    Existing types stay. Raises ValueError for a text that is not a definition or needs an unknown type.
     """
     if name in _STORE.types:
         return
@@ -71,7 +71,7 @@ def register(name: str, text: str) -> None:
     for part, fields in fresh.items():
         _check(part, fields, fresh)
     _check_sizes(name, fresh)
-    # Without constants: nobody reads them, and the store makes Python code of what it is given.
+    # Without constants: they are not used, and the store makes Python code of its input.
     try:
         _STORE.register({part: ([], fields) for part, fields in fresh.items()})
     except TypesysError as error:
@@ -79,7 +79,7 @@ def register(name: str, text: str) -> None:
 
 
 def _check(part: str, fields: Any, fresh: Any) -> None:
-    """Refuses names that are none, unknown types, types that hold themselves; what is left is safe to make code of."""
+    """Rejects invalid names, unknown and recursive types, so that code can be made from the rest safely."""
     if not _TYPE_NAME.fullmatch(part):
         raise ValueError(f"{part!r:.80} is not a type name")
     for field, content in fields:
@@ -91,7 +91,7 @@ def _check(part: str, fields: Any, fresh: Any) -> None:
 
 
 def _check_sizes(name: str, fresh: Any) -> None:
-    """Refuses types that hold themselves, nest too deeply or have too many values; each type is looked at once."""
+    """Rejects types that are recursive, too deep or too large; each type is examined once."""
     inside = {part: {one for _, content in fresh[part] for one in _named_types(content)} & set(fresh) for part in fresh}
     sizes: dict[str, tuple[int, int]] = {}
     try:
@@ -107,7 +107,7 @@ def _check_sizes(name: str, fresh: Any) -> None:
 
 
 def _size(content_of: Any, known_sizes: Mapping[str, tuple[int, int]]) -> tuple[int, int]:
-    """How many values a type has at least (those of its fixed lists count, growing lists do not), and its depth."""
+    """The least number of values of a type (fixed lists count, growing lists do not), and its depth."""
     total = depth = 0
     for _, content in content_of:
         kind, inner = content
@@ -130,7 +130,7 @@ def _known_size(name: str) -> tuple[int, int]:
 
 @cache
 def least_part(name: str) -> int:
-    """Bytes of the smallest text or message that a message of a known type may hold in lists, at any depth; 0: none."""
+    """Bytes of the smallest text or message in lists of a message of a known type, at any depth; 0: no such lists."""
     found = []
     for _, (kind, inner) in fields(name):
         if kind in (3, 4):
@@ -144,7 +144,7 @@ def least_part(name: str) -> int:
 
 @cache
 def _least_bytes(kind: int, inner: Any) -> int:
-    """What a value takes in CDR at least, alignment left out."""
+    """The least bytes of a value in CDR, without alignment."""
     if kind == 1:
         return 5 if inner[0] == "string" else int(inner[0].lstrip("abcdefghijklmnopqrstuvwxyz") or 8) // 8
     if kind == 2:
@@ -156,7 +156,7 @@ def _least_bytes(kind: int, inner: Any) -> int:
 def fields(name: str) -> list[tuple[str, Any]]:
     """(field, description) of a type as rosbags describes it: (kind, content), kind 1 base, 2 named, 3 and 4 lists.
 
-    Raises KeyError if there is no such type.
+    Raises KeyError for an unknown type.
     """
     if not known(name):
         raise KeyError(name)
@@ -164,7 +164,7 @@ def fields(name: str) -> list[tuple[str, Any]]:
 
 
 def attribute(field: str) -> str:
-    """What a field is called as an attribute of its class: a Python keyword gets an underscore."""
+    """The name of a field as an attribute of its class: a Python keyword gets an underscore."""
     return normalize_fieldname(field)
 
 
@@ -181,13 +181,13 @@ def serialize(message: Any, type_name: str) -> bytes:
 
 
 def deserialize(data: bytes, type_name: str) -> Any:
-    """The message that little- or big-endian CDR `data` holds."""
+    """The message in little- or big-endian CDR `data`."""
     return _STORE.deserialize_cdr(data, type_name)
 
 
 @cache
 def definition(type_name: str) -> str:
-    """The type's definition with those it depends on, as the "ros2msg" schema encoding wants it."""
+    """The type's definition with those it depends on, in the "ros2msg" schema encoding."""
     return _STORE.generate_msgdef(type_name, ros_version=2)[0]
 
 

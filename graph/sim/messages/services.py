@@ -1,4 +1,4 @@
-"""Services: requests and their answers between clients and servers of one App."""
+"""Services: requests and responses between clients and servers of one App."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from graph.base.errors import RunError
 
 @dataclass(slots=True)
 class Call:
-    """One request, and its response once it has been answered; `lost` when the server closed before."""
+    """One request, and its response when it has been answered; `lost` if the server closed before."""
 
     request: Any
     response: Any = None
@@ -20,7 +20,7 @@ class Call:
 
 @dataclass(slots=True)
 class Server:
-    """The one server of a service: its requests wait until `take` hands them out; `answer` answers the oldest taken."""
+    """The one server of a service: requests wait until `take` returns them; `answer` answers the oldest taken one."""
 
     name: str
     type_name: str
@@ -30,7 +30,7 @@ class Server:
     open: deque[Call] = field(default_factory=deque)
 
     def take(self) -> Any:
-        """The oldest request that nobody has taken, to be answered; None if there is none."""
+        """The oldest waiting request, which is to be answered, or None."""
         if not self.waiting:
             return None
         call = self.waiting.popleft()
@@ -38,7 +38,7 @@ class Server:
         return call.request
 
     def answer(self, response: Any) -> bool:
-        """Answers the oldest request taken and not answered; False if there is none."""
+        """Answers the oldest request that was taken and not answered; False if there is no such request."""
         if not self.open:
             return False
         self.open.popleft().response = response
@@ -46,7 +46,7 @@ class Server:
 
 
 class Services:
-    """Servers by service name, and by the handle that the server nodes pass on."""
+    """Servers by service name, and by the handle that server nodes pass on."""
 
     def __init__(self) -> None:
         self._servers: dict[str, Server] = {}
@@ -65,7 +65,7 @@ class Services:
         return server
 
     def close(self, server: Server) -> None:
-        """Ends a service; its open requests are lost. Closing twice is harmless."""
+        """Closes a service; its open requests are lost. Closing twice is harmless."""
         for call in (*server.waiting, *server.open):
             call.lost = True
         server.waiting.clear()
@@ -89,5 +89,5 @@ class Services:
         return call
 
     def server(self, handle: int) -> Server | None:
-        """The server of a handle; None if there is none (any more)."""
+        """The server of a handle, or None."""
         return self._handles.get(handle)

@@ -2,9 +2,9 @@
 
     player = Player(app, [MemorySource([(0.5, "/cmd_vel", "geometry_msgs/msg/Twist", twist)])])
 
-A message of time t arrives in the first physics step whose time is t or later, ahead of everything that is evaluated
-on that step or in that update. Only topics that somebody listens to are decoded and put on the bus. A new play begins
-at the start again; while the timeline is paused nothing arrives.
+A message of time t arrives in the first physics step whose time is t or later, ahead of everything that is evaluated on
+that step or in that update. Only topics with a listener are decoded and put on the bus. A new play starts from the
+beginning; while the timeline is paused no message arrives.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ if TYPE_CHECKING:
     from graph.sim.app import App
 
 WALL_CLOCK_NS = 365 * 86_400 * 10**9
-"""Times from here on count from 1970, not from the start of a run: a year of simulation is longer than any run."""
+"""Times from here on count from 1970, not from the start of a run: no run is as long as a year."""
 
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """One message to come: its time [ns] as its source counts it, its topic and type, and how to get at it."""
+    """One message of a source: its time [ns] in the source's own count, topic, type, and a function that loads it."""
 
     time_ns: int
     topic: str
@@ -37,10 +37,10 @@ class Entry:
 
 
 class Source(Protocol):
-    """Messages in the order of their times, afresh at each iteration."""
+    """Messages in the order of their times; each iteration starts from the beginning."""
 
     name: str
-    """What it is called in messages to the user."""
+    """Its name in messages to the user."""
 
     def topics(self) -> Mapping[str, str]:
         """Its topics (with a leading slash) and their types."""
@@ -51,7 +51,7 @@ class Source(Protocol):
     def __iter__(self) -> Iterator[Entry]: ...
 
     def close(self) -> None:
-        """Frees what it holds; calling it twice is harmless."""
+        """Frees its resources; calling it twice is harmless."""
 
 
 class MemorySource:
@@ -83,7 +83,7 @@ class MemorySource:
         return iter(self._entries)
 
     def close(self) -> None:
-        """Nothing to free."""
+        """Does nothing."""
 
 
 class Player:
@@ -113,7 +113,7 @@ class Player:
             self._rewind()
 
     def unheard(self) -> list[tuple[str, str]]:
-        """(source, why) of the sources from which nobody listened to any topic; to be asked while the App plays."""
+        """(source, reason) of the sources without any listener; call it while the App plays."""
         bus = self._app.bus
         silent = []
         for source in self._sources:

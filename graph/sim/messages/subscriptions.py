@@ -8,9 +8,9 @@ from .message import Message
 
 
 class Subscription:
-    """What a subscriber has not taken yet, oldest first; when `depth` messages wait, the oldest makes room.
+    """The waiting messages of a subscriber, oldest first; when `depth` messages wait, a new one drops the oldest.
 
-    `topic`, `type_name` and `owner` say what and who; `dropped` counts the messages that made room; depth 0 is no
+    `topic`, `type_name` and `owner` identify the subscription; `dropped` counts dropped messages; depth 0 means no
     limit.
     """
 
@@ -28,7 +28,7 @@ class Subscription:
         self._queue.append(message)
 
     def take(self) -> Message | None:
-        """The oldest waiting message, taken off the queue; None if none waits."""
+        """The oldest waiting message, removed from the queue, or None."""
         return self._queue.popleft() if self._queue else None
 
     def __len__(self) -> int:

@@ -1,1 +1,1 @@
-"""MJCF models as scenes: read safely, simulated as they are, mirrored as prims so that sensors and graphs see them."""
+"""MJCF models as scenes: read safely, simulated unchanged, mirrored as prims for sensors and graphs."""

@@ -1,4 +1,4 @@
-"""Writing prims into a layer directly: a scene of thousands of them at the cost of a few calls each."""
+"""Writes prims directly into a layer: each of thousands of prims costs only a few calls."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ _UNIFORM = ("xformOpOrder", "purpose", "subdivisionScheme", "axis", "physics:axi
 
 
 class Author:
-    """Defines prims in one layer; their attributes' types are given, since nothing is looked up in schemas."""
+    """Defines prims in one layer; the types of their attributes are given, because schemas are not consulted."""
 
     def __init__(self, layer: Any) -> None:
         self.layer = layer
 
     def prim(self, path: str, type_name: str, schemas: Sequence[str] = (), class_: bool = False) -> Any:
-        """The spec of a prim; parents must be there."""
+        """The spec of a prim; its parents must exist."""
         spec = Sdf.CreatePrimInLayer(self.layer, path)
         spec.specifier = Sdf.SpecifierClass if class_ else Sdf.SpecifierDef
         if type_name:
@@ -31,18 +31,18 @@ class Author:
         return spec
 
     def set(self, spec: Any, name: str, kind: str, value: Any) -> None:
-        """Write an attribute; `mjc:` ones are custom. kind: the name of a value type, such as Double."""
+        """Writes an attribute; `mjc:` ones are custom. kind: the name of a value type, such as Double."""
         variability = Sdf.VariabilityUniform if name in _UNIFORM else Sdf.VariabilityVarying
         attribute = Sdf.AttributeSpec(spec, name, getattr(_TYPES, kind), variability)
         attribute.custom = name.startswith(("mjc:", "isaac:"))
         attribute.default = value
 
     def relate(self, spec: Any, name: str, target: str) -> None:
-        """Write a relationship to one prim."""
+        """Writes a relationship to one prim."""
         Sdf.RelationshipSpec(spec, name, custom=False).targetPathList.explicitItems = [Sdf.Path(target)]
 
     def place(self, spec: Any, position: Floats, quaternion: Floats, scale: Sequence[float] | None = None) -> None:
-        """Write translate and orient (w, x, y, z), and scale where it is given."""
+        """Writes translate and orient (w, x, y, z), and scale if given."""
         self.set(spec, "xformOp:translate", "Double3", vector(position))
         self.set(spec, "xformOp:orient", "Quatd", turn(quaternion))
         order = ["xformOp:translate", "xformOp:orient"]

@@ -1,4 +1,4 @@
-"""How much a model may ask for: numbers in the XML that would make it larger than any machine."""
+"""Limits of a model: numbers in the XML that would make it larger than any machine can hold."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from graph.base.limits import allowed, most
 from .source import Element
 
 MAX_ELEMENTS = 200_000
-"""Elements after replication and attachment, and points of what is made of points."""
+"""Elements after replication and attachment, and points of objects made of points."""
 MAX_PIXELS = 2**26
 MAX_SAMPLES = 2**24
 MAX_MEMORY = 2**32
@@ -31,14 +31,14 @@ _LARGEST: Mapping[tuple[str, str], int] = {
         for kind in ("actuator", "body", "cam", "geom", "jnt", "sensor", "site", "tendon")
     },
 }
-"""The largest number that an attribute may hold."""
+"""The largest allowed number of an attribute."""
 
 _COUNT = "physics.iterations"
 _LARGEST_ANYWHERE = {"nsample": 10**5, "actdim": 10**4, "dim": 10**5, "num": 10**5}
 
 
 def elements(root: Element, models: Mapping[str, int]) -> float:
-    """How many elements MuJoCo makes of a tree; `models`: of each model that it can attach, by name."""
+    """The number of elements that MuJoCo makes of a tree; `models`: that of each attachable model, by name."""
 
     def count(element: Element) -> float:
         inner = 1 + sum(map(count, element.children))
@@ -73,7 +73,7 @@ def too_large(element: Element) -> Iterator[Problem]:
 
 
 def image_size(data: bytes) -> tuple[int, int] | None:
-    """Width and height that a PNG says it has; None for another file."""
+    """Width and height in the header of a PNG; None for another file."""
     if data[:8] != b"\x89PNG\r\n\x1a\n" or len(data) < 24:
         return None
     return int.from_bytes(data[16:20], "big"), int.from_bytes(data[20:24], "big")
@@ -84,7 +84,7 @@ def _numbers(text: str | None) -> list[float]:
     for word in (text or "").split():
         try:
             value = float(word)
-        except ValueError:  # MuJoCo says what is wrong with it
+        except ValueError:  # MuJoCo reports the mistake
             continue
         out.append(math.inf if math.isnan(value) else value)
     return out

@@ -1,8 +1,8 @@
-"""Actuators and sensors of a playing model as attributes of their prims, for whoever reads and writes attributes.
+"""Actuators and sensors of a playing model as attributes of their prims.
 
-`mjc:ctrl` of an actuator is its control: written on the stage or in Fabric, it counts from the next physics step on.
-`mjc:force`, `mjc:length`, `mjc:velocity` of an actuator and `mjc:value` of a sensor are those of the last step. All are
-in SI units, whatever the model's angles are written in.
+`mjc:ctrl` of an actuator is its control: a value written on the stage or in Fabric takes effect in the next physics
+step. `mjc:force`, `mjc:length`, `mjc:velocity` of an actuator and `mjc:value` of a sensor are those of the last step.
+All are in SI units, whatever units the model uses for angles.
 """
 
 from __future__ import annotations
@@ -40,14 +40,14 @@ class Actuation:
         self._world, self._names, self._what = world, names, what
 
     def read(self, path: str) -> Any:
-        """The value of now; None while nothing plays and of what is not an actuator."""
+        """The present value; None while stopped and for a prim that is not an actuator."""
         engine = _engine(self._world)
         if engine is None or engine.motors is None or path not in self._names:
             return None
         return engine.motors.read(engine.data, self._names[path], self._what)
 
     def write(self, path: str, value: Any) -> None:
-        """Take a control. Raises RunError for one that the actuator cannot have; other attributes take nothing."""
+        """Sets a control. Raises RunError for a value that the actuator does not accept; other attributes ignore it."""
         engine = _engine(self._world)
         if self._what != "ctrl" or engine is None or engine.motors is None or path not in self._names:
             return
@@ -58,13 +58,13 @@ class Actuation:
 
 
 class Sensing:
-    """`mjc:value` of sensors in Fabric: what they measured in the last step, in the units of the model's sensors."""
+    """`mjc:value` of sensors in Fabric: their measurements in the last step, in the units of the model's sensors."""
 
     def __init__(self, world: PlayingWorld, names: Mapping[str, str]) -> None:
         self._world, self._names = world, names
 
     def read(self, path: str) -> Any:
-        """(n,) numbers; None while nothing plays and of what is not a sensor."""
+        """(n,) numbers; None while stopped and for a prim that is not a sensor."""
         engine = _engine(self._world)
         if engine is None or path not in self._names:
             return None
@@ -73,11 +73,11 @@ class Sensing:
         return np.array(engine.data.sensordata[first : first + int(sensor.dim[0])])
 
     def write(self, path: str, value: Any) -> None:
-        """A sensor takes nothing."""
+        """Ignores the value."""
 
 
 def serve(scene: MjcfScene, world: PlayingWorld, phases: Phases) -> None:
-    """Let a world's Fabric and stage be where a scene's actuators and sensors are read and written, until it closes."""
+    """Connects a world's Fabric and stage to a scene's actuators and sensors, until the world closes."""
     model, paths = scene.model, scene.paths
     actuators = {path: model.actuator(number).name for number, path in enumerate(paths.actuators)}
     sensors = {path: model.sensor(number).name for number, path in enumerate(paths.sensors)}
@@ -92,7 +92,7 @@ def serve(scene: MjcfScene, world: PlayingWorld, phases: Phases) -> None:
                     prim = str(path.GetPrimPath())
                     try:
                         control.write(prim, sender.GetAttributeAtPath(path).Get())
-                    except RunError as error:  # USD swallows what is raised here
+                    except RunError as error:  # USD swallows exceptions raised here
                         world.warn("mjcf-bad-control", prim, str(error))
 
         listener = Tf.Notice.Register(Usd.Notice.ObjectsChanged, changed, world.stage)

@@ -1,8 +1,8 @@
-"""An MJCF model with all that it names, read before MuJoCo sees any of it.
+"""Reads an MJCF model with all files that it names, before MuJoCo sees any of them.
 
-Includes are put in their places, every other file that the model names is read, and the names are replaced by names of
-our own: MuJoCo then opens no file by itself. Each element is written on a line of its own, and no two models that
-belong together share a line number, so that the line in one of MuJoCo's messages leads back to a file and a line.
+Includes are inserted, every other file that the model names is read, and its name is replaced by one of ours: MuJoCo
+then opens no file itself. Each element is written on a line of its own, and no two models of one document share a line
+number, so that the line in a message of MuJoCo leads back to a file and a line.
 """
 
 from __future__ import annotations
@@ -31,29 +31,30 @@ _FILES = {
     "texture": ("file", "fileright", "fileleft", "fileup", "filedown", "filefront", "fileback"),
 }
 _SETTLED = ("meshdir", "texturedir", "assetdir", "strippath", "discardvisual", "fusestatic")
-"""Compiler attributes that are left out: the first are applied here; the last two take away what rays should see."""
+"""Compiler attributes that are left out: the first are applied here; the last two would remove what rays should see."""
 
 
 @dataclass
 class Document:
-    """A model ready for MuJoCo: its text, the contents of the files named in it, and where each line is from."""
+    """A model ready for MuJoCo: its text, the contents of its files, and the origin of each line."""
 
     file: Path
     text: str = ""
     assets: dict[str, bytes] = field(default_factory=dict)
     models: dict[str, bytes] = field(default_factory=dict)
-    """Texts of models that this one can attach, by the names that it has for them."""
+    """Texts of models that this one can attach, by their names in it."""
     marks: list[Mark] = field(default_factory=list)
 
     def mark(self, line: int) -> Mark | None:
-        """The place in a file that line `line` (from 1) of one of the texts comes from."""
+        """The place in a file of line `line` (from 1) of one of the texts."""
         return self.marks[line - 1] if 0 < line <= len(self.marks) else None
 
 
 def read_model(file: Path, roots: Sequence[Path]) -> Document:
-    """The model in `file`, all of whose files lie below `roots` (links resolved).
+    """The model in `file`; all of its files must lie below `roots` (links resolved).
 
-    Raises UserError with every problem: files that are missing, outside, too large or no XML; a model too large.
+    Raises UserError with every problem: files that are missing, outside, too large or not XML; a model that is too
+    large.
     """
     reader = _Reader(file, [root.expanduser().resolve() for root in roots])
     document = Document(file)
@@ -66,7 +67,7 @@ def read_model(file: Path, roots: Sequence[Path]) -> Document:
 
 @dataclass
 class _Folders:
-    """Where the assets of one model are."""
+    """The folders of a model's assets."""
 
     model: Path
     mesh: str = ""
@@ -93,7 +94,7 @@ class _Reader:
         self._total = 0
 
     def model(self, file: Path, above: tuple[Path, ...]) -> tuple[str, float, str]:
-        """Text, number of elements and name of a model, which is parsed for one in `above`, the outermost first."""
+        """Text, number of elements and name of a model; `above`: the models being parsed, outermost first."""
         root = parse(file, shown(file))
         if root.tag != "mujoco":
             hint = "this is a URDF; convert it to MJCF" if root.tag == "robot" else "an MJCF model starts with <mujoco>"
@@ -127,7 +128,7 @@ class _Reader:
             if not text:
                 self.problems.append(Problem("include: it names no file", child.mark))
                 continue
-            # As MuJoCo does: below the main file's folder, else below that of the file which includes.
+            # As in MuJoCo: below the main file's folder, else below that of the file which includes.
             path = main / text if (main / text).exists() else folder / text
             if self._refused(path, child, "include", text):
                 continue
@@ -141,7 +142,7 @@ class _Reader:
         parent.children = children
 
     def _submodel(self, element: Element, folders: _Folders, above: tuple[Path, ...]) -> dict[str, int]:
-        """The number of elements of a model that can be attached, by its names."""
+        """The number of elements of an attachable model, by its names."""
         text = element.attributes["file"]
         path = folders.path("model", text)
         if self._refused(path, element, _said(element), text):
@@ -180,7 +181,7 @@ class _Reader:
         element.attributes[attribute] = name
 
     def _refused(self, path: Path, element: Element, what: str, text: str) -> bool:
-        """Notes why a file cannot be read, if it cannot."""
+        """Records why a file cannot be read, if so."""
         try:
             real = path.resolve()
             outside = not any(real.is_relative_to(root) for root in self.roots)
@@ -200,7 +201,7 @@ class _Reader:
         return True
 
     def _name(self, path: Path) -> str:
-        """The name that a file has for MuJoCo."""
+        """The name of a file for MuJoCo."""
         if path not in self._names:
             self._names[path] = f"{len(self._names)}-{path.name}"
         return self._names[path]
@@ -222,7 +223,7 @@ class _Reader:
 
 
 def shown(path: Path) -> str:
-    """A path as messages name it: relative to the working directory where it lies below."""
+    """A path as messages name it: relative to the working directory if it lies below it."""
     try:
         return str(path.relative_to(Path.cwd()))
     except ValueError:

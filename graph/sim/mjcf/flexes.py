@@ -1,4 +1,4 @@
-"""The soft parts that a model brings itself: where their vertices are in any state of the world."""
+"""The soft parts of a model: the positions of their vertices in any state of the world."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 class Flexes:
     """A model's flexes by the path of the mesh that mirrors each, beside the soft prims of the stage.
 
-    Bodies, and nodes inside them, carry the vertices; a second set of MuJoCo's data follows from the coordinates, which
-    the motion never sees. Vertices on bodies that users move are where those are now.
+    Bodies, and nodes inside them, carry the vertices; they are computed with a second set of MuJoCo's data, which does
+    not affect the motion. Vertices on bodies that users move follow the present poses of those bodies.
     """
 
     def __init__(self, physics: MujocoEngine, starts: Mapping[str, tuple[str, Floats]], others: Deformables) -> None:
@@ -35,11 +35,11 @@ class Flexes:
         return (*self._others.paths, *self._starts)
 
     def start_points(self, path: str) -> Floats:
-        """(p, 3) where the points of a prim began, in the world [m]."""
+        """(p, 3) initial positions of a prim's points, in the world [m]."""
         return self._starts[path][1] if path in self._starts else self._others.start_points(path)
 
     def start(self, data: mujoco.MjData) -> None:
-        """Set the velocities that the stage's prims begin with."""
+        """Sets the initial velocities of the stage's prims."""
         self._others.start(data)
 
     def points(self, path: str, coordinates: Floats) -> Floats:

@@ -1,4 +1,4 @@
-"""MuJoCo's view of a model that has been read: specification and compiled model; its errors with their place."""
+"""Loads a model into MuJoCo: specification and compiled model; its errors get their places in the files."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ _KINDS = ("bodies", "joints", "geoms", "sites", "cameras", "actuators", "sensors
 
 
 def load(document: Document, warn: Warn) -> tuple[Any, Any]:
-    """The `MjSpec` and `MjModel` of a document; every element that prims stand for has a name.
+    """The `MjSpec` and `MjModel` of a document; every element with a prim has a name.
 
-    Raises UserError, one line with file and line, for what MuJoCo refuses. Its warnings become `mjcf-model`.
+    Raises UserError, one line with file and line, for models that MuJoCo refuses. Its warnings become `mjcf-model`.
     """
     with warnings.catch_warnings(record=True) as said:
         warnings.simplefilter("always")
@@ -41,11 +41,11 @@ def load(document: Document, warn: Warn) -> tuple[Any, Any]:
 
 
 SHORTEST_STEP = 1e-9
-"""Durations are exact fractions of at most 10^9 parts of a second."""
+"""Durations are exact fractions with a denominator of at most 10^9."""
 
 
 def _check_numbers(document: Document, model: Any) -> None:
-    """MuJoCo takes a time step of 0 and places that are no numbers."""
+    """Checks values that MuJoCo accepts: a time step of 0, and positions that are not finite."""
     step = float(model.opt.timestep)
     if not 0 < step < math.inf:
         raise UserError(f"{shown(document.file)}: option timestep is {step:g}; it must be above 0")
@@ -60,7 +60,7 @@ def _check_numbers(document: Document, model: Any) -> None:
 
 
 def _name_all(spec: Any) -> None:
-    """Give a name to each body, joint and so on that has none: MuJoCo's numbers change when a model grows."""
+    """Names each unnamed body, joint and other element, because MuJoCo's numbers change when a model grows."""
     for kind in _KINDS:
         found = list(getattr(spec, kind))
         taken = {element.name for element in found}
@@ -75,7 +75,7 @@ def _name_all(spec: Any) -> None:
 
 
 def _problem(document: Document, text: str) -> Problem:
-    """One of MuJoCo's messages as one line, at the place in the files that it is about."""
+    """One of MuJoCo's messages as one line, with its place in the files."""
     place: Mark | None = None
     found = _LINE.search(text)
     about = ""
@@ -95,7 +95,7 @@ def _problem(document: Document, text: str) -> Problem:
 
 
 def keyframe_number(model: Any, keyframe: str | int, file: Path) -> int:
-    """Which keyframe a name or number means. Raises UserError where there is none."""
+    """The number of the keyframe with a name or number. Raises UserError for an unknown one."""
     names = [model.key(number).name for number in range(model.nkey)]
     if isinstance(keyframe, int) and not isinstance(keyframe, bool) and 0 <= keyframe < model.nkey:
         return keyframe

@@ -1,4 +1,4 @@
-"""The prims that stand for a model: what sensors see, what graphs name, and where inline prims are put."""
+"""Mirrors a model as prims, which sensors see, graphs name and inline prims are added to."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ SHOWN_GROUPS = 3
 LIBRARY = "/MjcfMeshes"
 _GEOM = mujoco.mjtGeom
 _APERTURE = 20.955
-"""Of USD's cameras, their default [tenths of a unit]; the angle of view is what is the model's."""
+"""The default aperture of USD's cameras [tenths of a unit]; the angle of view is the model's."""
 
 
 def mirror(model: Any, data: Any, paths: Paths, warn: Warn) -> Any:
     """A stage (`Usd.Stage`) in metres, Z up, with a prim for each part of the model, posed as in `data`.
 
-    The prims lie in a layer of their own below the root layer, so that what is authored later stays apart.
+    The prims are in their own layer below the root layer, so that later edits stay separate.
     """
     layer = Sdf.Layer.CreateAnonymous("mjcf.usda")
     with Sdf.ChangeBlock():
@@ -74,7 +74,7 @@ class _Mirror:
         self._actuators_and_sensors()
 
     def _named(self, path: str, type_name: str, name: str, schemas: tuple[str, ...] = ()) -> Any:
-        """A prim for an element; where its name is not the element's, it says which that was."""
+        """A prim for an element; if its name differs from the element's, it stores the latter."""
         spec = self.author.prim(path, type_name, schemas)
         if path.rpartition("/")[2] != name:
             self.author.set(spec, "isaac:nameOverride", "String", name)
@@ -119,7 +119,7 @@ class _Mirror:
             self.author.set(spec, "physics:kinematicEnabled", "Bool", True)
 
     def _carries(self, number: int) -> bool:
-        """Whether joints hang on a body that does not move itself."""
+        """Whether a body without joints carries bodies with joints."""
         moving = self.model.body_weldid[self.model.body_rootid == number]
         return bool((moving != 0).any())
 
@@ -195,7 +195,7 @@ class _Mirror:
         self._look(spec, number)
 
     def _mesh(self, spec: Any, number: int) -> None:
-        """The points of a mesh or height field, shared by all geoms that have it."""
+        """The points of a mesh or height field, shared by all its geoms."""
         model, asset = self.model, int(self.model.geom_dataid[number])
         field = model.geom_type[number] == _GEOM.mjGEOM_HFIELD
         if asset < 0:
@@ -314,5 +314,5 @@ def _x_along(axis: Any) -> Any:
 
 
 def _plain(rgba: Any) -> bool:
-    """Whether a geom's colour is the default, behind which its material's shows."""
+    """Whether a geom has the default colour, so that its material's colour shows."""
     return bool(np.allclose(rgba, (0.5, 0.5, 0.5, 1)))

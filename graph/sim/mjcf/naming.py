@@ -1,4 +1,4 @@
-"""Where each element of a model stands on the stage."""
+"""The prim path of each element of a model."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ ACTUATORS, SENSORS, LOOKS = "Actuators", "Sensors", "Looks"
 
 
 def identifier(name: str) -> str:
-    """A name that a prim may have: letters, digits and _."""
+    """A valid prim name: letters, digits and _."""
     out = re.sub(r"[^A-Za-z0-9_]", "_", name)
     return f"_{out}" if not out or out[0].isdigit() else out
 
 
 @dataclass(frozen=True)
 class Paths:
-    """Prim paths by number in the model; "" for what has no prim of its own (the world body, free joints)."""
+    """Prim paths by number in the model; "" for an element without a prim (the world body, free joints)."""
 
     bodies: tuple[str, ...]
     joints: tuple[str, ...]
@@ -33,14 +33,14 @@ class Paths:
     flexes: tuple[str, ...]
     scene: str
     points: frozenset[int]
-    """Bodies that are only the points of something soft; they have no prims."""
+    """Bodies that are only points of a soft part; they have no prims."""
 
 
 def prim_paths(model: Any) -> Paths:
-    """Bodies lie side by side below /World, whatever hangs on them below them, what hangs on the world below /World.
+    """Paths: bodies are siblings below /World, their elements below them, elements of the world below /World.
 
-    Names are those of the model as far as prims may have them. Where two elements want one name, bodies come before
-    joints, geoms, sites and cameras in this order; a later one gets _1, _2 ... behind its name.
+    Names are those of the model as far as they are valid for prims. If two elements have one name, bodies come before
+    joints, geoms, sites and cameras in this order; a later one gets _1, _2 ... at the end.
     """
     taken: set[str] = {ROOT}
 

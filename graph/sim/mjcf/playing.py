@@ -1,4 +1,4 @@
-"""The physics of a scene that is an MJCF model: the model as it is, or with inline prims added to it."""
+"""The physics of an MJCF scene: the model unchanged, or with inline prims added to it."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _FRESH = ("geom", "joint", "equality", "mesh", "actuator", "flex")
 _NOT_OF_DEFAULTS = frozenset(
     ("alt", "classname", "compiler", "frame", "id", "info", "name", "parent", "plugin", "signature", "userdata")
 )
-"""Attributes that belong to an element in a tree; to read some of them from a default ends the process."""
+"""Attributes of an element in a tree, not of a default; reading some of them from a default ends the process."""
 _NUMBERS = (bool, int, float, np.ndarray)
 
 
@@ -35,9 +35,9 @@ def compile_scene(
     warn: Warn,
     volumes: dict[Shape, Volume] | None = None,
 ) -> Compiled:
-    """The model of a scene with time step `dt` [s] and what `world` adds to it.
+    """The model of a scene with time step `dt` [s] and the additions of `world`.
 
-    options: None of one keeps the model's own. volumes: see `measured`.
+    options: None keeps the model's own. volumes: see `measured`.
     """
     given = {body.path: body for body in world.given}
     bodies = tuple(given.get(body.path, body) for body in scene.bodies())
@@ -56,7 +56,7 @@ def compile_scene(
 
 
 def _place_roots(scene: MjcfScene, model: Any) -> None:
-    """Put bodies that users have placed there for good; all that MuJoCo derived from their places is derived anew."""
+    """Moves bodies to the places that users gave them, and derives again what MuJoCo derived from their places."""
     if not scene.moved:
         return
     for number, pose in scene.moved.items():
@@ -71,8 +71,11 @@ def _place_roots(scene: MjcfScene, model: Any) -> None:
 
 
 def _grown(scene: MjcfScene) -> Any:
-    """A copy of the specification to add to: masses as compiled, so that what is added does not change them, and the
-    defaults of the model gone, so that they do not change what is added."""
+    """A copy of the specification to add to.
+
+    Masses are as compiled, so that additions do not change them; the model's defaults are removed, so that they do not
+    change additions.
+    """
     spec, model = scene.spec.copy(), scene.model
     while spec.keys:
         spec.delete(spec.keys[0])

@@ -1,4 +1,4 @@
-"""An MJCF model as the scene of an App: its stage, and the physics that is played of it."""
+"""An MJCF model as the scene of an App: its stage and its physics."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ from .loading import keyframe_number, load
 from .naming import ROOT, Paths, flex_name, prim_paths
 
 MOVED = 1e-9
-"""How far a prim must be from where the model has it [m or rad] to count as placed by the user."""
+"""The least difference between a prim's pose and the model's [m or rad] to count as moved by the user."""
 IGNORED = ("rigid_body", "mass", "density", "collision")
-"""Keys of inline prims that change nothing where the model already says what is simulated."""
+"""Keys of inline prims that have no effect on prims of the model, which defines the simulation itself."""
 
 
 class MjcfScene:
@@ -40,7 +40,7 @@ class MjcfScene:
         self.key = None if keyframe is None else keyframe_number(self.model, keyframe, document.file)
         self.paths: Paths = prim_paths(self.model)
         self.moved: dict[int, Floats] = {}
-        """Where users have put bodies that hang on the world: rigid poses (4, 4) by number; see `settle`."""
+        """Poses that users gave to bodies attached to the world: rigid (4, 4) by number; see `settle`."""
         self._last: dict[int, Floats] = {}
         self.listeners: list[Any] = []
         """Callbacks that USD itself holds only weakly."""
@@ -49,7 +49,7 @@ class MjcfScene:
             mujoco.mj_resetDataKeyframe(self.model, data, self.key)
         mujoco.mj_forward(self.model, data)
         self.flexes = {path: (flex_name(self.model, n), _vertices(self.model, data, n)) for n, path in self._meshes()}
-        """Soft parts by their prims: name in the model, vertices (n, 3) [m] where the scene starts."""
+        """Soft parts by their prims: name in the model, initial vertices (n, 3) [m]."""
         self.stage = mirror(self.model, data, self.paths, warn)
         self._home = transforms.pose_matrices(data.xpos, data.xquat)
         self.parts = frozenset(path for group in self._groups() for path in group if path)
@@ -65,7 +65,7 @@ class MjcfScene:
 
     @property
     def physics_rate(self) -> Fraction:
-        """Steps per second that the model's time step stands for [Hz], exact."""
+        """Steps per second of the model's time step [Hz], exact."""
         return 1 / exact.duration(float(self.model.opt.timestep))
 
     @property
@@ -74,10 +74,10 @@ class MjcfScene:
         return bool(self.model.nv)
 
     def start(self, model: Any, data: Any) -> None:
-        """Put data of this model, or of one that has grown from it, into the state that the scene starts in.
+        """Puts data of this model, or of a grown copy, into the initial state of the scene.
 
-        That is the chosen keyframe, else the reference pose, with the bodies that users have placed where they are, and
-        with the controls that the stage says.
+        The initial state is the chosen keyframe, else the reference pose, with the bodies that users have moved in
+        their places, and with the controls of the stage.
         """
         source = mujoco.MjData(self.model)
         if self.key is not None:
@@ -99,13 +99,13 @@ class MjcfScene:
             data.ctrl[first : first + count] = np.asarray(control, dtype=np.float64)
 
     def roots(self) -> list[int]:
-        """The model's numbers of the bodies that hang on the world."""
+        """The numbers of the bodies that are attached to the world."""
         return [number for number in range(1, self.model.nbody) if self.model.body_parentid[number] == 0]
 
     def settle(self, warn: Warn) -> None:
-        """Follow what users have placed: with a body that hangs on the world go all bodies that hang on it.
+        """Takes over the poses that users gave to prims: a body attached to the world takes its descendants with it.
 
-        What hangs on joints cannot be placed: it is put back, with the warning `mjcf-body-held`.
+        A body behind a joint cannot be moved: it is put back, with the warning `mjcf-body-held`.
         """
         model, moved = self.model, self.moved
         moved.clear()
@@ -153,7 +153,7 @@ class MjcfScene:
             set_transform(prim, translate=pose[:3, 3].tolist(), orient=transforms.quaternion(pose[:3, :3]).tolist())
 
     def bodies(self) -> tuple[Body, ...]:
-        """The model's bodies in its order, as they start."""
+        """The model's bodies in its order, in their initial poses."""
         model, poses = self.model, self.moved
         out = []
         for number in range(1, model.nbody):
@@ -166,7 +166,10 @@ class MjcfScene:
         return tuple(out)
 
     def joints(self) -> tuple[Joint, ...]:
-        """The model's joints but free ones, and a fixed one for each body without, so that a mechanism is connected."""
+        """The model's joints except free ones.
+
+        A body without a joint gets a fixed one, so that a mechanism is connected.
+        """
         from .mirror import joint_frames
 
         model, paths = self.model, self.paths
@@ -196,7 +199,7 @@ class MjcfScene:
         return tuple(out)
 
     def overridden(self, prims: Mapping[str, Mapping[str, Any]], warn: Warn) -> None:
-        """Tell which keys of inline prims change nothing since the model says them (`mjcf-key-ignored`)."""
+        """Warns of keys of inline prims that have no effect, because the model defines them (`mjcf-key-ignored`)."""
         for path, keys in prims.items():
             wrong = [key for key in IGNORED if key in keys] if path in self.parts else []
             if wrong:
@@ -211,7 +214,7 @@ def open_mjcf(
 ) -> MjcfScene:
     """The scene of an MJCF file; only files below `allow_roots` (default: its own folder) are read.
 
-    keyframe: name or number of the one to start in. Raises UserError, one line a problem with file and line.
+    keyframe: name or number of the initial keyframe. Raises UserError, one line for each problem with file and line.
     """
     file = Path(path).expanduser().absolute()
     if not file.is_file():
@@ -221,7 +224,7 @@ def open_mjcf(
 
 
 def carry_state(model: Any, data: Any, to: Any, target: Any) -> None:
-    """Give the state of a model to one that has grown from it, part by part by name."""
+    """Copies the state of a model to a grown copy of it, part by part by name."""
     for number in range(model.njnt):
         there = to.joint(model.joint(number).name).id
         for field, address in (("qpos", "jnt_qposadr"), ("qvel", "jnt_dofadr")):

@@ -1,8 +1,7 @@
-"""The text of an MJCF file as a tree of elements that know where they stand.
+"""Parses the text of an MJCF file to a tree of elements with file positions.
 
-A model may come from a stranger: the file is read here first, with the standard library's parser and without
-declarations, and MuJoCo gets what comes of it. Like MuJoCo, and unlike XML, it lets `--` and anything else pass in
-comments.
+A model may be untrusted: the file is read here first, with the standard library's parser and without declarations, and
+MuJoCo gets the result. Like MuJoCo, and unlike XML, it accepts `--` and anything else in comments.
 """
 
 from __future__ import annotations
@@ -17,7 +16,7 @@ from graph.base.errors import Mark, Problem, UserError
 MAX_TEXT = 64 * 2**20
 """Bytes of one XML file."""
 MAX_DEPTH = 256
-"""Elements that may be open at once."""
+"""Most elements that may be open at once."""
 
 _COMMENT = re.compile(rb"<!--.*?-->", re.DOTALL)
 _HEAD = re.compile(rb"\A(?:\xef\xbb\xbf)?\s*(?:<\?xml[^>]*\?>)?")
@@ -34,12 +33,12 @@ class Element:
     children: list[Element] = field(default_factory=list)
 
     def get(self, name: str) -> str | None:
-        """An attribute, if it is there and not empty."""
+        """An attribute's value, if it exists and is not empty."""
         return self.attributes.get(name) or None
 
 
 def parse(file: Path, name: str) -> Element:
-    """The root element of a file, called `name` in messages. Raises UserError, with the place, for what is not XML."""
+    """The root element of a file, called `name` in messages. Raises UserError, with the place, if it is not XML."""
     try:
         data = file.read_bytes() if file.stat().st_size <= MAX_TEXT else None
     except OSError as error:

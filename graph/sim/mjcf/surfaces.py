@@ -1,4 +1,4 @@
-"""Surfaces that MuJoCo has and USD has not: height fields, and its meshes, as points and triangles."""
+"""Surfaces that only MuJoCo has (height fields, and its meshes) as points and triangles."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from graph.sim.transforms import Floats
 
 
 def mesh(model: Any, number: int) -> tuple[Floats, Triangles]:
-    """Vertices (n, 3) [m] and triangles (m, 3) of a mesh of the model, in the frame that its geoms are placed in."""
+    """Vertices (n, 3) [m] and triangles (m, 3) of a mesh of the model, in the frame of its geoms."""
     first, count = model.mesh_vertadr[number], model.mesh_vertnum[number]
     face, faces = model.mesh_faceadr[number], model.mesh_facenum[number]
     triangles: Triangles = model.mesh_face[face : face + faces].astype(np.uint32)
@@ -33,7 +33,7 @@ def height_field(model: Any, number: int) -> tuple[Floats, Triangles]:
     a, b, c, d = (part.ravel() for part in (grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1]))
     upper = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
 
-    # Once around the edge, seen from above against the clock, so that the sides face out.
+    # Once around the edge, counter-clockwise seen from above, so that the sides face out.
     edge = np.concatenate([grid[0, :-1], grid[:-1, -1], grid[-1, :0:-1], grid[:0:-1, 0]])
     below = top[edge].copy()
     below[:, 2] = -depth
@@ -48,7 +48,10 @@ def height_field(model: Any, number: int) -> tuple[Floats, Triangles]:
 
 
 def flex(model: Any, number: int) -> Triangles | None:
-    """The triangles (m, 3) of a cloth's faces or of a solid's skin, by vertex of the flex; None for a thread."""
+    """The triangles (m, 3) of a cloth's faces or of a solid's skin, by vertex of the flex.
+
+    None for a one-dimensional flex.
+    """
     if model.flex_dim[number] == 2:
         first, count = model.flex_elemdataadr[number], model.flex_elemnum[number]
         found: Triangles = model.flex_elem[first : first + 3 * count].reshape(-1, 3).astype(np.uint32)
