@@ -14,6 +14,7 @@ from .arguments import add_allow, add_skip_outside
 from .printing import counted, note_line, problem_line, say, say_json, tell
 
 if TYPE_CHECKING:
+    from graph.session.open import Parts
     from graph.spec.file_spec import FileSpec, Note
 
 
@@ -120,9 +121,22 @@ def check(
         try:
             with reading(file):
                 notes += tuple(survey(parts.stage, mirrors=parts.mjcf is not None))
+                notes += tuple(_traps(parts, allow))
         except UserError as error:
             problems = tuple(error.problems)
-    return Checked(file, parts.spec, problems, notes)
+    return Checked(file, parts.spec, problems, tuple(dict.fromkeys(notes)))
+
+
+def _traps(parts: Parts, allow: Sequence[Path]) -> list[Note]:
+    from graph.session.open import start
+
+    from .load_traps import load_traps
+    from .safe_log import quiet_warnings
+
+    with quiet_warnings():
+        session = start(parts, allow)
+        with session.app:
+            return load_traps(session)
 
 
 def _check_tests(file: str, allow: Sequence[Path]) -> Checked:

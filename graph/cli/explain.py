@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import argparse
-import logging
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -35,8 +33,9 @@ def run(args: argparse.Namespace) -> int:
     from graph.session.open import open_session
 
     from .explanation import explain
+    from .safe_log import quiet_warnings
 
-    with _without_warnings():
+    with quiet_warnings():
         session = open_session(
             args.file,
             allow=args.allow,
@@ -53,17 +52,6 @@ def run(args: argparse.Namespace) -> int:
         for line in as_text(told):
             say(line)
     return 0
-
-
-@contextmanager
-def _without_warnings() -> Iterator[None]:
-    """Keeps warnings out of the log, because they are shown as traps."""
-    log = logging.getLogger("tickgraph.warnings")
-    before, log.disabled = log.disabled, True
-    try:
-        yield
-    finally:
-        log.disabled = before
 
 
 def exact(number: Fraction) -> int | str:

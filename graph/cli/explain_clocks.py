@@ -9,8 +9,11 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from graph.session.open import Session
     from graph.sim import App
 
+DEFAULT_DURATION_S = 5
+"""Of a run whose file says none."""
 MOST_PLANNED_UPDATES = 100_000
 """Most updates that are counted one by one; a longer run is described by its first ones."""
 
@@ -30,6 +33,17 @@ class Step:
     due: int
     physics_time: Fraction
     external_time: Fraction
+
+
+def duration_of(session: Session) -> Fraction:
+    """How long `graph run` plays a file [s]."""
+    duration = session.spec.duration
+    return Fraction(DEFAULT_DURATION_S) if duration is None else duration
+
+
+def updates_of(session: Session) -> int:
+    """How many updates `graph run` does of a file."""
+    return math.ceil(duration_of(session) * session.app.loop_rate)
 
 
 def loop_dt(app: App) -> Fraction:

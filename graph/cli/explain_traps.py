@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from graph.session.graph_checks import idle_nodes
 from graph.session.link_checks import link_notes, nobody_consumes
 
+from .explain_topics import planned_topics
 from .idle_parts import latent_retriggered, product_not_made
 from .missed_ticks import missed_ticks
 
 if TYPE_CHECKING:
+    from graph.evaluate import Node
     from graph.session.graph_links import Links
+    from graph.session.open import Session
     from graph.sim import App
 
     from .explain_clocks import Step
@@ -23,11 +27,13 @@ Trap = tuple[str, str, str]
 
 
 def find_traps(
-    app: App, links: Links, seen: Observed, sensors: Sequence[Mapping[str, Any]], steps: Sequence[Step]
+    session: Session, links: Links, seen: Observed, sensors: Sequence[Mapping[str, Any]], steps: Sequence[Step]
 ) -> list[Trap]:
     """All traps, those of clocks first, and the App's own warnings."""
+    app = session.app
     found = [
         *clock_traps(app, steps),
+        *wiring_traps(session),
         *_sensor_traps(app, sensors, seen),
         *link_notes(links),
         *_latent_traps(seen),
@@ -35,6 +41,42 @@ def find_traps(
     ]
     found += [(one.code, one.where, one.message) for one in app.warnings]
     return list(dict.fromkeys(found))
+
+
+def wiring_traps(session: Session) -> Iterator[Trap]:
+    """What the nodes of a session miss, and what they do to each other's topics."""
+    for graph in session.runner.graphs.values():
+        yield from idle_nodes(graph)
+    yield from _unset_inputs(node for graph in session.runner.graphs.values() for node in graph.nodes.values())
+    yield from _mixed_topics(session)
+
+
+def _unset_inputs(nodes: Iterable[Node]) -> Iterator[Trap]:
+    """Inputs that a type cannot do without (`NodeType.needs`) and that nothing gives a value."""
+    for node in nodes:
+        if "enabled" in node.type.inputs and node.get("enabled") is False:
+            continue
+        for group in node.type.needs:
+            if not any(node.connected(name) or _has_value(node.get(name)) for name in group):
+                others = f" (or {' or '.join(group[1:])})" if len(group) > 1 else ""
+                yield (
+                    "input-not-set",
+                    f"{node.path}.inputs:{group[0]}",
+                    f"{node.type.short_name} does nothing without it{others}; give it a value or connect it",
+                )
+
+
+def _mixed_topics(session: Session) -> Iterator[Trap]:
+    """Topics on which nodes publish messages of two types: the second one ends the run."""
+    for name, publishers in planned_topics(session).items():
+        types = {kind: path for path, kind in reversed([*publishers.items()]) if kind}
+        if len(types) > 1:
+            sends = ", but ".join(f"{path} sends {kind}" for kind, path in reversed([*types.items()]))
+            yield "topic-of-two-types", name, f"{sends}; rename one of the two topics"
+
+
+def _has_value(value: Any) -> bool:
+    return bool(len(value) if hasattr(value, "__len__") else value)
 
 
 def clock_traps(app: App, steps: Sequence[Step]) -> Iterator[Trap]:

@@ -1,9 +1,11 @@
-"""What libraries and our own modules log, as printable lines on stderr."""
+"""What libraries and our own modules log: printable lines on stderr, or nothing."""
 
 from __future__ import annotations
 
 import logging
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 from .printing import safe_line
 
@@ -26,3 +28,14 @@ def safe_log(debug: bool = False) -> None:
         logging.lastResort.setFormatter(SafeFormatter())
     if not debug:
         warnings.simplefilter("ignore")
+
+
+@contextmanager
+def quiet_warnings() -> Iterator[None]:
+    """Keeps warnings out of the log: the command tells them in its own way."""
+    log = logging.getLogger("tickgraph.warnings")
+    before, log.disabled = log.disabled, True
+    try:
+        yield
+    finally:
+        log.disabled = before

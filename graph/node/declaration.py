@@ -25,13 +25,13 @@ class _Unset:
 UNSET: Any = _Unset()
 """No default is declared: the type's zero is used, and an open type must be connected or given a value."""
 
-Role = Literal["", "topic", "stamp", "sensor", "product", "command", "timeline time", "loop time"]
+Role = Literal["", "topic", "stamp", "frame", "sensor", "product", "command", "timeline time", "loop time"]
 """What an attribute means to the scheduler, the checks and the reports, none of which knows a node type by name.
 
-Inputs: "topic": the topic that the node publishes on; "stamp": the time [s] in its messages' headers; "sensor": the
-prims that it renders; "product": the path of a render product: in a post-render graph, each new frame of it triggers
-the node's first unconnected execution input; "command": what a controller is to do, which a stop clears in the
-profile isaacsim-6.0.1.
+Inputs: "topic": the topic that the node publishes on; "stamp": the time [s] in its messages' headers; "frame": a
+coordinate frame that its messages name; "sensor": the prims that it renders; "product": the path of a render product:
+in a post-render graph, each new frame of it triggers the node's first unconnected execution input; "command": what a
+controller is to do, which a stop clears in the profile isaacsim-6.0.1.
 
 Outputs: "product": the path of the render product that the node creates; "timeline time", "loop time": a clock other
 than the one that sensor stamps use.
@@ -45,6 +45,7 @@ Resolve = Callable[["KnownTypes"], Mapping[str, Any]]
 Specialize = Callable[["Database"], "Compute | None"]
 Hook = Callable[["Database"], None]
 Check = Callable[["NodeAtLoad"], Iterable[tuple[str, str]]]
+MessageType = Callable[["Database"], str]
 
 
 @dataclass(frozen=True)
@@ -122,7 +123,10 @@ class NodeType:
     its work is to run code from the graph file, which needs the user's permission (`Context.scripts`). check: called
     with `NodeAtLoad` when a graph file is opened; gives (input name or "", message) for each mistake in the node's
     values and connections. latent: it may sleep, and ignores triggers meanwhile. volatile: it reads more than its
-    inputs (time, the world, variables), so a dirty_push graph always computes it.
+    inputs (time, the world, variables), so a dirty_push graph always computes it. needs: groups of inputs; of each
+    group, at least one must be connected or have a value that is neither zero nor empty. message_type: called with db:
+    the type of the messages on its topics with the present inputs, "" if they name none; without it, the `type_name`
+    of its memory counts.
 
     phase: an event that comes with a phase of the App: on-demand graphs that contain it are evaluated in that phase; an
     event of the phase `CLOSING` computes only then, in graphs of every stage. dynamic_inputs, dynamic_outputs:
@@ -152,6 +156,8 @@ class NodeType:
     runs_code: bool = False
     check: Check | None = None
     latent: bool = False
+    needs: tuple[tuple[str, ...], ...] = ()
+    message_type: MessageType | None = None
 
     def __post_init__(self) -> None:
         for kind in ("inputs", "outputs", "state", "dynamic_inputs", "dynamic_outputs"):
@@ -163,6 +169,8 @@ class NodeType:
                     _ = attribute.parsed, attribute.default is UNSET or attribute.initial
                 except ValueError as error:
                     raise ValueError(f"{self.id} ({self.origin}): {kind} {name}: {error}") from None
+        for name in (name for group in self.needs for name in group if name not in self.inputs):
+            raise ValueError(f'{self.id} ({self.origin}): needs: there is no input "{name}"')
 
     def __repr__(self) -> str:
         return f"<node type {self.id}>"

@@ -19,10 +19,10 @@ from __future__ import annotations
 
 import inspect
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeVar
 
-from .declaration import Attribute, Check, Compute, Hook, NodeType, Resolve, Specialize
+from .declaration import Attribute, Check, Compute, Hook, MessageType, NodeType, Resolve, Specialize
 from .registry import DEFAULT, Registry
 
 ComputeFunction = TypeVar("ComputeFunction", bound=Compute)
@@ -45,6 +45,8 @@ def node_type(
     runs_code: bool = False,
     check: Check | None = None,
     latent: bool = False,
+    needs: Sequence[Sequence[str]] = (),
+    message_type: MessageType | None = None,
     volatile: bool = False,
     dynamic_inputs: Mapping[str, Attribute] | None = None,
     dynamic_outputs: Mapping[str, Attribute] | None = None,
@@ -81,6 +83,8 @@ def node_type(
                 runs_code,
                 check,
                 latent,
+                tuple(map(tuple, needs)),
+                message_type,
             )
         )
         return compute

@@ -26,11 +26,12 @@ SHOWN = 12
 
 
 def graph_notes(graphs: Iterable[Graph]) -> Iterator[Note]:
-    """Warnings: graphs that nothing evaluates, cycles of execution wires that never end, and those of `link_notes`."""
+    """Warnings: graphs that nothing evaluates, empty frames, cycles of execution wires that never end, `link_notes`."""
     graphs = list(graphs)
     for graph in graphs:
         if why := _never_runs(graph):
             yield "graph-never-runs", str(graph.mark or graph.path), f"graph {graph.path} never runs: {why}"
+        yield from _empty_frames(graph)
         if graph.evaluator == "execution":
             yield from _execution_cycles(graph)
     if sum(len(graph.nodes) for graph in graphs) <= MOST_LINKED_NODES:
@@ -51,6 +52,32 @@ def _never_runs(graph: Graph) -> str:
             return ""
         return "no node of it is started by a frame; leave the execution input of a node with a render product open"
     return "it has no event node; add one, such as OnPlaybackTick"
+
+
+def idle_nodes(graph: Graph) -> Iterator[Note]:
+    """A warning for each node that waits for execution and that no connection brings any; tests and scripts may."""
+    if graph.evaluator != "execution" or _never_runs(graph):
+        return
+    by_frames = {node for node, *_ in frame_entries(graph)} if graph.pipeline_stage == "post_render" else set()
+    for node in graph.nodes.values():
+        entries = [name for name, attribute in node.type.inputs.items() if attribute.is_execution]
+        if not entries or node.type.event is not None or node in by_frames:
+            continue
+        if not any(node.connected(name) for name in entries):
+            what = f"nothing is connected to its {' or '.join(entries[:3])}"
+            yield "node-never-runs", str(node.mark or node.path), f"node {node.path} never runs: {what}"
+
+
+def _empty_frames(graph: Graph) -> Iterator[Note]:
+    """Publishers whose messages would name no coordinate frame, though their type has a default one."""
+    for node in graph.nodes.values():
+        for name in node.type.inputs_as("frame"):
+            if node.type.inputs[name].initial and not node.connected(name) and not node.get(name):
+                yield (
+                    "frame-empty",
+                    f"{node.path}.inputs:{name}",
+                    "it is empty, so that TF cannot place the messages; name a frame",
+                )
 
 
 def _execution_cycles(graph: Graph) -> Iterator[Note]:

@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from graph.base.errors import Mark, Problem, UserError
+from graph.base.exact import shortest
 from graph.base.gc_pause import collector_paused
-from graph.spec.file_spec import FileSpec
+from graph.spec.file_spec import FileSpec, Note
 
 from .graph_checks import graph_notes
 from .overrides import override_inputs
@@ -18,6 +19,7 @@ from .stage import (
     build_stage,
     missing_targets,
     prims_for_products,
+    sensors_in_solids,
     stage_problems,
     type_problems,
     unrenderable_cameras,
@@ -81,7 +83,7 @@ def build_parts(
     from graph.files import examine
     from graph.node.registry import DEFAULT
 
-    from .partial_compile import compile_file
+    from .partial_compile import compile_file, compile_rest
 
     folders = [Path(folder) for folder in allow]
     spec: FileSpec | None
@@ -93,6 +95,7 @@ def build_parts(
         spec, problems = examined.spec, list(examined.problems)
     graphs: list[Graph] = []
     stage = mjcf = None
+    flaws: list[Problem] = []
     warnings: list[tuple[str, str, str]] = []
 
     def warn(code: str, where: str, message: str) -> None:
@@ -109,23 +112,29 @@ def build_parts(
                 settings={**spec.settings, **(settings or {})},
                 fidelity={**spec.fidelity, **(fidelity or {})},
             )
+        try:
             graphs, spec = compile_file(spec, registry or DEFAULT, skip_unknown=skip_unknown)
+        except UserError as error:
+            problems += error.problems
+            graphs = compile_rest(spec, registry or DEFAULT)
         with _collecting(problems), reading(scene):
-            stage, mjcf = build_stage(spec, folders, warn, skip_outside=skip_outside)
+            stage, mjcf, flaws = build_stage(spec, folders, warn, skip_outside=skip_outside)
+            problems += flaws
         problems += option_problems(spec)
     if spec is not None and stage is not None:
         with _collecting(problems), reading(scene):
-            problems += stage_problems(stage, spec)
+            problems += () if flaws else stage_problems(stage, spec)
             scene_lost = any(one.message.startswith(("scene.usd:", "scene.mjcf:")) for one in problems)
-            missing = [] if scene_lost else missing_targets(stage, spec, graphs)
+            missing = [] if scene_lost else missing_targets(stage, spec, graphs, flawed=bool(flaws))
             if spec.lenient:
                 warnings += [("prim-missing", str(one.mark), one.message) for one in missing]
             else:
                 problems += [*missing, *unrenderable_cameras(stage, spec, graphs)]
-                problems += [*prims_for_products(stage, spec, graphs), *type_problems(stage, spec, graphs)]
+                problems += prims_for_products(stage, spec, graphs)
+                problems += () if flaws else type_problems(stage, spec, graphs)
     warnings[:0] = spec.notes if spec else ()
-    if not problems:
-        warnings += graph_notes(graphs)
+    if not problems and spec is not None and stage is not None:
+        warnings += [*_clock_notes(spec), *graph_notes(graphs), *sensors_in_solids(stage, graphs)]
     return Parts(spec, graphs, stage, sorted(dict.fromkeys(problems), key=_place), [*dict.fromkeys(warnings)], mjcf)
 
 
@@ -152,11 +161,6 @@ def open_session(
     with every problem found.
     """
     from graph.evaluate.script_permission import script_problems
-    from graph.sim import App
-    from graph.sim.damage import reading
-    from graph.sim.timing.wall_clock import RealClock
-
-    from .runner import GraphRunner
 
     folders = [Path(folder) for folder in allow]
     parts = build_parts(
@@ -173,7 +177,29 @@ def open_session(
     if parts.spec is None or parts.problems or (refused and not parts.spec.lenient):
         found = [*parts.problems, *([] if parts.spec and parts.spec.lenient else refused)]
         raise UserError(sorted(found, key=_place))
+    return start(parts, folders, seed=seed, realtime=realtime, on_error=on_error, allow_scripts=allow_scripts)
+
+
+def start(
+    parts: Parts,
+    folders: Sequence[Path] = (),
+    *,
+    seed: int = 0,
+    realtime: bool = False,
+    on_error: OnError | None = None,
+    allow_scripts: bool = False,
+) -> Session:
+    """The App over parts without problems, with their graphs bound to it; options as in `open_session`."""
+    from graph.evaluate.script_permission import script_problems
+    from graph.sim import App
+    from graph.sim.damage import reading
+    from graph.sim.timing.wall_clock import RealClock
+
+    from .runner import GraphRunner
+
+    refused = [] if allow_scripts else script_problems(parts.graphs)
     spec = parts.spec
+    assert spec is not None
     with reading(str(spec.scene.usd or spec.path)):
         app = App(
             parts.stage,
@@ -229,6 +255,15 @@ def option_problems(spec: FileSpec) -> list[Problem]:
         refuse_unavailable(clock.experience, clock.parity, Fidelity())
         clock_rates(clock.physics_hz, clock.loop_hz, clock.experience, None, None)
     return problems
+
+
+def _clock_notes(spec: FileSpec) -> Iterator[Note]:
+    """Rates so low that they must be time steps."""
+    clock = spec.clock
+    for name, rate in (("physics_hz", clock.physics_hz), ("loop_hz", clock.loop_hz)):
+        if rate is not None and 0 < rate < 1:
+            message = f"{name} {shortest(rate)} is one in {shortest(1 / rate)} s; it is a rate: for a time step of"
+            yield "rate-below-1", str(clock.mark), f"{message} {shortest(rate)} s write {shortest(1 / rate)}"
 
 
 @contextmanager

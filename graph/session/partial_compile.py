@@ -40,6 +40,15 @@ def compile_file(
     return compile_graphs(spec.graphs, registry), spec
 
 
+def compile_rest(spec: FileSpec, registry: Registry = DEFAULT) -> list[Graph]:
+    """What can be compiled of a file with mistakes, so that its other mistakes are found as well; [] if nothing can."""
+    tolerant = replace(spec, graphs=tuple(replace(graph, saved=True) for graph in spec.graphs))
+    try:
+        return compile_file(tolerant, registry, skip_unknown=True)[0]
+    except UserError:
+        return []
+
+
 def without_unknown_types(spec: FileSpec, registry: Registry = DEFAULT) -> FileSpec:
     """The file without nodes of unregistered types; one note for each type says how many there were."""
     lost: dict[str, list[tuple[GraphSpec, NodeSpec]]] = {}

@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from graph.base.errors import Mark, Problem, UserError
+from graph.base.suggest import closest
 from graph.node.at_load import NodeAtLoad
 from graph.node.context import Warn
-from graph.spec.file_spec import FileSpec, NodeSpec
+from graph.spec.file_spec import FileSpec, NodeSpec, Note
 
 if TYPE_CHECKING:
     from pxr import Usd
@@ -22,10 +23,10 @@ GRAPH_PRIMS = ("", "Scope", "Xform", "OmniGraph", "ComputeGraph")
 
 def build_stage(
     spec: FileSpec, allow: Sequence[Path], warn: Warn, *, skip_outside: bool = False
-) -> tuple[Usd.Stage, Any]:
-    """The file's scene with its inline prims authored on top, and the MJCF model (`MjcfScene`) that it mirrors, if any.
+) -> tuple[Usd.Stage, Any, list[Problem]]:
+    """The file's scene with its inline prims authored on top; the MJCF model (`MjcfScene`) that it mirrors, if any.
 
-    Raises UserError with every problem found.
+    Last, what is wrong with the inline prims. Raises UserError where there is no scene to author them on.
     """
     from graph.sim.scene.prims import author_prims
     from graph.sim.scene.stage import add_scene, meters_per_unit, open_stage, up_axis
@@ -53,20 +54,23 @@ def build_stage(
     def where(path: str, key: str | None = None) -> Mark | None:
         return scene.prim_marks.get((path, key) if key else (path,)) or scene.prim_marks.get((path,))
 
-    author_prims(
-        stage,
-        scene.prims,
-        where,
-        sensor_config=author_config,
-        sensor_types=sensor_types(),
-        allow_roots=roots,
-        folder=spec.folder,
-        warn=warn,
-    )
+    try:
+        author_prims(
+            stage,
+            scene.prims,
+            where,
+            sensor_config=author_config,
+            sensor_types=sensor_types(),
+            allow_roots=roots,
+            folder=spec.folder,
+            warn=warn,
+        )
+    except UserError as error:
+        return stage, mjcf, list(error.problems)
     if mjcf is not None:
         mjcf.overridden(scene.prims, warn)
         mjcf.settle(warn)
-    return stage, mjcf
+    return stage, mjcf, []
 
 
 def stage_problems(stage: Usd.Stage, spec: FileSpec) -> Iterator[Problem]:
@@ -92,10 +96,13 @@ def taken_paths(stage: Usd.Stage, spec: FileSpec) -> list[Problem]:
     return problems
 
 
-def missing_targets(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Graph]) -> list[Problem]:
+def missing_targets(
+    stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Graph], *, flawed: bool = False
+) -> list[Problem]:
     """A line for each `target` input of a node whose prim is not on the stage.
 
-    Graphs and render products are excluded: they are created when the file runs.
+    Graphs and render products are excluded: they are created when the file runs. flawed: an inline prim of the file is
+    wrong, so that it, or one below it, may be missing for that reason.
     """
     from graph.sim.scene.prim_paths import is_prim_path
 
@@ -106,13 +113,33 @@ def missing_targets(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Graph]) -
             for target in node.get(name) or ():
                 if not is_prim_path(target):
                     wrong = f"{target} is not a path of a prim; write / and names of letters, digits and _"
-                elif target in graph_paths or target.startswith("/Render/") or stage.GetPrimAtPath(target):
+                elif (
+                    target in graph_paths
+                    or target.startswith("/Render/")
+                    or stage.GetPrimAtPath(target)
+                    or (flawed and any(f"{target}/".startswith(f"{path}/") for path in spec.scene.prims))
+                ):
                     continue
                 else:
-                    wrong = f"there is no prim {target} on the stage; correct the path."
+                    wrong = f"there is no prim {target} on the stage{_near_prim(stage, target)}"
                 message = f"{node.path}.inputs:{name}: {wrong}"
                 problems.append(Problem(message, author.input_marks.get(name, author.mark)))
     return problems
+
+
+def _near_prim(stage: Usd.Stage, path: str) -> str:
+    """A suggestion for the path of a missing prim: its first missing name is compared with those that are there."""
+    parent = stage.GetPseudoRoot()
+    for name in path.strip("/").split("/"):
+        child = parent.GetChild(name)
+        if not child:
+            near = closest(name, (one.GetName() for one in parent.GetChildren()))
+            if near is None:
+                break
+            wrong, right = (str(parent.GetPath().AppendChild(one)) for one in (name, near))
+            return f'; did you mean "{path.replace(wrong, right, 1)}"?'
+        parent = child
+    return "; correct the path"
 
 
 def unrenderable_cameras(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Graph]) -> list[Problem]:
@@ -127,6 +154,34 @@ def unrenderable_cameras(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Grap
         for target in node.get(name) or ()
         if prim_at(stage, target) and (problem := sensor_problem(stage, target))
     ]
+
+
+def sensors_in_solids(stage: Usd.Stage, graphs: Sequence[Graph]) -> Iterator[Note]:
+    """A warning for each sensor that nodes name and that starts inside a shape, which all its rays would hit."""
+    from graph.sim.geometry.inside import shapes_around
+    from graph.sim.scene.prim_paths import prim_at
+    from sensors.prim import read_exclude
+    from sensors.products import sensor_problem
+
+    named = (
+        str(path)
+        for graph in graphs
+        for node in graph.nodes.values()
+        for name in node.type.inputs_as("sensor")
+        for path in node.get(name) or ()
+    )
+    for path in dict.fromkeys(named):
+        prim = prim_at(stage, path)
+        if not prim or sensor_problem(stage, path):
+            continue
+        around = list(shapes_around(stage, prim, read_exclude(prim)))
+        if around:
+            shapes = ", ".join(around)
+            yield (
+                "sensor-in-solid",
+                path,
+                f"it starts inside {shapes}, which its rays hit first; move it, or let it pass: exclude: [{shapes}]",
+            )
 
 
 def prims_for_products(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Graph]) -> list[Problem]:
@@ -144,8 +199,16 @@ def prims_for_products(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Graph]
 
 
 def type_problems(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Graph]) -> list[Problem]:
-    """A line for each mistake that the nodes' own types find in their values and connections (`NodeType.check`)."""
-    written = [(node, author) for node, author in _written_nodes(spec, graphs) if node.type.check is not None]
+    """A line for each mistake that the nodes' own types find in their values and connections (`NodeType.check`).
+
+    Graphs that lost a wrong connection are left out: their nodes may need it.
+    """
+    whole = {graph.path for graph in spec.graphs for one in graphs if one.spec.connections == graph.connections}
+    written = [
+        (node, author)
+        for node, author in _written_nodes(spec, graphs)
+        if node.type.check is not None and node.graph.path in whole
+    ]
     if not written:
         return []
     given: dict[Node, dict[str, Mark | None]] = {}

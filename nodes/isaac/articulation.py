@@ -35,6 +35,7 @@ def robot_at(db: Database, path: str) -> Any:
 @node_type(
     "isaacsim.core.nodes.IsaacArticulationController",
     version=1,
+    needs=(("targetPrim", "robotPath"),),
     inputs={
         "execIn": Attribute("execution", "applies the commands"),
         "targetPrim": Attribute("target", "the articulation's root prim; used where robotPath is empty", optional=True),

@@ -33,6 +33,7 @@ def robot_of(db: Database) -> Any:
 @node_type(
     "isaacsim.core.nodes.IsaacArticulationState",
     version=1,
+    needs=(("targetPrim", "robotPath"),),
     inputs={
         "execIn": Attribute("execution", "reads the joints"),
         "targetPrim": Attribute("target", "the articulation's root prim; used where robotPath is empty", optional=True),

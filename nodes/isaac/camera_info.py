@@ -21,6 +21,7 @@ FILM = "tenths of a stage unit"
 @node_type(
     "isaacsim.core.nodes.IsaacReadCameraInfo",
     version=2,
+    needs=(("renderProductPath",),),
     volatile=True,
     inputs={"renderProductPath": Attribute("token", "path of the render product whose camera is read", role="product")},
     outputs={

@@ -14,6 +14,7 @@ VARS = "/Render/Vars"
 @node_type(
     "isaacsim.core.nodes.IsaacAttachHydraTexture",
     version=1,
+    needs=(("renderProductPrim",),),
     inputs={
         "execIn": Attribute("execution", "attaches the product"),
         "renderProductPrim": Attribute("target", "a RenderProduct prim of the stage"),

@@ -20,6 +20,7 @@ class _Names:
 @node_type(
     "isaacsim.core.nodes.IsaacJointNameResolver",
     version=1,
+    needs=(("targetPrim", "robotPath"),),
     inputs={
         "execIn": Attribute("execution", "looks the names up"),
         "targetPrim": Attribute("target", "the robot; used where robotPath is empty", optional=True),

@@ -33,6 +33,7 @@ def _vector(doc: str, unit: str) -> Attribute:
 @node_type(
     "isaacsim.core.nodes.IsaacComputeOdometry",
     version=1,
+    needs=(("chassisPrim",),),
     inputs={
         "execIn": Attribute("execution", "reads the chassis"),
         "chassisPrim": Attribute("target", "the chassis: a rigid body, or the root of an articulation (its root link)"),

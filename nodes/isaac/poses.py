@@ -18,6 +18,7 @@ ZERO = [0.0, 0.0, 0.0]
 @node_type(
     "isaacsim.core.nodes.IsaacReadWorldPose",
     version=2,
+    needs=(("prim",),),
     volatile=True,
     inputs={"prim": Attribute("target", "the prim to look at")},
     outputs={

@@ -17,6 +17,7 @@ class _Made:
 @node_type(
     "isaacsim.core.nodes.IsaacCreateRenderProduct",
     version=3,
+    needs=(("cameraPrim", "renderProductPrim"),),
     inputs={
         "execIn": Attribute("execution", "makes the product, or finds the one there is"),
         "width": Attribute("uint", "image width; a lidar does not use it", default=1280, unit="px"),

@@ -18,6 +18,7 @@ class _Tree:
 @node_type(
     "isaacsim.core.nodes.IsaacComputeTransformTree",
     version=1,
+    needs=(("targetPrims",),),
     inputs={
         "execIn": Attribute("execution", "reads the poses"),
         "parentPrim": Attribute("target", "the prim the others are placed in; none means the world", optional=True),

@@ -23,6 +23,7 @@ def _prepare(db: Database) -> None:
 @node_type(
     "isaacsim.sensors.rtx.nodes.OgnIsaacExtractRTXSensorPointCloud",
     version=1,
+    needs=(("renderProductPath", "dataPtr"),),
     inputs={
         "exec": EXEC,
         "dataPtr": Attribute("uint64", DATA_PTR),

@@ -60,6 +60,7 @@ def _older(name: str, data_type_default: float, **defaults: Any) -> dict[str, At
 @node_type(
     "isaacsim.sensors.rtx.IsaacComputeRTXLidarFlatScan",
     version=3,
+    needs=(("renderProductPath", "dataPtr"),),
     inputs={
         "exec": EXEC,
         "dataPtr": Attribute("uint64", DATA_PTR, default=0),

@@ -56,6 +56,7 @@ def _prepare(db: Database) -> None:
 @node_type(
     "isaacsim.sensors.rtx.IsaacCreateRTXLidarScanBuffer",
     version=3,
+    needs=(("renderProductPath", "dataPtr"),),
     inputs={
         "exec": EXEC,
         "dataPtr": Attribute("uint64", DATA_PTR),

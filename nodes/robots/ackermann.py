@@ -91,6 +91,7 @@ class _Driving:
 @node_type(
     "isaacsim.robot.wheeled_robots.AckermannController",
     version=2,
+    needs=(("wheelBase",), ("frontWheelRadius",), ("backWheelRadius",)),
     inputs={
         "execIn": Attribute("execution", "computes the wheels"),
         "acceleration": Attribute("double", "how fast the speed changes; 0 is at once", default=0.0, unit="m/s^2"),

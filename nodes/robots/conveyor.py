@@ -19,6 +19,7 @@ class _Belt:
 @node_type(
     "isaacsim.asset.gen.conveyor.IsaacConveyor",
     version=1,
+    needs=(("conveyorPrim",),),
     inputs={
         "enabled": Attribute("bool", "if not, the node leaves the belt as it is", default=True),
         "conveyorPrim": Attribute("target", "a rigid body with colliders; a kinematic one stays where it is"),

@@ -68,6 +68,7 @@ class _Driving:
 @node_type(
     "isaacsim.robot.wheeled_robots.DifferentialController",
     version=1,
+    needs=(("wheelRadius",), ("wheelDistance",)),
     inputs={
         "execIn": Attribute("execution", "computes the wheel speeds"),
         "wheelRadius": Attribute("double", "wheel radius, read at the first compute after play", default=0.0, unit="m"),

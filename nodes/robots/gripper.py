@@ -38,6 +38,7 @@ def _ends(doc: str) -> Attribute:
 @node_type(
     "isaacsim.robot.manipulators.IsaacGripperController",
     version=1,
+    needs=(("articulationRootPrim",),),
     inputs={
         "execIn": Attribute("execution", "moves on the way it is on"),
         "open": Attribute("execution", "starts to open, and moves"),

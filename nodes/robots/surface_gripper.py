@@ -8,6 +8,7 @@ from graph.node import Attribute, Database, node_type
 @node_type(
     "isaacsim.robot.surface_gripper.SurfaceGripper",
     version=3,
+    needs=(("SurfaceGripper",),),
     inputs={
         "enabled": Attribute("bool", "if not, the node does nothing", default=True),
         "SurfaceGripper": Attribute("target", "an IsaacSurfaceGripper prim"),

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
 
 from graph.base.suggest import did_you_mean
-from graph.node import Attribute, Database, KnownTypes
+from graph.node import Attribute, Database, KnownTypes, NodeAtLoad
 from graph.node.attribute_names import python_name
+
+from .publishing import check_names
 
 FIELD = Attribute("any", "a field of the message; its type comes from the message type", optional=True)
 
@@ -37,7 +39,7 @@ def type_name(value: Callable[[str], Any]) -> str:
     if known(full) or (folder == "srv" and known(f"{full}_Request")):
         return full
     near = did_you_mean(full, {one.removesuffix("_Request").removesuffix("_Response") for one in type_names()})
-    raise ValueError(f'there is no ROS 2 type "{full}"{near}; its definition may also lie below AMENT_PREFIX_PATH')
+    raise ValueError(f'there is no ROS 2 type "{full}", here or below AMENT_PREFIX_PATH{near}')
 
 
 def field_types(known: KnownTypes, parts: Mapping[str, str]) -> dict[str, str]:
@@ -112,6 +114,25 @@ def _fields(message: str) -> dict[str, str]:
     from graph.sim.messages.ros_fields import leaves
 
     return {leaf.name: leaf.type for leaf in leaves(message)}
+
+
+def planned_type(db: Database) -> str:
+    """The type that the node's inputs name now, "" while they name none that is known; for `message_type`."""
+    try:
+        return type_name(lambda one: getattr(db.inputs, one))
+    except ValueError:
+        return ""
+
+
+def check_type(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
+    """Names as for every publisher, and a message type that nobody knows; for `check`."""
+    yield from check_names(node)
+    named = ("messagePackage", "messageSubfolder", "messageName")
+    if not any(node.db.connected(f"inputs:{name}") for name in named):
+        try:
+            type_name(lambda one: getattr(node.db.inputs, one))
+        except ValueError as error:
+            yield "messageName", str(error)
 
 
 def required_type(db: Database) -> str:

@@ -13,8 +13,8 @@ from typing import Any
 
 from graph.node import Attribute, Database, KnownTypes, node_type
 
-from .any_fields import FIELD, Fields, field_types, required_type, type_inputs, type_name
-from .publishing import Publisher, check_names, publisher_inputs, subscribed_topic
+from .any_fields import FIELD, Fields, check_type, field_types, planned_type, required_type, type_inputs, type_name
+from .publishing import Publisher, publisher_inputs, subscribed_topic
 from .subscribing import EXEC_OUT, Subscriber, next_message, subscriber_inputs, unsubscribe
 
 
@@ -33,7 +33,9 @@ def _input_types(known: KnownTypes) -> Mapping[str, str]:
 @node_type(
     "isaacsim.ros2.bridge.ROS2Publisher",
     version=1,
-    check=check_names,
+    needs=(("messagePackage",), ("messageName",)),
+    check=check_type,
+    message_type=planned_type,
     inputs={
         "execIn": Attribute("execution", "publishes"),
         **publisher_inputs("topic"),
@@ -81,7 +83,8 @@ def _output_types(known: KnownTypes) -> Mapping[str, str]:
 @node_type(
     "isaacsim.ros2.bridge.ROS2Subscriber",
     version=1,
-    check=check_names,
+    needs=(("messagePackage",), ("messageName",)),
+    check=check_type,
     inputs={**subscriber_inputs("topic"), **type_inputs("msg")},
     outputs={"execOut": EXEC_OUT},
     dynamic_outputs={"{field}": FIELD},

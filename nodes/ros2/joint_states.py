@@ -30,6 +30,7 @@ class _Joints(Publisher):
 @node_type(
     "isaacsim.ros2.bridge.ROS2PublishJointState",
     version=1,
+    needs=(("targetPrim", "jointNames"),),
     check=check_names,
     inputs={
         "execIn": Attribute("execution", "publishes the joints"),

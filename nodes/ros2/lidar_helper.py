@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -65,11 +65,14 @@ def _tilted(prim: Any) -> Iterator[str]:
 
 
 def _check(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
-    """Checks names as for every publisher, and reports laser scans of a lidar with beams off the plane."""
+    """Checks names as for every publisher, and reports unknown quantities and laser scans of a tilted lidar."""
     from graph.base.errors import UserError
     from graph.sim.scene.prim_paths import prim_at
 
     yield from check_names(node)
+    if "selectedMetadata" in node.given:
+        for problem in _unknown_quantities(node.db.inputs.selectedMetadata):
+            yield "selectedMetadata", problem
     if node.parity != "documented" or node.db.connected("inputs:type") or node.db.inputs.type != "laser_scan":
         return
     for path in node.sensors:
@@ -83,6 +86,7 @@ def _check(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
 @node_type(
     "isaacsim.ros2.bridge.ROS2RtxLidarHelper",
     version=3,
+    needs=(("renderProductPath",),),
     check=_check,
     inputs={
         "execIn": Attribute("execution", "attaches the publisher to the product; later activations find it attached"),
@@ -122,6 +126,7 @@ def _check(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
     },
     memory=_Attached,
     release=_detach,
+    message_type=lambda db: _MESSAGES.get(db.inputs.type, ""),
 )
 def rtx_lidar_helper(db: Database) -> bool:
     """Publish every frame of a lidar's render product as PointCloud2 or LaserScan.
@@ -196,13 +201,25 @@ def _debug_view(db: Database, product: RenderProduct) -> Any:
 
 
 def _metadata(db: Database) -> tuple[str, ...]:
-    """The chosen quantities. Fails the node for an unknown name."""
+    """The chosen quantities that a lidar measures. Fails the node for an unknown name."""
+    from sensors.channels import CHANNELS
+
+    names = tuple(db.inputs.selectedMetadata)
+    for problem in _unknown_quantities(names):
+        db.fail(f"selectedMetadata: {problem}")
+    strange = [name for name in names if CLOUD_FIELDS[name].channel not in CHANNELS]
+    if strange:
+        db.warn("metadata-not-measured", f"selectedMetadata: a lidar measures no {', '.join(strange)}; it is left out")
+    return tuple(name for name in names if name not in strange)
+
+
+def _unknown_quantities(names: Iterable[str]) -> Iterator[str]:
     from graph.base.suggest import did_you_mean
 
-    for name in db.inputs.selectedMetadata:
+    for name in names:
         if name not in CLOUD_FIELDS:
-            db.fail(f'selectedMetadata: no quantity "{name}"{did_you_mean(name, CLOUD_FIELDS)}')
-    return tuple(db.inputs.selectedMetadata)
+            near = did_you_mean(name, CLOUD_FIELDS, f"there are {', '.join(CLOUD_FIELDS)}")
+            yield f'no quantity "{name}"{near}'
 
 
 def _warn_of_nominal_times(db: Database, product: RenderProduct) -> None:

@@ -45,8 +45,10 @@ INERTIAL = {
     inputs={
         "execIn": EXEC_IN,
         **publisher_inputs("odom"),
-        "odomFrameId": Attribute("string", "frame that the pose is given in", default="odom"),
-        "chassisFrameId": Attribute("string", "frame of the robot, that velocities are given in", default="base_link"),
+        "odomFrameId": Attribute("string", "frame that the pose is given in", default="odom", role="frame"),
+        "chassisFrameId": Attribute(
+            "string", "frame of the robot, that velocities are given in", default="base_link", role="frame"
+        ),
         "timeStamp": TIME_STAMP,
         **POSE_AND_VELOCITIES,
         "robotFront": Attribute("vectord[3]", "the axis that points ahead", default=[1.0, 0.0, 0.0]),
@@ -101,8 +103,8 @@ class _Static(Publisher):
     inputs={
         "execIn": EXEC_IN,
         **publisher_inputs("tf"),
-        "parentFrameId": Attribute("string", "frame that the transform is given in", default="odom"),
-        "childFrameId": Attribute("string", "frame that it places", default="base_link"),
+        "parentFrameId": Attribute("string", "frame that the transform is given in", default="odom", role="frame"),
+        "childFrameId": Attribute("string", "frame that it places", default="base_link", role="frame"),
         "timeStamp": TIME_STAMP,
         "translation": Attribute("vectord[3]", "position in the parent frame", default=ZERO, unit="m"),
         "rotation": Attribute("quatd[4]", "rotation in the parent frame, x, y, z, w", default=IDENTITY),

@@ -17,7 +17,9 @@ NAMESPACE_ATTRIBUTE = "isaac:namespace"
 def publisher_inputs(topic: str, *, frame_id: str | None = None) -> dict[str, Attribute]:
     """The inputs that all publishers have, with this node type's default topic (and frame)."""
     frame = (
-        {} if frame_id is None else {"frameId": Attribute("string", "frame of the message's header", default=frame_id)}
+        {}
+        if frame_id is None
+        else {"frameId": Attribute("string", "frame of the message's header", default=frame_id, role="frame")}
     )
     return {
         "context": Attribute("uint64", "a ROS2Context; 0 is the default context", default=0),

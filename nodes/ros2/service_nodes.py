@@ -12,8 +12,8 @@ from typing import Any
 
 from graph.node import Attribute, Database, KnownTypes, node_type
 
-from .any_fields import FIELD, Fields, field_types, required_type, type_inputs, type_name
-from .publishing import check_names, topic_name
+from .any_fields import FIELD, Fields, check_type, field_types, required_type, type_inputs, type_name
+from .publishing import topic_name
 
 SHARED = {
     "context": Attribute("uint64", "a ROS2Context; 0 is the default context", default=0),
@@ -71,7 +71,8 @@ def _close(db: Database) -> None:
 @node_type(
     "isaacsim.ros2.bridge.OgnROS2ServiceServerRequest",
     version=1,
-    check=check_names,
+    needs=(("serviceName",), ("messagePackage",), ("messageName",)),
+    check=check_type,
     inputs={"execIn": Attribute("execution", "takes the next request, if one has come"), **SERVICE},
     outputs={
         "onReceived": Attribute("execution", "a request was taken"),
@@ -106,7 +107,7 @@ class _Answer:
 @node_type(
     "isaacsim.ros2.bridge.OgnROS2ServiceServerResponse",
     version=1,
-    check=check_names,
+    check=check_type,
     inputs={
         "onReceived": Attribute("execution", "sends the response to the oldest request that is not answered"),
         **SHARED,
@@ -147,7 +148,8 @@ class _Client:
 @node_type(
     "isaacsim.ros2.bridge.OgnROS2ServiceClient",
     version=1,
-    check=check_names,
+    needs=(("serviceName",), ("messagePackage",), ("messageName",)),
+    check=check_type,
     inputs={"execIn": Attribute("execution", "asks, or looks whether the answer has come"), **SERVICE},
     outputs={"execOut": Attribute("execution", "a response came")},
     dynamic_inputs={"{field}": FIELD},

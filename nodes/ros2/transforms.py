@@ -26,6 +26,7 @@ class _Tree(Publisher):
 @node_type(
     "isaacsim.ros2.bridge.ROS2PublishTransformTree",
     version=1,
+    needs=(("targetPrims", "childFrames"),),
     check=check_names,
     inputs={
         "execIn": Attribute("execution", "publishes the poses"),

@@ -18,6 +18,7 @@ THRESHOLD, RADIUS = (0.0, 100000.0), -1.0
 @node_type(
     "isaacsim.sensors.physics.IsaacReadContactSensor",
     version=1,
+    needs=(("csPrim",),),
     inputs={
         "execIn": Attribute("execution", "reads the sensor"),
         "csPrim": Attribute("target", "an IsaacContactSensor, or any other prim, on a rigid body or below one"),

@@ -36,6 +36,7 @@ def sensor_prim(db: Database, targets: Any, name: str) -> Any:
 @node_type(
     "isaacsim.sensors.physics.IsaacReadIMU",
     version=1,
+    needs=(("imuPrim",),),
     inputs={
         "execIn": Attribute("execution", "reads the sensor"),
         "imuPrim": Attribute("target", "an IsaacImuSensor, or any other prim, on a rigid body or below one"),

@@ -21,6 +21,7 @@ def _mechanism(db: Database, prim: Any) -> Any:
 @node_type(
     "isaacsim.sensors.physics.IsaacReadEffortSensor",
     version=1,
+    needs=(("prim",),),
     inputs={
         "execIn": Attribute("execution", "reads the sensor"),
         "prim": Attribute("target", "a revolute or prismatic joint"),
@@ -55,6 +56,7 @@ def read_effort_sensor(db: Database) -> None:
 @node_type(
     "isaacsim.sensors.physics.IsaacReadJointState",
     version=1,
+    needs=(("prim",),),
     inputs={
         "execIn": Attribute("execution", "reads the joints"),
         "prim": Attribute("target", "the root of an articulation"),

@@ -62,6 +62,7 @@ class _Memory:
 @node_type(
     "isaacsim.sensors.physics.IsaacReadRaycastSensor",
     version=1,
+    needs=(("raycastSensorPrim",),),
     inputs={
         "execIn": Attribute("execution", "reads the sensor"),
         "raycastSensorPrim": Attribute("target", "an IsaacRaycastSensor"),

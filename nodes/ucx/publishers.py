@@ -86,7 +86,7 @@ def publish_odometry(db: Database) -> bool:
     inputs={
         **endpoint_inputs(13337, 2),
         "timeStamp": TIME_STAMP,
-        "frameId": Attribute("string", "frame of the message's header", default="sim_imu"),
+        "frameId": Attribute("string", "frame of the message's header", default="sim_imu", role="frame"),
         **INERTIAL,
     },
     outputs={"execOut": SENT},

@@ -31,7 +31,7 @@ def collect_geometry(
     complaints = Complaints(warn)
     collector = Collector(scan, tolerance, refine, complaints)
     single: list[tuple[Any, str]] = []
-    for prim, path in _visible(stage):
+    for prim, path in visible_prims(stage):
         if prim.IsA(UsdGeom.PointInstancer):
             collector.add(single)
             single = []
@@ -43,7 +43,7 @@ def collect_geometry(
     return collector.finished()
 
 
-def _visible(stage: Any) -> Iterator[tuple[Any, str]]:
+def visible_prims(stage: Any) -> Iterator[tuple[Any, str]]:
     """Each visible gprim and point instancer with its path, except those below an instancer."""
     walk = iter(Usd.PrimRange.Stage(stage, Usd.TraverseInstanceProxies()))
     for prim in walk:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
@@ -18,6 +18,10 @@ from .stage import Warn, ignore_warning
 
 MAX_DEPTH = 256
 """Names in a prim path."""
+
+TICK_RATE = "omni:sensor:tickRate"
+RATES = ("rate", "hz", "frequency", "fps", "scanrate", "updaterate", "ratehz")
+"""What people call it, in lower case without `_`."""
 
 Where = Callable[..., Mark | None]
 """Gives the mark of a prim path, or of a prim path and key."""
@@ -107,9 +111,16 @@ def _path_problem(path: str) -> str | None:
 
 def _unknown(context: PrimContext, path: str, key: str, value: Any) -> str:
     prim = context.stage.GetPrimAtPath(path)
-    if prim and (attribute := ending_alike([*prim.GetPropertyNames(), *context.own_attributes(prim)], str(key))):
+    if prim and (attribute := _meant([*prim.GetPropertyNames(), *context.own_attributes(prim)], str(key))):
         shown = json.dumps(value) if isinstance(value, (bool, int, float)) else "..."
         hint = f'; did you mean attributes: {{"{attribute}": {shown}}}?'
     else:
         hint = did_you_mean(str(key), KEYS, "set USD attributes under attributes")
     return f'{path}: there is no key "{key}"{hint}'
+
+
+def _meant(properties: Sequence[str], key: str) -> str | None:
+    """The attribute that this key means: the rate at which a sensor ticks, or the one of that name."""
+    if key.lower().replace("_", "") in RATES and TICK_RATE in properties:
+        return TICK_RATE
+    return ending_alike(properties, key)

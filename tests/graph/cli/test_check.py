@@ -286,3 +286,41 @@ def test_a_run_without_end_is_refused_in_one_line(length, folder, graph):
     assert result.code == 2
     [line] = result.err.splitlines()
     assert line.startswith(f"graph: {length[0]} {length[1]}: too many updates; the limit is 1,000,000,000 updates")
+
+
+SEVERAL = """\
+tickgraph: 1
+scene:
+  prims:
+    /World/Wall: {type: Cube, siz: 2.0}
+    /World/Lidar: {type: OmniLidar, config: Example_Rotary}
+graphs:
+  /World/Graph:
+    nodes:
+      tick: OnPlaybackTick
+      product: {type: IsaacCreateRenderProduct, inputs: {cameraPrim: /World/Lidr}}
+      cloud: {type: ROS2RtxLidarHelper, inputs: {frameID: lidar}}
+    connections: [tick.tick -> product.execIn, product.execOut -> cloud.execIn]
+"""
+
+
+def test_a_wrong_prim_path_is_found_beside_mistakes_of_prims_and_nodes(folder, graph):
+    (folder / "several.yaml").write_text(SEVERAL)
+    lines = graph("check", "several.yaml").err.splitlines()
+    assert [line.partition(": ")[0] for line in lines] == [f"several.yaml:{at}" for at in ("4:31", "10:58", "11:50")]
+    assert lines[1].endswith('there is no prim /World/Lidr on the stage; did you mean "/World/Lidar"?')
+
+
+def test_a_target_that_a_wrong_prim_would_be_is_not_a_second_mistake(folder, graph):
+    text = SEVERAL.replace("siz", "size").replace("OmniLidar", "OmniLidr").replace("Lidr}", "Lidar}")
+    (folder / "several.yaml").write_text(text.replace("frameID", "frameId"))
+    lines = graph("check", "several.yaml").err.splitlines()
+    assert [line.partition(": ")[0] for line in lines] == ["several.yaml:5:20"]
+
+
+def test_a_rate_of_a_lidar_is_its_tick_rate(folder, graph):
+    text = SEVERAL.replace("siz", "size").replace("Example_Rotary", "Example_Rotary, rate: 20")
+    (folder / "rate.yaml").write_text(text.replace("Lidr", "Lidar").replace("frameID", "frameId"))
+    assert graph("check", "rate.yaml").err.endswith(
+        'there is no key "rate"; did you mean attributes: {"omni:sensor:tickRate": 20}?\n'
+    )

@@ -217,7 +217,7 @@ def test_what_is_told_is_what_a_run_does(options, folder, graph, explain):
     assert told["updates"] == ran["updates"]
 
 
-NODES = """\
+CLOCK = """\
 tickgraph: 1
 graphs:
   /World/G:
@@ -226,6 +226,14 @@ graphs:
       read: ReadTime
       later: {type: omni.graph.nodes.Add, inputs: {a: 1.0, b: 1.0}}
       clock: ROS2PublishClock
+    connections:
+"""
+NODES = """\
+tickgraph: 1
+graphs:
+  /World/G:
+    nodes:
+      tick: OnPlaybackTick
       first: {type: Countdown, inputs: {duration: 0}}
       second: {type: Countdown, inputs: {period: 1}}
     connections:
@@ -234,7 +242,7 @@ graphs:
 
 def test_timeline_time_is_found_behind_arithmetic(explain):
     told = explain(
-        NODES
+        CLOCK
         + "      - tick.tick -> clock.execIn\n"
         + "      - read.time -> later.a\n      - later.sum -> clock.timeStamp\n"
     )
@@ -243,7 +251,7 @@ def test_timeline_time_is_found_behind_arithmetic(explain):
 
 
 def test_simulation_time_is_no_trap(explain):
-    text = NODES.replace("read: ReadTime", "read: IsaacReadSimulationTime")
+    text = CLOCK.replace("read: ReadTime", "read: IsaacReadSimulationTime")
     assert (
         traps(explain(text + "      - tick.tick -> clock.execIn\n      - read.simulationTime -> clock.timeStamp\n"))
         == {}

@@ -1,0 +1,43 @@
+"""The topics of a graph file: who publishes what on which, announced or to come."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from graph.evaluate import Node
+    from graph.session.open import Session
+
+
+def topic_facts(session: Session) -> list[dict[str, Any]]:
+    """The topics announced so far, and those of publishers that have not come to it (type None where none is told)."""
+    bus = session.app.bus
+    found: dict[str, tuple[str | None, list[str]]] = {
+        topic.name: (topic.type_name, list(topic.owners)) for topic in bus.topics.values()
+    }
+    known = {owner for _, owners in found.values() for owner in owners}
+    for topic, publishers in planned_topics(session).items():
+        for path in (one for one in publishers if one not in known):
+            found.setdefault(topic, (publishers[path] or None, []))[1].append(path)
+    return [
+        {"topic": name, "type": type_name, "publishers": owners, "heard_in_file": bus.is_listened_to(name)}
+        for name, (type_name, owners) in found.items()
+    ]
+
+
+def planned_topics(session: Session) -> dict[str, dict[str, str]]:
+    """Topic to its publishers (node paths) to the types of their messages, as inputs stand; "" for an unknown type."""
+    from nodes.ros2.publishing import planned_topic
+
+    found: dict[str, dict[str, str]] = {}
+    for node in (node for graph in session.runner.graphs.values() for node in graph.nodes.values()):
+        for name in node.type.inputs_as("topic"):
+            # A name that makes no topic is a problem of the file, or the run tells of it.
+            if topic := planned_topic(node.db, node.path, str(node.get(name))):
+                found.setdefault(topic, {})[node.path] = _message_type(node)
+    return found
+
+
+def _message_type(node: Node) -> str:
+    told = node.type.message_type
+    return told(node.db) if told is not None else str(getattr(node.db.memory, "type_name", ""))

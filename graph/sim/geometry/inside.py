@@ -1,0 +1,66 @@
+"""Which shapes a point lies in: by their winding numbers, so that a shape need not be closed to the last face."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+import numpy as np
+
+from graph.sim.transforms import Floats
+from graph.sim.usd import EARLIEST, Gf, Tf, UsdGeom
+
+from .collect import visible_prims
+from .shapes import surface_of
+
+WOUND = 0.75
+"""Winding number from which on a point is inside: an open sheet gives at most 0.5, a closed surface 1."""
+
+TOLERANCE = 0.01
+"""How far triangles may lie off a curved surface, as a part of the shape's size."""
+
+ON_FACE = 1e-6
+"""How near to a triangle's plane a point lies in it, as a part of the shape's size: a sensor stands on its mount."""
+
+
+def shapes_around(stage: Any, prim: Any, exclude: Iterable[str] = ()) -> Iterator[str]:
+    """The paths of the visible shapes that a prim's origin lies in, where they are at the start.
+
+    exclude: paths of prims that are passed over, with all below. What point instancers make is not looked at.
+    """
+    poses = UsdGeom.XformCache(EARLIEST)
+    place = poses.GetLocalToWorldTransform(prim).ExtractTranslation()
+    excluded = tuple(f"{path}/" for path in exclude)
+    for shape, path in visible_prims(stage):
+        if f"{path}/".startswith(excluded) or shape.IsA(UsdGeom.PointInstancer):
+            continue
+        local = poses.GetLocalToWorldTransform(shape).GetInverse().Transform(place)
+        if _in_extent(shape, local) and winding_number(shape, np.array(local)) > WOUND:
+            yield path
+
+
+def _in_extent(shape: Any, point: Any) -> bool:
+    try:
+        extent = UsdGeom.Boundable.ComputeExtentFromPlugins(UsdGeom.Boundable(shape), EARLIEST)
+    except Tf.ErrorException:  # of a shape that is reported where it is read
+        return False
+    return extent is not None and len(extent) == 2 and Gf.Range3d(*map(Gf.Vec3d, extent)).Contains(point)
+
+
+def winding_number(shape: Any, point: Floats) -> float:
+    """How often the surface of a gprim winds about a point of its own space: 1 inside, 0 outside, -1 inside out.
+
+    On a face it is half way. The sum of the solid angles of its triangles over 4 pi; A. Van Oosterom, J. Strackee,
+    "The Solid Angle of a Plane Triangle", 1983.
+    """
+    extent = UsdGeom.Boundable.ComputeExtentFromPlugins(UsdGeom.Boundable(shape), EARLIEST)
+    size = float(np.ptp(np.array(extent, np.float64), axis=0).max())
+    surface = surface_of(shape, TOLERANCE * size, lambda problem: None)
+    if surface is None:
+        return 0.0
+    a, b, c = (np.asarray(surface.vertices, np.float64)[surface.triangles[:, corner]] - point for corner in range(3))
+    x, y, z = (np.linalg.norm(corner, axis=1) for corner in (a, b, c))
+    volume = np.einsum("ij,ij->i", a, np.cross(b, c))
+    flat = x * y * z + (a * b).sum(1) * z + (b * c).sum(1) * x + (c * a).sum(1) * y
+    off = np.abs(volume) > ON_FACE * size * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    return float(np.arctan2(volume, flat)[off].sum() / (2 * np.pi))

@@ -1,0 +1,129 @@
+"""What `graph check` tells of files that nothing is wrong with and that would still surprise."""
+
+import json
+
+import pytest
+
+FILE = """\
+tickgraph: 1
+scene:
+  prims:
+    /World/Wall: {{type: Cube, size: 2.0, translate: [6, 0, 1]}}
+    /World/Lidar: {{type: OmniLidar, config: Example_Rotary, translate: [{x}, 0, 1]{more}}}
+clock: {{{clock}}}
+graphs:
+  /World/Graph:
+    nodes:
+      tick: OnPlaybackTick
+      time: IsaacReadSimulationTime
+      product: {{type: IsaacCreateRenderProduct, inputs: {{cameraPrim: /World/Lidar}}}}
+      cloud: {{type: ROS2RtxLidarHelper, inputs: {{type: point_cloud, topicName: points{inputs}}}}}
+      {nodes}
+    connections:
+      - tick.tick -> product.execIn
+      - product.execOut -> cloud.execIn
+      - product.renderProductPath -> cloud.renderProductPath
+      {wires}
+"""
+
+
+@pytest.fixture
+def warnings(folder, graph):
+    """Writes the file with these parts; gives what `graph check` warns of: (code, where) to message."""
+
+    def run(*, x=0, more="", clock="physics_hz: 240", inputs="", nodes="", wires="", command="check"):
+        text = FILE.format(x=x, more=more, clock=clock, inputs=inputs, nodes=nodes, wires=wires)
+        (folder / "a.yaml").write_text(text)
+        result = graph(command, "a.yaml", "--json")
+        assert result.code == 0, result.err
+        told = json.loads(result.out)
+        return {
+            (one["code"], one["where"]): one["message"]
+            for one in (told["files"][0]["warnings"] if command == "check" else told["traps"])
+        }
+
+    return run
+
+
+def test_a_sound_file_has_no_traps(warnings):
+    assert warnings() == {}
+
+
+def test_an_empty_frame_is_told(warnings):
+    assert set(warnings(inputs=', frameId: ""')) == {("frame-empty", "/World/Graph/cloud.inputs:frameId")}
+
+
+def test_a_sensor_inside_a_solid_is_told_unless_it_excludes_it(warnings):
+    # The wall reaches from x = 5 to x = 7.
+    told = warnings(x=5.1)
+    assert set(told) == {("sensor-in-solid", "/World/Lidar")}
+    assert told["sensor-in-solid", "/World/Lidar"].endswith("exclude: [/World/Wall]")
+    assert warnings(x=5.1, more=", exclude: [/World/Wall]") == {}
+    assert warnings(x=4.9) == {}
+
+
+@pytest.mark.parametrize("command", ["check", "explain"])
+def test_two_message_types_on_one_topic_are_told(command, warnings):
+    nodes = "clock: {type: ROS2PublishClock, inputs: {topicName: /points}}"
+    wires = "- tick.tick -> clock.execIn\n      - time.simulationTime -> clock.timeStamp"
+    told = warnings(nodes=nodes, wires=wires, command=command)
+    assert told["topic-of-two-types", "/points"] == (
+        "/World/Graph/cloud sends sensor_msgs/msg/PointCloud2, but /World/Graph/clock sends rosgraph_msgs/msg/Clock; "
+        "rename one of the two topics"
+    )
+    assert ("topic-of-two-types", "/points") not in warnings(nodes=nodes.replace("/points", "clock"), wires=wires)
+
+
+def test_a_node_that_nothing_starts_is_told(warnings):
+    assert set(warnings(nodes="wait: Countdown")) == {("node-never-runs", "a.yaml:14:7")}
+
+
+def test_a_message_type_that_nobody_knows_is_an_error_though_its_node_never_runs(folder, graph):
+    nodes = "send: {type: ROS2Publisher, inputs: {messagePackage: std_msgs, messageName: Strng}}"
+    text = FILE.format(x=0, more="", clock="", inputs="", nodes=nodes, wires="")
+    (folder / "a.yaml").write_text(text)
+    result = graph("check", "a.yaml")
+    assert result.code == 2
+    assert (
+        'a.yaml:14:70: /World/Graph/send.inputs:messageName: there is no ROS 2 type "std_msgs/msg/Strng"' in result.err
+    )
+    assert result.err.endswith('did you mean "std_msgs/msg/String"?\n')
+
+
+def test_quantities_that_nobody_knows_are_an_error(folder, graph):
+    inputs = ", selectedMetadata: [Intensty]"
+    (folder / "a.yaml").write_text(FILE.format(x=0, more="", clock="", inputs=inputs, nodes="", wires=""))
+    result = graph("check", "a.yaml")
+    assert (result.code, result.err.partition(" ")[2]) == (
+        2,
+        '/World/Graph/cloud.inputs:selectedMetadata: no quantity "Intensty"; did you mean "Intensity"?\n',
+    )
+
+
+def test_a_rate_that_is_a_time_step_is_told_with_the_rate_to_write(warnings):
+    told = warnings(clock="physics_hz: 0.004, loop_hz: 60")
+    assert told["rate-below-1", "a.yaml:6:1"].endswith("for a time step of 0.004 s write 250")  # 1 / 0.004
+    assert ("physics-slower-than-loop", "clock") in told  # of 300 updates none has a step
+
+
+def test_inputs_that_a_type_cannot_do_without_are_told(warnings):
+    nodes = "motors: {type: IsaacArticulationController, inputs: {jointNames: [a]}}"
+    wires = "- tick.tick -> motors.execIn"
+    assert warnings(nodes=nodes, wires=wires) == {
+        (
+            "input-not-set",
+            "/World/Graph/motors.inputs:targetPrim",
+        ): "IsaacArticulationController does nothing without it (or robotPath); give it a value or connect it"
+    }
+    assert warnings(nodes=nodes.replace("jointNames: [a]", "robotPath: /World/Wall"), wires=wires) == {}
+
+
+def test_a_lidar_that_ticks_faster_than_it_turns_is_told(warnings):
+    told = warnings(more=', attributes: {"omni:sensor:tickRate": 20}')
+    assert set(told) == {("lidar-partial-scan", "/World/Lidar")}
+
+
+def test_sensors_that_tick_faster_than_the_loop_are_told(warnings):
+    # The example turns ten times a second: 8 updates a second give 40 of the 50 frames in five seconds.
+    told = warnings(clock="physics_hz: 8, loop_hz: 8")
+    assert told["sensor-faster-than-loop", "/World/Lidar"].startswith("10 of 50 ticks are passed over")
