@@ -15,7 +15,7 @@ from .moved import MOVED as _MOVED
 if TYPE_CHECKING:
     from .annotators.specs import register_annotator_spec, unregister_annotator_spec
     from .annotators.types import AnnotatorType
-    from .authoring import exclude
+    from .authoring import bind_material, exclude
     from .callbacks import on_frame
     from .channels import Channel
     from .gmo import (
@@ -65,6 +65,7 @@ _HOMES = {
     "SUPPORTED_LIDAR_CONFIGS": "configs",
     "SensorRuntime": "runtime",
     "SensorType": "sensor_types",
+    "bind_material": "authoring",
     "create_render_product": "replicator",
     "exclude": "authoring",
     "getMagicNumberGMO": "gmo",
@@ -113,6 +114,7 @@ __all__ = [
     "OutputType",
     "SensorRuntime",
     "SensorType",
+    "bind_material",
     "create_render_product",
     "exclude",
     "getMagicNumberGMO",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from graph.base.suggest import did_you_mean
@@ -13,6 +13,29 @@ from .sensor_types import NOT_YET, sensor_types
 
 if TYPE_CHECKING:
     from graph.sim import App
+
+
+def bind_material(prim: Any, material: str | Mapping[str, Any], *, app: App | None = None) -> None:
+    """Gives a prim and what is below it a non-visual material: what lidars and radars see of its surface.
+
+    prim: its path, or an object with a `path`. material: a name such as "aluminum", or {"base":, "coating":,
+    "attributes":} as the key `material:` of graph files takes it. It counts from the next play. Raises SensorValueError
+    for an unknown name or a missing prim.
+    """
+    from graph.sim import App
+    from graph.sim.scene import nonvisual
+
+    stage = (app or App.current()).stage
+    path = str(getattr(prim, "path", prim))
+    found = stage.GetPrimAtPath(path) if path.startswith("/") else None
+    if not found:
+        known = [str(each.GetPath()) for each in stage.Traverse()]
+        raise SensorValueError(f"material: there is no prim {path}{did_you_mean(path, known)}")
+    try:
+        names = nonvisual.parse(material)
+    except ValueError as error:
+        raise SensorValueError(f"{path}: {error}") from error
+    nonvisual.bind(stage, found, names)
 
 
 def exclude(sensor: Any, paths: str | Iterable[str], *, app: App | None = None) -> None:

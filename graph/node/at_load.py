@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from pxr import Usd
 
+    from graph.sim.settings import Settings
+
     from .database import Database
 
 
@@ -22,5 +24,5 @@ class NodeAtLoad:
     """The unconnected inputs to which the file gives a value; empty for a node that is not `enabled`."""
     sensors: tuple[str, ...]
     """Paths of the prims of the connected render product, as far as the file determines them."""
-    parity: str
-    """The profile, `documented` or `isaacsim-6.0.1`."""
+    settings: Settings
+    """The settings of the run, as its profile and the file give them."""

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from pxr import Usd
 
     from graph.evaluate import Graph, Node
+    from graph.sim.settings import Settings
 
 GRAPH_PRIMS = ("", "Scope", "Xform", "OmniGraph", "ComputeGraph")
 """Prim types that a graph's path may have on the stage."""
@@ -214,16 +215,29 @@ def type_problems(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Graph]) -> 
     given: dict[Node, dict[str, Mark | None]] = {}
     for node, name, mark in _given_inputs(spec, graphs):
         given.setdefault(node, {})[name] = mark
+    settings = _settings(spec)
     problems = []
     for node, author in written:
         marks = given.get(node, {})
         sensors = _sensors_behind(node, given)
         check = node.type.check
         assert check is not None
-        for name, wrong in check(NodeAtLoad(node.db, stage, tuple(marks), sensors, spec.clock.parity)):
+        for name, wrong in check(NodeAtLoad(node.db, stage, tuple(marks), sensors, settings)):
             end = f"{node.path}.inputs:{name}" if name else node.path
             problems.append(Problem(f"{end}: {wrong}", marks.get(name, author.mark)))
     return problems
+
+
+def _settings(spec: FileSpec) -> Settings:
+    from graph.sim.settings import Settings
+    from graph.sim.timing.parity import apply_profile
+
+    try:
+        settings = Settings(spec.settings)
+    except UserError:  # reported at its place
+        settings = Settings()
+    apply_profile(settings, spec.clock.parity)
+    return settings
 
 
 def _sensors_behind(node: Node, given: Mapping[Node, Mapping[str, Mark | None]]) -> tuple[str, ...]:

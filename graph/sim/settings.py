@@ -41,6 +41,7 @@ LIDAR_HEADER = "/tickgraph/lidarHeader"
 HEADER_FRAME, HEADER_SCAN_START, HEADER_UPDATE = "frame", "scanStart", "update"
 SCAN_BINS = "/tickgraph/laserScanBinsOfFieldOfView"
 SCAN_END_BEYOND = "/tickgraph/laserScanEndsBeyondLastBeam"
+FLAT_SCAN_NEEDS_2D = "/tickgraph/flatScanNeeds2d"
 STOP_CLEARS_COMMANDS = "/tickgraph/stopClearsCommands"
 NODE_ERRORS_STOP = "/tickgraph/nodeErrorsStop"
 ID_MAP_EXTENSION = "/tickgraph/idMapExtension"
@@ -82,6 +83,7 @@ DEFAULTS: dict[str, Any] = {
     SCAN_END_BEYOND: False,
     LIDAR_HEADER: HEADER_FRAME,
     SCAN_BINS: False,
+    FLAT_SCAN_NEEDS_2D: True,
     STOP_CLEARS_COMMANDS: False,
     NODE_ERRORS_STOP: True,
     ID_MAP_EXTENSION: True,

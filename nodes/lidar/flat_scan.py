@@ -35,7 +35,7 @@ def _check(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
     from graph.sim.scene.prim_paths import prim_at
     from sensors.lidar.flat_scan import flat_scan_problem
 
-    for path in node.sensors if node.parity == "documented" else ():
+    for path in node.sensors if node.settings.get(keys.FLAT_SCAN_NEEDS_2D) else ():
         try:
             prim = prim_at(node.stage, path)
             problem = flat_scan_problem(prim) if prim else None
@@ -102,7 +102,12 @@ def compute_flat_scan(db: Database) -> bool:
     try:
         flat = flat_scan(frame, bins=db.app.settings.get(keys.SCAN_BINS))
     except UserError as error:
-        db.fail(str(error))
+        if db.app.settings.get(keys.FLAT_SCAN_NEEDS_2D):
+            db.fail(str(error))
+        if not db.memory.not_flat:
+            db.memory.not_flat = True
+            db.warn("flat-scan-3d", f"{error}; its outputs stay at their defaults")
+        return False
     outputs = db.outputs
     outputs.horizontalFov = flat.horizontal_fov
     outputs.horizontalResolution = flat.horizontal_resolution

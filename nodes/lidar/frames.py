@@ -26,6 +26,7 @@ class Reader:
     product: RenderProduct | None = None
     handles: list[int] = field(default_factory=list)
     told: bool = False
+    not_flat: bool = False
 
 
 def attach(db: Database, channels: Callable[[Any], Iterable[str]]) -> RenderProduct | None:

@@ -73,7 +73,8 @@ def _check(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
     if "selectedMetadata" in node.given:
         for problem in _unknown_quantities(node.db.inputs.selectedMetadata):
             yield "selectedMetadata", problem
-    if node.parity != "documented" or node.db.connected("inputs:type") or node.db.inputs.type != "laser_scan":
+    bins = node.settings.get(keys.SCAN_BINS)
+    if bins or node.db.connected("inputs:type") or node.db.inputs.type != "laser_scan":
         return
     for path in node.sensors:
         try:
@@ -172,7 +173,7 @@ def _attach(db: Database, path: str) -> bool:
         for problem in _tilted(app.stage.GetPrimAtPath(product.camera_path)):
             db.fail(problem)
     _warn_about_settings(db)
-    metadata = _metadata(db) if kind == "point_cloud" else ()
+    metadata = _metadata(db, product) if kind == "point_cloud" else ()
     if "Time" in metadata:
         _warn_of_nominal_times(db, product)
     memory.product, memory.writers = product, _writers(db, product, kind, metadata)
@@ -200,14 +201,15 @@ def _debug_view(db: Database, product: RenderProduct) -> Any:
     return get_writer("RtxSensorDebugDrawPointCloud", options, app=db.app).attach(product)
 
 
-def _metadata(db: Database) -> tuple[str, ...]:
-    """The chosen quantities that a lidar measures. Fails the node for an unknown name."""
-    from sensors.channels import CHANNELS
+def _metadata(db: Database, product: RenderProduct) -> tuple[str, ...]:
+    """The chosen quantities that the sensor measures. Fails the node for an unknown name."""
+    from sensors.sensor_types import sensor_types
 
     names = tuple(db.inputs.selectedMetadata)
     for problem in _unknown_quantities(names):
         db.fail(f"selectedMetadata: {problem}")
-    strange = [name for name in names if CLOUD_FIELDS[name].channel not in CHANNELS]
+    measured = sensor_types()[product.sensor.type_name].measures
+    strange = [name for name in names if CLOUD_FIELDS[name].channel not in measured]
     if strange:
         db.warn("metadata-not-measured", f"selectedMetadata: a lidar measures no {', '.join(strange)}; it is left out")
     return tuple(name for name in names if name not in strange)

@@ -13,7 +13,7 @@ from sensors.channels import AuxLevel
 from sensors.errors import SensorValueError
 from sensors.gmo import channels_for, pack
 
-from .outputs import EXTRACT_CHANNELS, empty_outputs, extract_point_cloud
+from .outputs import EXTRACT_CHANNELS, LABELS, empty_outputs, extract_point_cloud
 from .reading import Reading as Reading
 from .times import reference_time, simulation_time, system_time
 
@@ -70,7 +70,8 @@ def with_info(found: dict[str, Any], reading: Reading) -> dict[str, Any]:
 
 def _extract(reading: Reading) -> dict[str, Any]:
     frame = reading.frame
-    return with_info(extract_point_cloud(frame) if frame is not None else empty_outputs(("data",)), reading)
+    found = empty_outputs(("data", *LABELS))
+    return with_info(found if frame is None else {**found, **extract_point_cloud(frame)}, reading)
 
 
 def _stable_id_map(reading: Reading) -> np.ndarray | None:

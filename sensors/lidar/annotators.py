@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from graph.base.errors import UserError
 from graph.sim import settings as keys
 from graph.sim.renderer.wrapper import unwrapped
 from sensors.annotators.outputs import SCAN_BUFFER_CHANNELS, empty_outputs, scan_buffer
@@ -39,19 +40,16 @@ def _scan_channels(reading: Reading) -> set[str]:
 
 
 def _scan_buffer(reading: Reading) -> dict[str, Any]:
-    names = _wanted(reading.options)
-    if reading.frame is None:
-        empty = empty_outputs(("data", *names))
-        if "objectId" in empty:
-            empty["objectId"] = np.empty(0, np.uint32)
-        return with_info(empty, reading)
-    return with_info(scan_buffer(reading.frame, reading.app.meters_per_unit, names), reading)
+    found = {**empty_outputs(SCAN_BUFFER_CHANNELS), "objectId": np.empty(0, np.uint32)}
+    if reading.frame is not None:
+        found |= scan_buffer(reading.frame, reading.app.meters_per_unit, _wanted(reading.options))
+    return with_info(found, reading)
 
 
 def _flat_scan(reading: Reading) -> dict[str, Any]:
-    flat = (
-        FlatScan() if reading.frame is None else flat_scan(reading.frame, bins=reading.app.settings.get(keys.SCAN_BINS))
-    )
+    flat, settings = FlatScan(), reading.app.settings
+    if reading.frame is not None and _not_flat(reading) is None:
+        flat = flat_scan(reading.frame, bins=settings.get(keys.SCAN_BINS))
     return {
         "linearDepthData": flat.ranges,
         "intensitiesData": flat.intensities,
@@ -65,12 +63,27 @@ def _flat_scan(reading: Reading) -> dict[str, Any]:
     }
 
 
-def _is_flat(reading: Reading) -> None:
+def _not_flat(reading: Reading) -> UserError | None:
+    """Why no flat scan can be made of the product's lidar; None if one can."""
     from .runtime import LidarRuntime
 
     sensor = unwrapped(reading.sensor)
     if isinstance(sensor, LidarRuntime):
-        require_2d(reading.product.camera_path, sensor.config)
+        try:
+            require_2d(reading.product.camera_path, sensor.config)
+        except UserError as error:
+            return error
+    return None
+
+
+def _check_flat(reading: Reading) -> None:
+    """Raises UserError for a 3-D lidar; in the profile isaacsim-6.0.1 warns of it."""
+    error = _not_flat(reading)
+    if error is None:
+        return
+    if reading.app.settings.get(keys.FLAT_SCAN_NEEDS_2D):
+        raise error
+    reading.app.warn("flat-scan-3d", "IsaacComputeRTXLidarFlatScan", f"{error}; its outputs stay at their defaults")
 
 
 ANNOTATORS = (
@@ -89,7 +102,7 @@ ANNOTATORS = (
         lambda reading: FLAT_SCAN_CHANNELS,
         modality=MODALITY,
         keeps_last=True,
-        check=_is_flat,
+        check=_check_flat,
         instead="IsaacExtractRTXSensorPointCloud, or ROS2RtxLidarHelper with type laser_scan",
     ),
 )

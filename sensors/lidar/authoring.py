@@ -34,20 +34,21 @@ class Lidar:
     """Wraps the lidar prim at a path, or creates a missing one.
 
     path: a prim path, or a regular expression that matches one prim. aux_output_level: NONE, BASIC, EXTRA or FULL.
-    tick_rate [Hz] writes omni:sensor:tickRate; None leaves the prim unchanged. accumulate_outputs writes
-    omni:sensor:Core:accumulateOutputs. schemas: API schemas to apply, "Name" or "Name:instance". attributes: name to
-    value; they replace the arguments; an attribute that the prim does not have is skipped with a warning. positions
-    (world) or translations (local), orientations w, x, y, z, scales: shape (n,) or (1, n), stage units. app: None is
-    the App entered last. Raises SensorValueError (a UserError and a ValueError).
+    tick_rate [Hz] writes omni:sensor:tickRate, accumulate_outputs omni:sensor:Core:accumulateOutputs. None leaves each
+    of the three as the prim has it; a new one has NONE, the profile's rate of a bare lidar, and accumulates.
+    schemas: API schemas to apply, "Name" or "Name:instance". attributes: name to value; they replace the arguments; an
+    attribute that the prim does not have is skipped with a warning. positions (world) or translations (local),
+    orientations w, x, y, z, scales: shape (n,) or (1, n), stage units. app: None is the App entered last. Raises
+    SensorValueError (a UserError and a ValueError).
     """
 
     def __init__(
         self,
         path: str,
         *,
-        aux_output_level: str = "NONE",
+        aux_output_level: str | None = None,
         tick_rate: float | Fraction | None = None,
-        accumulate_outputs: bool | None = True,
+        accumulate_outputs: bool | None = None,
         schemas: Sequence[str] | None = None,
         attributes: Mapping[str, Any] | None = None,
         positions: Vector = None,
@@ -59,7 +60,7 @@ class Lidar:
     ) -> None:
         from graph.sim import App
 
-        if aux_output_level not in AuxLevel.__members__:
+        if aux_output_level is not None and aux_output_level not in AuxLevel.__members__:
             raise SensorValueError(
                 f"aux_output_level {aux_output_level!r} is not one of {', '.join(AuxLevel.__members__)}"
             )
@@ -74,10 +75,14 @@ class Lidar:
             on_prim.apply_schemas(self.prim, schemas)
         else:
             _define(self.app.stage, self.path)
+            bare = self.app.settings.rate(keys.BARE_LIDAR_TICK_RATE)
+            if tick_rate is None and bare and TICK_RATE not in attributes:
+                tick_rate = bare
             on_prim.apply_schemas(self.prim, [*schemas, *_implied_schemas(attributes)])
         self._write_rates(tick_rate, accumulate_outputs, attributes, wrapped=existed)
         self._write_attributes(attributes, created=not existed)
-        on_prim.write_aux_level(self.prim, aux_output_level)
+        if aux_output_level is not None or not existed:
+            on_prim.write_aux_level(self.prim, aux_output_level or "NONE")
         if reset_xform_op_properties and not existed and translations is None and positions is None:
             translations = (0.0, 0.0, 0.0)
         place(self.prim, positions=positions, translations=translations, orientations=orientations, scales=scales)
@@ -171,11 +176,10 @@ class Lidar:
     # -- inside ------------------------------------------------------------------------------------------------------
 
     def _check_wrapped(self) -> None:
+        """Raises SensorValueError for a prim of another type; this one has the core schema built in."""
         kind = self.prim.GetTypeName()
         if kind != PRIM_TYPE:
             raise SensorValueError(f"{self.path} is a {kind or 'typeless prim'}, not an {PRIM_TYPE}")
-        if CORE_API not in self.prim.GetAppliedSchemas():
-            raise SensorValueError(f"{self.path}: {CORE_API} is not applied; apply it, or create a new lidar")
 
     def _write_rates(
         self,

@@ -21,7 +21,7 @@ RESOLUTION = (300, 300)
 class LidarSensor(RenderedSensor):
     """Renders a lidar: `LidarSensor(lidar_or_path, annotators=["generic-model-output"])`.
 
-    A path makes a Lidar with its defaults (aux NONE, accumulating) on that prim. The render product is 300 x 300, named
+    A path makes a Lidar on that prim, whose attributes stay as they are. The render product is 300 x 300, named
     rtx_sensor_<hash>. It exists from now on; if it was made while playing, until the stop. writers: names from the
     writer table. Raises SensorValueError (a UserError and a ValueError) for unknown names and prims.
     """

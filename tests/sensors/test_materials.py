@@ -5,7 +5,7 @@ from pxr import Sdf, UsdGeom, UsdShade
 
 from graph.sim import App
 from graph.sim.scene.nonvisual import ATTRIBUTES, BASES, COATINGS
-from sensors import Lidar
+from sensors import Lidar, bind_material
 from sensors.products import render_product
 from sensors.surfaces.materials import decode, encode, material_of
 
@@ -59,3 +59,24 @@ def test_points_carry_the_material_of_what_they_hit():
         assert set(product.frame.channel("matId")[ahead].tolist()) == {2}
         assert set(product.frame.channel("matId")[~ahead].tolist()) == {0}
         assert material_of(stage, None) == material_of(stage, "/World/Nothing") == 0
+
+
+def test_a_material_can_be_bound_by_its_name_or_its_parts():
+    with App(None) as app:
+        wall = UsdGeom.Cube.Define(app.stage, "/World/Wall")
+        UsdGeom.XformCommonAPI(wall).SetTranslate((5, 0, 0))
+        lidar = Lidar.create("/World/Lidar", config="RPLIDAR_S2E", aux_output_level="EXTRA", app=app)
+        product = render_product(app, lidar.path)
+        product.sensor.require("test", {"matId"})
+        paint = {"base": "aluminum", "coating": "paint", "attributes": "emissive"}
+        for material, number in (("steel", 2), (paint, 2305)):  # 1 + 1 * 256 + 1 * 2048
+            bind_material("/World/Wall", material, app=app)
+            app.play()
+            app.update(steps=6)
+            assert set(product.frame.channel("matId").tolist()) == {number}
+            app.stop()
+
+        with pytest.raises(ValueError, match="there is no material base 'stel'; did you mean \"steel\""):
+            bind_material("/World/Wall", "stel", app=app)
+        with pytest.raises(ValueError, match='there is no prim /World/Wal; did you mean "/World/Wall"'):
+            bind_material("/World/Wal", "steel", app=app)

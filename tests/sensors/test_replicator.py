@@ -5,6 +5,7 @@ import pytest
 
 import sensors.replicator as rep
 from graph.base.errors import UserError
+from graph.sim import settings as keys
 from sensors import (
     Lidar,
     LidarSensor,
@@ -15,6 +16,7 @@ from sensors import (
     unregister_annotator_spec,
     unregister_writer_spec,
 )
+from sensors.annotators.outputs import LABELS
 from sensors.annotators.types import AnnotatorType
 from sensors.products import place_product
 from sensors.writers import WriterSpec
@@ -75,7 +77,9 @@ def test_without_options_a_scan_buffer_is_points_alone_and_nothing_else_is_compu
     app.play()
     app.update(steps=6)
 
-    assert set(buffer.get_data()) == {"data", "transform", "info"}
+    found = buffer.get_data()
+    assert set(found) == {"data", "transform", "info", *LABELS}
+    assert {name for name in LABELS if len(found[name])} == set()
     assert set(product.frame.arrays) == {"xyz"}
 
 
@@ -110,9 +114,12 @@ def test_an_extracted_cloud_follows_the_auxiliary_level(app):
 
     always = {"data", "transform", "info", "azimuth", "elevation", "distance", "intensity", "timestamp"}
     basic = {"emitterId", "channelId", "tickId", "echoId", "tickState"}
-    assert set(clouds["Plain"].get_data()) == always
-    assert set(clouds["Basic"].get_data()) == always | basic
-    assert set(clouds["Lidar"].get_data()) == always | basic | {"materialId", "objectId", "hitNormal", "velocity"}
+    found = {name: cloud.get_data() for name, cloud in clouds.items()}
+    filled = {name: {key for key, value in data.items() if len(value)} for name, data in found.items()}
+    assert all(set(data) == {"data", "transform", "info", *LABELS} for data in found.values())
+    assert filled["Plain"] == always
+    assert filled["Basic"] == always | basic
+    assert filled["Lidar"] == always | basic | {"materialId", "objectId", "hitNormal", "velocity"}
     assert codes(app) == []
 
 
@@ -155,6 +162,18 @@ def test_a_flat_scan_of_a_3d_lidar_names_the_emitter_and_its_elevation(app):
 
     with pytest.raises(UserError, match=r"FlatScan: /World/Tall: .* emitter 1 points 7.5 deg up"):
         rep.get_annotator(FLAT_SCAN).attach(product)
+
+    app.settings.set(keys.FLAT_SCAN_NEEDS_2D, False)  # as the product does
+    tall = rep.get_annotator(FLAT_SCAN).attach(product)
+    app.play()
+    app.update(steps=12)
+    found = tall.get_data()
+    assert (found["numRows"], found["numCols"], found["horizontalFov"]) == (1, 0, 0.0)
+    assert len(found["linearDepthData"]) == len(found["intensitiesData"]) == 0
+    [told] = [one for one in app.warnings if one.code == "flat-scan-3d"]
+    assert told.count == 1
+    assert "emitter 1 points 7.5 deg up" in told.message
+    app.stop()
 
     Lidar.create("/World/Flat", config="Example_Rotary_2D", app=app)
     assert rep.get_annotator(FLAT_SCAN).attach(rep.create_render_product("/World/Flat")).product is not None

@@ -86,6 +86,11 @@ DIFFERENCES: tuple[Difference, ...] = (
         "solid-state lidar; or both cut the field of view into as many bins as there are beams, ascending",
     ),
     Difference(
+        keys.FLAT_SCAN_NEEDS_2D,
+        False,
+        "a flat scan of a 3-D lidar is an error, or one warning and outputs at their defaults",
+    ),
+    Difference(
         keys.STOP_CLEARS_COMMANDS,
         True,
         "at stop the command inputs of controllers keep what is written on them, or become 0 (empty, of arrays)",

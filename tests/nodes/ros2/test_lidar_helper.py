@@ -164,6 +164,16 @@ def test_unknown_metadata_is_refused_with_the_nearest_name(lidar, world):
         helper(world(), updates=1, selectedMetadata=["Rings"])
 
 
+def test_a_quantity_that_a_lidar_does_not_measure_is_left_out_with_a_warning(lidar, world):
+    lidar()
+    app = world()
+    trace = helper(app, updates=7, selectedMetadata=["RadialVelocityMS", "Intensity"])
+    assert names(app.sink["/points"][0].message) == ["x", "y", "z", "intensity"]
+    [told] = trace.warnings
+    assert told.code == "metadata-not-measured"
+    assert "measures no RadialVelocityMS" in told.message
+
+
 def test_the_config_node_lists_what_is_chosen_in_order():
     trace = run_node(
         "ROS2RtxLidarPointCloudConfig",

@@ -229,13 +229,33 @@ def test_an_asset_without_a_lidar_is_refused(app, tmp_path):
         Lidar.create("/World/Lidar", usd_path=str(path))
 
 
-def test_a_sensor_from_a_path_resets_the_aux_level(app):
-    Lidar.create("/World/Lidar", config="XT32", aux_output_level="FULL")
+def test_wrapping_leaves_what_is_authored(app):
+    Lidar.create("/World/Lidar", config="XT32", aux_output_level="FULL", accumulate_outputs=False, tick_rate=5)
+    before = app.stage.GetRootLayer().ExportToString()
 
     sensor = LidarSensor("/World/Lidar")
+    again = Lidar("/World/Lidar")
 
-    assert sensor.lidar.aux_output_level == "NONE"
+    assert app.stage.GetRootLayer().ExportToString() == before
+    assert (again.aux_output_level, again.config.accumulate_outputs, again.tick_rate) == ("FULL", False, 5)
     assert sensor.authoring_object is sensor.lidar
+    assert Lidar("/World/Lidar", aux_output_level="NONE", accumulate_outputs=True).aux_output_level == "NONE"
+    assert again.config.accumulate_outputs is True
+
+
+def test_a_prim_of_the_bare_type_can_be_wrapped(app):
+    app.stage.DefinePrim("/World/Lidar", "OmniLidar")
+
+    assert Lidar("/World/Lidar", tick_rate=10).config.number_of_emitters == 128
+
+
+@pytest.mark.parametrize(("parity", "rate"), [("documented", 0), ("isaacsim-6.0.1", 10)])
+def test_a_new_lidar_has_the_tick_rate_of_the_profile(parity, rate):
+    with App(parity=parity) as app:
+        assert value(app, Lidar("/World/Lidar", app=app).path, "omni:sensor:tickRate") == rate
+        given = Lidar("/World/Other", attributes={"omni:sensor:tickRate": 7.0}, app=app)
+        assert value(app, given.path, "omni:sensor:tickRate") == 7
+        assert not app.warnings.codes()
 
 
 def test_the_render_product_is_small_and_named_after_the_prim(app):

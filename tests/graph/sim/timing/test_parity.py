@@ -7,7 +7,7 @@ from fractions import Fraction
 
 import pytest
 
-from graph.base.errors import RunError
+from graph.base.errors import RunError, UserError
 from graph.sim import App, MemorySink
 from graph.sim import settings as keys
 from graph.sim.timing.parity import DIFFERENCES, DOCUMENTED, PRODUCT
@@ -21,6 +21,7 @@ scene:
     /World/Wall: {type: Cube, size: 2.0, translate: [6, 0, 0]}
     /World/Lidar: {type: OmniLidar, config: Example_Rotary_2D}
     /World/Bare: {type: OmniLidar, translate: [0, 0, 3]}
+    /World/Tall: {type: OmniLidar, config: XT32, translate: [0, 3, 3]}
 """
 LIDAR = lidar_graph("type: laser_scan, topicName: scan, fullScan: FULL")
 COUNTDOWN = """\
@@ -44,6 +45,18 @@ graphs:
     connections:
       - tick.tick -> fails.execIn
       - tick.tick -> note.execIn
+"""
+FLAT_3D = """\
+graphs:
+  /World/G:
+    nodes:
+      tick: OnPlaybackTick
+      product: {type: IsaacCreateRenderProduct, inputs: {cameraPrim: /World/Tall}}
+    connections: [tick.tick -> product.execIn]
+  /World/Frames:
+    pipeline_stage: post_render
+    nodes: {scan: IsaacComputeRTXLidarFlatScan}
+    connections: [/World/G/product.outputs:renderProductPath -> scan.renderProductPath]
 """
 DRIVES = """\
 graphs:
@@ -379,6 +392,21 @@ def test_row_cells_of_a_laser_scan(run, parity, settings, value):
     scan = app.sink.messages["/scan"][0].message
     assert len(scan.ranges) == 3600
     assert scan.angle_increment == pytest.approx(math.radians(0.1 if value else -0.1), rel=1e-6)
+
+
+@both(keys.FLAT_SCAN_NEEDS_2D)
+def test_row_flat_scan_of_a_3d_lidar(run, parity, settings, value):
+    if value:
+        with pytest.raises(UserError, match="/World/Tall: a flat or laser scan needs a 2D lidar"):
+            run(FLAT_3D, parity, settings)
+        return
+    app = run(FLAT_3D, parity, settings)
+    app.play()
+    app.update(40)
+    scan = app.graphs["/World/Frames"].nodes["scan"]
+    assert (scan.get("outputs:numRows"), scan.get("outputs:numCols")) == (1, 0)
+    assert scan.computes > 3
+    assert [one.count for one in app.warnings if one.code == "flat-scan-3d"] == [1]
 
 
 @both(keys.STOP_CLEARS_COMMANDS)
