@@ -1,7 +1,7 @@
 """Rigid-body physics of a stage, built when the simulation plays and freed when it stops.
 
-`protocol` says what an engine gives; `read_world` reads the stage into plain data (`model`) for any engine; `mujoco` is
-the default engine. Nothing outside `mujoco` and `graph.sim.mjcf` knows MuJoCo's models and data.
+`protocol` is the interface of an engine; `read_world` reads the stage into plain data (`model`) for any engine;
+`mujoco` is the default engine. Only `mujoco` and `graph.sim.mjcf` use MuJoCo's models and data.
 """
 
 from __future__ import annotations
@@ -37,9 +37,9 @@ class Mujoco:
     ) -> PhysicsEngine:
         """The MuJoCo engine of a world.
 
-        fidelity: its knobs `physics.*` choose how it solves (see `solver`); they beat the scene's own attributes. Where
-        neither says it, the integrator is `discrete` with driven joints (it alone keeps stiff drives and contacts
-        stable together) or deformables, and the cheaper `implicitfast` without.
+        fidelity: its knobs `physics.*` choose how it solves (see `solver`), and replace the scene's own attributes. If
+        neither sets the integrator, it is `discrete` for worlds with driven joints (only it keeps stiff drives and
+        contacts stable together) or deformables, and otherwise the cheaper `implicitfast`.
         """
         from .mujoco.compile import compiler_of
         from .mujoco.engine import MujocoEngine
@@ -62,8 +62,8 @@ def build_physics(
 ) -> PhysicsEngine | None:
     """An engine with the stage's dynamics and steps of `dt` [s], in the state of the stage; None if nothing can move.
 
-    mjcf: the model that the stage mirrors; it is simulated as it is, and the stage's other bodies and colliders in it.
-    Raises UserError if the engine refuses the scene.
+    mjcf: the model that the stage mirrors; it is simulated unchanged, together with the stage's other bodies and
+    colliders. Raises UserError if the engine refuses the scene.
     """
     from graph.sim.scene.scan import scan_stage
 

@@ -1,4 +1,4 @@
-"""Jointed mechanisms: read their joints and set what their drives aim at, by whole arrays."""
+"""Jointed mechanisms: reads their joints and sets the targets of their drives, as whole arrays."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Values = Sequence[float] | Floats
 
 
 class _Found(NamedTuple):
-    """The joints of a mechanism: their numbers among the engine's, and what never changes of them."""
+    """The joints of a mechanism: their numbers in the engine, and their constant properties."""
 
     rows: Rows
     paths: tuple[str, ...]
@@ -68,7 +68,7 @@ class Articulation:
 
     @property
     def joint_paths(self) -> tuple[str, ...]:
-        """Paths of the joints' prims; of one axis of a joint with several, with `:` and the axis."""
+        """Paths of the joints' prims; for an axis of a joint with several, followed by `:` and the axis."""
         return self._now.paths
 
     @property
@@ -78,7 +78,7 @@ class Articulation:
 
     @property
     def model_names(self) -> dict[str, int]:
-        """Numbers of joints by what the model that they come from calls them."""
+        """Numbers of joints by their names in the MJCF model that they come from."""
         return self._now.model_names
 
     @property
@@ -112,12 +112,12 @@ class Articulation:
 
     @property
     def limits(self) -> Floats:
-        """(J, 2) lowest and highest positions [rad or stage units]; infinite where there is no limit."""
+        """(J, 2) lowest and highest positions [rad or stage units]; infinite without a limit."""
         return self._now.limits.copy()
 
     @property
     def linear(self) -> NDArray[np.bool_]:
-        """(J,) which joints slide; the others turn."""
+        """(J,) which joints are prismatic; the others are revolute."""
         return self._now.linear.copy()
 
     def set_targets(
@@ -127,10 +127,10 @@ class Articulation:
         efforts: Values | None = None,
         joints: Sequence[int] | None = None,
     ) -> None:
-        """Set what the drives aim at, and efforts that act besides them until set again.
+        """Sets the targets of drives, and efforts that act in addition until set again.
 
-        Each array has one number per joint (or per entry of `joints`, joint numbers); NaN leaves that joint alone, an
-        empty array or None all of them. Raises ValueError, having changed nothing, if an array has another length.
+        Each array has one number per joint (or per entry of `joints`, joint numbers); NaN leaves that joint unchanged,
+        an empty array or None all of them. Raises ValueError, with nothing changed, if an array has another length.
         """
         rows, chosen = self._now.rows, self._chosen(joints)
         aims = [
@@ -143,12 +143,12 @@ class Articulation:
         self.engine.set_joint_targets(rows[chosen], position, velocity, forces)
 
     def set_positions(self, positions: Values, joints: Sequence[int] | None = None) -> None:
-        """Put joints at positions [rad or stage units] at once; NaN leaves one alone. What aims at them stays."""
+        """Puts joints at positions [rad or stage units] at once; NaN leaves one unchanged. Targets stay."""
         rows, values = self._wanted("positions", positions, joints)
         self.engine.set_joint_positions(rows, values)
 
     def set_velocities(self, velocities: Values, joints: Sequence[int] | None = None) -> None:
-        """Give joints velocities [rad/s or stage units/s] at once; NaN leaves one alone."""
+        """Sets joint velocities [rad/s or stage units/s] at once; NaN leaves one unchanged."""
         rows, values = self._wanted("velocities", velocities, joints)
         self.engine.set_joint_velocities(rows, values)
 
@@ -176,7 +176,7 @@ class Articulation:
 
 
 def _connected(joints: Sequence[Joint], root: str) -> list[int]:
-    """Numbers of the joints at, below or on bodies below a path, and of all that bodies connect with them."""
+    """Numbers of the joints at or below a path or on bodies below it, and of all joints connected to these bodies."""
 
     def inside(path: str | None) -> bool:
         if path is None:

@@ -18,37 +18,37 @@ def kilograms_per_unit(stage: Any) -> float:
 
 
 def value_of(prim: Any, name: str) -> Any:
-    """The value that a prim authors for an attribute, which USD may know or not; None where it authors none."""
+    """The value that a prim authors for an attribute, even if USD does not know the attribute; None if not authored."""
     attribute = prim.GetAttribute(name)
     return attribute.Get(EARLIEST) if attribute and attribute.HasAuthoredValue() else None
 
 
 def applied_schemas(prim: Any) -> list[str]:
-    """The API schemas that a prim says it has, also those that this USD does not know."""
+    """The API schemas in a prim's metadata, including those that this USD does not know."""
     return list(prim.GetPrimTypeInfo().GetAppliedAPISchemas())
 
 
 def authored(attribute: Any, nothing: float = 0.0) -> float | None:
-    """A number that an attribute authors; None where it is unset, not finite, or the value that means "nothing"."""
+    """The authored number of an attribute; None if it is unset, not finite, or the schema's value for "not set"."""
     value = attribute.Get(EARLIEST) if attribute and attribute.HasAuthoredValue() else None
     return None if value is None or not math.isfinite(value) or value <= nothing else float(value)
 
 
 def quaternion_of(value: Any) -> Floats:
-    """A `Gf.Quat*` as unit w, x, y, z; no turn where its length is 0, not numbers where it is not finite."""
+    """A `Gf.Quat*` as unit w, x, y, z; the identity if its length is 0, NaN if it is not finite."""
     out = np.array([value.GetReal(), *value.GetImaginary()], dtype=np.float64)
     length = float(np.linalg.norm(out))
     return out / length if length != 0 else np.array([1.0, 0, 0, 0])
 
 
 def vector(attribute: Any) -> Floats | None:
-    """(3,) that is authored, finite and not the schema's "unset" of minus infinity."""
+    """(3,) if authored, finite and not the schema's "not set" of minus infinity, else None."""
     value = attribute.Get(EARLIEST) if attribute and attribute.HasAuthoredValue() else None
     out = None if value is None else np.array(value, dtype=np.float64)
     return out if out is not None and np.isfinite(out).all() else None
 
 
 def vector_or_zero(attribute: Any) -> Floats:
-    """(3,) that is authored and finite, else zero."""
+    """(3,) if authored and finite, else zero."""
     value = vector(attribute)
     return np.zeros(3) if value is None else value

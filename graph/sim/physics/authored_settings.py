@@ -1,4 +1,4 @@
-"""The physics settings that a stage authors, held against the table of what is simulated."""
+"""Compares the physics settings that a stage authors with the table of simulated settings."""
 
 from __future__ import annotations
 
@@ -58,18 +58,18 @@ _API_ROLES = {
 
 @dataclass
 class StoredSettings:
-    """Settings that change nothing, collected so that those that ask for the same make one line."""
+    """Settings without effect, collected so that those with the same reason make one line."""
 
     _found: dict[str, tuple[str, dict[str, None], dict[str, None]]] = field(default_factory=dict)
 
     def add(self, path: str, name: str, why: str) -> None:
-        """Note a name (of an attribute, relationship or schema) on the prim at `path`, and why it changes nothing."""
+        """Adds a name (of an attribute, relationship or schema) on the prim at `path`, and why it has no effect."""
         place = f"{path}.{name}" if ":" in name else path
         _, names, prims = self._found.setdefault(why, (place, {}, {}))
         names[name], prims[path] = None, None
 
     def lines(self) -> Iterator[tuple[str, str]]:
-        """(where, message), one for each reason: the first setting in full, the others by name and number."""
+        """(place, message), one for each reason: the first setting in full, the others by name and number."""
         for why, (place, names, prims) in self._found.items():
             first, *others = names
             also = f"; so {'do' if len(others) > 1 else 'does'} {_listed(others)}" if others else ""
@@ -78,17 +78,17 @@ class StoredSettings:
             yield place, f"{what} is kept on the prim and changes nothing{several}: {why}{also}"
 
     def tell(self, warn: Warn) -> None:
-        """Warn of each line, `physics-setting-stored`."""
+        """Gives a warning for each line, `physics-setting-stored`."""
         for where, message in self.lines():
             warn(CODE, where, message)
 
 
 def check_settings(stage: Any, warn: Warn, *, mirrors: bool = False) -> None:
-    """Look at every physics setting that a stage authors.
+    """Checks every physics setting that a stage authors.
 
-    What is not simulated is warned of, `physics-setting-stored`, one line for each reason. mirrors: the stage mirrors
-    an MJCF model, whose own attributes (`mjc:`) are simulated as they are. Raises UserError, a line each, for
-    properties that are read and are of another kind or type than their schemas say.
+    Settings that are not simulated give the warning `physics-setting-stored`, one line for each reason. mirrors: the
+    stage mirrors an MJCF model, whose own attributes (`mjc:`) are simulated unchanged. Raises UserError, one line each,
+    for simulated properties whose kind or type differs from their schemas.
     """
     stored, problems = StoredSettings(), list[Problem]()
     for prim in _prims(stage):
@@ -102,7 +102,7 @@ def check_settings(stage: Any, warn: Warn, *, mirrors: bool = False) -> None:
 
 
 def _prims(stage: Any) -> Iterator[Any]:
-    """Every prim, what instances share once."""
+    """Every prim; prims that instances share only once."""
     seen = set()
     prims = iter(Usd.PrimRange(stage.GetPseudoRoot(), Usd.TraverseInstanceProxies()))
     for prim in prims:
@@ -122,7 +122,7 @@ def _look(
     for schema in schemas:
         if not (mirrors and schema.startswith("Mjc")):
             stored.add(path, schema, stored_as(schema).why)
-    if by_type and not mirrors:  # its attributes say how, not what
+    if by_type and not mirrors:  # its attributes are parameters only
         return
     for name in names:
         if mirrors and name.startswith("mjc:"):
@@ -136,7 +136,9 @@ def _look(
 
 @lru_cache(maxsize=4096)
 def _read_as(kind: str, apis: tuple[str, ...]) -> tuple[tuple[str, ...], bool, frozenset[str]]:
-    """Of prims of a type with API schemas: what of these is not simulated, whether the type is not, their roles."""
+    """For prims of a type with API schemas: those of the schemas that are not simulated, whether the type is, their
+    roles.
+    """
     names = [api.partition(":")[0] for api in apis]
     every = dict.fromkeys([kind, *names])
     schemas = tuple(name for name in every if name.startswith(SCHEMAS) and name not in QUIET_SCHEMAS)
@@ -164,7 +166,7 @@ def _counts(known: str, instance: str, roles: frozenset[str]) -> bool:
 
 
 def _why(known: str, instance: str, roles: frozenset[str]) -> Stored:
-    """Why a name changes nothing on a prim with some roles."""
+    """Why a name has no effect on a prim with some roles."""
     places = SIMULATED.get(known)
     if places is None:
         row = stored_as(known)
@@ -181,7 +183,7 @@ def _every_name() -> list[str]:
 
 
 def _neutral(prim: Any, name: str, known: str) -> bool:
-    """Whether a setting asks for what happens anyway."""
+    """Whether a setting asks for the default behaviour."""
     attribute = prim.GetAttribute(name)
     if not attribute:
         return not prim.GetRelationship(name).HasAuthoredTargets()
@@ -195,7 +197,7 @@ def _neutral(prim: Any, name: str, known: str) -> bool:
 
 @lru_cache(maxsize=1024)
 def _wanted(known: str) -> Any:
-    """The type that a property must have: "rel", one of `Sdf.ValueTypeNames`, or None for any."""
+    """The required type of a property: "rel", one of `Sdf.ValueTypeNames`, or None for any."""
     registry = Usd.SchemaRegistry()
     for name, attributes in _usd_physics().items():
         if known in attributes:
@@ -226,7 +228,7 @@ def _usd_physics() -> dict[str, dict[str, str]]:
 
 
 def _type_problem(prim: Any, name: str, known: str) -> str:
-    """What is wrong with the kind or the type of a property that is read; "" where nothing is."""
+    """What is wrong with the kind or type of a simulated property, or ""."""
     wanted = _wanted(known)
     if wanted is None:
         return ""
@@ -247,7 +249,7 @@ def _type_problem(prim: Any, name: str, known: str) -> str:
 
 
 def _fits(value: Any, wanted: Any) -> bool:
-    """Whether a value can be read as one of a type of USD: itself, or another kind of number."""
+    """Whether a value can be read as a value of a USD type: of the same type, or another kind of number."""
     example = wanted.defaultValue
     if isinstance(value, Sdf.ValueBlock) or type(value) is type(example):
         return True

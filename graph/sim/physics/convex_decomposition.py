@@ -1,9 +1,9 @@
-"""Concave meshes as convex pieces: flat faces, each with some depth behind it.
+"""Concave meshes as convex pieces: flat faces with some depth behind them.
 
-Triangles that lie in one plane are joined to convex polygons where they make one; each polygon is drawn backwards into
-the solid, half as deep as the solid is there (a ray tells), so that what is pushed into it is pushed out again by the
-face that it came through. What collides is then the true surface, hollows and holes included. The pieces of meshes too
-large for rays are thin: SHEET of what those of open surfaces are.
+Triangles in one plane are joined to convex polygons if possible. Each polygon is extruded backwards into the solid,
+half as deep as the solid is there (found by a ray), so that a body pushed into it is pushed out again through the same
+face. So the colliding surface is the true one, with its hollows and holes. The pieces of meshes too large for rays are
+thin, with the depth SHEET of open surfaces.
 """
 
 from __future__ import annotations
@@ -18,16 +18,16 @@ from graph.sim.transforms import Floats
 from .model import Volume
 
 MOST_PIECES = 20_000
-"""More pieces than this are not made: a model of them takes seconds to compile."""
+"""At most this many pieces are made: a model of more takes seconds to compile."""
 
 DEPTH = 0.25
-"""Of a piece, as a fraction of the mesh's size, where the solid is deeper than that."""
+"""Depth of a piece, as a fraction of the mesh's size, if the solid is deeper."""
 
 SHEET = 0.01
 """Depth of an open surface, which has no inside, as a fraction of the mesh's size."""
 
 MOST_TRIANGLES = 100_000
-"""Larger meshes are not looked at."""
+"""Larger meshes are not decomposed."""
 
 _FLAT = 1e-5
 _SLIVER = 1e-7
@@ -35,7 +35,7 @@ _RAYS, _MOST_RAYS = 300_000, 30_000_000
 
 
 def surface_pieces(vertices: Floats, triangles: NDArray[np.integer[Any]]) -> list[Floats] | None:
-    """The points of convex pieces that make up a surface, in no more than `MOST_PIECES`; None where it takes more."""
+    """The points of convex pieces that form a surface; None if more than `MOST_PIECES` are needed."""
     if len(triangles) > MOST_TRIANGLES:
         return None
     points, number = np.unique(vertices, axis=0, return_inverse=True)
@@ -67,7 +67,7 @@ Polygon = tuple[NDArray[np.int64], Floats]
 
 
 def _polygons(points: Floats, faces: NDArray[np.int64], normals: Floats, extent: float) -> list[Polygon]:
-    """Triangles joined across shared edges to convex polygons, as far as that goes."""
+    """Triangles joined across shared edges to convex polygons, as far as possible."""
     loops: list[list[int] | None] = [[int(corner) for corner in face] for face in faces]
     owner = list(range(len(loops)))
     inner = _flat_edges(points, faces, normals, extent)
@@ -98,7 +98,7 @@ def _find(owner: list[int], number: int) -> int:
 def _flat_edges(
     points: Floats, faces: NDArray[np.int64], normals: Floats, extent: float
 ) -> list[tuple[int, int, int, int]]:
-    """(face, face, corner, corner) of edges between two faces in one plane, as the first face runs along them."""
+    """(face, face, corner, corner) of edges between two faces in one plane, in the direction of the first face."""
     edges = np.concatenate([faces[:, (0, 1)], faces[:, (1, 2)], faces[:, (2, 0)]])
     opposite = np.concatenate([faces[:, 2], faces[:, 0], faces[:, 1]])
     face = np.tile(np.arange(len(faces)), 3)
@@ -117,7 +117,7 @@ def _flat_edges(
 def _joined(
     points: Floats, one: list[int] | None, other: list[int] | None, edge: tuple[int, int], normal: Floats, extent: float
 ) -> list[int] | None:
-    """Two polygons joined along an edge, without collinear corners; None where that is not convex."""
+    """Two polygons joined along an edge, without collinear corners; None if the result is not convex."""
     if one is None or other is None or edge[0] not in one or edge[1] not in one:
         return None
     i = one.index(edge[0])
@@ -138,7 +138,7 @@ def _joined(
 
 
 def outward(points: Floats, faces: NDArray[np.int64]) -> NDArray[np.int64]:
-    """The faces of a closed mesh turned so that their normals point out of it; an open one as it is."""
+    """The faces of a closed mesh with normals pointing out; those of an open mesh unchanged."""
     if not len(faces) or not _closed(faces):
         return faces
     corners = points[faces] - points[faces[0, 0]]
@@ -147,7 +147,7 @@ def outward(points: Floats, faces: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def _closed(faces: NDArray[np.int64]) -> bool:
-    """Whether every edge is run along once each way, so that there is an inside."""
+    """Whether every edge is used once in each direction, so that the mesh has an inside."""
     edges = np.concatenate([faces[:, (0, 1)], faces[:, (1, 2)], faces[:, (2, 0)]])
     most = int(faces.max()) + 1
     forward, backward = np.sort(edges[:, 0] * most + edges[:, 1]), np.sort(edges[:, 1] * most + edges[:, 0])
@@ -155,7 +155,7 @@ def _closed(faces: NDArray[np.int64]) -> bool:
 
 
 def _room(points: Floats, faces: NDArray[np.int64], polygons: list[Polygon], extent: float) -> Floats:
-    """How far it is from the middle of each polygon backwards to the next triangle [m]."""
+    """The distance from the middle of each polygon backwards to the next triangle [m]."""
     starts = np.array([points[corners].mean(axis=0) for corners, _ in polygons])
     ways = -np.array([normal for _, normal in polygons])
     a = points[faces[:, 0]]
@@ -184,7 +184,9 @@ def _first_hits(start: Floats, way: Floats, a: Floats, u: Floats, v: Floats, ext
 
 
 def enclosed(vertices: Floats, triangles: NDArray[np.integer[Any]]) -> Volume | None:
-    """What a closed mesh encloses, by the tetrahedra that its triangles make with a point; None where it is open."""
+    """The volume that a closed mesh encloses, from the tetrahedra that its triangles make with a point; None for an
+    open mesh.
+    """
     points, number = np.unique(vertices, axis=0, return_inverse=True)
     faces = number.reshape(-1)[triangles.astype(np.int64)]
     faces = faces[(faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])]

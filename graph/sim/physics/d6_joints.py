@@ -1,8 +1,8 @@
-"""Joints with up to six free axes (D6), as a chain of joints of one axis each.
+"""Joints with up to six free axes (D6), as a chain of joints with one axis each.
 
-The second frame is reached from the first by the translations along the first frame's axes, then by turns about Z, Y
-and X, each about the axis that the turns before have left; the turn about X is the twist. Where all three turns are
-free the chain has its pole where the second one is 90 degrees.
+The second frame follows from the first by translations along the first frame's axes, then by rotations about Z, Y and
+X, each about the axis as rotated before; the rotation about X is the twist. If all three rotations are free, the chain
+has a singularity where the second one is 90 degrees.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ ORDER = (0, 1, 2, 5, 4, 3)
 
 @dataclass(frozen=True)
 class Axis:
-    """A free axis: its number in `AXES`, its limits [m or rad], drive, and what the joint adds to it."""
+    """A free axis: its number in `AXES`, its limits [m or rad], its drive, and the joint's own effects on it."""
 
     number: int
     lower: float = -FREE
@@ -43,7 +43,7 @@ class Axis:
 
 
 def single_joints(scan: Scan, joint: Joint, axes: Sequence[Axis], order: Sequence[int] = ORDER) -> tuple[Joint, ...]:
-    """The free axes of a joint as joints of one axis each, at the positions in which the scene places its bodies."""
+    """The free axes of a joint as joints with one axis each, at the positions of its bodies in the scene."""
     first, second = (
         frame if body is None else scan.body_pose(body) @ frame
         for frame, body in zip(joint.frames, joint.bodies, strict=True)
@@ -82,7 +82,7 @@ def single_joints(scan: Scan, joint: Joint, axes: Sequence[Axis], order: Sequenc
 
 
 def step(angular: bool, axis: int, amount: float) -> Floats:
-    """(4, 4) of a turn about an axis, or of a shift along it."""
+    """(4, 4) of a rotation about an axis, or of a translation along it."""
     out = np.eye(4)
     if angular:
         out[:3, :3] = turn(axis, amount)
@@ -92,7 +92,7 @@ def step(angular: bool, axis: int, amount: float) -> Floats:
 
 
 def moved(steps: Sequence[Floats]) -> Floats:
-    """(4, 4) of steps one after the other."""
+    """(4, 4) of several steps in order."""
     out = np.eye(4)
     for each in steps:
         out = out @ each
@@ -107,7 +107,7 @@ def turn(axis: int, angle: float) -> Floats:
 
 
 def _angles(rotation: Floats, turns: Sequence[int]) -> dict[int, float]:
-    """The angles of successive turns about the given axes that make a rotation (as near as they can)."""
+    """The angles of successive rotations about the given axes that give a rotation (as closely as possible)."""
     if len(turns) == 3:
         # R = A_i(a) A_j(b) A_k(c); s = 1 where i, j, k are cyclic
         i, j, k = turns

@@ -1,4 +1,4 @@
-"""Which colliders never meet: collision groups, filtered pairs, articulations without self-collision."""
+"""Which colliders never collide: collision groups, filtered pairs, articulations without self-collision."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from graph.sim.usd import EARLIEST, UsdPhysics
 from .attributes import value_of
 
 MOST_MASKS = 32
-"""Kinds of colliders that MuJoCo's bit masks can tell apart."""
+"""Kinds of colliders that MuJoCo's bit masks can distinguish."""
 
 
 @dataclass(frozen=True)
 class Filters:
-    """masks: by the path of a collider prim, its kind; meets: (k, k) which kinds collide; apart: pairs that do not.
+    """masks: the kind of each collider prim by path; meets: (k, k) which kinds collide; apart: pairs that do not.
 
-    The pairs are of moving bodies, or of one and something still (`stills`: prims with all that is below them).
+    The pairs are of moving bodies, or of a body and static geometry (`stills`: prims with everything below them).
     """
 
     masks: dict[str, int]
@@ -33,7 +33,7 @@ class Filters:
 
 
 def read_filters(scan: Scan, warn: Warn) -> Filters:
-    """All that keeps colliders apart on a stage."""
+    """Everything on a stage that keeps colliders apart."""
     apart: dict[tuple[str, str], None] = dict.fromkeys(_still_ends(scan))
     tokens: dict[str, set[tuple[int, int]]] = {}
     for number, (first, second) in enumerate(_filtered(scan)):
@@ -58,7 +58,7 @@ def read_filters(scan: Scan, warn: Warn) -> Filters:
 
 
 def _still_ends(scan: Scan) -> list[tuple[str, str]]:
-    """A body and what does not move, tied by a joint whose ends do not collide."""
+    """A body and static geometry, connected by a joint whose ends do not collide."""
     out = []
     for joint in scan.joints:
         if UsdPhysics.Joint(joint.prim).GetCollisionEnabledAttr().Get(EARLIEST):
@@ -75,7 +75,7 @@ def _groups(scan: Scan) -> list[Any]:
 
 
 def _filtered(scan: Scan) -> list[tuple[str, str]]:
-    """Pairs of prims of which one names the other in FilteredPairsAPI."""
+    """Pairs of prims, one of which names the other in FilteredPairsAPI."""
     out: list[tuple[str, str]] = []
     roots = [scan.stage.GetPrimAtPath(path) for path in scan.articulation_roots]
     prims = {str(prim.GetPath()): prim for prim in roots if prim}
@@ -89,7 +89,7 @@ def _filtered(scan: Scan) -> list[tuple[str, str]]:
 
 
 def _mechanisms_without_self_collision(scan: Scan) -> list[set[str]]:
-    """The bodies of each articulation that says that its links do not collide with each other."""
+    """The bodies of each articulation whose links do not collide with each other."""
     out = []
     for path in scan.articulation_roots:
         prim = scan.stage.GetPrimAtPath(path)
@@ -105,7 +105,7 @@ def _mechanisms_without_self_collision(scan: Scan) -> list[set[str]]:
 
 
 def _jointed(scan: Scan, bodies: set[str]) -> set[str]:
-    """The bodies, and all that joints connect with them."""
+    """The bodies, and all bodies that joints connect with them."""
     found = set(bodies)
     while True:
         more = {
@@ -147,7 +147,9 @@ def _masks(scan: Scan, tokens: dict[str, set[tuple[int, int]]], warn: Warn) -> t
 def _merged(
     masks: dict[str, int], meets: NDArray[np.bool_], where: str, warn: Warn
 ) -> tuple[dict[str, int], NDArray[np.bool_]]:
-    """Kinds that collide with the same others are one; too many are said to collide with all."""
+    """Kinds that collide with the same others are merged; if too many remain, a warning says that they collide with
+    all.
+    """
     rows, number = np.unique(meets, axis=0, return_inverse=True)
     number = number.reshape(-1)
     first = np.array([int(np.flatnonzero(number == k)[0]) for k in range(len(rows))])
@@ -167,7 +169,7 @@ def _merged(
 
 
 def bits(meets: NDArray[np.bool_], mask: int) -> tuple[int, int]:
-    """(contype, conaffinity) of a kind: its own bit, and those of the kinds that it collides with (signed 32 bits)."""
+    """(contype, conaffinity) of a kind: its own bit, and those of the kinds with which it collides (signed 32 bits)."""
     if meets.shape == (1, 1) and meets[0, 0]:
         return 1, 1
     affinity = sum(1 << int(other) for other in np.flatnonzero(meets[mask]))

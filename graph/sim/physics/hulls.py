@@ -17,11 +17,11 @@ FLAT = 1e-6
 
 
 def convex_pieces(vertices: Floats, triangles: Triangles) -> tuple[list[Floats], int]:
-    """The points of convex pieces that make up a mesh, and how many of its parts are concave but taken as their hulls.
+    """The points of convex pieces of a mesh, and how many of its concave parts are replaced by their hulls.
 
-    A connected part that is convex is one piece, others are cut into their faces (see `pieces`). Vertices at equal
-    places are one, so that flat-shaded meshes hold together. A flat part gets a little depth behind its faces, since a
-    hull needs a volume.
+    A convex connected part is one piece, others are cut into their faces (see `convex_decomposition`). Vertices at
+    equal positions are merged, so that flat-shaded meshes hold together. A flat part gets a little depth behind its
+    faces, since a hull needs a volume.
     """
     points, number = np.unique(vertices, axis=0, return_inverse=True)
     corners = number.reshape(-1)[triangles.astype(np.int64)]
@@ -41,7 +41,7 @@ def convex_pieces(vertices: Floats, triangles: Triangles) -> tuple[list[Floats],
 
 
 def with_depth(part: Floats, points: Floats, faces: NDArray[np.integer[Any]]) -> Floats:
-    """The part; if all its points lie in one plane, with a copy of them 5 % of its size behind."""
+    """The part; if all its points lie in one plane, together with a copy of them 5 % of its size behind."""
     normals = _normals(points, faces)
     normal = normals.sum(axis=0)
     length = float(np.linalg.norm(normal))
@@ -60,7 +60,7 @@ def _normals(points: Floats, faces: NDArray[np.integer[Any]]) -> Floats:
 
 
 def _components(corners: NDArray[np.int64], count: int) -> NDArray[np.int64]:
-    """A label per vertex, equal within a connected part (labels spread along edges until none changes)."""
+    """A label per vertex, equal within a connected part (labels spread along edges until nothing changes)."""
     labels = np.arange(count)
     edges = np.concatenate([corners[:, (0, 1)], corners[:, (1, 2)]])
     while True:
@@ -75,7 +75,7 @@ def _components(corners: NDArray[np.int64], count: int) -> NDArray[np.int64]:
 
 
 def _convex(points: Floats, faces: NDArray[np.int64]) -> bool:
-    """Whether no two faces with a common edge meet in a hollow (and no edge has more than two)."""
+    """Whether no two faces with a common edge form a concave angle (and no edge has more than two faces)."""
     normals = _normals(points, faces)
     lengths = np.linalg.norm(normals, axis=1)
     solid = lengths > 0

@@ -1,4 +1,4 @@
-"""Inertial measurement units: what a prim on a moving body feels, from the bodies' velocities at physics steps."""
+"""Inertial measurement units: the readings of a prim on a moving body, from the bodies' velocities at physics steps."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ if TYPE_CHECKING:
     from graph.sim.app import App
 
 LONGEST = 1000
-"""Physics steps that a reading can be averaged over."""
+"""Most physics steps over which a reading can be averaged."""
 
 
 @dataclass(frozen=True, slots=True)
 class InertialReading:
-    """Time [s], and along the sensor's axes acceleration [m/s2] and turn rate [rad/s]; orientation x, y, z, w."""
+    """Time [s]; acceleration [m/s2] and angular velocity [rad/s] along the sensor's axes; orientation x, y, z, w."""
 
     time: float
     acceleration: Floats
@@ -31,7 +31,9 @@ class InertialReading:
 
 
 class _Sample(NamedTuple):
-    """One physics step, sensor axes: acceleration without and of gravity, turn rate; orientation w, x, y, z."""
+    """One physics step, sensor axes: acceleration without gravity, gravity, angular velocity; orientation w, x, y,
+    z.
+    """
 
     time: Fraction
     acceleration: Floats
@@ -43,9 +45,9 @@ class _Sample(NamedTuple):
 class InertialUnit:
     """Follows a prim on a rigid body, step by step, from its creation until `close`.
 
-    The acceleration of a step is the change of the prim's velocity over it, which is what the engine's integrator did.
-    widths: how many steps acceleration, turn rate and orientation are each averaged over. Raises RunError where the
-    prim is on no rigid body.
+    The acceleration of a step is the change of the prim's velocity in it, which is what the engine's integrator
+    computed. widths: over how many steps acceleration, angular velocity and orientation are each averaged. Raises
+    RunError if the prim is not on a rigid body.
     """
 
     def __init__(self, app: App, path: str, widths: tuple[int, int, int] = (1, 1, 1)) -> None:
@@ -81,7 +83,7 @@ class InertialUnit:
         self._velocity, self._time = velocity, time
 
     def _motion(self) -> tuple[Floats, Floats, Floats]:
-        """Velocity and turn rate of the prim along world axes, and its rotation."""
+        """Velocity and angular velocity of the prim along world axes, and its rotation."""
         fabric = self._app.fabric
         pose = fabric.rigid_matrices((self._path,))[0]
         if self._body is None:
@@ -92,7 +94,7 @@ class InertialUnit:
 
 
 def mean_quaternion(quaternions: Floats) -> Floats:
-    """(4,) between (n, 4) unit quaternions close to each other; q and -q count as the same."""
+    """(4,) mean of (n, 4) unit quaternions close to each other; q and -q count as the same."""
     signs = np.where(quaternions @ quaternions[-1] < 0, -1.0, 1.0)
     total = (quaternions * signs[:, None]).sum(axis=0)
     out: Floats = total / np.linalg.norm(total)
@@ -100,7 +102,7 @@ def mean_quaternion(quaternions: Floats) -> Floats:
 
 
 def body_of(app: App, path: str) -> str | None:
-    """The moving body that a prim is on; None where its body cannot move. RunError where it is on no rigid body."""
+    """The moving body of a prim; None if its body cannot move. Raises RunError if it is not on a rigid body."""
     from graph.sim.usd import UsdPhysics
 
     prim = app.stage.GetPrimAtPath(path) if path.startswith("/") else None
@@ -126,7 +128,7 @@ def gravity_of(app: App) -> Floats:
 
 
 def attribute_of(prim: Any, name: str, default: Any) -> Any:
-    """A sensor prim's attribute; the default where it has none or nobody has set it."""
+    """A sensor prim's attribute; the default if the prim does not have it or it is unset."""
     attribute = prim.GetAttribute(name)
     value = attribute.Get() if attribute else None
     return default if value is None else value

@@ -1,4 +1,4 @@
-"""Which joint hangs which body on which: a forest of the joints, and the joints that close loops."""
+"""Which body is the parent of which: a forest of the joints, and the joints that close loops."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from .d6_joints import moved, step
 from .model import Body, Joint, WorldModel
 
 SNAP = 1e-3
-"""Joint frames farther apart than this [m or rad] are worth a warning: the joint pulls its body into place."""
+"""Joint frames farther apart than this [m or rad] give a warning, because the joint pulls its body into place."""
 
 
 @dataclass(frozen=True)
 class Branch:
-    """A body, the body it hangs on (None: the world) and the joint between them (None: it is free)."""
+    """A body, its parent body (None: the world) and the joint between them (None: it is free)."""
 
     body: Body
     parent: str | None
@@ -32,18 +32,18 @@ class Branch:
 
 @dataclass(frozen=True)
 class Forest:
-    """Branches with parents before children, and the joints that tie two bodies that already hang together."""
+    """Branches with parents before children, and the joints that connect two bodies of one tree."""
 
     branches: tuple[Branch, ...]
     loops: tuple[Joint, ...]
 
 
 def grow_forest(world: WorldModel, warn: Warn) -> Forest:
-    """Hang every body on the world or on another body, breadth first, joints in stage order.
+    """Makes every body a child of the world or of another body, breadth first, joints in stage order.
 
-    A group of jointed bodies hangs on the world if a joint says so, or on its kinematic body, or on one that is given;
-    else its first body that no joint has as its second one floats freely. Where the frames of a joint do not meet, the
-    child is moved.
+    A group of jointed bodies has the world as root if a joint says so, else a kinematic body, else a given one, else
+    its first body that is not the second body of any joint, which floats freely. If the frames of a joint do not meet,
+    the child is moved.
     """
     given = [body.path for body in world.given]
     bodies = {body.path: body for body in (*world.given, *world.bodies)}
@@ -86,10 +86,10 @@ def grow_forest(world: WorldModel, warn: Warn) -> Forest:
 
 
 def _spanning(joints: Sequence[Joint], fixed: frozenset[str]) -> frozenset[str]:
-    """The joints that hang bodies on each other; the others close loops.
+    """The joints that make the tree; the others close loops.
 
-    Of the joints of a loop, one that only ties points or axes together is left to close it, for an engine's ties have
-    no limits and no drives; the joints that USD excludes from articulations come last in any case.
+    Of the joints of a loop, one that only ties points or axes together is left to close it, because an engine's ties
+    have no limits or drives. Joints that USD excludes from articulations come last in any case.
     """
     parent: dict[str | None, str | None] = dict.fromkeys(fixed)
 
@@ -113,7 +113,7 @@ def _spanning(joints: Sequence[Joint], fixed: frozenset[str]) -> frozenset[str]:
 
 
 def _needs_axes(joint: Joint) -> bool:
-    """Whether only coordinates of its own can do what a joint does."""
+    """Whether a joint needs its own coordinates."""
     several = joint.kind == "prismatic" or (joint.kind == "d6" and joint.singles[0].kind == "prismatic")
     return several or any(
         single.limited
@@ -151,7 +151,7 @@ def motion(joint: Joint, position: float) -> Floats:
 
 
 def _snapped(child: Body, parent_pose: Floats, joint: Joint, reverse: bool, warn: Warn) -> Body:
-    """The child where the joint's frames meet, given its parent."""
+    """The child's pose, given its parent's, at which the joint's frames meet."""
     if joint.kind == "spherical":
         apart_by = motion(joint, 0.0)
         first, second = joint.frames[::-1] if reverse else joint.frames

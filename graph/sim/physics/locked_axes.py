@@ -1,4 +1,4 @@
-"""Axes of the world that a body must not move along or turn about, as a joint between the world and the body."""
+"""World axes along or about which a body must not move, as a joint between the world and the body."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .d6_joints import Axis, single_joints
 from .model import Body, Joint
 
 SUFFIX = "#locked"
-"""What is added to a body's path for the path of the joint that its locks make."""
+"""Suffix of a body's path that gives the path of the joint for its locks."""
 
 POSITION, ROTATION = "physxRigidBody:lockedPosAxis", "physxRigidBody:lockedRotAxis"
 

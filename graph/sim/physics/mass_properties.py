@@ -1,4 +1,4 @@
-"""Mass, centre and inertia of bodies: what is authored, else from the volumes of their colliders."""
+"""Mass, centre and inertia of bodies: authored values, else from the volumes of their colliders."""
 
 from __future__ import annotations
 
@@ -15,14 +15,17 @@ from graph.sim.transforms import Floats
 from .model import DEFAULT_DENSITY, Body, Collider, Volume
 
 LEAST, MOST = 1e-15, 1e14
-"""MuJoCo's least mass [kg] and moment of inertia [kg m2] of what moves; heavier bodies sink into what they rest on."""
+"""MuJoCo's least mass [kg] and moment of inertia [kg m2] of a moving body, and the most, above which bodies sink
+into what they rest on.
+"""
 
 FLAT, TRIMMED = 1e-6, 1e-12
-"""The greatest moment of inertia is at most the sum of the others; float32 misses that of a flat body by less than the
-first share, and it is then set so much below the sum."""
+"""The largest moment of inertia is at most the sum of the others. float32 may miss that for a flat body by less than
+the first fraction; it is then set this much below the sum.
+"""
 
 SMALL_SPHERE = 0.1
-"""A body without volume has the inertia of a ball of this radius [m] (and 1 kg), as PhysX gives it."""
+"""A body without volume has the inertia of a ball of this radius [m] (and 1 kg), as in PhysX."""
 
 
 @dataclass(frozen=True)
@@ -35,11 +38,12 @@ class Inertia:
 
 
 def body_inertia(body: Body, parts: Sequence[tuple[Collider, Volume]], warn: Warn) -> Inertia:
-    """Authored values first: the body's mass over its colliders', mass over density, collider over body over material.
+    """Authored values are preferred: the body's mass over its colliders', mass over density, collider over body over
+    material.
 
-    A collider's own centre and inertia count as parts of it.
-    An authored mass scales what the volumes give; an authored centre moves it without changing the tensor.
-    Raises UserError, naming the body, where sizes and densities give no finite mass.
+    A collider's own centre and inertia count as parts of the body's. An authored mass scales what the volumes give; an
+    authored centre moves it without changing the tensor. Raises UserError, with the body's name, if sizes and densities
+    give no finite mass.
     """
     with np.errstate(over="ignore", invalid="ignore"):
         inertia = _body_inertia(body, parts, warn)

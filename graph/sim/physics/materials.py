@@ -1,4 +1,4 @@
-"""Physics materials, and what two of them make of a contact."""
+"""Physics materials, and the contact between two of them."""
 
 from __future__ import annotations
 
@@ -11,10 +11,12 @@ from graph.sim.usd import EARLIEST, UsdPhysics, UsdShade
 
 Mode = Literal["average", "min", "multiply", "max"]
 MODES: tuple[Mode, ...] = ("average", "min", "multiply", "max")
-"""Ways to combine the values of two materials; of two different ones the later one counts (as in PhysX)."""
+"""Ways to combine the values of two materials; of two different ways the later one in this list is used (as in
+PhysX).
+"""
 
 DEFAULT_FRICTION = 0.5
-"""Of colliders without a physics material."""
+"""Friction of colliders without a physics material."""
 
 TORSION, ROLLING = 0.005, 0.0001
 """MuJoCo's own defaults of friction against spinning and rolling [m]."""
@@ -22,7 +24,7 @@ TORSION, ROLLING = 0.005, 0.0001
 
 @dataclass(frozen=True, slots=True)
 class Material:
-    """A surface: friction at rest and sliding, share of the speed that a bounce keeps, how both are combined."""
+    """A surface: static and dynamic friction, coefficient of restitution, and how both are combined."""
 
     static: float = DEFAULT_FRICTION
     sliding: float = DEFAULT_FRICTION
@@ -35,12 +37,12 @@ class Material:
 
 
 PLAIN = Material()
-"""Of colliders without a physics material."""
+"""The material of colliders without a physics material."""
 
 
 @dataclass(frozen=True, slots=True)
 class Touch:
-    """What holds between two surfaces."""
+    """The contact properties of two surfaces."""
 
     static: float
     sliding: float
@@ -50,7 +52,7 @@ class Touch:
 
 
 def touch(first: Material, second: Material) -> Touch:
-    """The contact of two materials. Friction at rest is never below that of sliding."""
+    """The contact of two materials. Static friction is never below dynamic friction."""
     friction = _stronger(first.friction_mode, second.friction_mode)
     sliding = combined(friction, first.sliding, second.sliding)
     return Touch(
@@ -65,7 +67,7 @@ def touch(first: Material, second: Material) -> Touch:
 
 
 def combined(mode: Mode, first: float, second: float) -> float:
-    """One value of two."""
+    """Combines two values."""
     if mode == "average":
         return (first + second) / 2
     if mode == "multiply":
@@ -78,7 +80,7 @@ def _stronger(first: Mode, second: Mode) -> Mode:
 
 
 def bound_material(prim: Any) -> Any:
-    """The UsdPhysics.MaterialAPI that is bound to a prim for physics; None where there is none."""
+    """The UsdPhysics.MaterialAPI that is bound to a prim for physics, or None."""
     material, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial("physics")
     if not material or not material.GetPrim().HasAPI(UsdPhysics.MaterialAPI):
         return None
@@ -86,7 +88,10 @@ def bound_material(prim: Any) -> Any:
 
 
 def read_material(api: Any, warn: Warn) -> Material:
-    """A UsdPhysics.MaterialAPI (None: nothing is bound). Of the two frictions, one not authored is as the other."""
+    """The material of a UsdPhysics.MaterialAPI (None: unbound).
+
+    If only one friction is authored, the other one is equal.
+    """
     if api is None:
         return PLAIN
     material = api.GetPrim()

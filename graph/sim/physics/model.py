@@ -1,4 +1,4 @@
-"""A scene's dynamics as plain data: between reading it from USD and compiling it for an engine.
+"""A scene's dynamics as plain data: the result of reading USD and the input of an engine.
 
 Everything is in metres, kilograms, seconds and radians; poses are rigid (4, 4) column-vector matrices.
 """
@@ -23,14 +23,14 @@ ColliderKind = Literal["box", "sphere", "ellipsoid", "capsule", "cylinder", "pla
 JointKind = Literal["fixed", "revolute", "prismatic", "spherical", "d6", "distance"]
 
 DEFAULT_DENSITY = 1000.0
-"""kg/m3, of what authors neither mass nor density."""
+"""Density [kg/m3] if neither mass nor density is authored."""
 
 FREE = math.inf
 
 
 @dataclass(frozen=True)
 class Volume:
-    """Of a shape at density 1, in its body's frame: m3, centre [m], inertia about the centre (3, 3)."""
+    """Mass properties of a shape at density 1, in its body's frame: m3, centre [m], inertia about the centre (3, 3)."""
 
     volume: float
     center: Floats
@@ -39,7 +39,7 @@ class Volume:
 
 @dataclass(frozen=True)
 class Collider:
-    """A convex shape in the frame of its body (None: the world), along Z where it has an axis.
+    """A convex shape in the frame of its body (None: the world), with its axis along Z.
 
     size: half sizes of a box; radii of an ellipsoid; radius, then half height of a capsule or cylinder.
     """
@@ -57,7 +57,7 @@ class Collider:
     mask: int = 0
     """Its kind for the filters of collisions (see `WorldModel.meets`)."""
     trigger: bool = False
-    """It touches nothing and weighs nothing; what is in it can be asked for."""
+    """It does not collide and has no mass; the colliders inside it can be queried."""
     density: float | None = None
     material_density: float | None = None
     mass: float | None = None
@@ -66,12 +66,12 @@ class Collider:
     tensor: Floats | None = None
     """Authored inertia about the centre (3, 3) [kg m2], along the body's axes."""
     volume: Volume | None = None
-    """What it weighs, where that is not what its shape encloses."""
+    """Its mass properties, if they differ from those of its shape."""
 
 
 @dataclass(frozen=True)
 class Body:
-    """A rigid body: where it starts, how it moves, and what of its mass is authored (None: from its colliders).
+    """A rigid body: its initial state, how it moves, and its authored mass properties (None: from its colliders).
 
     velocity: of the centre of mass [m/s], angular_velocity [rad/s], both along world axes.
     """
@@ -87,15 +87,15 @@ class Body:
     velocity: Floats = field(default_factory=lambda: np.zeros(3))
     angular_velocity: Floats = field(default_factory=lambda: np.zeros(3))
     weightless: bool = False
-    """Gravity does not act on it."""
+    """Whether it ignores gravity."""
     damping: tuple[float, float] = (0.0, 0.0)
-    """Share of the linear and of the angular velocity that is lost per second, where it is free [1/s]."""
+    """Fraction of the linear and of the angular velocity lost per second [1/s], if the body is free."""
     max_speed: tuple[float, float] = (math.inf, math.inf)
-    """It never goes nor turns faster, where it is free: its centre of mass [m/s], [rad/s]."""
+    """Its largest speed [m/s] (of the centre of mass) and angular speed [rad/s], if the body is free."""
     asleep: bool = False
     """It starts asleep: it does not move until something that moves touches it."""
     name: str = ""
-    """What the engine's model calls it, where that is not its path."""
+    """Its name in the engine's model, if that is not its path."""
 
     @property
     def model_name(self) -> str:
@@ -105,7 +105,7 @@ class Body:
 
 @dataclass(frozen=True)
 class Drive:
-    """Force = stiffness (position - q) + damping (velocity - dq), held within +-max_force; SI units.
+    """Force = stiffness (position - q) + damping (velocity - dq), limited to +-max_force; SI units.
 
     With `acceleration` it is multiplied by the inertia that the joint moves.
     """
@@ -120,14 +120,14 @@ class Drive:
 
 @dataclass(frozen=True)
 class Joint:
-    """Ties two bodies (None: the world): frame0 in the first one's frame, frame1 in the second one's.
+    """Connects two bodies (None: the world): frame0 in the first one's frame, frame1 in the second one's.
 
-    axis: 0, 1, 2 for the X, Y, Z of both frames. lower, upper, start: of the second body relative to the first; of a
-    distance joint, the distance between the two frames' origins. cone: how far the axis of a spherical joint may swing
-    [rad]. dofs: the free axes of a joint of kind d6 as joints of one axis each, in the order in which they follow the
-    first frame. armature: inertia that the joint adds [kg or kg m2]; friction: dry friction in it [N or N m]; damping:
-    force against its velocity [N s/m or N m s/rad]; max_speed: it never goes faster [m/s or rad/s]; initial_position,
-    initial_velocity: where and how fast it starts, where that is not as its bodies are placed and move.
+    axis: 0, 1, 2 for the X, Y, Z of both frames. lower, upper, start: of the second body relative to the first; for a
+    distance joint, the distance between the two frames' origins. cone: swing limit of the axis of a spherical joint
+    [rad]. dofs: the free axes of a joint of kind d6 as joints with one axis each, in order from the first frame.
+    armature: inertia that the joint adds [kg or kg m2]; friction: dry friction in it [N or N m]; damping: force against
+    its velocity [N s/m or N m s/rad]; max_speed: its largest speed [m/s or rad/s]; initial_position, initial_velocity:
+    its initial state, if that differs from the poses and velocities of its bodies.
     """
 
     path: str
@@ -150,7 +150,7 @@ class Joint:
     initial_position: float | None = None
     initial_velocity: float | None = None
     name: str = ""
-    """What the engine's model calls it, where that is not its path."""
+    """Its name in the engine's model, if that is not its path."""
 
     @property
     def model_name(self) -> str:
@@ -159,7 +159,7 @@ class Joint:
 
     @property
     def singles(self) -> tuple[Joint, ...]:
-        """The joints of one axis, or the spherical one, that it consists of."""
+        """The joints with one axis, or the spherical one, of which it consists."""
         if self.kind == "d6":
             return self.dofs
         return (self,) if self.kind in ("revolute", "prismatic", "spherical") else ()
@@ -172,7 +172,7 @@ class Joint:
 
 @dataclass(frozen=True)
 class Mimic:
-    """A joint of one axis that follows another one: position = offset + ratio * the leader's [rad or m]."""
+    """A joint with one axis that follows another one: position = offset + ratio * the leader's [rad or m]."""
 
     path: str
     leader: str
@@ -182,9 +182,10 @@ class Mimic:
 
 @dataclass(frozen=True)
 class Suction:
-    """A point of a body that can hold what is before it: its joint prim, place [m] and unit direction in the body.
+    """A point of a body that can hold what is in front of it: its joint prim, position [m] and unit direction in the
+    body.
 
-    clearance: how far before the point the search begins [m].
+    clearance: how far in front of the point the search begins [m].
     """
 
     path: str
@@ -196,7 +197,7 @@ class Suction:
 
 @dataclass(frozen=True)
 class Gripper:
-    """Points that grip together: how far they search [m], what they can hold [N], how long they go on trying [s]."""
+    """Points that grip together: their search distance [m], holding force [N], and how long they keep trying [s]."""
 
     path: str
     points: tuple[Suction, ...]
@@ -222,8 +223,10 @@ class BodyForce:
 
 @dataclass(frozen=True)
 class MovingSurface:
-    """The surface of a body that moves under what lies on it, as a belt's: velocity [m/s] and turn rate [rad/s] about
-    its origin, along its axes; pose: (4, 4), the body's rigid frame at the start [m]."""
+    """The moving surface of a body, as of a belt: velocity [m/s] and angular velocity [rad/s] about its origin.
+
+    Both are along its axes; pose: (4, 4), the body's initial rigid frame [m].
+    """
 
     path: str
     pose: Floats
@@ -233,11 +236,11 @@ class MovingSurface:
 
 @dataclass(frozen=True)
 class WorldModel:
-    """All that one engine needs: gravity [m/s2], bodies, colliders, joints and what never collides.
+    """Everything that an engine needs: gravity [m/s2], bodies, colliders, joints and collision filters.
 
-    filtered: pairs of bodies, or of one and something still (`Collider.still`). meets: (k, k) which kinds of colliders
-    (`Collider.mask`) collide, None: all.
-    given: bodies that a model brings which is simulated as it is; the others are added to it.
+    filtered: pairs of bodies, or of a body and static geometry (`Collider.still`). meets: (k, k) which kinds of
+    colliders (`Collider.mask`) collide, None: all. given: bodies of a model that is simulated unchanged; the others are
+    added to it.
     """
 
     gravity: Floats

@@ -1,4 +1,4 @@
-"""What a physics engine gives the world around it. Everything outside an engine's own package speaks to these types.
+"""The interface of a physics engine. Everything outside an engine's own package uses these types.
 
 Arrays are float64 in SI units (m, kg, s, rad) along world axes. Rows over bodies (B) follow `body_paths`, rows over
 joints follow `joints`.
@@ -32,7 +32,7 @@ Rows = NDArray[np.intp]
 
 
 class Snapshot(Protocol):
-    """Positions and velocities of everything at one moment. It stays valid while the engine steps on."""
+    """Positions and velocities of everything at one moment. It stays valid while the engine continues."""
 
     def velocities(self) -> Floats:
         """(B, 6) of the bodies' origins: linear [m/s], then angular [rad/s]; zeros once the engine is closed."""
@@ -49,9 +49,9 @@ def _no_vectors() -> Floats:
 class Contacts:
     """The contacts of the last physics step, n of them.
 
-    pairs: paths of the two colliders; bodies: of the bodies they belong to, empty for what does not move. positions
-    (n, 3) [m], normals (n, 3) from the first to the second, distances (n,) [m], below 0 where they overlap. forces
-    (n, 3): what the first gives to the second [N]. dt: length of the step [s].
+    pairs: paths of the two colliders; bodies: of their bodies, empty for static ones. positions (n, 3) [m], normals (n,
+    3) from the first to the second, distances (n,) [m], negative if they overlap. forces (n, 3): of the first on the
+    second [N]. dt: length of the step [s].
     """
 
     pairs: tuple[tuple[str, str], ...] = ()
@@ -64,7 +64,7 @@ class Contacts:
 
     @property
     def impulses(self) -> Floats:
-        """(n, 3) what the first gives to the second in the step [N s]."""
+        """(n, 3) impulses of the first on the second in the step [N s]."""
         return self.forces * self.dt
 
 
@@ -80,26 +80,26 @@ class SurfaceGripper(Protocol):
         """Paths of the bodies held."""
 
     def close(self) -> None:
-        """Begin to grip; nothing changes where it is closed or closing."""
+        """Begins to grip; does nothing if it is closed or closing."""
 
     def open(self) -> None:
-        """Let everything go."""
+        """Releases everything."""
 
 
 class PhysicsEngine(Protocol):
-    """The bodies of a playing world. An engine derives from this class; what has a body here is optional.
+    """The bodies of a playing world. An engine derives from this class; methods with a body here are optional.
 
     It is made by an `EngineFactory` from a `WorldModel` (plain data read from the stage) and freed by `close`.
     """
 
     name: str
-    """What `SimulationManager.get_active_physics_engine` says."""
+    """The name that `SimulationManager.get_active_physics_engine` returns."""
     dt: Fraction
     """Length of a step [s]."""
     meters_per_unit: float
     """Metres in a stage unit."""
     world: WorldModel
-    """What the engine was built from."""
+    """The world from which the engine was built."""
     body_paths: tuple[str, ...]
     """The rigid bodies that can move, kinematic ones included."""
     kinematic: frozenset[str]
@@ -112,7 +112,7 @@ class PhysicsEngine(Protocol):
     # -- stepping ----------------------------------------------------------------------------------------------------
 
     def step(self, count: int = 1) -> None:
-        """Advance by `count` times dt. Raises RunError where the simulation diverges; `taken` steps are done then."""
+        """Advances by `count` times dt. Raises RunError if the simulation diverges, after `taken` steps."""
 
     def set_dt(self, dt: Fraction) -> None:
         """Change the length of a step [s]."""
@@ -156,27 +156,27 @@ class PhysicsEngine(Protocol):
         """(B, 3) [m]."""
 
     def is_free(self, path: str) -> bool:
-        """Whether nothing holds a body: neither a joint nor the user."""
+        """Whether neither a joint nor the user holds a body."""
 
     def can_place(self, path: str) -> bool:
-        """Whether a body can be put somewhere: it is free or kinematic."""
+        """Whether a body can be placed: it is free or kinematic."""
         return path in self.kinematic or self.is_free(path)
 
     def set_poses(self, paths: Sequence[str], poses: Floats, velocities: Floats | None = None) -> None:
-        """Put free or kinematic bodies at rigid poses (n, 4, 4) [m]. Raises RunError for one held by a joint.
+        """Puts free or kinematic bodies at rigid poses (n, 4, 4) [m]. Raises RunError for a body held by a joint.
 
         velocities: (n, 6) of the origins of kinematic bodies that pass through these poses, linear [m/s], then angular
-        [rad/s]: what touches them is carried along. None: they are put there and rest.
+        [rad/s]: they carry what touches them. None: they are placed there and rest.
         """
 
     def set_velocities(self, paths: Sequence[str], velocities: Floats) -> None:
         """Set (n, 6) of free bodies' origins: linear [m/s], then angular [rad/s]. Raises RunError for other bodies."""
 
     def set_forces(self, paths: Sequence[str], forces: Floats) -> None:
-        """Have (n, 6) force [N] at the centre of mass, then torque [N m], act on bodies until they are set again."""
+        """Applies (n, 6) forces [N] at the centres of mass and torques [N m] to bodies, until they are set again."""
 
     def set_authored_forces(self, forces: Sequence[BodyForce]) -> None:
-        """Have other forces of the stage act than `WorldModel.forces`, besides those of `set_forces`."""
+        """Replaces the forces of the stage (`WorldModel.forces`), beside those of `set_forces`."""
 
     # -- joints ------------------------------------------------------------------------------------------------------
     # rows: joints with one degree of freedom; values: one per row [rad or m, per second, N m or N]
@@ -202,20 +202,20 @@ class PhysicsEngine(Protocol):
         return np.zeros(len(rows), dtype=np.bool_)
 
     def set_joint_positions(self, rows: Rows, positions: Floats) -> None:
-        """Put joints at positions at once; what drives aim at stays."""
+        """Puts joints at positions at once; the targets of drives stay."""
 
     def set_joint_velocities(self, rows: Rows, velocities: Floats) -> None:
-        """Give joints velocities at once."""
+        """Sets joint velocities at once."""
 
     def set_joint_targets(
         self, rows: Rows, positions: Floats | None, velocities: Floats | None, efforts: Floats | None
     ) -> None:
-        """Set what drives aim at, and efforts that act besides them until set again; NaN leaves one as it is."""
+        """Sets the targets of drives, and efforts that act in addition until set again; NaN leaves one unchanged."""
 
     def articulation(self, root: str) -> Articulation:
         """The mechanism at a path: a robot's root prim, or any of its bodies or joints, in stage units.
 
-        Raises RunError where there is no revolute or prismatic joint.
+        Raises RunError if it has no revolute or prismatic joint.
         """
         from .articulation import Articulation
 
@@ -233,23 +233,23 @@ class PhysicsEngine(Protocol):
     # -- contacts, grippers, belts, deformables ----------------------------------------------------------------------
 
     def contacts(self) -> Contacts:
-        """The contacts that carried load in the last step."""
+        """The contacts with forces in the last step."""
         return Contacts()
 
     def triggered(self) -> dict[str, tuple[str, ...]]:
-        """By the path of each trigger the paths of the colliders that are in it now."""
+        """By the path of each trigger, the paths of the colliders that are inside now."""
         return {}
 
     def gripper(self, path: str) -> SurfaceGripper:
-        """The surface gripper at a path. Raises RunError where there is none."""
+        """The surface gripper at a path. Raises RunError if the path has no gripper."""
         raise RunError(f"{path}: the physics engine {self.name} has no surface grippers")
 
     def set_surface_velocity(self, path: str, pose: Floats, velocity: Floats, turn: Floats) -> bool:
-        """Let the surfaces of the colliders at and below a prim move while their body stays, as a belt does.
+        """Moves the surfaces of the colliders at and below a prim, as on a belt, while their body stays.
 
-        velocity [m/s] and turn [rad/s] about the prim's origin, both along its axes; zeros end it. pose: (4, 4), the
-        prim's rigid frame now [m]. Returns whether the engine had to change its integrator. Raises ValueError where the
-        prim has no colliders.
+        velocity [m/s] and turn [rad/s] about the prim's origin, both along its axes; zeros end the motion. pose: (4,
+        4), the prim's present rigid frame [m]. Returns whether the engine had to change its integrator. Raises
+        ValueError if the prim has no colliders.
         """
         raise RunError(f"{path}: the physics engine {self.name} has no moving surfaces")
 
@@ -259,33 +259,33 @@ class PhysicsEngine(Protocol):
         return ()
 
     def deformable_start(self, path: str) -> Floats:
-        """(p, 3) where the points of a deformable prim began [m], in the prim's order."""
+        """(p, 3) initial positions of a deformable prim's points [m], in the prim's order."""
         raise KeyError(path)
 
     # -- state -------------------------------------------------------------------------------------------------------
 
     def snapshot(self) -> Snapshot:
-        """Positions and velocities of now."""
+        """The present positions and velocities."""
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Go back to the positions and velocities of a snapshot; targets, forces and the time stay.
+        """Restores the positions and velocities of a snapshot; targets, forces and the time stay.
 
         Raises RunError for a snapshot of another engine, or from before the last `adopt`.
         """
 
     def adopt(self, world: WorldModel, kept: frozenset[str] | None, warn: Warn) -> None:
-        """Go on with another world: what both have keeps its state, what is new starts as the world says.
+        """Continues with another world: what both worlds have keeps its state, new parts start as the world says.
 
-        kept: bodies whose rest poses are the same in both; None: nothing keeps its state. Raises UserError, the engine
-        unchanged, for a world that the engine refuses.
+        kept: bodies whose rest poses are the same in both; None: nothing keeps its state. Raises UserError, with the
+        engine unchanged, for a world that the engine refuses.
         """
 
     def close(self) -> None:
-        """Free the engine's memory; only snapshots may be read afterwards."""
+        """Frees the engine's memory; only snapshots may be read afterwards."""
 
 
 class EngineFactory(Protocol):
-    """Makes an engine: `App(physics=FACTORY)`. A class that derives from `PhysicsEngine` may be one itself."""
+    """Makes an engine: `App(physics=FACTORY)`. A class that derives from `PhysicsEngine` can be a factory itself."""
 
     @property
     def name(self) -> str:
@@ -301,17 +301,17 @@ class EngineFactory(Protocol):
         warn: Warn,
         mjcf: MjcfScene | None,
     ) -> PhysicsEngine:
-        """The engine of a world, in the state that the world describes, with steps of `dt` [s].
+        """The engine of a world, in the world's initial state, with steps of `dt` [s].
 
-        mjcf: the MJCF model that the stage mirrors, if it does; only MuJoCo simulates it. Raises UserError for a world
-        that the engine refuses.
+        mjcf: the MJCF model that the stage mirrors, if any; only MuJoCo simulates it. Raises UserError for a world that
+        the engine refuses.
         """
 
 
 def contact_force(engine: PhysicsEngine, body: str, near: Any = None, radius: float = 0.0) -> Floats:
-    """(3,) total force of the last step's contacts on a body [N]; of a radius [m] only of those closer to `near` (3,).
+    """(3,) total force of the last step's contacts on a body [N].
 
-    Contacts between colliders of the same body do not count.
+    With a radius [m], only of contacts closer to `near` (3,). Contacts between colliders of the same body do not count.
     """
     contacts, total = engine.contacts(), np.zeros(3)
     for row, (first, second) in enumerate(contacts.bodies):

@@ -1,4 +1,6 @@
-"""UsdPhysics colliders as convex shapes; what is not convex is cut into parts that are, or said to be a hull."""
+"""UsdPhysics colliders as convex shapes; concave ones are cut into convex parts or, with a warning, replaced by a
+hull.
+"""
 
 from __future__ import annotations
 
@@ -28,10 +30,12 @@ from .model import Collider, Volume
 from .read_mass import read_mass
 
 HULL_TOLERANCE = 1e-3
-"""How far a stretched curved solid's hull may lie inside it, as a fraction of its size."""
+"""How far the hull of a stretched curved solid may lie inside it, as a fraction of its size."""
 
 PLATE_THICKNESS = 0.05
-"""A Plane with edges collides as a plate of this fraction of its shorter side, its upper face being the plane."""
+"""A Plane with edges collides as a plate with this fraction of its shorter side as thickness; its upper face is the
+plane.
+"""
 
 _TO_Z = {"X": [[0, 0, 1], [1, 0, 0], [0, 1, 0]], "Y": [[0, 1, 0], [0, 0, 1], [1, 0, 0]], "Z": np.eye(3)}
 """Rotations whose third column is the axis: they turn shapes along Z to lie along X or Y."""
@@ -42,7 +46,7 @@ def read_colliders(
 ) -> tuple[Collider, ...]:
     """All enabled colliders, each in the frame of its body if that can move, else in the world.
 
-    filters: what keeps them apart. known: those of moving bodies whose shapes and masses are as they were.
+    filters: what keeps them apart. known: colliders of moving bodies with unchanged shapes and masses.
     """
     found: list[Collider] = []
     for prim in scan.colliders:
@@ -55,7 +59,7 @@ def read_colliders(
 
 
 class _Reader:
-    """One collider prim with its frame: `frame` takes its own units to metres in its body's frame."""
+    """One collider prim with its frame: `frame` converts its own units to metres in its body's frame."""
 
     def __init__(self, scan: Scan, collider: ColliderPrim, filters: Filters, warn: Warn) -> None:
         self.prim, self.path = collider.prim, collider.path
@@ -66,7 +70,7 @@ class _Reader:
         if self.body is not None:
             frame = transforms.inverse_rigid(scan.body_pose(self.body)) @ frame
         self.frame = frame
-        self.pose = transforms.rigid_part(frame) if np.isfinite(frame).all() else frame  # `read` says what is wrong
+        self.pose = transforms.rigid_part(frame) if np.isfinite(frame).all() else frame  # `read` reports what is wrong
         rest = (transforms.inverse_rigid(self.pose) @ frame)[:3, :3]
         self.scale = np.abs(np.diag(rest))
         self.sheared = bool(np.abs(rest - np.diag(np.diag(rest))).max() > 1e-9 * self.scale.max())
@@ -91,7 +95,7 @@ class _Reader:
         return self._plane() if kind == "Plane" else self._solid(kind)
 
     def _mass(self, scan: Scan) -> dict[str, Any]:
-        """What MassAPI says of a collider that is not the body itself, whose own it is there."""
+        """The MassAPI of a collider that is not the body itself (a body reads its own)."""
         if not self.prim.HasAPI(UsdPhysics.MassAPI) or self.prim.HasAPI(UsdPhysics.RigidBodyAPI):
             return {}
         said = read_mass(self.prim, self.warn)
@@ -196,12 +200,12 @@ class _Reader:
         return self._make("mesh", np.eye(4), vertices=used)
 
     def _parts(self, vertices: Floats, triangles: Triangles) -> list[Collider]:
-        """Each connected part that is convex as it is; the faces of the others, or their hulls where they are too many.
+        """Each convex connected part; the faces of concave parts, or their hulls if there are too many.
 
-        The mesh weighs what it encloses, whatever its pieces do.
+        The mesh's mass follows from the volume it encloses, not from its pieces.
         """
         points = transforms.transformed(self.frame, vertices)
-        if np.linalg.det(self.frame[:3, :3]) < 0:  # a mirror turns faces inside out
+        if np.linalg.det(self.frame[:3, :3]) < 0:  # a mirrored transform turns faces inside out
             triangles = triangles[:, ::-1]
         shapes, hulls = convex_pieces(points, triangles)
         if hulls:
@@ -232,7 +236,7 @@ class _Reader:
 
 
 def _nearest(path: str, among: frozenset[str]) -> str:
-    """Which of some prims a path is, or is below; empty where it is neither."""
+    """The one of some prims that a path is, or is below; "" if none."""
     while path and path not in among:
         path = path.rpartition("/")[0]
     return path
@@ -250,7 +254,7 @@ def _facing(normal: Floats, origin: Floats) -> Floats:
 
 
 def _surface(scan: Scan, prim: Any, warn: Warn) -> dict[str, Any]:
-    """What the bound physics material gives."""
+    """The material of the bound physics material."""
     api = bound_material(prim)
     density = None if api is None else _density(scan, api.GetDensityAttr())
     return {"material": read_material(api, warn), "material_density": density}

@@ -1,4 +1,4 @@
-"""Drives of joints, and the inertia and friction that joints have by themselves, in SI units."""
+"""Drives of joints, and the joints' own inertia and friction, in SI units."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .attributes import kilograms_per_unit, value_of
 from .model import Drive
 
 STIFFEST = 1e30
-"""Gains and targets above are not numbers that an engine can work with: infinite, or PhysX's word for it, 3.4e38."""
+"""Gains and targets above this are unusable for an engine: infinite, or PhysX's value for it, 3.4e38."""
 
 _EFFORTS = {
     "armature": ("physxJointAxis:*:armature", "physxJoint:armature", "newton:armature", "mjc:armature"),
@@ -24,7 +24,7 @@ _EFFORTS = {
     "damping": ("physxJointAxis:*:viscousFrictionCoefficient", "newton:damping", "mjc:damping"),
     "max_speed": ("physxJointAxis:*:maxJointVelocity", "physxJoint:maxJointVelocity", "newton:velocityLimit"),
 }
-"""Attributes of what a joint has by itself, the first that is authored counts; `*` stands for its axis."""
+"""Attributes of a joint's own effects; the first authored one counts; `*` stands for its axis."""
 
 
 def drive_of(scan: Scan, prim: JointPrim, name: str, warn: Warn) -> Drive | None:
@@ -62,8 +62,9 @@ def drive_of(scan: Scan, prim: JointPrim, name: str, warn: Warn) -> Drive | None
 
 
 def efforts_of(scan: Scan, prim: JointPrim, name: str, warn: Warn) -> dict[str, Any]:
-    """What an axis ("angular", "linear", "rotX" ...) has by itself, as PhysX, Newton and MuJoCo write it: `Joint`'s
-    armature, friction, damping, max_speed, initial_position and initial_velocity.
+    """The own effects of an axis ("angular", "linear", "rotX" ...), as PhysX, Newton and MuJoCo author them.
+
+    The fields of `Joint`: armature, friction, damping, max_speed, initial_position and initial_velocity.
     """
     angular = name == "angular" or name.startswith("rot")
     length, mass = scan.meters_per_unit, kilograms_per_unit(scan.stage)
@@ -86,7 +87,7 @@ def efforts_of(scan: Scan, prim: JointPrim, name: str, warn: Warn) -> dict[str, 
                 text = f"{attribute} is {value:g}, not a number from 0; it counts as not written"
                 warn("bad-joint", f"{prim.path}.{attribute}", text)
                 continue
-            if not value and key != "max_speed":  # PhysX's way not to say anything
+            if not value and key != "max_speed":  # PhysX's value for "not set"
                 continue
             unit = units[key] if attribute != "mjc:damping" else effort if angular else effort / length
             out[key] = float(value) * unit

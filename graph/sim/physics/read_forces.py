@@ -31,7 +31,7 @@ def read_forces(scan: Scan, warn: Warn) -> tuple[BodyForce, ...]:
 
 
 def force_of(prim: Any, warn: Warn) -> BodyForce | None:
-    """What PhysxForceAPI of a body's prim makes act on it; None where it is not applied, or off."""
+    """The force of a body's PhysxForceAPI; None if the schema is not applied, or off."""
     if FORCE not in applied_schemas(prim) or value_of(prim, "physxForce:forceEnabled") is False:
         return None
     stage = prim.GetStage()
@@ -48,7 +48,9 @@ def force_of(prim: Any, warn: Warn) -> BodyForce | None:
 
 
 def read_surfaces(scan: Scan, bodies: Iterable[Body], warn: Warn) -> tuple[MovingSurface, ...]:
-    """The surfaces of PhysxSurfaceVelocityAPI; and, as in PhysX, kinematic bodies that have a velocity: older belts."""
+    """The surfaces of PhysxSurfaceVelocityAPI; and, as in PhysX, kinematic bodies with a velocity, the older form of
+    belts.
+    """
     out = []
     for body in bodies:
         surface = surface_of(scan.bodies[body.path].prim, body.pose, warn)
@@ -61,7 +63,7 @@ def read_surfaces(scan: Scan, bodies: Iterable[Body], warn: Warn) -> tuple[Movin
 
 
 def surface_of(prim: Any, pose: Floats, warn: Warn) -> MovingSurface | None:
-    """What PhysxSurfaceVelocityAPI says of a body at a rigid pose (4, 4) [m]; None where it is not applied."""
+    """The PhysxSurfaceVelocityAPI of a body at a rigid pose (4, 4) [m]; None if it is not applied."""
     if SURFACE not in applied_schemas(prim):
         return None
     path, length = str(prim.GetPath()), meters_per_unit(prim.GetStage())
@@ -75,7 +77,7 @@ def surface_of(prim: Any, pose: Floats, warn: Warn) -> MovingSurface | None:
 
 
 def start_surfaces(physics: PhysicsEngine, warn: Warn) -> None:
-    """Have the engine move the surfaces of its world."""
+    """Makes the engine move the surfaces of its world."""
     for surface in physics.world.surfaces:
         where = f"{surface.path}.physxSurfaceVelocity:surfaceVelocity"
         try:

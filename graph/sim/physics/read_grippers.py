@@ -1,4 +1,4 @@
-"""Surface grippers (suction cups) as the robot schema of Isaac Sim describes them."""
+"""Surface grippers (suction cups), by Isaac Sim's robot schema."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ REACH = 0.01
 
 
 def read_grippers(scan: Scan, warn: Warn) -> tuple[Gripper, ...]:
-    """The grippers of a stage whose points of attachment are on bodies that can move."""
+    """The grippers of a stage with attachment points on bodies that can move."""
     return tuple(_gripper(scan, prim, warn) for prim in scan.grippers)
 
 
@@ -76,6 +76,6 @@ def _number(prim: Any, name: str, default: float) -> float:
 
 
 def _limit(prim: Any, name: str) -> float:
-    """A force; not authored or not above 0 means no limit."""
+    """A force; an unauthored value, or one not above 0, means no limit."""
     value = _number(prim, name, 0.0)
     return value if value > 0 else FREE

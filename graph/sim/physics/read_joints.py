@@ -29,14 +29,14 @@ _KINDS: tuple[tuple[Any, JointKind], ...] = (
     (UsdPhysics.Joint, "d6"),
 )
 NEVER_BREAKS = 3e38
-"""A break force from here on is none: where USD has infinity, PhysX writes the greatest float32, 3.4e38."""
+"""A break force from here on means unbreakable: USD uses infinity for it, PhysX the largest float32, 3.4e38."""
 
 _NAMED: tuple[str, ...] = ("PhysicsJoint", "PhysicsFixedJoint", "PhysicsRevoluteJoint", "PhysicsPrismaticJoint")
 _NAMED += ("PhysicsSphericalJoint", "PhysicsDistanceJoint")
 
 
 def read_joints(scan: Scan, warn: Warn, known: Mapping[str, Joint]) -> tuple[Joint, ...]:
-    """Joints with at least one body that can move; the others have nothing to do. `known` ones are not read again."""
+    """Joints with at least one body that can move; the others have no effect. `known` joints are not read again."""
     found = (known.get(prim.path) or _joint(scan, prim, warn) for prim in scan.joints)
     out = tuple(joint for joint in found if joint)
     _say_friction(scan, out, warn)
@@ -144,7 +144,7 @@ def _axis(attribute: Any, path: str, warn: Warn) -> int:
 
 
 def _spherical(scan: Scan, prim: JointPrim, joint: Joint, warn: Warn) -> Joint:
-    """Free, or within a cone about its axis; a cone that is wider one way than the other is cut out by three axes."""
+    """Free, or within a cone about its axis; a cone with two different angles is approximated by three axes."""
     typed = UsdPhysics.SphericalJoint(prim.prim)
     axis = _axis(typed.GetAxisAttr(), prim.path, warn)
     cones = [float(each.Get(EARLIEST)) for each in (typed.GetConeAngle0LimitAttr(), typed.GetConeAngle1LimitAttr())]
@@ -170,7 +170,7 @@ def _distance(scan: Scan, prim: JointPrim, joint: Joint, warn: Warn) -> Joint | 
 
 
 def _d6(scan: Scan, prim: JointPrim, joint: Joint, warn: Warn) -> Joint:
-    """Every axis is free unless a LimitAPI of its name bounds it, or locks it by a low above its high."""
+    """Every axis is free unless a LimitAPI of its name limits it, or locks it by a lower limit above the upper one."""
     axes = []
     for number, name in enumerate(AXES):
         unit = math.pi / 180 if number >= 3 else scan.meters_per_unit
@@ -194,7 +194,7 @@ def _d6(scan: Scan, prim: JointPrim, joint: Joint, warn: Warn) -> Joint:
 
 
 def _limit(attribute: Any, unit: float, free: float, path: str, warn: Warn) -> float:
-    """A limit [m or rad]; `free` where it is not a number."""
+    """A limit [m or rad]; `free` if it is not finite."""
     value = float(attribute.Get(EARLIEST))
     if math.isnan(value):
         name = attribute.GetName()
@@ -217,7 +217,7 @@ def _frame(scan: Scan, prim: JointPrim, side: int, body: str | None) -> Floats:
 
 
 def _start(scan: Scan, joint: Joint, axis: int) -> float:
-    """The joint's position as the scene places its two bodies."""
+    """The joint's position for the poses of its two bodies in the scene."""
     first, second = (
         frame if body is None else scan.body_pose(body) @ frame
         for frame, body in zip(joint.frames, joint.bodies, strict=True)
@@ -230,7 +230,7 @@ def _start(scan: Scan, joint: Joint, axis: int) -> float:
 
 
 def read_mimics(scan: Scan, joints: tuple[Joint, ...], warn: Warn) -> tuple[Mimic, ...]:
-    """Joints that NewtonMimicAPI or PhysxMimicJointAPI couple to others."""
+    """Joints that NewtonMimicAPI or PhysxMimicJointAPI couple to other joints."""
     singles = {single.path: single for joint in joints for single in joint.singles if single.kind != "spherical"}
     out = []
     for prim in scan.joints:

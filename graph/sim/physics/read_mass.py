@@ -17,7 +17,7 @@ from .attributes import quaternion_of
 
 @dataclass(frozen=True)
 class AuthoredMass:
-    """What a prim authors of its mass, in units of the stage; None: nothing, or the schema's word for that."""
+    """The authored mass properties of a prim, in stage units; None if unset, or if the value means "not set"."""
 
     mass: float | None = None
     density: float | None = None
@@ -29,7 +29,7 @@ class AuthoredMass:
 
 
 def read_mass(prim: Any, warn: Warn) -> AuthoredMass:
-    """What a prim authors of its mass; values that no body can have count as not written (`bad-mass`)."""
+    """Reads the authored mass properties of a prim; impossible values count as not authored (`bad-mass`)."""
     api = UsdPhysics.MassAPI(prim)
 
     def number(attribute: Any) -> float | None:

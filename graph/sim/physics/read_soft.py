@@ -27,13 +27,13 @@ PARTICLES = frozenset({"PhysxParticleSetAPI"})
 ATTACHMENTS = ("PhysxPhysicsAttachment", "OmniPhysicsVtxXformAttachment")
 
 MOST_POINTS = 10_000
-"""A prim of more points is left out: a step of it would take seconds."""
+"""A prim with more points is left out: a step of it would take seconds."""
 
 _SURFACE, _BODY, _OMNI = "physxDeformableSurfaceMaterial", "physxDeformableBodyMaterial", "omniphysics"
 
 
 def read_softs(scan: Scan, warn: Warn) -> tuple[Soft, ...]:
-    """Every enabled prim that deforms and can be simulated."""
+    """Every enabled deformable prim that can be simulated."""
     held = _attachments(scan, warn) if scan.soft else {}
     return tuple(soft for prim in scan.soft if (soft := _soft(scan, prim, held.get(str(prim.GetPath()), []), warn)))
 
@@ -72,7 +72,7 @@ def _triangles(prim: Any, points: Floats, warn: Warn) -> NDArray[np.intp]:
     indices = array_of(mesh.GetFaceVertexIndicesAttr(), np.int64)
     complaints: list[str] = []
     faces = usable_faces(points, counts, indices, complaints.append)
-    if len(faces.counts):  # without a face left the caller says so, in one line
+    if len(faces.counts):  # without a remaining face the caller gives the one warning
         for said in complaints:
             warn("bad-deformable", str(prim.GetPath()), said)
     corners, out, first = faces.corners, [], 0
@@ -143,7 +143,7 @@ def _volumes(corners: Floats, tets: NDArray[Any]) -> Floats:
 
 
 def _embedded(points: Floats, corners: Floats, tets: NDArray[Any]) -> tuple[NDArray[np.intp], Floats]:
-    """For each point the tetrahedron that it lies in, or is nearest to lie in, and its barycentric weights there."""
+    """For each point, the tetrahedron that contains it or is closest to it, and the barycentric weights."""
     edges = np.linalg.inv(np.swapaxes(corners[tets[:, 1:]] - corners[tets[:, :1]], 1, 2))
     inside, weights = np.empty((len(points), 4), dtype=np.intp), np.empty((len(points), 4))
     for number, point in enumerate(points):
@@ -191,7 +191,7 @@ def _soft_of(
     weights: Floats,
     thickness: float,
 ) -> Soft | None:
-    """masses: (m,) of the elements, shared out evenly to their points."""
+    """masses: (m,) of the elements, distributed equally to their points."""
     if len(places) > MOST_POINTS:
         said.too_many(len(places))
         return None
@@ -243,7 +243,9 @@ def _pinned(
 
 
 def _attachments(scan: Scan, warn: Warn) -> dict[str, list[tuple[Any, ...]]]:
-    """By deformable prim what is held: numbers of its points, places in the world, the body, and the way into it."""
+    """The attachments of each deformable prim: numbers of its points, positions in the world, the body, and the
+    transform into it.
+    """
     out: dict[str, list[tuple[Any, ...]]] = {}
     for prim in scan.stage.Traverse():
         if prim.GetTypeName() not in ATTACHMENTS:
@@ -278,7 +280,7 @@ def _target(prim: Any, name: str) -> str:
 
 
 class _Said:
-    """What a deformable prim and its physics material author, in SI units."""
+    """The authored data of a deformable prim and its physics material, in SI units."""
 
     def __init__(self, scan: Scan, prim: Any, warn: Warn) -> None:
         self.prim, self.path, self._warn = prim, str(prim.GetPath()), warn
@@ -287,7 +289,7 @@ class _Said:
         self._prims = [prim, *([material.GetPrim()] if material else [])]
 
     def too_many(self, count: int) -> None:
-        """Says that the prim is too large."""
+        """Warns that the prim is too large."""
         self._warn("bad-deformable", self.path, f"{count} points are more than {MOST_POINTS}; it does not move")
 
     def number(self, names: tuple[str, ...], default: float) -> float:

@@ -1,4 +1,4 @@
-"""A stage's UsdPhysics as a `WorldModel`: gravity, bodies and their masses."""
+"""Reads a stage's UsdPhysics as a `WorldModel`: gravity, bodies and their masses."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ EARTH_GRAVITY = 9.81
 
 @dataclass(frozen=True)
 class Known:
-    """Parts of a world, by path, that are as they were when they were read: taken over, not read again.
+    """Parts of a world, by path, that have not changed since they were read: they are reused, not read again.
 
-    Of colliders only the shapes: what they are made of and what they meet is read.
+    Of colliders only the shapes are reused; materials and filters are read.
     """
 
     bodies: Mapping[str, Body] = field(default_factory=dict)
@@ -46,7 +46,7 @@ NOTHING = Known()
 
 
 def read_world(scan: Scan, warn: Warn, known: Known = NOTHING) -> WorldModel:
-    """Everything of the scan that moves, or that something moving can hit."""
+    """Everything in the scan that moves, or that something moving can hit."""
     _say_several_scenes(scan, warn)
     filters = read_filters(scan, warn)
     joints = read_joints(scan, warn, known.joints)
@@ -75,7 +75,7 @@ def read_world(scan: Scan, warn: Warn, known: Known = NOTHING) -> WorldModel:
     )
 
 
-# These are imported where a scene has what they read: a check reads no shape, and most scenes are rigid.
+# Imported if a scene has what they read: a check reads no shapes, and most scenes are rigid.
 
 
 def _colliders(scan: Scan, filters: Filters, warn: Warn, known: Known) -> tuple[Collider, ...]:
@@ -97,10 +97,10 @@ def _softs(scan: Scan, warn: Warn) -> tuple[Soft, ...]:
 
 
 def survey(stage: Any, *, mirrors: bool = False) -> list[tuple[str, str, str]]:
-    """What building the physics of a stage would warn of, (code, where, message), but for its colliders' shapes.
+    """The warnings of building the physics of a stage, (code, place, message), except for its colliders' shapes.
 
-    Cheap enough for a check: no shape is read and no engine loaded. mirrors: see `check_settings`. Raises UserError for
-    what makes the stage impossible to play.
+    Cheap enough for a check: no shape is read and no engine loaded. mirrors: see `check_settings`. Raises UserError if
+    the stage cannot be played.
     """
     found: list[tuple[str, str, str]] = []
 
@@ -126,10 +126,10 @@ def _say_several_scenes(scan: Scan, warn: Warn) -> None:
 
 
 def read_gravity(scan: Scan, warn: Warn = ignore_warning) -> Floats:
-    """(3,) m/s2 of the first physics scene; without one, or where it says nothing, 9.81 down the up axis.
+    """(3,) m/s2 of the first physics scene; without a scene, or unset, 9.81 down the up axis.
 
-    A magnitude below 0 and a direction of length 0 are UsdPhysics' ways to say nothing; others that are not finite are
-    warned of (`bad-gravity`).
+    A negative magnitude and a direction of length 0 mean "not set" in UsdPhysics; other values that are not finite give
+    a warning (`bad-gravity`).
     """
     down: Floats = -np.eye(3)["XYZ".index(up_axis(scan.stage))]
     if not scan.scenes:
@@ -203,7 +203,7 @@ def _share(prim: BodyPrim, kind: str, warn: Warn) -> float:
 
 
 def _max_speed(prim: BodyPrim, unit: float, warn: Warn) -> tuple[float, float]:
-    """Of a body [m/s], [rad/s]."""
+    """The speed limits of a body [m/s], [rad/s]."""
     out = []
     for kind, factor in (("Linear", unit), ("Angular", math.pi / 180)):
         name = f"physxRigidBody:max{kind}Velocity"
@@ -219,7 +219,7 @@ def _max_speed(prim: BodyPrim, unit: float, warn: Warn) -> tuple[float, float]:
 
 
 def _parent_rotation(scan: Scan, prim: Any) -> Floats:
-    """Velocities are written in the space that the prim's own transform is written in: its parent's."""
+    """Velocities are authored in the same space as the prim's own transform: its parent's."""
     parent = prim.GetParent()
     if not parent or UsdGeom.Xformable(prim).GetResetXformStack():
         return np.eye(3)

@@ -1,4 +1,6 @@
-"""Changes of the stage in a running engine: it adopts the changed world, and what did not change keeps its state."""
+"""Applies changes of the stage to a running engine: it adopts the changed world, and unchanged parts keep their
+state.
+"""
 
 from __future__ import annotations
 
@@ -22,11 +24,11 @@ from .read_world import Known, read_world
 def rebuild(
     physics: PhysicsEngine, stage: Any, touched: Iterable[str], warn: Warn, promoted: Mapping[str, bool] | None = None
 ) -> bool:
-    """Have the engine adopt the stage as it is now, in the state of now; False if nothing can move any more.
+    """Makes the engine adopt the present stage, in the present state; False if nothing can move any more.
 
-    touched: paths of prims that were edited. Mechanisms (bodies that joints connect) with nothing edited at, above or
-    below their prims keep their rest poses and all that is derived from them; the others rest where they are now.
-    promoted: see `Scan`. Raises UserError, the engine unchanged, where it refuses the scene.
+    touched: paths of edited prims. Mechanisms (bodies that joints connect) without an edit at, above or below their
+    prims keep their rest poses and everything derived from them; the others rest in their present poses. promoted: see
+    `Scan`. Raises UserError, with the engine unchanged, if it refuses the scene.
     """
     check_settings(stage, warn, mirrors=bool(physics.world.given))
     scan = scan_stage(stage, promoted)
@@ -54,7 +56,7 @@ def restart(
     warn: Warn,
     promoted: Mapping[str, bool] | None = None,
 ) -> None:
-    """Start again with the bodies at `poses` (rigid, metres), velocities, drives and grippers as the stage has them."""
+    """Restarts with the bodies at `poses` (rigid, metres), and velocities, drives and grippers from the stage."""
     world = physics.world
     if any(not np.array_equal(body.pose, poses.get(body.path, body.pose)) for body in world.bodies):
         scan = scan_stage(stage, promoted)
@@ -71,7 +73,7 @@ def _pose(physics: PhysicsEngine, number: int) -> Floats:
 
 
 def _untouched(old: WorldModel, scan: Scan, touched: tuple[str, ...]) -> frozenset[str]:
-    """The bodies of mechanisms in which every body and joint is as it was."""
+    """The bodies of mechanisms whose bodies and joints are all unchanged."""
     parent: dict[str, str] = {}
 
     def find(path: str) -> str:
@@ -101,14 +103,14 @@ def _untouched(old: WorldModel, scan: Scan, touched: tuple[str, ...]) -> frozens
 
 
 def _related(path: str, touched: tuple[str, ...]) -> bool:
-    """Whether one of the touched prims is a prim itself, below it or above it."""
+    """Whether one of the touched prims is a prim itself, a descendant or an ancestor of it."""
     return any(
         path == other or path.startswith(f"{other.rstrip('/')}/") or other.startswith(f"{path}/") for other in touched
     )
 
 
 def _parts(old: WorldModel, same: frozenset[str]) -> Known:
-    """The very bodies, joints and colliders of the untouched mechanisms: their rest poses stay to the last bit."""
+    """The same objects for bodies, joints and colliders of unchanged mechanisms: their rest poses stay bit for bit."""
     colliders: dict[str, list[Collider]] = {}
     for collider in old.colliders:
         if collider.body in same:

@@ -1,4 +1,4 @@
-"""Physics settings that are simulated, and on what; what the others would ask for is in `stored_table`.
+"""The simulated physics settings, and the prims on which they work; `stored_table` has the others.
 
 A name is that of an attribute or relationship; the instance of a multiple-apply schema is written `*`
 (`drive:*:physics:damping`). Every name in one of `NAMESPACES` that is not `SIMULATED` is only stored on its prim.
@@ -11,10 +11,10 @@ from collections.abc import Mapping
 from .d6_joints import AXES
 
 NAMESPACES = ("physics:", "physx", "newton:", "mjc:", "omniphysics:", "drive:", "limit:", "state:", "deformablePose:")
-"""What names of attributes begin with that speak of physics."""
+"""Prefixes of the names of physics attributes."""
 
 SCHEMAS = ("Physics", "Physx", "Newton", "Mjc", "OmniPhysics")
-"""What names of schemas begin with that speak of physics."""
+"""Prefixes of the names of physics schemas."""
 
 INSTANCED = frozenset(
     {
@@ -41,14 +41,14 @@ ROLES = {
     "soft": "a deformable",
     "attachment": "an attachment of a deformable",
 }
-"""What a prim is for physics, in words."""
+"""The role of a prim in physics, in words."""
 
 JOINTS = ("revolute", "prismatic", "spherical", "distance", "fixed", "d6")
 SINGLES = ("revolute", "prismatic")
 MOVING_AXES = (*SINGLES, "d6")
 
 INSTANCES: Mapping[str, tuple[str, ...]] = {"revolute": ("angular",), "prismatic": ("linear",), "d6": AXES}
-"""Instances of drives, limits and states that a joint has, by its role."""
+"""Instances of drives, limits and states of a joint, by its role."""
 
 
 def _on(roles: tuple[str, ...], *names: str) -> dict[str, tuple[str, ...]]:
@@ -141,7 +141,7 @@ SIMULATED: Mapping[str, tuple[str, ...]] = {
     ),
     **_on(("attachment",), "omniphysics:src0", "omniphysics:src1", "omniphysics:vtxIndicesSrc0"),
 }
-"""Roles in which an attribute or relationship counts."""
+"""Roles in which an attribute or relationship has an effect."""
 
 RELATIONSHIPS = frozenset(
     {"newton:mimicJoint", "physxMimicJoint:*:referenceJoint", "omniphysics:src0", "omniphysics:src1"}
@@ -162,11 +162,11 @@ VECTORS = frozenset(
 ARRAYS = frozenset(
     {"physxDeformable:simulationIndices", "physxDeformable:simulationRestPoints", "omniphysics:vtxIndicesSrc0"}
 )
-"""Kinds of what is simulated and not in UsdPhysics' own schemas; all else are numbers."""
+"""Kinds of simulated properties that are not in UsdPhysics' own schemas; all others are numbers."""
 
 
 def generic(name: str) -> tuple[str, str]:
-    """The name of an attribute as this table writes it, and the instance that it belongs to ("" for none)."""
+    """The name of an attribute as this table writes it, and its instance ("" if none)."""
     first, _, rest = name.partition(":")
     if first in INSTANCED and ":" in rest:
         instance, _, attribute = rest.partition(":")

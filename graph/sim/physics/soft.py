@@ -1,4 +1,4 @@
-"""Cloth, soft bodies and particles: points with mass that move by themselves, and the elements between them."""
+"""Cloth, soft bodies and particles: points with mass, and the elements between them."""
 
 from __future__ import annotations
 
@@ -15,11 +15,12 @@ from .materials import PLAIN, Material
 
 @dataclass(frozen=True)
 class Soft:
-    """What of a prim deforms: places (n, 3) [m, world], masses (n,) [kg], elements (m, 3) or (m, 4) (None: particles).
+    """The deforming part of a prim: positions (n, 3) [m, world], masses (n,) [kg], elements (m, 3) or (m, 4) (None:
+    particles).
 
-    young [Pa], poisson, damping [s]: of the material; thickness [m] of cloth; radius [m] at which it is touched.
-    held: points that stay in the world (None) or are tied to a body, by number, each with its place there.
-    corners, weights: (p, k) which points each point of the prim follows, and how much.
+    young [Pa], poisson, damping [s]: of the material; thickness [m] of cloth; radius [m] of contacts. held: points that
+    are fixed in the world (None) or to a body, by number, each with its position there. corners, weights: (p, k) the
+    points that each point of the prim follows, and their weights.
     """
 
     path: str

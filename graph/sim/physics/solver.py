@@ -1,6 +1,6 @@
-"""How the engine solves: the choices of fidelity knobs, of the scene's own attributes and of what the scene needs.
+"""The solver options: chosen by fidelity knobs, by the scene's own attributes or by the needs of the scene.
 
-A knob beats an attribute of the physics scene, which beats what the scene needs, which beats MuJoCo's defaults.
+A knob is preferred over an attribute of the physics scene, then the needs of the scene, then MuJoCo's defaults.
 """
 
 from __future__ import annotations
@@ -24,17 +24,17 @@ CHOICES: dict[str, dict[str, str]] = {
     "cone": {name: f"mjCONE_{name.upper()}" for name in ("pyramidal", "elliptic")},
     "jacobian": {name: f"mjJAC_{name.upper()}" for name in ("auto", "dense", "sparse")},
 }
-"""By option, its choices and MuJoCo's constants of them."""
+"""By option, its values and MuJoCo's constants for them."""
 
 SWITCHES = {"multiccd": "mjDSBL_MULTICCD", "nativeccd": "mjDSBL_NATIVECCD"}
-"""By option, the bit of MuJoCo's that switches it off."""
+"""By option, MuJoCo's bit that disables it."""
 
 _COUNTS = ("iterations", "ls_iterations", "noslip_iterations", "ccd_iterations")
 
 
 @dataclass(frozen=True, slots=True)
 class SolverOptions:
-    """Choices by MuJoCo's own names; None leaves the engine's default (or that of the file that a model comes from)."""
+    """Options by MuJoCo's own names; None leaves the engine's default (or that of the model's file)."""
 
     integrator: str | None = None
     solver: str | None = None
@@ -58,7 +58,7 @@ class SolverOptions:
     """Velocity of the medium [m/s]."""
 
     def over(self, other: SolverOptions) -> SolverOptions:
-        """These choices, and the other ones where there are none."""
+        """These options, with `other` for those that are None."""
         mine = {f.name: value for f in fields(self) if (value := getattr(self, f.name)) is not None}
         return replace(other, **mine)
 
@@ -68,7 +68,7 @@ UNCHOSEN = SolverOptions()
 
 
 def chosen(fidelity: Fidelity | None) -> SolverOptions:
-    """What fidelity knobs (`physics.solver` ...) say."""
+    """The options of fidelity knobs (`physics.solver` ...)."""
     if fidelity is None:
         return SolverOptions()
     names = [f.name for f in fields(SolverOptions) if hasattr(fidelity, f"physics_{f.name}")]
@@ -76,7 +76,7 @@ def chosen(fidelity: Fidelity | None) -> SolverOptions:
 
 
 def authored_options(scan: Scan, warn: Warn) -> SolverOptions:
-    """What the attributes of the first physics scene say: mjc:option:*, newton:maxSolverIterations, physxScene:*."""
+    """The options of the first physics scene: mjc:option:*, newton:maxSolverIterations, physxScene:*."""
     if not scan.scenes:
         return SolverOptions()
     scene = scan.scenes[0]

@@ -1,4 +1,4 @@
-"""What a scene asks of its first moment and cannot have: bodies inside each other, velocities that joints forbid."""
+"""Checks the initial state of a scene: bodies that overlap, velocities that joints do not allow."""
 
 from __future__ import annotations
 
@@ -12,14 +12,16 @@ from graph.sim.transforms import Floats
 from .protocol import PhysicsEngine
 
 DEEP = 0.01
-"""Bodies deeper inside each other than this [m] are told; the engine throws them apart, at about 18 m/s per metre."""
+"""Overlaps deeper than this [m] are reported; the engine pushes such bodies apart at about 18 m/s per metre."""
 
 OFF = 1e-3
-"""A velocity that misses the authored one by more than this share of it, or this much [m/s, rad/s], is told."""
+"""A velocity that differs from the authored one by more than this fraction of it, or by this much [m/s, rad/s], is
+reported.
+"""
 
 
 def tell_start(physics: PhysicsEngine, warn: Warn) -> None:
-    """Warn of what a world that has just been built begins with: `bodies-overlap`, `velocity-not-possible`."""
+    """Warns about the initial state of a world that has just been built: `bodies-overlap`, `velocity-not-possible`."""
     overlaps = sorted(_overlaps(physics).items(), key=lambda item: (item[1], item[0]))
     for (first, second), distance in overlaps[:1]:
         others = f", and so do {len(overlaps) - 1:,} other pairs" if len(overlaps) > 1 else ""
@@ -36,18 +38,18 @@ def tell_start(physics: PhysicsEngine, warn: Warn) -> None:
 
 
 def _overlaps(physics: PhysicsEngine) -> dict[tuple[str, str], float]:
-    """Distance below 0 [m] of each pair of bodies (or colliders that stand still) that are deep in each other."""
+    """The negative distance [m] of each pair of bodies (or static colliders) that overlap deeply."""
     contacts, found = physics.contacts(), dict[tuple[str, str], float]()
     for index in np.flatnonzero(contacts.distances < -DEEP).tolist():
         sides = zip(contacts.bodies[index], contacts.pairs[index], strict=True)
         first, second = sorted(body or collider for body, collider in sides)
-        if not {first, second} & set(physics.deformable_paths):  # what is soft gives way slowly
+        if not {first, second} & set(physics.deformable_paths):  # soft bodies yield slowly
             found[first, second] = min(found.get((first, second), 0.0), float(contacts.distances[index]))
     return found
 
 
 def _lost_velocities(physics: PhysicsEngine) -> Iterator[tuple[str, str]]:
-    """Bodies that do not start with the velocity that they author, and with which they do."""
+    """Bodies that do not start with their authored velocity, and the velocity that they have."""
     wanted = [body for body in physics.world.bodies if body.velocity.any() or body.angular_velocity.any()]
     if not wanted:
         return

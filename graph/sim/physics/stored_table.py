@@ -1,6 +1,6 @@
-"""Physics settings that are only stored on their prims: what they would ask for, and what to do instead.
+"""Physics settings that are only stored on their prims: their effect elsewhere, and what to do instead.
 
-Names are those of attributes and of schemas, with `*` for any part; what is simulated is in `settings_table`.
+Names are those of attributes and of schemas, with `*` for any part; simulated ones are in `settings_table`.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Stored:
-    """Settings that change nothing: names (with `*`), why, and what to do instead."""
+    """Settings without effect: names (with `*`), the reason, and what to do instead."""
 
     why: str
     names: tuple[str, ...]
@@ -223,7 +223,7 @@ STORED: tuple[Stored, ...] = (
     ),
     Stored("sites are not simulated; use an Xform", ("NewtonSiteAPI",)),
 )
-"""What is only stored, by what it would ask for; the first that fits a name counts."""
+"""Settings that are only stored, grouped by reason; the first entry that matches a name counts."""
 
 UNKNOWN = Stored("nothing here reads it; check its spelling", ("*",))
 
@@ -236,7 +236,7 @@ NEUTRAL: Mapping[str, Any] = {
     "physxMaterial:dampingCombineMode": "average",
     "physxCharacterController:climbingMode": "easy",
 }
-"""Values that ask for what happens anyway, besides 0, false, empty and infinite ones."""
+"""Values that ask for the default behaviour, besides 0, false, empty and infinite ones."""
 
 QUIET_SCHEMAS = frozenset(
     {
@@ -261,10 +261,10 @@ QUIET_SCHEMAS = frozenset(
         *("MjcCollisionAPI", "MjcMeshCollisionAPI", "MjcImageableAPI", "MjcSiteAPI"),
     }
 )
-"""Schemas that ask for nothing by themselves: what they do is in their attributes."""
+"""Schemas without an effect of their own: their effect is in their attributes."""
 
 
 @lru_cache(maxsize=4096)
 def stored_as(name: str) -> Stored:
-    """What is said of a name that is not simulated."""
+    """The explanation for a name that is not simulated."""
     return next((row for row in STORED if any(fnmatchcase(name, each) for each in row.names)), UNKNOWN)

@@ -1,1 +1,1 @@
-"""Which sensors render when, and the frames they deliver."""
+"""The scheduler of sensors, and the frames that they deliver."""

@@ -1,4 +1,4 @@
-"""The render products of an App: which there are, which render, and which outlive a stop."""
+"""The render products of an App: all of them, those that render, and those that outlive a stop."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ class ProductList:
 
     def __init__(self) -> None:
         self.products: dict[str, RenderProduct] = {}
-        """Those there are, by path."""
+        """All products, by path."""
         self.scheduled: list[RenderProduct] = []
-        """Those that render at ticks."""
+        """Products that render at ticks."""
         self.eager: list[RenderProduct] = []
-        """Those that have something to do in every update."""
+        """Products with work in every update."""
         self._history: dict[str, RenderProduct] = {}
         self._at_play: list[tuple[RenderProduct, list[Callable[[Any], object]]]] = []
 
     @property
     def history(self) -> tuple[RenderProduct, ...]:
-        """Every product made so far, those removed or gone with a stop included; of one path the newest."""
+        """Every product made so far, including removed ones; the newest one of each path."""
         return tuple(self._history.values())
 
     def check_free(self, path: str) -> None:
@@ -35,24 +35,24 @@ class ProductList:
             raise UserError(f"render product {path} already exists; use it or give the new one another path")
 
     def add(self, product: RenderProduct) -> None:
-        """Takes a product whose path is free."""
+        """Adds a product whose path is free."""
         self.products[product.path] = product
         self._history[product.path] = product
         self.sort()
 
     def remove(self, path: str) -> None:
-        """Takes a product away; its counts stay in `history`. An unknown path is ignored."""
+        """Removes a product; its counts stay in `history`. An unknown path is ignored."""
         product = self.products.pop(path, None)
         if product is not None:
             product.writers.clear()
             self.sort()
 
     def begin_play(self) -> None:
-        """Remembers the products and writers there are; only they outlive the next stop."""
+        """Records the present products and writers; only they outlive the next stop."""
         self._at_play = [(product, list(product.writers)) for product in self.products.values()]
 
     def end_play(self) -> None:
-        """Stop: products and writers made since play are gone."""
+        """Stop: removes products and writers made since play."""
         kept, self._at_play = self._at_play, []
         removed = [path for path, product in self.products.items() if all(product is not kept_ for kept_, _ in kept)]
         for path in removed:
@@ -63,7 +63,7 @@ class ProductList:
                 product.writers[:] = writers
 
     def sort(self) -> None:
-        """Finds again which render at ticks and which in every update: products or their sensors have changed."""
+        """Updates which products render at ticks and which in every update, after products or their sensors changed."""
         enabled = [product for product in self.products.values() if product.enabled]
         self.scheduled = [product for product in enabled if isinstance(product.sensor.schedule, TickSchedule)]
         self.eager = [

@@ -1,4 +1,4 @@
-"""Render products: what joins a sensor, its schedule and its frames."""
+"""Render products: each joins a sensor, its schedule and its frames."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ class RenderProduct:
         """External time [s] up to which a sensor that wants updates has been advanced."""
         self.capture: Any = None
         self.captured_at = Fraction(0)
-        """External time [s] of the state that the next tick looks at; it is in `capture` where anything moves."""
+        """External time [s] of the state that the next tick uses; it is in `capture` if anything moves."""
         self.capture_index = 0
         self.clear()
 
     def clear(self) -> None:
-        """Forgets frames and counts."""
+        """Drops frames and counts."""
         self.frame: Any = None
         self.new_frame = False
         self.frames = 0
@@ -60,7 +60,7 @@ class RenderProduct:
 
     @property
     def missed(self) -> int:
-        """Grid times passed over because an update rendered a newer one."""
+        """Grid times that were skipped because an update rendered a newer one."""
         return self._missed_before + self.sensor.schedule.missed
 
     @property
@@ -70,18 +70,18 @@ class RenderProduct:
 
     @property
     def is_frozen(self) -> bool:
-        """Whether a tick looks at the captured state of its own grid time."""
+        """Whether a tick uses the captured state of its own grid time."""
         return self.sensor.schedule.accumulates and not self.sensor.wants_updates
 
     def restart(self, moment: Fraction) -> None:
-        """Begins the schedule anew at external time `moment`; what was counted stays."""
+        """Restarts the schedule at external time `moment`; counts stay."""
         self._missed_before = self.missed
         self.created_at = self.advanced_to = moment
         self.sensor.schedule.restart(moment)
         self.capture, self.capture_index = None, 0
 
     def deliver(self, frame: SensorFrame) -> None:
-        """Takes a new frame and counts it."""
+        """Stores and counts a new frame."""
         self.frame = frame
         self.new_frame = True
         self.frames += 1

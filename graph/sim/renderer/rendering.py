@@ -35,7 +35,7 @@ NEW_FRAME = RenderingEvent.NEW_FRAME
 
 
 class FrameEvent(Event):
-    """What a NEW_FRAME callback is told."""
+    """The argument of a NEW_FRAME callback."""
 
     @property
     def products(self) -> tuple[RenderProduct, ...]:
@@ -45,13 +45,13 @@ class FrameEvent(Event):
 
 
 class Updates(Protocol):
-    """Whoever runs the updates that `render` asks for."""
+    """The interface that runs the updates of `render`."""
 
     def update(self) -> None:
         """Runs one update."""
 
     async def next_update_async(self) -> float:
-        """Waits for the next update and makes it run."""
+        """Waits for the next update and triggers it."""
 
 
 def _ignored(product: RenderProduct) -> None:
@@ -59,9 +59,9 @@ def _ignored(product: RenderProduct) -> None:
 
 
 class Rendering:
-    """What users ask of rendering: render products, dt of the run loop, NEW_FRAME callbacks.
+    """The user's interface to rendering: render products, dt of the run loop, NEW_FRAME callbacks.
 
-    `scheduler` renders the products that are due; `products` are those there are, by path.
+    `scheduler` renders the products that are due; `products` are all of them, by path.
     """
 
     def __init__(
@@ -76,7 +76,7 @@ class Rendering:
         self.scheduler = SensorScheduler(clock, None, lambda: run_loop.time)
         self.products: Mapping[str, RenderProduct] = self.scheduler.products
         self.updates: Updates | None = None
-        """Runs the updates of `render`; None before there is a driver, and once the App is closed."""
+        """Runs the updates of `render`; None before the driver exists, and after the App is closed."""
         self._run_loop, self._timeline, self._settings = run_loop, timeline, settings
         self._stage, self._warn = stage, warn
         self._time_codes: float | None = None
@@ -90,7 +90,7 @@ class Rendering:
 
     @property
     def history(self) -> tuple[RenderProduct, ...]:
-        """Every product made so far, those removed or gone with a stop included; of one path the newest."""
+        """Every product made so far, including removed ones; the newest one of each path."""
         return self.scheduler.history
 
     @property
@@ -105,7 +105,7 @@ class Rendering:
 
     @property
     def moment(self) -> Fraction:
-        """The external time [s] at which a product made now begins to exist: that of the start of a running update."""
+        """The external time [s] from which a product made now exists: that of the start of a running update."""
         return self.scheduler.moment
 
     def hand_over(self) -> None:
@@ -120,7 +120,8 @@ class Rendering:
     # -- the run loop ------------------------------------------------------------------------------------------------
 
     def set_dt(self, dt: float | Fraction) -> None:
-        """Makes every update last `dt` [s] on all that follows the loop: manual step and mode, time codes per second.
+        """Makes every update last `dt` [s] for everything that follows the loop: manual step and mode, time codes per
+        second.
 
         The rate limit and the target frame rate follow always, or only while rate limiting is on (see
         `graph.sim.timing.parity`). The physics rate and the catch-up cap stay. Raises ValueError unless dt > 0.
@@ -143,21 +144,24 @@ class Rendering:
         settings.set("/app/settings/fabricDefaultSimPeriodDenominator", period.denominator)
 
     def keep_time_codes(self) -> None:
-        """Authors again, on a stage that stop has put back, the time codes per second that `set_dt` has set."""
+        """Authors again, after a stop has restored the stage, the time codes per second that `set_dt` has set."""
         if self._time_codes is not None and self._stage.GetTimeCodesPerSecond() != self._time_codes:
             self._stage.SetTimeCodesPerSecond(self._time_codes)
 
     def get_dt(self) -> float:
-        """The dt of an update [s]: the rate limit's if that is on, else the manual step if manual, else the limit's."""
+        """The dt of an update [s]: the rate limit's if that is on, else the manual step in manual mode, else the
+        limit's.
+        """
         settings, loop = self._settings, self._run_loop
         if loop.manual_mode and not settings.get(keys.RATE_LIMIT_ENABLED):
             return float(loop.manual_step)
         return float(1 / settings.rate(keys.RATE_LIMIT_FREQUENCY))
 
     def render(self) -> None:
-        """One app update without physics; a playing timeline still moves, so it leads the physics from then on.
+        """Runs one app update without physics; a playing timeline still advances, so it is ahead of physics from then
+        on.
 
-        `/app/player/playSimulations` is false meanwhile, and what it was afterwards, also where the update raises.
+        `/app/player/playSimulations` is false during the update; its old value is restored, also if the update raises.
         """
         settings, updates = self._settings, self._updates()
         if not settings.get(keys.PLAY_SIMULATIONS):
@@ -170,7 +174,7 @@ class Rendering:
             settings.set(keys.PLAY_SIMULATIONS, True)
 
     async def render_async(self) -> None:
-        """As `render`; others waiting for the next update resume too."""
+        """As `render`; other coroutines that wait for the next update resume too."""
         settings, updates = self._settings, self._updates()
         if not settings.get(keys.PLAY_SIMULATIONS):
             await updates.next_update_async()
@@ -193,9 +197,9 @@ class Rendering:
     ) -> int:
         """Calls `callback(event)`, event a `FrameEvent`, in each update that delivered a frame; returns an id.
 
-        Lower order first, ties in the order of registration; ids count up from 0 and are never used again. A bound
-        method is held weakly: it ends with its object. Raises ValueError for another event than NEW_FRAME, and where
-        event and callback have changed places (the SimulationManager takes the callback first).
+        Lower order first, ties in the order of registration; ids count up from 0 and are never reused. A bound method
+        is held weakly: it ends with its object. Raises ValueError for any other event than NEW_FRAME, and if the
+        arguments are swapped (the SimulationManager takes the callback first).
         """
         if callable(event) or misplaced:
             raise ValueError(
@@ -218,16 +222,16 @@ class Rendering:
         return uid
 
     def deregister_callback(self, uid: int) -> None:
-        """Ends a callback; an unknown id is a warning."""
+        """Removes a callback; an unknown id gives a warning."""
         if not self._callbacks.remove(uid):
             self._warn("unknown-callback", "rendering", f"there is no callback with id {uid}")
 
     def deregister_all_callbacks(self) -> None:
-        """Ends all callbacks."""
+        """Removes all callbacks."""
         self._callbacks.clear()
 
     def close(self) -> None:
-        """Callbacks and updates end; products can still be read."""
+        """Ends callbacks and updates; products can still be read."""
         self._callbacks.clear()
         self.updates = None
         for product in self.scheduler.history:

@@ -1,9 +1,9 @@
 """When sensors tick: pure arithmetic on exact times, no clock, no optics.
 
 A sensor of rate r ticks at the grid times k / r, k = 1, 2, ... from simulation time 0. An update in which the external
-time goes from T0 to T renders it once if floor(T * r) > floor(T0 * r), for the newest k; grid times passed over are
-`missed`. Its first tick is the first k / r after its creation; for an accumulating lidar the first k whose whole scan
-[(k - 1) / r, k / r) lies at or after it.
+time goes from T0 to T renders it once if floor(T * r) > floor(T0 * r), for the newest k; skipped grid times are counted
+in `missed`. Its first tick is the first k / r after its creation; for an accumulating lidar the first k whose whole
+scan [(k - 1) / r, k / r) lies at or after it.
 
 On the physics clock T = steps / steps_per_second, so a bound schedule works on integer step counts alone.
 """
@@ -22,7 +22,7 @@ class Tick:
     """One output of a sensor: the interval it covers and the external time of the update that renders it.
 
     `index` is k on the sensor's grid (0 for a sensor that renders every update); `poses` is the captured state that a
-    frozen sensor looks at, None where that is the current state; `seen` is the external time [s] of that state.
+    frozen sensor uses, None for the current state; `seen` is the external time [s] of that state.
     """
 
     __slots__ = ("_end", "_start", "index", "poses", "rate", "seen", "time")
@@ -85,7 +85,7 @@ class TickSchedule:
         self.restart(created_at)
 
     def restart(self, created_at: Fraction) -> None:
-        """Begins anew for a sensor created at `created_at`; nothing is rendered or missed yet."""
+        """Restarts for a sensor created at `created_at`; nothing is rendered or missed yet."""
         self.created_at = created_at
         position = created_at * self.rate
         self.first_index = max(1, math.ceil(position) + 1 if self.accumulates else math.floor(position) + 1)
@@ -99,11 +99,11 @@ class TickSchedule:
         return (self.index + 1) / self.rate
 
     def advance(self, time: Fraction) -> Tick | None:
-        """The tick to render now that the external time is `time`, or None. Moves on past it."""
+        """The tick to render at external time `time`, or None; then waits for the next tick."""
         return self._take(math.floor(time * self.rate), time)
 
     def bind(self, steps_per_second: Fraction) -> None:
-        """Measures external time in steps from now on: sets `due_step`, the first step count at which a tick is due."""
+        """From now on measures external time in steps: sets `due_step`, the first step count at which a tick is due."""
         if steps_per_second != self._step_rate:
             self._step_rate = steps_per_second
             self._numerator = self.rate.numerator * steps_per_second.denominator
@@ -140,7 +140,7 @@ class TickSchedule:
 
 
 class EveryUpdate:
-    """The schedule of a sensor that renders in every update in which external time moved.
+    """The schedule of a sensor that renders in every update in which external time advanced.
 
     Its ticks cover (last output, T]; the first one starts at the creation.
     """
@@ -154,18 +154,18 @@ class EveryUpdate:
         self.restart(created_at)
 
     def restart(self, created_at: Fraction) -> None:
-        """Begins anew for a sensor created at `created_at`."""
+        """Restarts for a sensor created at `created_at`."""
         self.created_at = self.last = created_at
         self.missed = 0
         self.index = 0
 
     def advance(self, time: Fraction) -> Tick | None:
-        """The tick that ends at `time`, or None if the time has not moved forward."""
+        """The tick that ends at `time`, or None if the time has not advanced."""
         if time <= self.last:
             return None
         start, self.last = self.last, time
         return Tick(0, self.rate, time, start, time)
 
     def repeat(self, time: Fraction) -> Tick:
-        """A tick over an interval of length 0, for an update in which the time has not moved."""
+        """A tick over an interval of length 0, for an update in which the time has not advanced."""
         return Tick(0, self.rate, time, time, time)

@@ -1,4 +1,4 @@
-"""The sensor scheduler: in the render phase of each update it renders the products that are due, and only those."""
+"""The sensor scheduler: in the render phase of each update it renders exactly the products that are due."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from .sensor import SensorFrame
 
 
 class SensorScheduler:
-    """Ticks render products on the physics clock, in the order of their creation.
+    """Renders products by ticks on the physics clock, in the order of their creation.
 
-    With multi-tick rendering off there is no sensor clock of its own: `loop_time` (the run loop's time since the App
-    was made, which runs on while the timeline is paused) takes the place of the external time, and every sensor renders
-    in every update while playing, except an accumulating one, which emits its scan in the update that completes it.
+    With multi-tick rendering off there is no separate sensor clock: `loop_time` (the run loop's time since the App was
+    made, which continues while the timeline is paused) replaces the external time, and every sensor renders in every
+    update while playing, except an accumulating one, which gives its scan in the update that completes it.
     """
 
     def __init__(
@@ -27,19 +27,19 @@ class SensorScheduler:
     ) -> None:
         self._list = ProductList()
         self.products = self._list.products
-        """The products there are, by path; `add` and `remove` change them."""
+        """All products, by path; `add` and `remove` change them."""
         self.new_frames: list[RenderProduct] = []
         """The products that delivered a frame in this update, in the order of their creation."""
         self.capture_state = capture
-        """Takes an immutable snapshot of all poses; None while nothing moves."""
+        """Takes an immutable snapshot of all poses; None if nothing moves."""
         self.multi_tick = True
         self.capture_at_ticks = True
         self.autotrigger_idle = False
-        """Whether sensors of tick rate 0 also render in updates in which the external time stands still."""
+        """Whether sensors of tick rate 0 also render in updates in which the external time does not advance."""
         self.frames_later = False
-        """Whether a frame is delivered by `deliver_pending`, not in the update that renders it."""
+        """Whether a frame is delivered by `deliver_pending` instead of in the update that renders it."""
         self.next_capture = NEVER
-        """The step count after which `capture` is to be called."""
+        """The step count after which `capture` must be called."""
         self._clock = clock
         self._loop_time = loop_time
         self._began_at: Reading | Fraction | None = None  # or, on the loop's time, how long before it
@@ -55,11 +55,11 @@ class SensorScheduler:
 
     @property
     def history(self) -> tuple[RenderProduct, ...]:
-        """Every product made so far, those removed or gone with a stop included; of one path the newest."""
+        """Every product made so far, including removed ones; the newest one of each path."""
         return self._list.history
 
     def add(self, product: RenderProduct) -> RenderProduct:
-        """Takes a product from now on. Raises UserError if its path is taken."""
+        """Adds a product. Raises UserError if its path is taken."""
         self._list.check_free(product.path)
         moment = self.moment
         product.restart(moment if product.created_at is None else max(moment, product.created_at))
@@ -69,22 +69,22 @@ class SensorScheduler:
         return product
 
     def remove(self, path: str) -> None:
-        """Takes a product away; its counts stay in `history`. An unknown path is ignored."""
+        """Removes a product; its counts stay in `history`. An unknown path is ignored."""
         if path in self.products:
             self._list.remove(path)
             self._bind()
 
     def begin_play(self) -> None:
-        """Remembers the products and writers there are; only they outlive the next stop."""
+        """Records the present products and writers; only they outlive the next stop."""
         self._list.begin_play()
 
     def end_play(self) -> None:
-        """Stop: products and writers made since play are gone, the others start again at external time 0."""
+        """Stop: removes products and writers made since play; the others restart at external time 0."""
         self._list.end_play()
         self.restart()
 
     def restart(self) -> None:
-        """The external time is 0 again: every product starts again."""
+        """The external time is 0 again: every product restarts."""
         self._forget_frames()
         for product in self.products.values():
             product.clear()
@@ -111,19 +111,19 @@ class SensorScheduler:
 
     @property
     def sample_key(self) -> Fraction | None:
-        """The key of a time sample taken now; None stands for the physics clock's own time."""
+        """The key of a time sample taken now; None means the physics clock's own time."""
         return None if self.multi_tick else self._loop_time()
 
     @property
     def moment(self) -> Fraction:
-        """The external time [s] at which a product made now begins to exist: that of the start of a running update."""
+        """The external time [s] from which a product made now exists: that of the start of a running update."""
         began = self._began_at
         if began is None:
             return self.time
         return began.time if isinstance(began, Reading) else self._loop_time() - began
 
     def begin_update(self, dt: Fraction) -> None:
-        """Remembers the external time at the start of an update of `dt` [s] and ends the last update's frames."""
+        """Records the external time at the start of an update of `dt` [s] and ends the last update's frames."""
         self._began_at = self._clock.reading() if self.multi_tick else dt
         if self.new_frames and not self.frames_later:
             self._end_frames()
@@ -136,18 +136,18 @@ class SensorScheduler:
         return bool(self._pending)
 
     def deliver_pending(self) -> None:
-        """The begin of an update where frames come later: ends the last frames and delivers those that waited."""
+        """The begin of an update if frames come later: ends the last frames and delivers the waiting ones."""
         self._end_frames()
         self._deliver_ready()
 
     def end_update(self) -> None:
-        """Products made from here on exist from the external time as it is now."""
+        """Products made from here on exist from the present external time."""
         self._began_at = None
 
     def plan(self, target: int, *, renders_there: bool) -> None:
-        """Before steps are run up to count `target`: decides after which of them a frozen sensor needs the poses.
+        """Before steps run up to count `target`: decides after which step a frozen sensor needs the poses.
 
-        `renders_there`: rendering follows at `target` at once, so that its state need not be kept.
+        `renders_there`: rendering follows at `target` at once, so its state need not be captured.
         """
         if self._clock.rate is not self._rate:
             self._take_rate()
@@ -169,7 +169,7 @@ class SensorScheduler:
             self.next_capture = self._captures[-1][0]
 
     def capture(self) -> None:
-        """Keeps the poses of now, at step count `next_capture`, for the sensors that asked for them."""
+        """Stores the present poses, at step count `next_capture`, for the sensors that need them."""
         assert self.capture_state is not None
         poses = self.capture_state()
         captures, step = self._captures, self.next_capture
@@ -178,7 +178,7 @@ class SensorScheduler:
         self.next_capture = captures[-1][0] if captures else NEVER
 
     def render_due(self, *, playing: bool = True) -> None:
-        """Renders what is due at the external time as it is now, in the order of the products' creation.
+        """Renders the products that are due at the present external time, in the order of their creation.
 
         Then delivers the frames of sensors with a latency whose time has come.
         """
@@ -220,7 +220,7 @@ class SensorScheduler:
             self._began_at = self._clock.reading() if self.multi_tick else Fraction(0)
 
     def _take_rate(self) -> None:
-        """The physics rate is another: the external time, steps / rate, moves, and every product starts again there."""
+        """The physics rate has changed: the external time, steps / rate, jumps, and every product restarts there."""
         count = self._clock.count
         if count and self.multi_tick and self._rate is not None and self._clock.rate != self._rate:
             for product in self.products.values():
@@ -278,7 +278,7 @@ class SensorScheduler:
         for product in tuple(self.products.values()):
             if not product.enabled:
                 continue
-            if self._held:  # the time went on while nothing was rendered: intervals begin anew
+            if self._held:  # time passed while nothing was rendered: intervals restart
                 product.restart(max(self.moment, product.created_at or self.moment))
             if product.sensor.wants_updates:
                 self._advance(product, time)
@@ -310,7 +310,7 @@ class SensorScheduler:
         self.new_frames.append(product)
 
     def _deliver_ready(self) -> None:
-        """Delivers of the frames that wait those whose time has come: of each product the oldest."""
+        """Delivers waiting frames whose time has come: the oldest of each product."""
         time, pending = self.time, self._pending
         self._pending = []
         for ready, product, frame in pending:

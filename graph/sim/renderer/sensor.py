@@ -1,6 +1,6 @@
-"""The sensor protocol: all that schedulers, products, annotators, writers, nodes and commands ask of a sensor.
+"""The sensor protocol: everything that schedulers, products, annotators, writers, nodes and commands use of a sensor.
 
-`sensors.runtime.SensorRuntime` is the shared implementation; what stands before a sensor is a `wrapper.SensorWrapper`.
+`sensors.runtime.SensorRuntime` is the shared implementation; a `wrapper.SensorWrapper` changes parts of a sensor.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ Schedule = TickSchedule | EveryUpdate
 
 
 class SensorFrame(Protocol):
-    """What the renderer counts of a frame; all else is between the sensor and those who read it."""
+    """What the renderer uses of a frame; everything else is between the sensor and its readers."""
 
     @property
     def count(self) -> int:
@@ -27,17 +27,17 @@ class SensorFrame(Protocol):
 
     @property
     def timestamp_ns(self) -> int:
-        """Start of the time it covers, on the simulation clock [ns]."""
+        """Start of the interval it covers, on the simulation clock [ns]."""
 
     @property
     def reference(self) -> Fraction:
-        """The time [s] that its messages carry: that of its pose, unless a setting says otherwise."""
+        """The time [s] for its messages: that of its pose, unless a setting says otherwise."""
 
 
 class Sensor(Protocol):
     """One sensor of a render product.
 
-    Poses are captured states of the world (`graph.sim.state.poses.Poses`); None stands for the state as it is now.
+    Poses are captured states of the world (`graph.sim.state.poses.Poses`); None means the present state.
     """
 
     # -- identity ----------------------------------------------------------------------------------------------------
@@ -48,13 +48,13 @@ class Sensor(Protocol):
 
     @property
     def type_name(self) -> str:
-        """The prim type that it is registered for; "" for what stands in where no sensor is."""
+        """The prim type for which it is registered; "" for a product without a sensor."""
 
     # -- schedule ----------------------------------------------------------------------------------------------------
 
     @property
     def schedule(self) -> Schedule:
-        """When it renders, and how many ticks were passed over."""
+        """When it renders, and how many ticks were missed."""
 
     @property
     def rate(self) -> Fraction:
@@ -62,11 +62,11 @@ class Sensor(Protocol):
 
     @property
     def rule(self) -> str:
-        """The name of the rule that says when frames come, as `graph explain` shows it."""
+        """The name of the rule for when frames come, as in `graph explain`."""
 
     @property
     def wants_updates(self) -> bool:
-        """Whether `advance` is called in every update in which the time moved, before a tick of it is rendered."""
+        """Whether `advance` is called in every update in which the time advanced, before its ticks are rendered."""
 
     @property
     def latency(self) -> Fraction:
@@ -83,39 +83,41 @@ class Sensor(Protocol):
 
     @property
     def coords(self) -> str:
-        """What x, y, z of its points hold: SPHERICAL or CARTESIAN; NOT_APPLICABLE for a sensor without points."""
+        """The meaning of x, y, z of its points: SPHERICAL or CARTESIAN; NOT_APPLICABLE for a sensor without points."""
 
     def require(
         self, owner: object, channels: Iterable[str], *, optional: Iterable[str] = (), ignore_aux: bool = False
     ) -> None:
-        """Asks for channels on behalf of an owner; asking again replaces the earlier request.
+        """Requests channels for an owner; a second request replaces the first.
 
-        optional: channels to have as well where the auxiliary level reaches them. ignore_aux: also those above it.
-        Raises ValueError for channels that the sensor does not have.
+        optional: further channels, as far as the auxiliary level includes them. ignore_aux: also those above it. Raises
+        ValueError for channels that the sensor does not have.
         """
 
     def release(self, owner: object) -> None:
-        """Withdraws what an owner asked for; an owner without request is fine."""
+        """Withdraws an owner's request, if any."""
 
     def channels(self) -> frozenset[str]:
-        """What is computed: the union of all requests, less what the auxiliary level or a setting withholds."""
+        """The channels to compute: the union of all requests, except those that the auxiliary level or a setting
+        excludes.
+        """
 
     def consumers(self) -> Mapping[str, Sequence[str]]:
-        """Channel asked for -> its owners as text, sorted."""
+        """Requested channel -> its owners as text, sorted."""
 
     # -- life --------------------------------------------------------------------------------------------------------
 
     def refresh(self) -> bool:
-        """Reads the prim again; True if it now describes another sensor, which then starts from scratch.
+        """Reads the prim again; True if it now describes another sensor, which then starts from its initial state.
 
         Raises UserError if the prim no longer describes a sensor.
         """
 
     def reset(self) -> None:
-        """Forgets everything measured so far."""
+        """Drops everything measured so far."""
 
     def advance(self, start: Fraction, end: Fraction, poses: Any) -> None:
-        """Measures what happens in [start, end) [s] from the state `poses`, for frames that are still to come."""
+        """Measures what happens in [start, end) [s] with the state `poses`, for later frames."""
 
     def render(self, tick: Tick) -> SensorFrame | None:
         """The frame of a tick, or None if there is nothing to deliver."""
@@ -129,7 +131,7 @@ class Sensor(Protocol):
         """Whether frames can hold object ids; warns once if not."""
 
     def object_ids(self, *, resolve_all: bool = False) -> dict[int, str]:
-        """128-bit object id -> prim path of what frames may hold; resolve_all: with copies that have no prim."""
+        """128-bit object id -> prim path for objects in frames; resolve_all: with copies that have no prim."""
 
     def packed_object_ids(self) -> np.ndarray | None:
         """The same as a StableIdMap buffer, (size,) uint8, read-only; None without object ids."""

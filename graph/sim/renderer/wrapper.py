@@ -1,4 +1,4 @@
-"""What stands before a sensor: commands that only look, delay, noise. Methods are documented in `Sensor`."""
+"""Wraps a sensor, to observe, delay or corrupt its frames. Methods are documented in `Sensor`."""
 
 # ruff: noqa: D102
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class SensorWrapper:
-    """Stands before a sensor and forwards everything; a subclass changes what it is there for."""
+    """Forwards everything to the wrapped sensor; a subclass overrides some methods."""
 
     def __init__(self, sensor: Sensor) -> None:
         self.sensor = sensor
@@ -104,7 +104,7 @@ class SensorWrapper:
 
 
 def unwrapped(sensor: Sensor) -> Sensor:
-    """The sensor itself, behind whatever stands before it."""
+    """The innermost sensor."""
     while isinstance(sensor, SensorWrapper):
         sensor = sensor.sensor
     return sensor

@@ -1,8 +1,8 @@
-"""Transforms with time samples: while playing, prims that have them follow the timeline's time code.
+"""Transforms with time samples: while playing, their prims follow the timeline's time code.
 
-A prim whose transform is animated is a kinematic body of the scan (see `scan`). In a world with physics it is
-one there too, placed after every step; in a world without, it is a frame of Fabric. Below a body that forces move,
-it is a frame that moves along with that body.
+A prim with an animated transform is a kinematic body of the scan (see `scan`). In a world with physics it is a
+kinematic body too, placed after every step; in a world without, it is a frame of Fabric. Below a body that forces move,
+it is a frame that moves with that body.
 """
 
 from __future__ import annotations
@@ -28,20 +28,20 @@ if TYPE_CHECKING:
     from .playing_world import PlayingWorld
 
 BEFORE_OTHERS = -100
-"""Order among the subscribers of a physics step: what they read is where the prims are then."""
+"""Order among the subscribers of a physics step: early, because the others read the prims' new poses."""
 
 SPAN = 1e-3
-"""Time [s] over which velocities are taken: USD interpolates linearly between samples, which are often float32."""
+"""Time [s] over which velocities are computed: USD interpolates linearly between samples, which are often float32."""
 
 
 class Stepping(Protocol):
-    """Whoever steps physics."""
+    """The interface that steps physics."""
 
     clock: PhysicsClock
 
     @property
     def carry(self) -> Fraction:
-        """Time waiting for its physics step [s]."""
+        """Time that waits for its physics step [s]."""
 
     @property
     def enabled(self) -> bool:
@@ -49,7 +49,7 @@ class Stepping(Protocol):
 
 
 def animate(world: PlayingWorld, timeline: Timeline, stepping: Stepping, phases: Phases) -> Animation | None:
-    """The animation of a world that begins to play; None if nothing in it is animated."""
+    """The animation of a world that starts to play; None if nothing in it is animated."""
     scan = scan_stage(world.stage, world.fabric.promoted)
     paths = [path for path in (*scan.driven, *scan.riders) if path in scan.moving or path in scan.riders]
     _warn_of_idle_samples(world.warn, scan)
@@ -57,10 +57,10 @@ def animate(world: PlayingWorld, timeline: Timeline, stepping: Stepping, phases:
 
 
 class Animation:
-    """Places animated prims where their time samples put them.
+    """Places animated prims by their time samples.
 
-    After a physics step at simulation time s they stand where the timeline was (or will be) when that time was up:
-    steps within an update see them move. Where physics does not step they follow the timeline itself.
+    After a physics step at simulation time s they are placed for the timeline time at that moment, so steps within an
+    update see them move. Without physics steps they follow the timeline itself.
     """
 
     def __init__(
@@ -93,12 +93,12 @@ class Animation:
         self.set_time(float(timeline.current_time))
 
     def close(self) -> None:
-        """Follow the timeline no more."""
+        """Stops following the timeline."""
         while self._ends:
             self._ends.pop()()
 
     def set_time(self, time: float, moving: bool = True) -> None:
-        """Place everything where it is at a time of the timeline [s]; moving: whether that time goes on."""
+        """Places everything for a time of the timeline [s]; moving: whether that time advances."""
         rate = self._stage.GetTimeCodesPerSecond()
         prims = {path: prim for path, prim in self._prims.items() if prim}
         if not prims:
@@ -129,7 +129,7 @@ class Animation:
         return out
 
     def _hold_broken(self, paths: list[str], now: Floats, before: Floats) -> None:
-        """What has no place at this time stays where it was last, or where it was authored first."""
+        """A prim without a valid pose at this time keeps its last one, or the first authored one."""
         broken = np.flatnonzero(~np.isfinite(now).all(axis=(1, 2)))
         for number in broken.tolist():
             path = paths[number]
@@ -142,7 +142,7 @@ class Animation:
         self._last = dict(zip(paths, now.copy(), strict=True))
 
     def _carry(self, paths: list[str], poses: Floats, speeds: Floats) -> None:
-        """Take what rides on bodies to where those are now."""
+        """Moves prims that ride on bodies to the bodies' present poses."""
         riding = [number for number, path in enumerate(paths) if path in self._bases]
         if not riding:
             return
@@ -173,7 +173,7 @@ class Animation:
 
     def _after_step(self) -> None:
         timeline = self._timeline
-        if not self._phases.running:  # a step of its own moves physics, not the timeline
+        if not self._phases.running:  # an extra step moves physics, not the timeline
             self.set_time(float(timeline.current_time), moving=False)
             return
         clock = self._stepping.clock
@@ -183,7 +183,7 @@ class Animation:
         self.set_time(time)
 
     def _after_physics(self) -> None:
-        """Where no physics step was due but the timeline has been moved, or moves by itself."""
+        """Handles updates without a due physics step in which the timeline moved."""
         if self._stepping.clock.count != self._steps:
             return
         timeline = self._timeline
@@ -193,7 +193,7 @@ class Animation:
 
 
 def _warn_of_idle_samples(warn: Warn, scan: Scan) -> None:
-    """Time samples that nothing plays."""
+    """Warns of time samples that are not played."""
     for path in sorted(scan.animated):
         body = scan.bodies.get(path)
         if body is not None and not body.kinematic:
@@ -213,7 +213,7 @@ def _warn_of_scale(warn: Warn, path: str, prim: Any) -> None:
     first = np.array(xform.GetLocalTransformation(EARLIEST))[:3, :3]
     for code in {times[len(times) // 2], times[-1]} if times else ():
         linear = np.array(xform.GetLocalTransformation(code))[:3, :3]
-        # Rotation leaves the lengths of, and angles between, the rows as they are.
+        # A rotation does not change the lengths of the rows and the angles between them.
         if np.abs(linear @ linear.T - first @ first.T).max() > 1e-5 * np.abs(first @ first.T).max():
             warn("animated-scale", path, "its scale has time samples; rays see it in the size of the first")
             return

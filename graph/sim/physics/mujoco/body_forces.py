@@ -1,4 +1,4 @@
-"""Forces on bodies: those that users set, and those that the stage authors, which may turn with their bodies."""
+"""Forces on bodies: those that users set, and those that the stage authors, which may rotate with their bodies."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ class BodyForces:
         """numbers: of the model's bodies by path."""
         self._model, self._data, self._numbers = model, data, numbers
         self.own: Floats = np.zeros((model.nbody, 6))
-        """(n, 6) what users have set, by the model's bodies: force [N], torque [N m]."""
+        """(n, 6) forces that users have set, by the model's bodies: force [N], torque [N m]."""
         self.set_authored(forces)
 
     def set_authored(self, forces: Sequence[BodyForce]) -> None:
-        """Let other forces of the stage act."""
+        """Replaces the forces of the stage."""
         model = self._model
         known = [force for force in forces if force.path in self._numbers]
         self._bodies = np.array([self._numbers[force.path] for force in known], dtype=np.intp)
@@ -38,16 +38,16 @@ class BodyForces:
         inertias = np.einsum("bij,bj,bkj->bik", axes, model.body_inertia[self._bodies], axes)
         self._inertias = np.where(accelerates[:, None, None], inertias, np.eye(3))
         self.turning = bool(self._local.any() or (accelerates & self._torques.any(axis=1)).any())
-        """Whether they depend on how their bodies are turned, so that `step` has something to do."""
+        """Whether forces depend on the rotation of their bodies, so that `step` has work to do."""
         self.step(self._data)
 
     def set_own(self, bodies: Sequence[int], forces: Floats) -> None:
-        """Let users' forces (n, 6) act on bodies of the model."""
+        """Applies users' forces (n, 6) to bodies of the model."""
         self.own[list(bodies)] = forces
         self._write(self._data)
 
     def step(self, data: Any) -> None:
-        """After a step: turn what turns with its body."""
+        """After a step: rotates the forces that rotate with their body."""
         mujoco.mj_kinematics(self._model, data)
         self._write(data)
 

@@ -1,4 +1,4 @@
-"""A `WorldModel` as a MuJoCo model."""
+"""Compiles a `WorldModel` to a MuJoCo model."""
 
 from __future__ import annotations
 
@@ -36,17 +36,20 @@ if TYPE_CHECKING:
     from graph.sim.mjcf.scene import MjcfScene
 
 Start = Callable[[Any, Any], None]
-"""Puts a model's data into the state that its scene starts in."""
+"""Puts a model's data into the initial state of its scene."""
 
 
 CROWD, CROWD_MEMORY, BODY_MEMORY = 1000, 2 << 30, 128 << 10
-"""MuJoCo's own estimate of what contacts need grows with the square of the bodies: more than this many get at least so
-many bytes, and so many each (resting boxes use 24 KiB). Memory that is not used is not taken from the system."""
+"""MuJoCo's own estimate of memory for contacts grows with the square of the number of bodies: above this number, a
+model gets at least this many bytes, and so many for each body (resting boxes use 24 KiB).
+
+Unused memory is not taken from the system.
+"""
 
 
 @dataclass(frozen=True)
 class Compiled:
-    """The model, its bodies in its own order (the model's body 0 is the world) and its joints in stage order."""
+    """The model, its bodies in its own order (body 0 of the model is the world) and its joints in stage order."""
 
     model: Any
     bodies: tuple[Body, ...]
@@ -59,12 +62,12 @@ class Compiled:
     softs: tuple[Soft, ...] = ()
     restitution: Restitution = NO_RESTITUTION
     flexes: Mapping[str, tuple[str, Floats]] = field(default_factory=dict)
-    """Soft parts that a model brings: by prim its name there, and where its points begin (n, 3) [m, world]."""
+    """Soft parts of a model: by prim, the name in the model and the initial points (n, 3) [m, world]."""
 
 
 @dataclass(frozen=True)
 class Base:
-    """A model that a world is added to: its specification (changed by that), its bodies in its order, its joints."""
+    """A model to which a world is added: its specification (which is changed), its bodies in its order, its joints."""
 
     spec: Any
     bodies: tuple[Body, ...]
@@ -73,7 +76,7 @@ class Base:
 
 
 def compiler_of(fidelity: Fidelity | None, mjcf: MjcfScene | None) -> Callable[[WorldModel, Fraction, Warn], Compiled]:
-    """What makes the model of a world, and of its later versions; shapes are measured once for all of them."""
+    """The compiler of a world and of its later versions; shapes are measured once for all of them."""
     volumes: dict[Shape, Volume] = {}
 
     def compiled_world(world: WorldModel, dt: Fraction, warn: Warn) -> Compiled:
@@ -95,18 +98,17 @@ def compile_world(
     base: Base | None = None,
     volumes: dict[Shape, Volume] | None = None,
 ) -> Compiled:
-    """Build the MuJoCo model; with a `base` add to that one, whose gravity and options count where `options` has none.
+    """Builds the MuJoCo model; with a `base`, adds to it, with its gravity and options where `options` has None.
 
-    volumes: see `measured`.
-    Raises UserError, naming what it can, where MuJoCo refuses the world.
+    volumes: see `measured`. Raises UserError, with names where possible, if MuJoCo refuses the world.
     """
     forest = grow_forest(world, warn)
     spec = new_spec() if base is None else base.spec
     if base is None:
         spec.option.gravity = world.gravity
-        # Bodies tied by a joint are kept apart by explicit excludes.
+        # Bodies connected by a joint are kept apart by explicit excludes.
         spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_FILTERPARENT)
-    # A divergence must leave its state to be looked at.
+    # After a divergence the state must be kept for the message.
     spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
     meshes = Meshes(spec)
     every = measured(world.colliders, warn, volumes)
@@ -128,7 +130,7 @@ def compile_world(
             (1, 1) if world.meets is None else bits(world.meets, collider.mask),
         )
         geom = add_geom(parent, collider, meshes, name, grip)
-        if collider.body in given:  # its mass is the model's, but for what is said of the collider
+        if collider.body in given:  # its mass is the model's, except for what the collider states
             geom.density = collider.density or collider.material_density or 0.0
             if collider.mass is not None:
                 geom.mass = collider.mass
@@ -163,7 +165,7 @@ def compile_world(
 
 
 def write_options(option: Any, options: SolverOptions) -> None:
-    """Set what is chosen in the `option` of a spec or the `opt` of a model."""
+    """Sets chosen values in the `option` of a spec or the `opt` of a model."""
     for each in fields(options):
         value = getattr(options, each.name)
         if value is None:
@@ -180,9 +182,9 @@ def write_options(option: Any, options: SolverOptions) -> None:
 
 
 def _suited(options: SolverOptions, world: WorldModel, based: bool) -> SolverOptions:
-    """The options, and where they leave the choice the integrator that the world needs.
+    """The options; an integrator that is not chosen becomes the one that the world needs.
 
-    Stiff drives and contacts stay stable together with `discrete` alone, and so does what is elastic.
+    Only with `discrete` are stiff drives and contacts, and elastic bodies, stable together.
     """
     driven = any(single.drive for joint in world.joints for single in joint.singles)
     elastic = next((soft.path for soft in world.softs if soft.elements is not None), None)
@@ -197,7 +199,9 @@ def _suited(options: SolverOptions, world: WorldModel, based: bool) -> SolverOpt
 
 
 def _weld_roots(forest: Forest) -> dict[str, str | None]:
-    """By body the one that fixed joints hold it to, if any; None for what they or the user hold in the world."""
+    """For each body, the body to which fixed joints hold it, if any; None for bodies fixed to the world or held by
+    the user.
+    """
     roots: dict[str, str | None] = {}
     for branch in forest.branches:
         welded = branch.joint is not None and branch.joint.kind == "fixed"
@@ -209,7 +213,7 @@ def _weld_roots(forest: Forest) -> dict[str, str | None]:
 
 
 def _meeting(colliders: list[Collider], roots: dict[str, str | None], world: WorldModel) -> Callable[[int, int], bool]:
-    """Whether two colliders can meet: not of the same body, nor of bodies that are welded or kept apart."""
+    """Whether two colliders can collide: not on the same body, nor on bodies that are welded or kept apart."""
     apart = kept_apart(world)
     root = [None if each.body is None else roots.get(each.body, each.body) for each in colliders]
     owner = [each.body or each.still for each in colliders]
@@ -222,7 +226,7 @@ def _meeting(colliders: list[Collider], roots: dict[str, str | None], world: Wor
 
 
 def _hung(world: WorldModel, forest: Forest) -> tuple[Joint, ...]:
-    """The joints of one axis, and the spherical ones, that bodies hang by, in stage order."""
+    """The joints with one axis, and the spherical ones, of the joint tree, in stage order."""
     hung = {branch.joint.path for branch in forest.branches if branch.joint}
     return tuple(single for joint in world.joints if joint.path in hung for single in joint.singles)
 
@@ -252,14 +256,14 @@ def _add_bodies(
 
 
 def _still_body(spec: Any, path: str) -> Any:
-    """The world; or a part of it with a name of its own, which bodies can be kept apart from."""
+    """The world; or a static body with its own name, from which bodies can be kept apart."""
     if not path:
         return spec.worldbody
     return spec.body(still_name(path)) or spec.worldbody.add_body(name=still_name(path))
 
 
 def _put_to_sleep(spec: Any, forest: Forest, handles: Mapping[str, Any]) -> None:
-    """Bodies that start asleep hang in place until something touches them; the others never sleep."""
+    """Bodies that start asleep stay in place until something touches them; the others never sleep."""
     free = [branch for branch in forest.branches if branch.parent is None and not branch.body.kinematic]
     if not any(branch.body.asleep for branch in free):
         return
@@ -277,7 +281,7 @@ def _set_inertia(handle: Any, inertia: Inertia) -> None:
 
 
 def _damp(model: Any, bodies: Iterable[Body]) -> None:
-    """Free bodies lose a share of their velocity: as forces, that share of their momentum per second."""
+    """Damps free bodies: a force takes this fraction of their momentum per second."""
     for body in bodies:
         if not any(body.damping):
             continue
@@ -290,7 +294,7 @@ def _damp(model: Any, bodies: Iterable[Body]) -> None:
 
 
 def _say_held(model: Any, bodies: Iterable[Body], warn: Warn) -> None:
-    """Damping and limits of speed count on free bodies; what hangs by a joint has those of the joint."""
+    """Warns that damping and speed limits apply only to free bodies; a jointed body has those of its joint."""
     held = StoredSettings()
     for body in bodies:
         if body.kinematic or _is_free(model, model.body(body.model_name).id):

@@ -1,4 +1,4 @@
-"""Joints as MuJoCo has them: on bodies, closing loops, by distance, following others; and what they keep apart."""
+"""Joints as MuJoCo's joints and constraints: in the tree, closing loops, by distance, mimicking; and excluded pairs."""
 
 from __future__ import annotations
 
@@ -22,15 +22,18 @@ _KINDS = {
     "spherical": mujoco.mjtJoint.mjJNT_BALL,
 }
 LEVER = 0.1
-"""How far from a joint's origin [m] its axis is tied or its swing measured."""
+"""The distance from a joint's origin [m] at which its axis is tied or its swing measured."""
 
 HARDEST, STOP = (1e-9, 1.0), (0.99, 0.999, 0.001, 0.5, 2.0)
-"""How MuJoCo stops what comes to a limit: in the shortest time that it can, two steps (it raises shorter ones to that),
-and with next to no give. What comes at a speed v passes its limit by at most v dt, its way in one step."""
+"""How MuJoCo stops a joint at a limit: in the shortest time that it can, two steps (it raises shorter values to that),
+almost rigidly.
+
+At a speed v, a joint passes its limit by at most v dt, its way in one step.
+"""
 
 
 def add_joints(handle: Any, branch: Branch, degrees: bool) -> None:
-    """The joint that a body hangs by; degrees: whether the spec's angles are."""
+    """Adds the joint by which a body is attached; degrees: whether the spec's angles are in degrees."""
     joint = branch.joint
     if joint is None:
         handle.add_freejoint(name=f"{branch.body.path}#free")
@@ -63,7 +66,7 @@ def add_drive(spec: Any, joint: Joint) -> None:
 
 
 def add_ties(spec: Any, world: WorldModel, forest: Forest, handles: Mapping[str, Any], warn: Warn) -> None:
-    """Everything between bodies that is not a joint of the forest; handles: the spec's bodies by path."""
+    """Adds all constraints that are not joints of the tree; handles: the spec's bodies by path."""
     given = {body.path: body.model_name for body in world.given}
     for joint in forest.loops:
         if any(single.drive or single.limited for single in joint.singles):
@@ -81,7 +84,7 @@ def add_ties(spec: Any, world: WorldModel, forest: Forest, handles: Mapping[str,
             continue
         tie = spec.add_equality(type=mujoco.mjtEq.mjEQ_JOINT, objtype=mujoco.mjtObj.mjOBJ_JOINT)
         tie.name, tie.name1, tie.name2 = f"{mimic.path}#mimic", mimic.path, mimic.leader
-        # MuJoCo counts from the positions at the start: q - q0 = a0 + a1 (p - p0)
+        # MuJoCo counts from the initial positions: q - q0 = a0 + a1 (p - p0)
         ahead = mimic.offset + mimic.ratio * singles[mimic.leader].start - singles[mimic.path].start
         tie.data[:5] = [ahead, mimic.ratio, 0, 0, 0]
     names = {path: still_name(path) for path in {collider.still for collider in world.colliders} if path}
@@ -92,20 +95,20 @@ def add_ties(spec: Any, world: WorldModel, forest: Forest, handles: Mapping[str,
 
 
 def still_name(path: str) -> str:
-    """What the model calls a part of the world that bodies are kept apart from."""
+    """The model's name of static geometry from which bodies are kept apart."""
     return f"{path}#still"
 
 
 def kept_apart(world: WorldModel) -> dict[tuple[str, str], None]:
-    """Pairs of bodies (or of one and something still) that never collide, the lesser path first."""
+    """Pairs of bodies (or of a body and static geometry) that never collide, the smaller path first."""
     apart = [joint.bodies for joint in world.joints if not joint.collide] + list(world.filtered)
     return dict.fromkeys((min(a, b), max(a, b)) for a, b in apart if a and b)
 
 
 def add_grips(spec: Any, world: WorldModel) -> tuple[Gripper, ...]:
-    """A weld for each point of a gripper, off and between any two bodies until it holds one.
+    """Adds a weld for each point of a gripper, inactive and between any two bodies until it holds one.
 
-    A lone body has nothing to hold, and MuJoCo no weld of a body to itself: its grippers get a weld to the world.
+    A single body has nothing to hold, and MuJoCo has no weld of a body to itself: its grippers get a weld to the world.
     """
     bodies = (*world.bodies, *world.given)
     names = {body.path: body.model_name for body in bodies}
@@ -118,7 +121,7 @@ def add_grips(spec: Any, world: WorldModel) -> tuple[Gripper, ...]:
 
 
 def _add_loop(spec: Any, joint: Joint, given: Mapping[str, str], warn: Warn) -> None:
-    """Tie two bodies that already hang together: at one point, at two points of an axis, or wholly."""
+    """Connects two bodies of one tree: at one point, at two points of an axis, or fully."""
     names = [given.get(body or "world", body or "world") for body in joint.bodies]
     if any(single.kind == "prismatic" for single in joint.singles) or len(joint.singles) == 2:
         warn(
@@ -145,7 +148,7 @@ def _add_loop(spec: Any, joint: Joint, given: Mapping[str, str], warn: Warn) -> 
 def _add_distance(
     spec: Any, joint: Joint, handles: Mapping[str, Any], limits: tuple[float, float], shift: float = 0.0
 ) -> None:
-    """A string between a point of each body that can be neither shorter nor longer than its limits."""
+    """Adds a tendon between a point of each body, with length limits."""
     tendon = spec.add_tendon(name=joint.path)
     for side, (body, frame) in enumerate(zip(joint.bodies, joint.frames, strict=True)):
         holder = spec.worldbody if body is None else handles[body]

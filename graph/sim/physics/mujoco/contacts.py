@@ -1,12 +1,12 @@
-"""Friction of contacts between two materials, in an engine whose own rule is to take the larger one.
+"""Friction of contacts by the materials of both sides; MuJoCo's own rule is to use the larger friction.
 
 Every collider belongs to a class of equal materials. Where MuJoCo's rule (that of the geom with the higher priority,
-else the larger) gives what two classes should have, nothing more is needed; classes of colliders that never move get a
-priority and a friction that are right for most of what can hit them. The other pairs are written into the model as
+else the larger) gives the wanted friction of two classes, nothing more is needed; classes of static colliders get a
+priority and a friction that suit most of the colliders that can hit them. All other pairs are written into the model as
 explicit pairs, each with its own friction.
 
-Friction at rest and in motion: a pair with a larger friction at rest has it until its surfaces are twice seen to slide
-past each other, or to meet while they do (faster than gravity alone can make them in two steps).
+Static and dynamic friction: a pair with a larger static friction keeps it until its surfaces are twice found sliding,
+or found sliding when they meet (faster than gravity alone can cause in two steps).
 """
 
 from __future__ import annotations
@@ -30,24 +30,24 @@ if TYPE_CHECKING:
     from .surfaces import Surfaces
 
 SLIDING, RESTING, PATIENCE = 0.02, 0.01, 2
-"""Friction at rest ends above the first of these speeds [m/s], seen so many times, and is back below the second."""
+"""Static friction ends above the first of these speeds [m/s], found this many times, and returns below the second."""
 
 LOOKS_HZ, FIRST_LOOKS = 20.0, 10
-"""How often it is looked whether surfaces slide (at most once a step); so often at first in every step."""
+"""How often sliding is checked (at most once a step); so often at first in every step."""
 
 MOST_PAIRS = 100_000
-"""More explicit pairs than this are not written: each costs time in every step."""
+"""At most this many explicit pairs are written, because each costs time in every step."""
 
 SMOOTH = 1e-5
-"""Friction below this is treated as zero: pyramids that flat are more than the solver can tell apart."""
+"""Friction below this is treated as zero: the solver cannot resolve flatter friction pyramids."""
 
 FIRM = (0.95, 0.99, 0.001, 0.5, 2.0)
-"""MuJoCo's impedance where a material is authored: bodies at rest creep a tenth as fast as with its own default."""
+"""MuJoCo's impedance for authored materials: bodies at rest creep a tenth as fast as with its own default."""
 
 
 @dataclass(frozen=True)
 class Pair:
-    """Two colliders by number that touch in a way of their own."""
+    """Two colliders, by number, with their own contact properties."""
 
     first: int
     second: int
@@ -56,7 +56,7 @@ class Pair:
 
 @dataclass(frozen=True)
 class Plan:
-    """Friction and priority by collider, the explicit pairs, and how contacts bounce."""
+    """Friction and priority by collider, the explicit pairs, and the restitution of contacts."""
 
     friction: Floats
     priority: NDArray[np.intp]
@@ -71,10 +71,10 @@ def plan_contacts(
     meets: NDArray[np.bool_] | None,
     warn: Warn,
 ) -> Plan:
-    """Which friction each collider gets, and which pairs are explicit.
+    """The friction of each collider, and the explicit pairs.
 
-    names: what the model calls them. still: (n,) colliders that never move by forces; they do not meet each other.
-    meets: (k, k) by `Collider.mask`, which of them collide at all (None: all).
+    names: of the colliders in the model. still: (n,) static colliders, which do not collide with each other. meets: (k,
+    k) by `Collider.mask`, which of them collide (None: all).
     """
     classes: dict[tuple[Material, bool], int] = {}
     number = np.array(
@@ -134,7 +134,7 @@ def _fit(
     priority: NDArray[np.intp],
     count: NDArray[np.intp],
 ) -> None:
-    """Give a class that never moves the friction, at a higher priority, that suits the most of what can hit it."""
+    """Gives a static class the friction, at a higher priority, that suits most of the classes that can hit it."""
     votes: dict[float, int] = {}
     plain = True
     for pair, want in wanted.items():
@@ -161,7 +161,7 @@ def _pairs(
 
 
 def add_pairs(spec: Any, names: Sequence[str], plan: Plan, meet: Callable[[int, int], bool]) -> dict[str, Touch]:
-    """Write the explicit pairs of colliders that can meet into a spec; what holds between them, by the pairs' names."""
+    """Writes the explicit pairs of colliders that can collide into a spec; returns their contact properties by name."""
     out = {}
     spec.default.pair.condim, spec.default.pair.solimp = 3, FIRM
     for pair in plan.pairs:
@@ -180,7 +180,7 @@ def add_pairs(spec: Any, names: Sequence[str], plan: Plan, meet: Callable[[int, 
 
 
 class Contacts:
-    """The explicit pairs of a model at work: friction by whether they slide."""
+    """The explicit pairs of a model while it runs: switches friction when they slide."""
 
     def __init__(self, model: Any, touches: Mapping[str, Touch]) -> None:
         """touches: by the names of pairs of the model."""
@@ -190,16 +190,16 @@ class Contacts:
         self._pairs = np.array([pair for pair, _ in two], dtype=np.intp)
         self._friction = np.array([(touch.static, touch.sliding) for _, touch in two]).reshape(-1, 2)
         self.switching = bool(two)
-        """Whether `step` has anything to do."""
+        """Whether `step` has work to do."""
         first, second = model.pair_geom1[self._pairs].tolist(), model.pair_geom2[self._pairs].tolist()
         self._number = {(min(ends), max(ends)): number for number, ends in enumerate(zip(first, second, strict=True))}
         degree = np.bincount([*first, *second], minlength=model.ngeom)
         hubs = [one if degree[one] >= degree[other] else other for one, other in self._number]
-        self._is_hub = np.zeros(model.ngeom + 1, dtype=np.bool_)  # the last stands for what is not a geom
+        self._is_hub = np.zeros(model.ngeom + 1, dtype=np.bool_)  # the last entry is for contacts that are not of geoms
         self._is_hub[hubs] = True
-        """Geoms of which one is in every pair, as few as may be: most contacts are between others."""
+        """Geoms such that one is in every pair, as few as possible: most contacts are between others."""
         self.surfaces: Surfaces | None = None
-        """Surfaces that move by themselves: their velocities are no sliding."""
+        """Moving surfaces: their velocities do not count as sliding."""
         self._slides, self._touching = set[int](), set[int]()
         self._fast: dict[int, int] = {}
         self._clearly = 0.0
@@ -209,13 +209,13 @@ class Contacts:
             model.pair_friction[self._pairs, :2] = self._friction[:, :1]
 
     def set_dt(self, dt: float) -> None:
-        """Take a new time step [s]."""
+        """Sets a new time step [s]."""
         self._clearly = SLIDING + 2 * dt * float(np.linalg.norm(self._model.opt.gravity))
         self._every = max(round(1 / (LOOKS_HZ * dt)), 1)
         self._wait = 1
 
     def step(self, data: Any) -> None:
-        """After a step: which pairs slide now. Those that do not touch stay as they are."""
+        """After a step: finds which pairs slide now. Pairs without contact keep their state."""
         self._wait -= 1
         if self._wait:
             return
@@ -240,7 +240,7 @@ class Contacts:
         self._touching = set(speeds)
 
     def _look_at(self, number: int, speed: float) -> None:
-        """Decides whether a pair that touches slides."""
+        """Decides whether a touching pair slides."""
         fast = self._fast[number] = self._fast.get(number, 0) + 1 if speed > SLIDING else 0
         before = number in self._slides
         slides = speed >= RESTING if before else fast >= PATIENCE
@@ -250,7 +250,7 @@ class Contacts:
             self._model.pair_friction[self._pairs[number], :2] = self._friction[number, int(slides)]
 
     def _speeds(self, data: Any, rows: NDArray[np.integer[Any]], friction: Floats, own: Floats | None = None) -> Floats:
-        """Of sliding at contacts [m/s]; own: (n, 2) of surfaces that move by themselves."""
+        """Sliding speeds at contacts [m/s]; own: (n, 2) of moving surfaces."""
         velocity, (a, b) = data.efc_vel, (0.0, 0.0) if own is None else own.T
         if self._model.opt.cone == mujoco.mjtCone.mjCONE_ELLIPTIC:
             out: Floats = np.hypot(velocity[rows + 1] - a, velocity[rows + 2] - b)

@@ -1,8 +1,8 @@
-"""Cloth, soft bodies and particles of the stage as MuJoCo's flexes: points with mass, and what holds them together.
+"""Cloth, soft bodies and particles of the stage as MuJoCo's flexes: points with mass and elastic elements.
 
-Each point is a body of the model with three sliding joints, after all bodies of the stage; so its place follows from
-the coordinates alone. Triangles and tetrahedra are elastic by their finite elements, which the integrator `discrete`
-takes at the end of the step: stable at any stiffness.
+Each point is a body of the model with three sliding joints, after all bodies of the stage; so its position follows from
+the coordinates alone. Triangles and tetrahedra are elastic finite elements, which the integrator `discrete` evaluates
+at the end of the step: stable at any stiffness.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from .library import mujoco
 
 
 def add_soft(spec: Any, soft: Soft, handles: Mapping[str, Any]) -> None:
-    """Write it into a spec whose other bodies are all there."""
+    """Writes a soft prim into a spec that already contains all other bodies."""
     names, local = [], np.zeros((len(soft.places), 3))
     for number, (place, mass) in enumerate(zip(soft.places, soft.masses, strict=True)):
         holder, spot = soft.held.get(number, (None, place))
@@ -60,7 +60,7 @@ def add_soft(spec: Any, soft: Soft, handles: Mapping[str, Any]) -> None:
 
 
 def point_name(path: str, number: int) -> str:
-    """What a point's body is called in the model."""
+    """The name of a point's body in the model."""
     return f"{path}#{number}"
 
 
@@ -87,19 +87,19 @@ class Deformables:
         return tuple(self._softs)
 
     def start_points(self, path: str) -> Floats:
-        """(p, 3) where the points of a prim began, in the world [m]."""
+        """(p, 3) initial positions of a prim's points, in the world [m]."""
         soft = self._softs[path]
         out: Floats = np.einsum("pk,pkj->pj", soft.weights, soft.places[soft.corners])
         return out
 
     def start(self, data: Any) -> None:
-        """Set the velocities that the prims begin with."""
+        """Sets the initial velocities of the prims."""
         for path, soft in self._softs.items():
             if soft.velocity.any():
                 data.qvel[self._speeds[path]] = soft.velocity
 
     def take_over(self, old: Deformables, old_data: Any, data: Any) -> None:
-        """Go on where the deformables of another model were, those that have the same points."""
+        """Takes over the state of another model's deformables that have the same points."""
         for path in self._softs:
             before = old._addresses.get(path)
             if before is not None and before.shape == self._addresses[path].shape:

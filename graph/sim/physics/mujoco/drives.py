@@ -17,15 +17,15 @@ from .library import mujoco
 class Drives:
     """Sets MuJoCo's actuators so that each joint gets stiffness (q* - q) + damping (dq* - dq), within its limit.
 
-    Both terms are taken at the end of the step: the integrator `discrete` does that by itself, the implicit ones for
-    the damping only, so that there the spring's share of it, dt times the stiffness, is added (Tan, Liu and Turk,
-    Stable proportional-derivative controllers, 2011).
+    Both terms are evaluated at the end of the step. The integrator `discrete` does that itself; the implicit
+    integrators do it only for the damping, so for them the spring's share of it, dt times the stiffness, is added (Tan,
+    Liu and Turk, Stable proportional-derivative controllers, 2011).
 
-    A force at its limit does not depend on where the joint is, so MuJoCo integrates it explicitly; a stiff drive would
-    then jump from one limit to the other around its target for ever. Such a drive gets here, for that step, just as
-    much of its stiffness and damping as keeps it from overshooting, given the least inertia the joint can have. That a
-    drive has come to its limit is seen by the force of the step before, which MuJoCo itself has clamped; in the step
-    after new targets, which may be far off, it is looked for at once.
+    A force at its limit does not depend on the joint's position, so MuJoCo integrates it explicitly; a stiff drive
+    would then jump from one limit to the other around its target endlessly. Such a drive gets, for that step, only as
+    much of its stiffness and damping as keeps it from overshooting, given the least inertia of the joint. That a drive
+    is at its limit is known from the force of the step before, which MuJoCo has clamped; in the step after new targets,
+    which may be far away, it is checked at once.
     """
 
     def __init__(self, model: Any, joints: Sequence[Joint]) -> None:
@@ -40,7 +40,7 @@ class Drives:
         self.damping = np.array([drive.damping for drive in drives]) * scale
         self.limit = np.array([drive.max_force for drive in drives]) * scale
         self.targets = np.array([[drive.position, drive.velocity] for drive in drives]).reshape(-1, 2)
-        """(A, 2) positions and velocities aimed at [rad or m, per s]; `apply` after writing."""
+        """(A, 2) target positions and velocities [rad or m, per s]; call `apply` after writing."""
         self._inertia = 1 / np.maximum(model.dof_invweight0[self._dof], 1e-12)
         self.limited = bool(np.isfinite(self.limit).any())
         self._at_limit = False
@@ -51,31 +51,31 @@ class Drives:
         self._limits = [(int(forces[number]), float(self.limit[number])) for number in limited]
         self._dt = self._ahead = 0.0
         self._aim = self._resistance = np.zeros(len(self.joints))
-        # MuJoCo drops controls above 1e10, which stiff drives exceed: they are so much smaller. Powers of 2 are exact.
+        # MuJoCo drops controls above 1e10, which stiff drives exceed, so they are scaled down. Powers of 2 are exact.
         self._gain = np.exp2(np.ceil(np.log2(np.maximum(self.stiffness + self.damping, 1.0))))
         model.actuator_gainprm[self._rows, 0] = self._gain
         model.actuator_forcelimited[self._rows] = np.isfinite(self.limit)
-        # A hair's breadth above: forces that are held at the limit here are not clamped, and so integrated implicitly.
+        # Slightly above the limit: forces that are limited here are not clamped, and so are integrated implicitly.
         highest = np.where(np.isfinite(self.limit), self.limit * (1 + 1e-6), 0.0)
         model.actuator_forcerange[self._rows] = np.multiply.outer(highest, [-1.0, 1.0])
 
     def set_dt(self, dt: float) -> None:
-        """Take a new time step [s]."""
+        """Sets a new time step [s]."""
         self._dt = dt
         self._ahead = 0.0 if self._model.opt.integrator == mujoco.mjtIntegrator.mjINT_DISCRETE else dt
         self._resistance = self.damping + self._ahead * self.stiffness
         self._set_gains(self.stiffness, self.damping)
 
     def apply(self, data: Any) -> None:
-        """Hand the targets to the engine."""
+        """Writes the targets to the engine."""
         self._aim = self.stiffness * self.targets[:, 0] + self.damping * self.targets[:, 1]
         self._new_targets = True
         data.ctrl[self._controls] = self._aim / self._gain
 
     def limit_forces(self, data: Any) -> None:
-        """Before a step: hold the forces within their limits."""
+        """Before a step: limits the forces."""
         if not self._at_limit and not self._new_targets:
-            forces = data.actuator_force.tolist()  # plain Python: of so few numbers quicker than array functions
+            forces = data.actuator_force.tolist()  # plain Python: faster than array functions for so few numbers
             for place, limit in self._limits:
                 if not -limit <= forces[place] <= limit:
                     break
@@ -111,7 +111,7 @@ Places = slice | NDArray[np.intp]
 
 
 def _places(model: Any, names: Sequence[str]) -> tuple[Places, Places, Places]:
-    """Where actuators of these names are among all actuators, controls and forces."""
+    """The indices of actuators with these names among all actuators, controls and forces."""
     if model.nactuator == len(names):
         return slice(None), slice(None), slice(None)
     rows = np.array([model.actuator(name).id for name in names], dtype=np.intp)

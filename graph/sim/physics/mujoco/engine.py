@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from graph.sim.mjcf.flexes import Flexes
 
 Compile = Callable[[WorldModel, Fraction, Warn], Compiled]
-"""Makes the model of a world with steps of so many seconds."""
+"""Makes the model of a world, with this time step."""
 
 _BAD = tuple(
     int(kind)
@@ -49,8 +49,12 @@ _BAD = tuple(
 
 
 class MujocoEngine(PhysicsEngine):
-    """The bodies of a playing world. `model` and `data` are MuJoCo's own; only this package and `graph.sim.mjcf` read
-    them. Bodies are numbered from 1 in the model, in the order of `body_paths`."""
+    """The bodies of a playing world.
+
+    `model` and `data` are MuJoCo's own; only this package and `graph.sim.mjcf` read them.
+
+    Bodies are numbered from 1 in the model, in the order of `body_paths`.
+    """
 
     name = "mujoco"
 
@@ -101,7 +105,7 @@ class MujocoEngine(PhysicsEngine):
         self.set_dt(self.dt)
 
     def adopt(self, world: WorldModel, kept: frozenset[str] | None, warn: Warn) -> None:
-        """Go on with another world, see `PhysicsEngine`."""
+        """Continues with another world, see `PhysicsEngine`."""
         from .state_transfer import Leaving
 
         compiled = self._compile(world, self.dt, warn)
@@ -117,10 +121,10 @@ class MujocoEngine(PhysicsEngine):
     # -- stepping ----------------------------------------------------------------------------------------------------
 
     def step(self, count: int = 1) -> None:
-        """Advance by `count` times dt; `taken` says by how many afterwards.
+        """Advances by `count` times dt; `taken` gives the number of steps afterwards.
 
-        Raises RunError if the simulation has diverged, naming the body. Between steps there is as little Python as can
-        be: what it drives out of the processor's caches costs the next step as much again.
+        Raises RunError, with the body's name, if the simulation has diverged. There is as little Python as possible
+        between steps: what it drives out of the processor's caches makes the next step twice as expensive.
         """
         model, data, counters, advance = self.model, self.data, self._counters, mujoco.mj_step
         limit = self.drives.limit_forces if self.drives.limited else None
@@ -145,7 +149,7 @@ class MujocoEngine(PhysicsEngine):
         self._monitor.look()
 
     def _followers(self) -> Iterator[Callable[[Any], None]]:
-        """What has to look at the world after each step."""
+        """The parts that must examine the world after each step."""
         if self._bounces is not None:
             yield self._bounces.step
         if self.friction.switching:
@@ -158,7 +162,7 @@ class MujocoEngine(PhysicsEngine):
             yield gripper.step
 
     def set_dt(self, dt: Fraction) -> None:
-        """Change the time step [s]; the drives keep their meaning."""
+        """Changes the time step [s]; the drives keep their behaviour."""
         self.dt = dt
         self.model.opt.timestep = float(dt)
         self.drives.set_dt(float(dt))
@@ -226,7 +230,7 @@ class MujocoEngine(PhysicsEngine):
         return self._index[path] + 1
 
     def body_name(self, number: int) -> str:
-        """What messages call a body of the model: its path, or its name where it is not a body of the stage."""
+        """A body of the model as messages name it: its path, or its name if it is not on the stage."""
         if number <= len(self.body_paths):
             return self.body_paths[number - 1]
         return str(self.model.body(number).name.partition("#")[0])
@@ -237,11 +241,11 @@ class MujocoEngine(PhysicsEngine):
         return bool(joint >= 0 and self.model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE)
 
     def can_place(self, path: str) -> bool:
-        """Whether a body is free, or one that only users move."""
+        """Whether a body is free, or moved only by users."""
         return bool(self.model.body_mocapid[self.number(path)] >= 0) or self.is_free(path)
 
     def set_poses(self, paths: Sequence[str], poses: Floats, velocities: Floats | None = None) -> None:
-        """Put free or kinematic bodies at rigid poses (n, 4, 4) [m], in motion or not; see `PhysicsEngine`."""
+        """Puts free or kinematic bodies at rigid poses (n, 4, 4) [m], in motion or at rest; see `PhysicsEngine`."""
         model, data = self.model, self.data
         if self._surfaces is not None or (velocities is not None and velocities.any()):
             self.surfaces.set_velocities([self.number(path) for path in paths], velocities)
@@ -272,11 +276,11 @@ class MujocoEngine(PhysicsEngine):
             self.data.qvel[address + 3 : address + 6] = turn.T @ velocity[3:]
 
     def set_forces(self, paths: Sequence[str], forces: Floats) -> None:
-        """Have (n, 6) force at the centre of mass [N] and torque [N m] act on bodies."""
+        """Applies (n, 6) forces at the centres of mass [N] and torques [N m] to bodies."""
         self.forces.set_own([self.number(path) for path in paths], forces)
 
     def set_authored_forces(self, forces: Sequence[BodyForce]) -> None:
-        """Have other forces of the stage act."""
+        """Replaces the forces of the stage."""
         self.world = replace(self.world, forces=tuple(forces))
         self.forces.set_authored(forces)
         self._after_step = tuple(self._followers())
@@ -321,14 +325,14 @@ class MujocoEngine(PhysicsEngine):
     def set_joint_targets(
         self, rows: Rows, positions: Floats | None, velocities: Floats | None, efforts: Floats | None
     ) -> None:
-        """Set what drives and the model's own actuators aim at, and efforts."""
+        """Sets the targets of drives and of the model's own actuators, and efforts."""
         self._rows.set_targets(rows, positions, velocities, efforts)
 
     # -- contacts, grippers, belts, deformables ----------------------------------------------------------------------
 
     @property
     def colliders(self) -> list[tuple[str, str]]:
-        """By geom its collider's path, and its body's (empty: it does not move)."""
+        """For each geom, the paths of its collider and of its body (empty: static)."""
         if self._colliders is None:
             self._colliders = colliders_of(self.model, self.body_paths)
         return self._colliders
@@ -338,18 +342,18 @@ class MujocoEngine(PhysicsEngine):
         return contacts_of(self)
 
     def triggered(self) -> dict[str, tuple[str, ...]]:
-        """By the path of each trigger the paths of the colliders that are in it now."""
+        """By the path of each trigger, the paths of the colliders that are inside now."""
         return triggered(self)
 
     def gripper(self, path: str) -> WeldGripper:
-        """The surface gripper at a path. Raises RunError where there is none."""
+        """The surface gripper at a path. Raises RunError if the path has no gripper."""
         if path not in self._grippers:
             raise RunError(f"{path}: no surface gripper is there; it is a prim of type IsaacSurfaceGripper")
         return self._grippers[path]
 
     @property
     def surfaces(self) -> Surfaces:
-        """Surfaces that move by themselves, such as belts."""
+        """Moving surfaces, such as belts."""
         if self._surfaces is None:
             self._surfaces = Surfaces(self, self._warn)
             self.friction.surfaces = self._surfaces
@@ -358,7 +362,7 @@ class MujocoEngine(PhysicsEngine):
         return self._surfaces
 
     def set_surface_velocity(self, path: str, pose: Floats, velocity: Floats, turn: Floats) -> bool:
-        """Let surfaces move while their body stays, see `PhysicsEngine`."""
+        """Moves surfaces whose body stays, see `PhysicsEngine`."""
         return self.surfaces.set_motion(path, pose, velocity, turn)
 
     @property
@@ -367,17 +371,17 @@ class MujocoEngine(PhysicsEngine):
         return self.deformables.paths
 
     def deformable_start(self, path: str) -> Floats:
-        """(p, 3) where the points of a deformable prim began [m]."""
+        """(p, 3) initial positions of a deformable prim's points [m]."""
         return self.deformables.start_points(path)
 
     # -- state -------------------------------------------------------------------------------------------------------
 
     def snapshot(self) -> MujocoSnapshot:
-        """Positions and velocities of now."""
+        """The present positions and velocities."""
         return MujocoSnapshot(self.data, self._motion, self.deformables)
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Go back to the positions and velocities of a snapshot."""
+        """Restores the positions and velocities of a snapshot."""
         if not isinstance(snapshot, MujocoSnapshot) or snapshot.motion is not self._motion:
             raise RunError("this snapshot is of another world; take one after the last play or recompilation")
         data = self.data
@@ -389,7 +393,7 @@ class MujocoEngine(PhysicsEngine):
         self._motion.close()
         self._counters.release()
         self._monitor.close()
-        vars(self).clear()  # several parts know the engine: without them its memory goes now, not when it is collected
+        vars(self).clear()  # several parts refer to the engine: this frees its memory now, not at the next collection
         self.closed = True
 
     def _divergence(self) -> str:

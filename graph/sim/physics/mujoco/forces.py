@@ -1,4 +1,4 @@
-"""Forces that the last step of the engine gave: along joints, through joints, at contacts."""
+"""Forces of the engine's last step: along joints, through joints, at contacts."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def joint_reactions(physics: MujocoEngine, joints: Sequence[Joint]) -> Floats:
 
 
 def contacts_of(physics: MujocoEngine) -> Contacts:
-    """The contacts that carried load in the last step."""
+    """The contacts with forces in the last step."""
     model, data = physics.model, physics.data
     contacts = data.contact
     active = np.flatnonzero(np.asarray(contacts.efc_address)[: data.ncon] >= 0)
@@ -90,7 +90,7 @@ def contacts_of(physics: MujocoEngine) -> Contacts:
 
 
 def colliders_of(model: Any, body_paths: Sequence[str]) -> list[tuple[str, str]]:
-    """By geom its collider's path, and its body's (empty: it does not move)."""
+    """For each geom, the paths of its collider and of its body (empty: static)."""
     out = []
     for geom, body in enumerate(model.geom_bodyid.tolist()):
         path = model.geom(geom).name.rpartition("#")[0]

@@ -1,4 +1,4 @@
-"""Colliders as geoms of a MuJoCo model, and what they enclose."""
+"""Colliders as geoms of a MuJoCo model, and their volumes."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def new_spec() -> Any:
 
 
 def compiled(spec: Any) -> Any:
-    """The model of a specification. Raises UserError with MuJoCo's words where it refuses it."""
+    """The model of a specification. Raises UserError with MuJoCo's text if MuJoCo refuses it."""
     try:
         return spec.compile()
     except ValueError as error:
@@ -96,15 +96,15 @@ def add_geom(parent: Any, collider: Collider, meshes: Meshes, name: str, grip: G
 
 
 Shape = tuple[Any, ...]
-"""What the volume of a collider follows from."""
+"""The data that determines a collider's volume."""
 
 
 def measured(
     colliders: Iterable[Collider], warn: Warn, known: dict[Shape, Volume] | None = None
 ) -> list[tuple[Collider, Volume]]:
-    """Colliders that MuJoCo can build, each with its volume: a model of each alone, at density 1, tells.
+    """The colliders that MuJoCo can build, each with its volume: measured in a model of it alone, at density 1.
 
-    known: volumes of before; those of these colliders afterwards.
+    known: volumes measured before; afterwards, those of these colliders.
     """
     out = []
     before, now = {} if known is None else known, dict[Shape, Volume]()
@@ -137,11 +137,13 @@ def _volume(collider: Collider, warn: Warn) -> Volume | None:
         warn("bad-collider", collider.path, f"nothing hits it: {words}")
         return None
     axes = transforms.rotation_matrices(model.body_iquat[1])
-    with np.errstate(over="ignore", invalid="ignore"):  # body_inertia tells what came of it
+    with np.errstate(over="ignore", invalid="ignore"):  # body_inertia reports the result
         tensor = axes @ np.diag(model.body_inertia[1]) @ axes.T
     return Volume(float(model.body_mass[1]), model.body_ipos[1].copy(), tensor)
 
 
 def still(colliders: Iterable[Collider], roots: dict[str, str | None]) -> NDArray[np.bool_]:
-    """(n,) colliders that forces cannot move; roots: by body, the body that it is welded to (None: the world)."""
+    """(n,) colliders that forces cannot move; roots: for each body, the body to which it is welded (None: the
+    world).
+    """
     return np.array([c.body is None or roots.get(c.body, c.body) is None for c in colliders], dtype=np.bool_)

@@ -1,4 +1,4 @@
-"""Surface grippers at work: they hold what is before their points of attachment, up to a force."""
+"""Running surface grippers: they hold what is in front of their attachment points, up to a force."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ Status = Literal["Open", "Closing", "Closed"]
 
 
 def weld_name(point: Suction) -> str:
-    """Name of the model's weld that a point of attachment uses."""
+    """The name of the weld in the model for an attachment point."""
     return f"{point.path}#grip"
 
 
 class WeldGripper:
-    """Holds bodies by welds that are switched on where a ray from a point of attachment meets one.
+    """Holds bodies by welds, which are activated when a ray from an attachment point hits a body.
 
-    Closing, it tries in every step until something is held or its patience is over; then it is open again. A point lets
-    go of what pulls along its axis, or across it, with more than the limits.
+    While closing, it tries in every step until it holds something or its retry time is over; then it is open again. A
+    point releases a body that pulls along its axis, or across it, with more than the limits.
     """
 
     def __init__(self, physics: MujocoEngine, spec: Gripper) -> None:
@@ -45,20 +45,20 @@ class WeldGripper:
         return tuple(dict.fromkeys(self._held.values()))
 
     def close(self) -> None:
-        """Begin to grip, now and in the steps to come; nothing changes where it is closed or closing."""
+        """Begins to grip, now and in the following steps; does nothing if it is closed or closing."""
         if self.status == "Open":
             self.status = "Closing"
             self._until = float(self._physics.data.time) + self.spec.patience
             self._grip()
 
     def open(self) -> None:
-        """Let everything go."""
+        """Releases everything."""
         for number in tuple(self._held):
             self._release(number)
         self.status = "Open"
 
     def take_over(self, old: WeldGripper, weld_data: Floats) -> None:
-        """Go on where the gripper of another model was; weld_data: (P, 11) of its points' welds there."""
+        """Takes over the state of another model's gripper; weld_data: (P, 11) of its points' welds there."""
         physics = self._physics
         self.status, self._until = old.status, old._until
         for number, path in old._held.items():
@@ -68,12 +68,12 @@ class WeldGripper:
 
     @property
     def weld_data(self) -> Floats:
-        """(P, 11) what the engine holds of each point's weld."""
+        """(P, 11) the engine's data of each point's weld."""
         out: Floats = self._physics.model.eq_data[self._welds].copy()
         return out
 
     def step(self, data: Any) -> None:
-        """After a step of the engine: let go of what pulls too hard; try on while closing."""
+        """After a step of the engine: releases what pulls too hard; tries again while closing."""
         for number in tuple(self._held):
             if self._overloaded(number):
                 self._release(number)
@@ -93,14 +93,14 @@ class WeldGripper:
             self.status = "Open"
 
     def _frame(self, point: Suction) -> tuple[Floats, Floats, int]:
-        """Place and direction of a point in the world, and the number of its body."""
+        """Position and direction of a point in the world, and the number of its body."""
         physics = self._physics
         body = physics.body_paths.index(point.body)
         turn = physics.rotations[body]
         return physics.positions[body] + turn @ point.place, turn @ point.direction, body
 
     def _before(self, point: Suction) -> int:
-        """The model's number of the body before a point; 0 where there is none within reach."""
+        """The number in the model of the body in front of a point; 0 if nothing is within reach."""
         physics = self._physics
         place, direction, body = self._frame(point)
         geom = np.array([-1], dtype=np.int32)

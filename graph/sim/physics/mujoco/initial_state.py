@@ -1,4 +1,4 @@
-"""The state that a model starts in: of joints, velocities of bodies, deformables, targets of drives."""
+"""The initial state of a model: joints, velocities of bodies, deformables, targets of drives."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ if TYPE_CHECKING:
     from .engine import MujocoEngine
 
 Velocities = dict[str, tuple[Floats, Floats]]
-"""By body: of its centre of mass [m/s], and its turn rate [rad/s]; world axes."""
+"""For each body: velocity of its centre of mass [m/s], and its angular velocity [rad/s]; world axes."""
 
 
 def set_initial_state(engine: MujocoEngine) -> None:
-    """Give the engine's data the velocities and targets that its world describes, and all that follows from them."""
+    """Sets the velocities and targets of the world in the engine's data, and everything that depends on them."""
     model, data, compiled = engine.model, engine.data, engine.compiled
     if compiled.start is not None:
         compiled.start(model, data)
@@ -48,7 +48,7 @@ def set_initial_state(engine: MujocoEngine) -> None:
 
 
 def _start_joint(engine: MujocoEngine, joint: Joint, velocities: Velocities) -> None:
-    """As the bodies move relative to each other; a centre of mass that moves otherwise turns them besides."""
+    """By the relative motion of the bodies; motion of a centre of mass beyond that also rotates them."""
     model, data = engine.model, engine.data
     first, second = joint.bodies
     if joint.kind == "fixed" or second not in velocities:
@@ -66,7 +66,7 @@ def _start_joint(engine: MujocoEngine, joint: Joint, velocities: Velocities) -> 
     arm = data.xipos[body] - data.xanchor[joint_number]
     spin = w1 - w0
     alone = model.body_jntnum[body] == 1
-    if alone and first not in velocities and v1.any():  # of a pair that flies, the common motion is not the joint's
+    if alone and first not in velocities and v1.any():  # of a flying pair, the common motion is not the joint's
         missing = v1 - np.cross(w1, arm)
         across = arm if joint.kind == "spherical" else arm - axis * (axis @ arm)
         if across @ across > 1e-12:

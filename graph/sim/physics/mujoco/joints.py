@@ -1,4 +1,4 @@
-"""The joints of a model by rows: positions, velocities, efforts, and commands to drives and actuators."""
+"""The joints of a model as rows: positions, velocities, efforts, and commands to drives and actuators."""
 
 from __future__ import annotations
 
@@ -17,7 +17,9 @@ if TYPE_CHECKING:
 
 
 class Joints:
-    """The joints with one degree of freedom among an engine's `joints`; see `PhysicsEngine.joint_positions` and on."""
+    """The joints with one degree of freedom among an engine's `joints`; see `PhysicsEngine.joint_positions` and
+    following.
+    """
 
     def __init__(self, engine: MujocoEngine) -> None:
         self._engine = engine
@@ -49,7 +51,7 @@ class Joints:
         return joint_reactions(self._engine, [self._engine.joints[row] for row in rows])
 
     def driven(self, rows: Rows) -> NDArray[np.bool_]:
-        """(n,) which have a drive of ours or a servo of the model."""
+        """(n,) which joints have one of our drives or a servo of the model."""
         driven: NDArray[np.bool_] = self._actuator[rows] >= 0
         motors = self._engine.motors
         return driven if motors is None else driven | motors.driven([self._engine.joints[row] for row in rows])
@@ -65,7 +67,7 @@ class Joints:
     def set_targets(
         self, rows: Rows, positions: Floats | None, velocities: Floats | None, efforts: Floats | None
     ) -> None:
-        """Hand targets to drives and servos, efforts to motors; the rest of the efforts acts directly."""
+        """Gives targets to drives and servos, efforts to motors; the rest of the efforts acts directly."""
         drives, data = self._engine.drives, self._engine.data
         for column, values in enumerate((positions, velocities)):
             if values is not None:
@@ -81,7 +83,7 @@ class Joints:
     def _command_motors(
         self, rows: Rows, positions: Floats | None, velocities: Floats | None, efforts: Floats | None
     ) -> Floats | None:
-        """Hand commands to the actuators that a model brings; returns the efforts that none of them gives."""
+        """Gives commands to the actuators of a model; returns the efforts that no actuator can give."""
         motors, data = self._engine.motors, self._engine.data
         assert motors is not None
         nothing = np.full(len(rows), np.nan)

@@ -1,6 +1,6 @@
 """The one module that imports MuJoCo; it also keeps MuJoCo's own warnings off the terminal and out of log files.
 
-What a warning means for a run is read from the counters of its `MjData` (see `engine`).
+What a warning means for a run is read from the counters of `MjData` (see `engine`).
 """
 
 from __future__ import annotations

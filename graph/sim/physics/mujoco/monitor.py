@@ -1,4 +1,4 @@
-"""What MuJoCo only counts, as warnings of ours: wrong forces, contacts that were left out, bodies that are far away."""
+"""Turns MuJoCo's warning counters into our warnings: wrong forces, dropped contacts, bodies that are far away."""
 
 from __future__ import annotations
 
@@ -14,16 +14,17 @@ if TYPE_CHECKING:
     from .engine import MujocoEngine
 
 RESIDUAL = 1.0
-"""Residual of the solver at its last iteration, scaled as `physics.tolerance` is, above which forces are wrong.
+"""Residual of the solver's last iteration, scaled like `physics.tolerance`, above which forces are wrong.
 
-Measured on towers of 20 boxes (5.7 mm of compression when solved) at lower and lower caps: residuals up to 0.4 changed
-nothing, 6 gave 10 mm more, 200 to 400 gave 160 mm and more."""
+Measured on towers of 20 boxes (5.7 mm of compression when solved) with decreasing iteration limits: residuals up to 0.4
+changed nothing, 6 gave 10 mm more, 200 to 400 gave 160 mm and more.
+"""
 
 FAR = 1e6
 """A body farther than this [m] from the origin has left the scene."""
 
 LOOKS = 64
-"""Calls between two searches for such bodies: about a second at 60 updates per second."""
+"""Calls between two searches for such bodies: about one second at 60 updates per second."""
 
 _KINDS = mujoco.mjtWarning
 _COUNTED = {
@@ -44,11 +45,11 @@ _COUNTED = {
         "an actuator was given a control that is not a number; it counts as 0",
     ),
 }
-"""By MuJoCo's kind of warning: our code, and what is said. The other kinds are divergence, see `MujocoEngine.step`."""
+"""By MuJoCo's kind of warning: our code and text. The other kinds are divergence, see `MujocoEngine.step`."""
 
 
 class Monitor:
-    """Looks at an engine after each call of `step`. Each of its warnings is given once."""
+    """Examines an engine after each call of `step`. Each of its warnings is given once."""
 
     def __init__(self, engine: MujocoEngine, warn: Warn) -> None:
         self._engine, self._warn = engine, warn
@@ -59,7 +60,7 @@ class Monitor:
         self._told = set[int]()
 
     def look(self) -> None:
-        """Warn of what the last steps brought."""
+        """Gives warnings about the last steps."""
         counters = self._counters
         if counters[0] or counters[1] or counters[2] or counters[6]:
             self._tell_counted()
@@ -70,7 +71,7 @@ class Monitor:
             self._find_lost()
 
     def close(self) -> None:
-        """Let go of the engine's memory."""
+        """Releases the engine's memory."""
         self._counters.release()
         self._iterations.release()
 
@@ -87,7 +88,7 @@ class Monitor:
         return self._engine.body_name(int(self._engine.model.dof_bodyid[place]))
 
     def _check_solver(self) -> None:
-        """Newton and CG say how far from the minimum they are, PGS how much its last iteration has still gained."""
+        """Newton and CG report the distance from the minimum, PGS the improvement of its last iteration."""
         data, cap = self._engine.data, int(self._engine.model.opt.iterations)
         count = len(data.solver.gradient) // len(self._iterations)
         stats = data.solver

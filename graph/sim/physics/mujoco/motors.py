@@ -1,4 +1,4 @@
-"""The actuators that a model brings itself: what commands to joints mean for them, and their controls by name."""
+"""The actuators of a model: the meaning of joint commands for them, and their controls by name."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ _SIMPLE = (
 
 
 class Motors:
-    """A model's actuators on joints with one degree of freedom, as takers of joint commands.
+    """A model's actuators on joints with one degree of freedom, which follow joint commands.
 
-    An actuator of fixed gain g and affine bias (b0, b1, b2) gives the force g ctrl + b0 + b1 gear q + b2 gear dq. Where
-    it has a b1 or b2 it is a servo: its control becomes -(b0 + gear (b1 q* + b2 dq*)) / g, which is no force at the
-    target (`position`, `velocity` and the like; where it integrates its control, only velocities are taken). Without it
-    is a motor: an effort F becomes the control F / (g gear). Others (muscles, adhesion, actuators of tendons and sites)
-    take no joint commands, only their control.
+    An actuator of fixed gain g and affine bias (b0, b1, b2) gives the force g ctrl + b0 + b1 gear q + b2 gear dq. With
+    a b1 or b2 it is a servo: its control becomes -(b0 + gear (b1 q* + b2 dq*)) / g, which gives zero force at the
+    target (`position`, `velocity` and similar; if it integrates its control, only velocities are used). Otherwise it is
+    a motor: an effort F becomes the control F / (g gear). Other actuators (muscles, adhesion, those of tendons and
+    sites) ignore joint commands and have only their control.
     """
 
     def __init__(self, physics: MujocoEngine) -> None:
@@ -63,7 +63,7 @@ class Motors:
         self._speeds: dict[int, float] = {}
 
     def _joint(self, number: int) -> str | None:
-        """The path of the joint that takes commands through an actuator."""
+        """The path of the joint that an actuator moves."""
         model = self._model
         if (
             model.actuator_trntype[number] not in _ON_JOINTS
@@ -77,11 +77,11 @@ class Motors:
         return self._dofs.get(int(model.jnt_dofadr[model.actuator_trnid[number, 0]]))
 
     def driven(self, joints: Sequence[Joint]) -> NDArray[np.bool_]:
-        """(J,) which joints take positions or velocities."""
+        """(J,) which joints accept positions or velocities."""
         return np.array([joint.path in self.servos for joint in joints], dtype=np.bool_)
 
     def command(self, data: Any, path: str, position: float, velocity: float) -> None:
-        """Let the servos of a joint aim at a position and velocity [rad or m, per s]; NaN keeps what they aim at."""
+        """Sets the targets of the servos of a joint [rad or m, per s]; NaN keeps the present one."""
         model = self._model
         for number in self.servos.get(path, ()):
             gain, (b0, b1, b2) = model.actuator_gainprm[number, 0], model.actuator_biasprm[number, :3]
@@ -93,13 +93,15 @@ class Motors:
             before = self._speeds.get(number, 0.0)
             speed = before if np.isnan(velocity) else velocity
             self._speeds[number] = speed
-            if np.isnan(position):  # only the part of the velocity changes
+            if np.isnan(position):  # only the velocity term changes
                 data.ctrl[place] -= gear * b2 * (speed - before) / gain
             else:
                 data.ctrl[place] = -(b0 + gear * (b1 * position + b2 * speed)) / gain
 
     def push(self, data: Any, path: str, effort: float) -> bool:
-        """Let the motor of a joint give an effort [N m or N], within its own limits; False where it has none."""
+        """Applies an effort [N m or N] with the motor of a joint, within its limits; False if the joint has no
+        motor.
+        """
         number = self.motors.get(path)
         if number is None:
             return False
@@ -110,12 +112,12 @@ class Motors:
         return True
 
     def take_over(self, old: Motors, number_there: int, number: int) -> None:
-        """Go on with the velocity that a servo of another model was aiming at."""
+        """Takes over the velocity target of another model's servo."""
         if number_there in old._speeds:
             self._speeds[number] = old._speeds[number_there]
 
     def read(self, data: Any, name: str, what: str) -> Any:
-        """What an actuator does: `ctrl`, `force`, `length` or `velocity`; a number, or several of one with several."""
+        """An actuator's `ctrl`, `force`, `length` or `velocity`: a number, or several for an actuator with several."""
         number = self._model.actuator(name).id
         if what == "ctrl":
             first, count = int(self._model.actuator_ctrladr[number]), int(self._model.actuator_ctrlnum[number])
@@ -125,7 +127,7 @@ class Motors:
         return float(values[0]) if count == 1 else values.copy()
 
     def write(self, data: Any, name: str, control: Any) -> None:
-        """Set an actuator's control. Raises ValueError where it is not as many finite numbers as it has."""
+        """Sets an actuator's control. Raises ValueError unless the number of values fits and all are finite."""
         number = self._model.actuator(name).id
         first, count = int(self._model.actuator_ctrladr[number]), int(self._model.actuator_ctrlnum[number])
         values = np.atleast_1d(np.asarray(control, dtype=np.float64))

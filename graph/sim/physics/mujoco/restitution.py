@@ -1,9 +1,9 @@
-"""Restitution: Newton's law of impact, in an engine whose contacts never bounce by themselves.
+"""Restitution: Newton's law of impact, added to an engine whose contacts do not bounce.
 
-After a step in which surfaces have met with a normal speed v, the impulses at those contacts are found that make them
-part with e v, and the state goes on as if the step had ended with the velocities that follow. That is the same with
-any integrator, stiff drives included; contacts at rest are left to the engine. A ball dropped from h comes up again to
-e2 h, within the (1 - e2) v dt that it may have sunk in when it is turned round.
+After a step in which surfaces met with a normal speed v, the impulses at those contacts are found that make them
+separate with e v, and the state continues as if the step had ended with the resulting velocities. That is the same with
+any integrator, stiff drives included; contacts at rest are left to the engine. A ball dropped from h rises again to e2
+h, within the (1 - e2) v dt that it may have sunk in when its velocity is reversed.
 """
 
 from __future__ import annotations
@@ -23,15 +23,15 @@ if TYPE_CHECKING:
     from .surfaces import Surfaces
 
 SLOWEST = 0.05
-"""Slower impacts [m/s], or such as gravity alone makes in two steps, do not bounce."""
+"""Slower impacts [m/s], and those that gravity alone can cause in two steps, do not bounce."""
 
 SWEEPS = 50
-"""Of Gauss and Seidel over impulses that act at the same time."""
+"""Gauss-Seidel sweeps over simultaneous impulses."""
 
 
 @dataclass(frozen=True)
 class Restitution:
-    """What colliders give back: their classes by the geoms' names, and (k, k) by two classes."""
+    """Coefficients of restitution: the class of each geom by name, and (k, k) by two classes."""
 
     classes: Mapping[str, int] = field(default_factory=dict)
     shares: Floats = field(default_factory=lambda: np.zeros((0, 0)))
@@ -41,26 +41,26 @@ class Restitution:
 
 
 NO_RESTITUTION = Restitution()
-"""Nothing bounces."""
+"""No contact bounces."""
 
 
 class Bounces:
-    """The impacts of a model."""
+    """Applies the impacts of a model."""
 
     def __init__(self, model: Any, restitution: Restitution) -> None:
         self._model = model
         self._before: Floats = np.zeros(model.nv)
         self.surfaces: Surfaces | None = None
-        """Where surfaces move by themselves, their share of the speeds at contacts."""
+        """Moving surfaces, whose velocity is part of the speeds at contacts."""
         count = len(restitution.shares)
-        self._shares: Floats = np.zeros((count + 1, count + 1))  # the last class: what has no material of ours
+        self._shares: Floats = np.zeros((count + 1, count + 1))  # the last class: geoms without one of our materials
         self._shares[:count, :count] = restitution.shares
         self._class: NDArray[np.intp] = np.full(model.ngeom + 1, count, dtype=np.intp)  # geom -1: a deformable
         for name, number in restitution.classes.items():
             self._class[model.geom(name).id] = number
 
     def step(self, data: Any) -> None:
-        """After a step of the engine: turn round what has met."""
+        """After a step of the engine: reverses the surfaces that met."""
         if data.ncon:
             self._meet(data)
         self._before[:] = data.qvel
@@ -73,7 +73,9 @@ class Bounces:
         if not len(could):
             return
         model = self._model
-        if model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4:  # whose last stage it is that the engine leaves
+        if (
+            model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4
+        ):  # the last stage of which the engine leaves its result
             speed = -np.array([self._row(data, int(index)) @ self._before for index in could])
             speed += self._own(could)
         else:
@@ -81,20 +83,22 @@ class Bounces:
         least = max(SLOWEST, 2 * model.opt.timestep * float(np.linalg.norm(model.opt.gravity)))
         if not (speed > least).any():
             return
-        # Two colliders bounce as a whole: all points at which they touch, fast and slow.
+        # Two colliders bounce as a whole: at all their contact points, fast and slow.
         pair = contact.geom[could, 0].astype(np.int64) * (model.ngeom + 1) + contact.geom[could, 1]
         hit = np.isin(pair, pair[speed > least])
         self._turn_round(data, could[hit], share[could[hit]] * np.maximum(speed[hit], 0.0))
 
     def _own(self, which: NDArray[np.intp]) -> Floats:
-        """(n,) how fast the surfaces of contacts approach each other by themselves [m/s], see `Surfaces.own`."""
+        """(n,) speed at which moving surfaces approach each other at contacts [m/s], see `Surfaces.own`."""
         if self.surfaces is None or not len(self.surfaces.own):
             return np.zeros(len(which))
         out: Floats = self.surfaces.own[which, 0]
         return out
 
     def _normal_speeds(self, data: Any, rows: NDArray[np.integer[Any]], dims: NDArray[np.integer[Any]]) -> Floats:
-        """Of the surfaces away from each other when the step began [m/s]; of two edges of a pyramid the mean."""
+        """Speeds of the surfaces away from each other at the start of the step [m/s]; of two edges of a pyramid the
+        mean.
+        """
         velocity = data.efc_vel
         if self._model.opt.cone == mujoco.mjtCone.mjCONE_ELLIPTIC:
             return np.array(velocity[rows])
@@ -102,7 +106,7 @@ class Bounces:
         return np.array(np.where(dims > 1, (velocity[rows] + following) / 2, velocity[rows]))
 
     def _turn_round(self, data: Any, which: NDArray[np.intp], wanted: Floats) -> None:
-        """Give contacts the normal speeds wanted [m/s], by impulses that only push."""
+        """Gives contacts their target normal speeds [m/s], by impulses that only push."""
         model = self._model
         normal = np.stack([self._row(data, int(index)) for index in which])
         mass = np.zeros((model.nv, model.nv))
@@ -121,7 +125,7 @@ class Bounces:
         mujoco.mj_integratePos(model, data.qpos, change, model.opt.timestep)
 
     def _row(self, data: Any, index: int) -> Floats:
-        """(nv,) how the normal speed of a contact follows from the velocities."""
+        """(nv,) derivative of a contact's normal speed with respect to the velocities."""
         model, contact = self._model, data.contact[index]
         out = np.zeros(model.nv)
         place = np.asarray(contact.pos, dtype=np.float64)

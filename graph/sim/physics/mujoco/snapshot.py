@@ -1,4 +1,4 @@
-"""Positions and velocities of a model at one moment, and the velocities of its bodies then."""
+"""Positions and velocities of a model at one moment, and the velocities of its bodies at that moment."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from graph.sim.transforms import Floats
 from .library import mujoco
 
 State = tuple[Floats, Floats, Floats, Floats]
-"""Coordinates, their velocities, and the places and turns of kinematic bodies."""
+"""Coordinates, their velocities, and positions and quaternions of kinematic bodies."""
 
 
 def body_velocities(model: Any, data: Any, count: int) -> Floats:
@@ -27,7 +27,7 @@ def body_velocities(model: Any, data: Any, count: int) -> Floats:
 
 
 class Motion:
-    """Velocities in copied states of one model: a second set of the engine's data does the work."""
+    """Computes velocities in copied states of one model, with a second set of the engine's data."""
 
     def __init__(self, model: Any, count: int) -> None:
         self._model: Any = model
@@ -50,7 +50,7 @@ class Motion:
 
 
 class MujocoSnapshot(Snapshot):
-    """A copied state, with what its velocities and points follow from."""
+    """A copied state, with the data from which its velocities and points are computed."""
 
     __slots__ = ("_deformables", "motion", "state")
 

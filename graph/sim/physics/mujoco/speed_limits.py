@@ -1,6 +1,6 @@
-"""Speeds that bodies and joints never exceed, as PhysX has them: what a step has made faster is slowed down after it.
+"""Speed limits of bodies and joints, as in PhysX: what is too fast after a step is slowed down.
 
-The step itself moves it as without the limit, so that under an acceleration a it goes up to a dt2 farther in each.
+The step itself moves as without the limit, so under an acceleration a it moves up to a dt2 too far in each step.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ class SpeedLimits:
         self._velocity, self._pose = model.jnt_dofadr[joints], model.jnt_qposadr[joints]
         self._centers = model.body_ipos[self._bodies].copy()
         self.limited = bool(len(self._dofs) or len(free))
-        """Whether `step` has anything to do."""
+        """Whether `step` has work to do."""
 
     def step(self, data: Any) -> None:
-        """After a step: slow down what is too fast."""
+        """After a step: slows down what is too fast."""
         if len(self._dofs):
             speeds = data.qvel[self._dofs]
             if (np.abs(speeds) > self._most).any():
@@ -47,7 +47,10 @@ class SpeedLimits:
             self._slow_bodies(data)
 
     def _slow_bodies(self, data: Any) -> None:
-        """A free joint has its origin's velocity along world axes and its turn rate along the body's."""
+        """Slows free bodies.
+
+        A free joint has its origin's velocity along world axes and its angular velocity along the body's.
+        """
         linear = data.qvel[self._velocity[:, None] + np.arange(3)]
         angular = data.qvel[self._velocity[:, None] + np.arange(3, 6)]
         turns = transforms.rotation_matrices(data.qpos[self._pose[:, None] + np.arange(3, 7)])
@@ -63,6 +66,6 @@ class SpeedLimits:
 
 
 def _share(vectors: Any, most: Any) -> Any:
-    """(n, 1) what is kept of vectors so that none is longer than its limit."""
+    """(n, 1) the factor that reduces vectors to their limit."""
     lengths = np.linalg.norm(vectors, axis=1)
     return np.minimum(1.0, most / np.maximum(lengths, 1e-300))[:, None]

@@ -1,4 +1,4 @@
-"""The state of a world, taken along by path from one model to the next."""
+"""Transfers the state of a world, by path, from one model to the next."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _WIDTHS = {_FREE: (7, 6), _BALL: (4, 3)}
 
 
 class Leaving:
-    """What a physics is before it takes on another model."""
+    """The state of an engine before it adopts another model."""
 
     def __init__(self, physics: MujocoEngine) -> None:
         self._model, self._data = physics.model, physics.data
@@ -36,7 +36,7 @@ class Leaving:
         self._others = _others(physics)
 
     def arrive(self, physics: MujocoEngine, kept: frozenset[str]) -> None:
-        """Give the state to what is there again; `kept`: bodies with the rest poses that they had."""
+        """Sets the state of everything that still exists; `kept`: bodies with unchanged rest poses."""
         model, data = physics.model, physics.data
         numbers = {0: 0}
         for path, number in physics._index.items():
@@ -79,14 +79,14 @@ class Leaving:
                 getattr(data, name)[v1 : v1 + speeds] = getattr(self._data, name)[v0 : v0 + speeds]
 
     def _set_free(self, data: Any, address: int, old: int, new: int) -> None:
-        """A body that a joint held goes on with its velocity."""
+        """A body that a joint held continues with its velocity."""
         motion: Floats = self._velocities[old - 1]
         turn = np.asarray(self._data.xmat[old]).reshape(3, 3)
         data.qvel[address : address + 3] = motion[:3]
         data.qvel[address + 3 : address + 6] = turn.T @ motion[3:]
 
     def _controls(self, physics: MujocoEngine) -> None:
-        """Drives by their joints; actuators and ties that are named otherwise by their names."""
+        """Drives by their joints; actuators and ties with other names by their names."""
         model, data, drives = physics.model, physics.data, physics.drives
         own = {joint.path for joint in drives.joints}
         for number, joint in enumerate(drives.joints):
@@ -108,7 +108,7 @@ class Leaving:
                 data.eq_active[number] = self._data.eq_active[ties[name]]
 
     def _range(self, data: Any, name: str, prefix: str, model: Any, old: int, new: int) -> None:
-        """The numbers that an actuator has in one of the engine's arrays."""
+        """The indices of an actuator in one of the engine's arrays."""
         first, count = (int(getattr(self._model, prefix + end)[old]) for end in ("adr", "num"))
         to, room = (int(getattr(model, prefix + end)[new]) for end in ("adr", "num"))
         if count and count == room:
@@ -116,7 +116,7 @@ class Leaving:
 
 
 def _others(physics: MujocoEngine) -> dict[str, int]:
-    """The model's bodies that are no rigid bodies of the scene, such as the vertices of cloth, by their names."""
+    """The model's bodies that are not rigid bodies of the scene, such as the vertices of cloth, by their names."""
     model = physics.model
     found = ((model.body(number).name, number) for number in range(1 + len(physics.body_paths), model.nbody))
     return {name: number for name, number in found if name}

@@ -1,13 +1,13 @@
-"""Surfaces that move under what lies on them: belts, whose bodies stay, and kinematic bodies, which users move.
+"""Moving surfaces: belts, whose bodies stay, and kinematic bodies, which users move.
 
-MuJoCo takes both to be at rest. Friction and contact act on the velocity of two surfaces relative to each other; where
-one of them moves by itself, that velocity is added before the engine solves for the forces. Nothing else changes, so
-that friction limits, weights and reactions are those of any other contact. A belt moves along itself only, a kinematic
-body in every direction.
+MuJoCo takes both to be at rest. Friction and contact act on the relative velocity of two surfaces; if one of them moves
+by itself, that velocity is added before the engine solves for the forces. Nothing else changes, so friction limits,
+weights and reactions are those of any other contact. A belt moves only along its surface, a kinematic body in every
+direction.
 
-The integrator `discrete` forms that velocity again after all callbacks. A world with belts is stepped with
-`implicitfast` instead. Under kinematic bodies it stays, for the sake of stiff drives: they then lift and push, which is
-written as an equal depth of contact, and carry nothing sideways (warning `kinematic-not-carrying`).
+The integrator `discrete` computes that velocity again after all callbacks. A world with belts is stepped with
+`implicitfast` instead. With kinematic bodies `discrete` stays, for the sake of stiff drives: these bodies then lift and
+push, which is written as an equal depth of contact, but do not carry sideways (warning `kinematic-not-carrying`).
 """
 
 from __future__ import annotations
@@ -47,11 +47,11 @@ class Belt:
 
 
 SLIPS = 0.02
-"""Kinematic bodies that are said to carry nothing slide past what they touch at more than this [m/s]."""
+"""Sliding speed [m/s] on kinematic bodies above which the warning that they do not carry is given."""
 
 
 class Surfaces:
-    """The moving surfaces of a world: belts by the path of the prim whose colliders they are, bodies by number."""
+    """The moving surfaces of a world: belts by the path of the prim with their colliders, bodies by number."""
 
     def __init__(self, physics: MujocoEngine, warn: Warn) -> None:
         self._physics, self._model, self._warn = physics, physics.model, warn
@@ -59,18 +59,20 @@ class Surfaces:
         """Of kinematic bodies' origins: linear [m/s], then angular [rad/s], world axes."""
         self._moves: NDArray[np.bool_] = np.zeros(physics.model.nbody, dtype=np.bool_)
         self.own: Floats = np.zeros((0, 6))
-        """(ncon, 6) at each contact of the last step the first surface's own velocity less that of the second: along
-        the normal, sideways, and the turning about them [m/s, rad/s]; no rows where nothing moved by itself."""
+        """(ncon, 6) for each contact of the last step, the first surface's own velocity minus that of the second:
+        along the normal, sideways, and the rotation about them [m/s, rad/s]; no rows if no surface moved.
+        """
         self._belts: dict[str, Belt] = {}
         self._names = [physics.model.geom(number).name.rpartition("#")[0] for number in range(physics.model.ngeom)]
         self._of_geom: NDArray[np.intp] = np.full(physics.model.ngeom, -1, dtype=np.intp)
 
     def set_motion(self, path: str, pose: Floats, velocity: Floats, turn: Floats) -> bool:
-        """Let the colliders at and below a prim move with `velocity` [m/s] and `turn` [rad/s] about its origin.
+        """Moves the surfaces of the colliders at and below a prim with `velocity` [m/s] and `turn` [rad/s] about its
+        origin.
 
-        Both are along the prim's axes; pose: (4, 4), the prim's rigid frame in the world now [m], which the body of the
-        colliders carries along. Zeros end the motion. Returns whether this changed the integrator. Raises ValueError
-        where the prim has no colliders.
+        Both are along the prim's axes; pose: (4, 4), the prim's present rigid frame in the world [m], which moves with
+        the body of the colliders. Zeros end the motion. Returns whether this changed the integrator. Raises ValueError
+        if the prim has no colliders.
         """
         geoms = [number for number, name in enumerate(self._names) if name == path or name.startswith(f"{path}/")]
         if not geoms:
@@ -78,7 +80,7 @@ class Surfaces:
         self._belts.pop(path, None)
         if velocity.any() or turn.any():
             body = int(self._model.geom_bodyid[geoms[0]])
-            if body > len(self._physics.body_paths):  # a still part of the world
+            if body > len(self._physics.body_paths):  # a static part of the world
                 body = 0
             local = self._in_body(body, pose)
             self._belts[path] = Belt(body, local[:3, :3] @ velocity, local[:3, :3] @ turn, local[:3, 3])
@@ -87,14 +89,16 @@ class Surfaces:
         return bool(self._belts) and self._leave_discrete()
 
     def set_velocities(self, bodies: Sequence[int], velocities: Floats | None) -> None:
-        """Have kinematic bodies move with (n, 6) of their origins, [m/s] and [rad/s] along world axes; None: rest."""
+        """Moves kinematic bodies with (n, 6) velocities of their origins, [m/s] and [rad/s] along world axes; None:
+        rest.
+        """
         rows = [(row, body) for row, body in enumerate(bodies) if self._model.body_mocapid[body] >= 0]
         for row, body in rows:
             self._twists[body] = 0.0 if velocities is None else velocities[row]
             self._moves[body] = self._twists[body].any()
 
     def take_over(self, old: Surfaces, numbers: dict[int, int]) -> None:
-        """Go on with the motions of another model's surfaces; `numbers`: its bodies' numbers in this model."""
+        """Takes over the motions of another model's surfaces; `numbers`: its bodies' numbers in this model."""
         for path, belt in old._belts.items():
             if belt.body in numbers and any(name == path or name.startswith(f"{path}/") for name in self._names):
                 self._belts[path] = replace(belt, body=numbers[belt.body])
@@ -138,8 +142,8 @@ class Surfaces:
             mujoco.set_mjcb_control(previous)
 
     def _move(self, model: Any, data: Any) -> None:
-        """Called between the engine's velocities and its forces: what friction is to bring to rest changes."""
-        if not data.ncon or model._address != self._model._address:  # the callback is the whole process's
+        """Called between the engine's velocities and its forces: changes the velocity that friction brings to rest."""
+        if not data.ncon or model._address != self._model._address:  # the callback is shared by the whole process
             return
         contacts = data.contact
         geoms = contacts.geom
@@ -157,7 +161,7 @@ class Surfaces:
                 self._aim(data, index, along)
 
     def _belts_at(self, data: Any, index: int, belts: NDArray[np.intp]) -> Floats:
-        """(6,) velocity of the first surface less that of the second at a contact: normal, sideways, turning."""
+        """(6,) velocity of the first surface minus that of the second at a contact: normal, sideways, rotation."""
         moves, relative = list(self._belts.values()), np.zeros(3)
         for side, sign in ((0, 1.0), (1, -1.0)):
             if belts[side] >= 0:
@@ -167,7 +171,7 @@ class Surfaces:
         return out
 
     def _bodies_at(self, data: Any, index: int, moving: NDArray[np.bool_]) -> Floats:
-        """The same of kinematic bodies."""
+        """The same for kinematic bodies."""
         relative = np.zeros(6)
         for side, sign in ((0, 1.0), (1, -1.0)):
             if moving[side]:
@@ -179,7 +183,7 @@ class Surfaces:
         return np.concatenate([frame @ relative[:3], frame @ relative[3:]])
 
     def _aim(self, data: Any, index: int, along: Floats) -> None:
-        """Have the constraints of a contact bring the surfaces' own velocity to rest too."""
+        """Makes the constraints of a contact bring the surfaces' own velocity to rest too."""
         contacts, aim, gains = data.contact, data.efc_aref, data.efc_KBIP[:, 1]
         row, count = contacts.efc_address[index], int(contacts.dim[index])
         if count == 1 or self._model.opt.cone == mujoco.mjtCone.mjCONE_ELLIPTIC:
@@ -192,7 +196,7 @@ class Surfaces:
         aim[rows] += gains[rows] * change
 
     def _deepen(self, data: Any, index: int, along: Floats) -> None:
-        """The same along the normal alone, as depth: what `discrete` does not form again."""
+        """The same along the normal only, as depth, which `discrete` does not compute again."""
         contacts, dt = data.contact, self._model.opt.timestep
         row, count = contacts.efc_address[index], int(contacts.dim[index])
         elliptic = count == 1 or self._model.opt.cone == mujoco.mjtCone.mjCONE_ELLIPTIC

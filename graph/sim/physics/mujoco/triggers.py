@@ -1,4 +1,4 @@
-"""Triggers: colliders that touch nothing, and can be asked what is inside them."""
+"""Triggers: colliders without contact forces, whose content can be queried."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ if TYPE_CHECKING:
     from .engine import MujocoEngine
 
 GROUP = 5
-"""The model's group of triggers; rays of grippers leave it out."""
+"""The model's group of triggers; rays of grippers ignore it."""
 
 SOLID = np.array([group != GROUP for group in range(mujoco.mjNGROUP)], dtype=np.uint8)
-"""Groups that rays meet."""
+"""Groups that rays hit."""
 
 
 def triggered(engine: MujocoEngine) -> dict[str, tuple[str, ...]]:
-    """By the path of each trigger the paths of the colliders that overlap it now, in the order of the model.
+    """By the path of each trigger, the paths of the colliders that overlap it now, in the order of the model.
 
-    Colliders of its own body are left out, and so is what does not move where the trigger does not move either.
+    Colliders of its own body are left out, and static colliders if the trigger is static too.
     """
     model, data = engine.model, engine.data
     triggers = np.flatnonzero((model.geom_group == GROUP) & (model.geom_contype == 0))
     if not len(triggers):
         return {}
-    assert len(engine.positions) >= 0  # geoms are where the bodies are now
+    assert len(engine.positions) >= 0  # geoms are at the present poses of the bodies
     solid = np.flatnonzero((model.geom_group != GROUP) & (model.geom_type != mujoco.mjtGeom.mjGEOM_PLANE))
     still = model.body_weldid[model.geom_bodyid] == 0
     still &= model.body_mocapid[model.geom_bodyid] < 0
