@@ -38,10 +38,10 @@ class Bins:
 
     A turn is cut into `lidar.bins` equal spans. Every firing has its own time and starts from the sensor's pose at that
     time, interpolated between the neighbouring physics states (positions along lines, rotations by slerp). For a whole
-    span, bodies have their poses of its middle: the position error of a surface is at most (v + w r) T / (2 bins), with
-    v and w the speeds of its body [m/s, rad/s], r its distance from the body's origin [m] and T the time of a turn [s].
-    Interpolating adds at most a dt^2 / 8 for a body that accelerates by a [m/s^2] in physics steps of dt [s]. If no
-    body moves during a scan, there is one span and neither error.
+    span, bodies have their poses of its middle, and points of deformable prims their places: the position error of a
+    surface is at most (v + w r) T / (2 bins), with v and w the speeds of its body [m/s, rad/s], r its distance from the
+    body's origin [m] and T the time of a turn [s]. Interpolating adds at most a dt^2 / 8 for a body that accelerates by
+    a [m/s^2] in physics steps of dt [s]. If nothing moves during a scan, there is one span and neither error.
     """
 
     def __init__(self, app: App, path: str, turns: Turns) -> None:
@@ -54,7 +54,8 @@ class Bins:
         self, start: Fraction, end: Fraction, slices: list[tuple[int, slice]]
     ) -> tuple[list[Shot], np.ndarray, np.ndarray]:
         """The shots of the firings of `slices` in [start, end) [s], and the sensor's poses at both ends."""
-        still = not cast_world(present_app(self._app)).bodies or self._history.rests(start, end)
+        world = cast_world(present_app(self._app))
+        still = not (world.bodies or world.soft) or self._history.rests(start, end, world.soft)
         pieces = [
             (turn, low, high, piece)
             for turn, rows in slices

@@ -5,7 +5,7 @@ from __future__ import annotations
 import weakref
 from bisect import bisect_right
 from collections import deque
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -62,6 +62,11 @@ class BlendedPoses:
         bodies = tuple(bodies)
         first, second = self._first.velocities(bodies), self._second.velocities(bodies)
         return np.asarray(first + self._share * (second - first))
+
+    def points(self, path: str) -> np.ndarray | None:
+        """(p, 3) of a prim that physics deforms, in the world [m], along straight lines; None of any other."""
+        first, second = self._first.points(path), self._second.points(path)
+        return first if first is None or second is None else np.asarray(first + self._share * (second - first))
 
 
 def blend(first: Sequence[Any], second: Sequence[Any], shares: np.ndarray) -> list[BlendedPoses]:
@@ -120,11 +125,14 @@ class History:
             blend([self._states[one] for one in number], [self._states[two] for two in after], np.array(shares))
         )
 
-    def rests(self, start: Fraction, end: Fraction) -> bool:
-        """Whether no body moves at any time from `start` to `end` [s]."""
-        _, states = self._around(start, end)
-        first = states[0].matrices
-        return all(np.array_equal(first, state.matrices) for state in states[1:])
+    def rests(self, start: Fraction, end: Fraction, soft: Collection[str] = ()) -> bool:
+        """Whether no body, and no point of the deformable prims `soft`, moves at any time from `start` to `end` [s]."""
+        _, (first, *later) = self._around(start, end)
+        return all(
+            np.array_equal(first.matrices, state.matrices)
+            and all(np.array_equal(first.points(path), state.points(path)) for path in soft)
+            for state in later
+        )
 
     def trajectory(self, path: str, start: Fraction, end: Fraction, origin: Fraction | None = None) -> Trajectory:
         """The motion of a prim from `start` to `end` [s]; its times are seconds after `origin` (default: `start`)."""

@@ -14,7 +14,7 @@ from sensors.surfaces.materials import PREFIX, PREFIX_SETTING, material_of
 from sensors.surfaces.optics import Optics, optics_of
 from sensors.surfaces.semantics import Labels, numbered, surface_label
 
-from .world import CastWorld, bodies_of
+from .world import CastWorld, bodies_of, soft_prim
 
 if TYPE_CHECKING:
     from graph.sim import App
@@ -24,13 +24,17 @@ _worlds: weakref.WeakKeyDictionary[App, tuple[Any, CastWorld]] = weakref.WeakKey
 
 
 def cast_world(app: App) -> CastWorld:
-    """The cast world of an App's geometry; a new one after the geometry was collected again (at play)."""
+    """The cast world of an App's geometry; a new one after the geometry was collected again (at play).
+
+    Its surfaces are sorted by path, so the order of prims in a file changes no byte of a cloud.
+    """
     geometry = app.geometry()
     known = _worlds.get(app)
     soft = frozenset(app.physics.deformable_paths if app.physics is not None else ())
     if known is not None and known[0] is geometry and known[1].soft == soft:
         return known[1]
-    bodies = bodies_of(geometry)
+    surfaces = sorted(geometry, key=lambda surface: surface.path)
+    bodies = bodies_of(surfaces)
     weak = weakref.ref(app)  # the world's data must not keep its App alive
 
     def poses(snapshot: Any) -> np.ndarray:
@@ -39,15 +43,15 @@ def cast_world(app: App) -> CastWorld:
     followers: dict[str, Following] = {}
 
     def points(mesh: Mesh, snapshot: Any) -> np.ndarray:
-        app = present_app(weak)
-        now = (snapshot or app.fabric.capture()).points(mesh.source)
+        app, prim = present_app(weak), soft_prim(mesh, soft) or mesh.source
+        now = (snapshot or app.fabric.capture()).points(prim)
         if now is None or app.physics is None:
             return mesh.vertices
         if mesh.path not in followers:
-            followers[mesh.path] = Following(mesh.vertices, app.physics.deformable_start(mesh.source))
+            followers[mesh.path] = Following(mesh.vertices, app.physics.deformable_start(prim))
         return followers[mesh.path].vertices(now)
 
-    world = CastWorld(geometry, poses, lambda: int(present_app(weak).settings.get(RAY_THREADS)), soft, points)
+    world = CastWorld(surfaces, poses, lambda: int(present_app(weak).settings.get(RAY_THREADS)), soft, points)
     if app not in _worlds:
         app.on("close", lambda: _worlds.pop(app, None))
     _worlds[app] = (geometry, world)

@@ -41,8 +41,8 @@ class CastWorld:
 
     geometry: meshes and infinite planes; those with a body move with it. poses: gives the bodies' poses, (b, 4, 4)
     float64 world [m] in the order of `bodies`, for a snapshot (None: now). threads: number of threads for casting (0:
-    all cores). soft: sources of the meshes that deform; points: positions of such a mesh's vertices. `surfaces` lists
-    the geometry in the order of their numbers.
+    all cores). soft: prims that deform; points: positions of such a mesh's vertices. `surfaces` lists the geometry in
+    the order of their numbers.
     """
 
     def __init__(
@@ -70,7 +70,7 @@ class CastWorld:
         deforming = [
             (index, surface)
             for index, surface in enumerate(self.surfaces)
-            if isinstance(surface, Mesh) and surface.source in soft and len(surface.triangles)
+            if isinstance(surface, Mesh) and soft_prim(surface, soft) and len(surface.triangles)
         ]
         self.soft = soft
         self._points = points
@@ -154,6 +154,12 @@ class CastWorld:
         return scenes
 
 
+def soft_prim(surface: Mesh, soft: frozenset[str]) -> str | None:
+    """Which of the prims that deform a surface is, or is a subset of; None: it does not deform."""
+    source = surface.source
+    return next((path for path in (source, source.rpartition("/")[0]) if path in soft), None)
+
+
 def excluded(path: str, exclude: frozenset[str]) -> bool:
     """Whether a surface is an excluded prim, is below one, or is a copy of one (a point instancer)."""
     return any(path == other or path.startswith((f"{other}/", f"{other}[")) for other in exclude)
@@ -171,7 +177,7 @@ class _Scenes:
             for i, s in enumerate(surfaces)
             if isinstance(s, Mesh)
             and s.body is None
-            and s.source not in world.soft
+            and not soft_prim(s, world.soft)
             and i not in self.skip
             and len(s.triangles)
         ]

@@ -13,9 +13,9 @@ SHEET = [(x, y, 0.0) for x in np.linspace(-2, 2, 5) for y in np.linspace(-2, 2, 
 FACES = [[i * 5 + j, i * 5 + j + 5, i * 5 + j + 6, i * 5 + j + 1] for i in range(4) for j in range(4)]
 
 
-def scene(prims, authored=""):
+def scene(prims, authored="", **options):
     """An App with prims and USD text, a lidar at 1 m looking all round in a plane."""
-    app = App(physics_hz=240, loop_hz=60)
+    app = App(physics_hz=240, loop_hz=60, **options)
     app.stage.GetRootLayer().ImportFromString(f'#usda 1.0\n(\nmetersPerUnit = 1\nupAxis = "Z"\n)\n{authored}')
     app.add_prims(prims)
     lidar = Lidar.create("/World/Lidar", config="Example_Rotary_2D", translations=[0, 0, 1], app=app)
@@ -61,6 +61,22 @@ def test_a_falling_sheet_leaves_the_beam_and_a_flying_one_comes_nearer():
         assert ahead(app, sensor) == pytest.approx(7, abs=0.02)
 
 
+def test_a_continuous_scan_sees_cloth_where_it_is_in_the_middle_of_each_span():
+    """8 spans a turn of 0.1 s at 10 m/s: the first beam is 1/16 m nearer than at its own time, the last farther."""
+    wall = [(8.0, y, z) for y in np.linspace(-2, 2, 5) for z in np.linspace(0, 4, 5)]
+    flying = mesh("PhysxDeformableSurfaceAPI", wall, FACES, "vector3f physics:velocity = (-10, 0, 0)")
+    app, sensor = scene({}, flying, fidelity={"lidar.motion": "continuous", "lidar.bins": 8})
+    with app:
+        app.play()
+        for k in range(4):
+            app.update(6)
+            frame = parse_generic_model_output_data(sensor.get_data("generic-model-output")[0])
+            ahead = np.abs(frame.x) < 0.11  # clockwise from 0: the first beam of a turn, and the last at 0.1 degrees
+            first, last = frame.z[ahead][[0, -1]]
+            assert first == pytest.approx(8 - k - 1 / 16, abs=1e-4)
+            assert last == pytest.approx(7 - k + 1 / 16, abs=1e-4)
+
+
 def test_a_sheet_flies_on_when_the_world_is_compiled_anew():
     wall = [(8.0, y, z) for y in np.linspace(-2, 2, 5) for z in np.linspace(0, 4, 5)]
     ball = {"/World/Ball": {"type": "Sphere", "radius": 0.2, "translate": [0, 50, 9], "rigid_body": True}}
@@ -71,6 +87,17 @@ def test_a_sheet_flies_on_when_the_world_is_compiled_anew():
         box = {"/World/New": {"type": "Cube", "size": 1, "translate": [0, 20, 5], "rigid_body": True}}
         app.add_prims(box, when_playing="recompile")
         assert ahead(app, sensor) == pytest.approx(6, abs=0.02)
+
+
+def test_a_subset_of_a_sheet_flies_with_it():
+    wall = [(8.0, y, z) for y in np.linspace(-2, 2, 5) for z in np.linspace(0, 4, 5)]
+    subset = 'def GeomSubset "Part" {\n uniform token elementType = "face"\n int[] indices = [5, 6, 9, 10]\n'
+    subset += ' uniform token familyName = "materialBind"\n}'
+    flying = mesh("PhysxDeformableSurfaceAPI", wall, FACES, f"vector3f physics:velocity = (-10, 0, 0)\n{subset}")
+    app, sensor = scene({}, flying)
+    with app:
+        app.play()
+        assert ahead(app, sensor) == pytest.approx(7, abs=0.02)
 
 
 def test_particles_are_seen_where_they_are():
