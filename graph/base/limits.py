@@ -32,10 +32,16 @@ class Limit:
 
 
 LIMITS: dict[str, Limit] = {
-    "file.yaml": Limit(2 * MIB, "bytes", "a YAML file; JSON is read several times as fast"),
-    "file.json": Limit(16 * MIB, "bytes", "a JSON file"),
+    "file.yaml": Limit(1 * MIB, "bytes", "a YAML file; JSON is read several times as fast"),
+    "file.json": Limit(8 * MIB, "bytes", "a JSON file"),
+    "file.keys": Limit(400_000, "keys", "the mappings of a YAML or JSON file"),
+    "file.prims": Limit(100_000, "prims", "those that a graph file writes, with those above them"),
+    "graph.nodes": Limit(100_000, "nodes", "the graphs of a file, once for each prim that has the graph"),
+    "graph.values": Limit(300_000, "attributes", "those that a USD scene authors on nodes"),
     "usd.text": Limit(64 * MIB, "bytes", "a text layer of a scene; binary layers (.usdc) are read as they are needed"),
+    "usd.specs": Limit(1_000_000, "prims and properties", "a layer of a scene"),
     "usd.prims": Limit(200_000, "prims", "a text layer; what the references of a scene compose, instances included"),
+    "physics.parts": Limit(50_000, "bodies and joints", "the physics of a stage"),
     "run.updates": Limit(1_000_000_000, "updates", "a run, by --updates, --duration or the file"),
     "clock.steps": Limit(100_000, "steps", "physics in one update: physics_hz against loop_hz"),
     "physics.iterations": Limit(10_000, "iterations", "a solver or collision of physics, each of its counts"),

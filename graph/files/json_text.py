@@ -18,7 +18,7 @@ from graph.base.errors import Problem, UserError
 from . import scalars
 from .source import DEPTH_LIMIT, Source
 from .text import is_unicode, quoted
-from .tree import Map, Seq
+from .tree import KeyCount, Map, Seq
 
 # The standard library's own scanner of strings, which typeshed leaves out.
 _scan_string: Callable[[str, int, bool], tuple[str, int]] = decoder.scanstring  # type: ignore[attr-defined]
@@ -48,6 +48,7 @@ class _Reader:
         self.source = source
         self.text = source.text
         self.problems = problems
+        self.keys = KeyCount(source.name)
 
     def document(self) -> tuple[Any, int]:
         start = self._skip(0)
@@ -88,10 +89,12 @@ class _Reader:
                 after = self._skip(after)
             if isinstance(node, Seq):
                 node.add(value, value_at)
-            elif key in node:
-                self._repeated(node, key, at)
             else:
-                node.add(key, at, value, value_at)
+                self.keys.add()
+                if key in node:
+                    self._repeated(node, key, at)
+                else:
+                    node.add(key, at, value, value_at)
             at = after
             if isinstance(value, (Map, Seq)):
                 stack.append(node)

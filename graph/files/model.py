@@ -326,7 +326,9 @@ class GraphFile(_Part):
         json_schema_extra=_PATH_KEYS,
     )
     fidelity: dict[str, Knob] = Field(
-        default_factory=dict, description="What is approximated and how far, by knob, such as lidar.motion: frozen."
+        default_factory=dict,
+        max_length=1000,
+        description="What is approximated and how far, by knob, such as lidar.motion: frozen.",
     )
     graphs: dict[PrimPath, GraphEntry] = Field(
         default_factory=dict,

@@ -5,7 +5,22 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import Any
 
+from graph.base import limits
+
 Location = tuple[str | int, ...]
+
+
+class KeyCount:
+    """Counts the keys of a file's mappings as they are read."""
+
+    def __init__(self, name: str) -> None:
+        self._name, self._left = name, limits.most("file.keys")
+
+    def add(self) -> None:
+        """One more key. Raises OverLimit beyond the limit file.keys."""
+        self._left -= 1
+        if self._left < 0:
+            raise limits.OverLimit(f"{self._name} has too many keys; {limits.allowed('file.keys')}")
 
 
 class Map(dict[str, Any]):

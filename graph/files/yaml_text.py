@@ -26,7 +26,7 @@ from graph.base.errors import Problem, UserError
 from . import scalars
 from .source import DEPTH_LIMIT, Source
 from .text import is_unicode, quoted
-from .tree import Map, Seq
+from .tree import KeyCount, Map, Seq
 
 ALIASED_LIMIT = 100_000
 """Most values that all aliases of a file together may stand for (protects against alias bombs)."""
@@ -82,6 +82,7 @@ class _Composer:
         self.aliased = 0
         self.stack: list[_Open] = []
         self.root: tuple[Any, int] | None = None
+        self.keys = KeyCount(source.name)
 
     def document(self) -> tuple[Any, int]:
         documents = 0
@@ -141,6 +142,7 @@ class _Composer:
         if isinstance(node, Seq):
             node.add(value, at)
         elif parent.key is _NO_KEY:
+            self.keys.add()
             parent.key, parent.key_at = value, at
         else:
             key, parent.key = parent.key, _NO_KEY

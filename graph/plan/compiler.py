@@ -8,6 +8,7 @@ from typing import Any
 
 from graph.base.errors import Mark, Problem, UserError
 from graph.base.gc_pause import collector_paused
+from graph.base.limits import check
 from graph.base.suggest import did_you_mean
 from graph.evaluate.evaluators import evaluator_of
 from graph.evaluate.graph import Graph
@@ -49,8 +50,11 @@ def compile_graphs(specs: Sequence[GraphSpec], registry: Registry = DEFAULT) -> 
     """The graphs of a file, in its order, ready to evaluate.
 
     Resolves short names, checks names, types and values, resolves open types, finds cycles and orders the nodes.
-    Raises UserError with every problem of all graphs, each with its place and, if a name is close, a suggestion.
+    Raises UserError with every problem of all graphs, each with its place and, if a name is close, a suggestion; and
+    OverLimit beyond the limit graph.nodes.
     """
+    nodes = sum(len(spec.nodes) * max(len(spec.instances), 1) for spec in specs)
+    check("graph.nodes", nodes, f"the graphs have {nodes:,} nodes, once for each prim that has the graph")
     with collector_paused():
         graphs = _compile(specs, registry)
         for graph in graphs:

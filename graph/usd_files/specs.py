@@ -7,6 +7,7 @@ from operator import attrgetter, itemgetter
 from typing import Any
 
 from graph.base.errors import Mark
+from graph.base.limits import check
 from graph.node.declaration import Attribute
 from graph.node.registry import DEFAULT
 from graph.spec.file_spec import ConnectionSpec, GraphSpec, NodeSpec, VariableSpec
@@ -26,7 +27,12 @@ MarkOf = Callable[[str], Mark]
 
 
 def graph_specs(graphs: Sequence[RawGraph], mark_of: MarkOf, tell: Tell) -> tuple[GraphSpec, ...]:
-    """The specifications of all graphs; attributes of nodes have the types that the file declares."""
+    """The specifications of all graphs; attributes of nodes have the types that the file declares.
+
+    Raises OverLimit beyond the limit graph.values.
+    """
+    values = sum(len(node.attributes) for graph in graphs for node in graph.nodes)
+    check("graph.values", values, f"the nodes of the scene have {values:,} attributes")
     ports = Ports(
         [one for graph in graphs for one in graph.compounds], [one for graph in graphs for one in graph.nodes]
     )

@@ -191,7 +191,7 @@ class _Walk:
         if layer is not None and identity is not None:
             self.layers[path] = layer
             self.files[layer.identifier] = identity
-            self.contents[path] = _contents(layer) if may_compose(on_disk) else _Contents()
+            self.contents[path] = _contents(layer, may_compose(on_disk))
             return True
         said = reason if reason.startswith(path) else f"{path}: USD cannot read this file; {reason}"
         if not by:
@@ -346,18 +346,26 @@ def _refused(path: Path, wanted_by: str) -> str | None:
     return f"{path} nests deeper than {MAX_NESTING} levels{by}; USD cannot read it safely" if deep else None
 
 
-def _contents(layer: Any) -> _Contents:
+def _contents(layer: Any, composes: bool = True) -> _Contents:
     """What composing the layer opens: sublayers, references, payloads (in variants too) and value clips.
 
-    Raises UserError for a damaged layer that names prims of which it says nothing: composing them ends the process.
+    composes: whether it may open anything. Raises OverLimit beyond the limit usd.specs, and UserError for a damaged
+    layer that names prims of which it says nothing: composing them ends the process.
     """
     sublayers = dict.fromkeys(layer.subLayerPaths)
     others: dict[str, None] = {}
     get, arcs = layer.GetPrimAtPath, False
     clips: set[str] = set()
+    left = limits.most("usd.specs")
 
     def visit(path: Any) -> None:
-        nonlocal arcs
+        nonlocal arcs, left
+        left -= 1
+        if left < 0:
+            said = f"{layer.identifier} has too many prims and properties"
+            raise limits.OverLimit(f"{said}; {limits.allowed('usd.specs')}")
+        if not composes:
+            return
         if path.IsPrimPath() or path.IsPrimVariantSelectionPath():
             spec = get(path)
             if spec is None:
@@ -372,6 +380,8 @@ def _contents(layer: Any) -> _Contents:
                     others.update(dict.fromkeys(item.assetPath for item in spec.GetInfo(arc).GetAppliedItems()))
 
     layer.Traverse("/", visit)
+    if not composes:
+        return _Contents()
     assets = dict.fromkeys(asset for asset in layer.GetCompositionAssetDependencies() if asset not in sublayers)
     others = {**assets, **others, **dict.fromkeys(sorted(clips))}
     return _Contents(sublayers, others, arcs, clips)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cache
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -142,6 +142,7 @@ def _of_instance(prim: Any) -> bool:
     return bool(prim.IsInstance() or prim.IsInstanceProxy())
 
 
+@cache
 def concrete_types() -> list[str]:
     """The prim types that can be written."""
     registry = Usd.SchemaRegistry()
@@ -149,7 +150,7 @@ def concrete_types() -> list[str]:
     return sorted({str(name) for each in types if (name := registry.GetConcreteSchemaTypeName(each))})
 
 
-@lru_cache(maxsize=1)
+@cache
 def schema_sensors() -> tuple[str, ...]:
     """The prim types that are sensors by their schema: those with OmniSensorAPI built in."""
     registry = Usd.SchemaRegistry()
@@ -263,7 +264,7 @@ def _points(context: PrimContext, prim: Any, keys: Keys, name: str, done: set[st
     wrong: list[str] = []
     triangulate(points, np.array(counts, dtype=np.int64), np.array(indices, dtype=np.int64), complain=wrong.append)
     if wrong:
-        raise ValueError(wrong[0].split(";")[0])
+        raise ValueError(wrong[0].replace("; they are left out", "").replace(" and are left out", ""))
     mesh = UsdGeom.Mesh(prim)
     mesh.GetPointsAttr().Set([tuple(point) for point in points.tolist()])
     mesh.GetFaceVertexCountsAttr().Set(counts)

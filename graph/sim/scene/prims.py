@@ -10,6 +10,7 @@ from types import MappingProxyType
 from typing import Any
 
 from graph.base.errors import Mark, Problem, UserError
+from graph.base.limits import check
 from graph.base.suggest import did_you_mean
 
 from .prim_attributes import ending_alike
@@ -43,10 +44,11 @@ def author_prims(
     sensor_config(prim, config, variant): writes a sensor's configuration; its attributes are set before `attributes`.
     sensor_types: by prim type, the sensors that are registered, with attributes that no schema declares.
     folder: what `reference` is relative to; allow_roots: where referenced files may lie (default: `folder`).
-    Raises UserError with every problem, each at `where(path, key)`.
+    Raises UserError with every problem, each at `where(path, key)`, and beyond the limit file.prims.
     """
     folder = Path.cwd() if folder is None else folder
     roots = [folder] if allow_roots is None else [Path(root) for root in allow_roots]
+    check("file.prims", _with_parents(prims), "the prims written in the file, with those above them, are too many")
     context = PrimContext(stage, folder, roots, sensor_config, sensor_types, warn)
     before = stage.GetUsedLayers()
     problems: list[Problem] = []
@@ -60,6 +62,16 @@ def author_prims(
     if problems:
         raise UserError(problems)
     context.confirm(before)
+
+
+def _with_parents(paths: Iterable[str]) -> int:
+    """How many prims have these paths, or lie above one that does."""
+    found: set[str] = set()
+    for path in paths:
+        while path and path not in found:
+            found.add(path)
+            path = path.rpartition("/")[0]
+    return len(found)
 
 
 def _author(context: PrimContext, path: str, keys: Any, where: Where) -> list[Problem]:

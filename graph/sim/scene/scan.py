@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from graph.base.limits import check
 from graph.sim import transforms
 from graph.sim.transforms import Floats
 from graph.sim.usd import EARLIEST, Tf, Usd, UsdGeom, UsdPhysics
@@ -162,7 +163,10 @@ class Scan:
 def scan_stage(
     stage: Any, promoted: Mapping[str, bool] | None = None, placed: Mapping[str, Floats] | None = None
 ) -> Scan:
-    """Walk the stage once, into instances too. Inactive, abstract and unloaded prims are passed over."""
+    """Walk the stage once, into instances too. Inactive, abstract and unloaded prims are passed over.
+
+    Raises OverLimit beyond the limit physics.parts.
+    """
     scan = Scan(stage, meters_per_unit(stage), promoted=promoted or {}, placed=placed or {})
     colliders: list[Any] = []
     joints: list[Any] = []
@@ -211,6 +215,8 @@ def scan_stage(
     held = _attachments(scan)
     scan.joints = [joint for prim in joints if str(prim.GetPath()) not in held and (joint := _joint(scan, prim))]
     scan.moving = _moving(scan)
+    parts = len(scan.bodies) + len(scan.joints)
+    check("physics.parts", parts, f"the stage has {parts:,} bodies and joints")
     return scan
 
 

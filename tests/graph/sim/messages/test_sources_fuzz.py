@@ -8,8 +8,6 @@ import pytest
 import zstandard
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from mcap.data_stream import RecordBuilder
-from mcap.records import Channel, Chunk, ChunkIndex, DataEnd, Footer, Header, Message, Schema
 from mcap.writer import Writer
 
 from graph.base import limits
@@ -20,6 +18,7 @@ from graph.sim.messages.mcap_source import McapSource, decoding
 from graph.sim.messages.recording import McapSink
 from graph.sim.messages.ros_fields import from_plain
 from graph.sim.messages.ros_types import least_part, register, serialize
+from tests.support.mcap_files import message, written
 
 SETTINGS = settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 
@@ -163,31 +162,6 @@ def test_types_within_types_nest_100_deep_and_no_deeper():
         register("d_msgs/msg/T0", chain("d_msgs", 100))
     with pytest.raises(ValueError, match="makes the type hold itself"):
         register("e_msgs/msg/T0", defined(("", "T1 a"), ("e_msgs/T1", "T0[] a")))
-
-
-def written(path, data, *, compression, size=None, starts=(0,)):
-    """An MCAP file with one chunk of these bytes, that its index names once for each of `starts`."""
-    parts = RecordBuilder()
-    parts.write(b"\x89MCAP0\r\n")
-    Header("ros2", "").write(parts)
-    place = parts.count
-    Chunk(compression, data, 0, 0, 0, size if size is not None else len(data)).write(parts)
-    length = parts.count - place
-    DataEnd(0).write(parts)
-    start = parts.count
-    Schema(data=b"", encoding="ros2msg", id=1, name="std_msgs/msg/String").write(parts)
-    Channel(id=1, message_encoding="cdr", metadata={}, schema_id=1, topic="/a").write(parts)
-    for first in starts:
-        ChunkIndex(length, place, compression, len(data), first, 0, {}, first, len(data)).write(parts)
-    Footer(summary_start=start, summary_offset_start=0, summary_crc=0).write(parts)
-    path.write_bytes(bytes(parts.end()) + b"\x89MCAP0\r\n")
-    return path
-
-
-def message(size, time_ns=0):
-    parts = RecordBuilder()
-    Message(channel_id=1, data=bytes(size), log_time=time_ns, publish_time=time_ns, sequence=0).write(parts)
-    return bytes(parts.end())
 
 
 PACKED = {"": bytes, "lz4": lz4.frame.compress, "zstd": zstandard.compress}
