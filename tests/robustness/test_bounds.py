@@ -3,7 +3,10 @@
 Each case asks for an amount that is known on paper; the limit is set to that amount, and to one less.
 """
 
+from __future__ import annotations
+
 import json
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import count
 from pathlib import Path
@@ -17,12 +20,13 @@ from graph.cli.main import main
 from graph.sim.messages.ros_fields import from_plain
 from graph.sim.messages.ros_types import serialize
 from graph.sim.usd import Sdf, Usd, UsdGeom
+from sensors.radar.config import ScanConfig
 from tests.support.mcap_files import message, written
 
 BALL = {"/W/Ball": {"type": "Sphere", "rigid_body": True, "translate": [0, 0, 5]}}
 LIDAR = {"/W/Lidar": {"type": "OmniLidar", "config": "Example_Rotary"}}
 HEAD = '#usda 1.0\n(\n metersPerUnit = 1\n upAxis = "Z"\n)\n'
-CASES = {}
+CASES: dict[str, tuple[str, Callable[..., Asked], tuple[str, ...]]] = {}
 NUMBERS = count()
 
 
@@ -176,6 +180,29 @@ def rays(folder, what):
     lidar = {"/W/Lidar": {"type": "OmniLidar", "config": "profile.json"}}
     subrays = 2 if what == "sub-rays" else 1
     return Asked(1440 * subrays, run(lidar_file(folder, lidar, fidelity={"lidar.subrays": subrays})))
+
+
+@case("camera.rays")
+def samples(folder):
+    """Of the one pixel that an image has at least."""
+    return Asked(7, ("check", graph_file(folder, fidelity={"camera.samples": 7})))
+
+
+def radar(folder):
+    scan = "omni:sensor:WpmDmat:scan:s001:"
+    prim = {"type": "OmniRadar", "attributes": {f"{scan}raysPerDeg": 0.5, f"{scan}maxRangeM": 50.0}}
+    return ("check", graph_file(folder, scene={"prims": {"/W/Radar": prim}}))
+
+
+@case("radar.rays")
+def radar_rays(folder):
+    """Half a ray for each degree of 150 x 40."""
+    return Asked(75 * 20, radar(folder))
+
+
+@case("radar.cells")
+def radar_cells(folder):
+    return Asked(ScanConfig().cells(), radar(folder))
 
 
 @case("lidar.bins")
