@@ -9,24 +9,21 @@ from graph.base.errors import Mark, Problem, UserError
 from graph.base.suggest import did_you_mean
 from graph.editing.errors import OmniGraphError, OmniGraphValueError
 from graph.editing.graph_set import GraphSet
-from graph.editing.model import PREFIXES, SUBGRAPH, Model, NodeModel, Side
+from graph.editing.model import PREFIXES, SUBGRAPH, Model, NodeModel
 from graph.evaluate import Graph, Node
 from graph.node.declaration import NodeType
 from graph.node.registry import UnknownNodeTypeError
 from graph.spec.file_spec import ConnectionSpec, VariableSpec
-from graph.spec.migration import changed_attribute, migrated_type
+from graph.spec.migration import migrated_type
 from graph.values.coercion import shown
 from graph.values.types import concrete_type
 
+from .edit_names import EditNames, ToldError
 from .keys import FORMS, ORDER, PrimExposureType, TypedValue
 from .names import end_text, listed, node_text
 from .prims import PrimPlan
 
 COMPOUND = "omni.graph.nodes.CompoundSubgraph"
-
-
-class _ToldError(Exception):
-    """The problem has already been reported for another entry."""
 
 
 class Edit:
@@ -35,18 +32,16 @@ class Edit:
     def __init__(self, graphs: GraphSet, model: Model) -> None:
         """model: of the graph to edit."""
         self._graphs = graphs
-        self._models = {model.path: model}
         self._main = model
+        self._names = EditNames(graphs, model)
         self._problems: list[Problem] = []
         self._value_marks: set[int] = set()
         self._marks: set[int] = set()
         self._kept: list[Mark] = []
-        self._broken: set[str] = set()
         self._prims = PrimPlan(graphs, model.path)
-        self._notes: dict[tuple[str, str, str], None] = {}
         self.created: list[str] = []
         """Names of new nodes in this graph, compounds included, in order."""
-        self.names: dict[str, str] = {}
+        self.names = self._names.short
         """Name in this graph by short name."""
 
     def collect(self, operations: Mapping[str, Any], scope: str = "") -> None:
@@ -68,7 +63,7 @@ class Edit:
                 self._marks.add(id(mark))
                 try:
                     work(entry, scope, mark)
-                except _ToldError:
+                except ToldError:
                     continue
                 except UserError as error:
                     self._problems += [Problem(one.message, one.mark or mark) for one in error.problems]
@@ -82,7 +77,7 @@ class Edit:
         Returns None, with nothing changed, if that is not possible: then the graph must be compiled, or the edit is
         wrong.
         """
-        patch = None if self._problems or len(self._models) > 1 else self._main.patch()
+        patch = None if self._problems or len(self._names.models) > 1 else self._main.patch()
         graph = self._graphs.patched(self._main, patch) if patch is not None else None
         if graph is None:
             return None
@@ -91,14 +86,14 @@ class Edit:
 
     def apply(self) -> tuple[Graph, list[Any]]:
         """Compiles and applies; returns the graph and the prims. Raises OmniGraphError, with nothing changed."""
-        for path in list(self._models):
+        for path in list(self._names.models):
             for other in self._graphs.linked_with(path):
-                self._model(other)
-        specs = [model.spec() for model in self._models.values()]
+                self._names.model(other)
+        specs = [model.spec() for model in self._names.models.values()]
         if self._problems:
             self._problems += self._graphs.problems(specs)  # of the entries that were applied
             self._raise_problems()
-        touched = {path: model.touched for path, model in self._models.items()}
+        touched = {path: model.touched for path, model in self._names.models.items()}
         try:
             applied = self._graphs.apply(specs, touched)
         except UserError as error:
@@ -110,7 +105,7 @@ class Edit:
         return applied[self._main.path], self._prims.apply()
 
     def _warn(self) -> None:
-        for note in self._notes:
+        for note in self._names.notes:
             self._graphs.context.warn(*note)
 
     def _raise_problems(self) -> None:
@@ -121,7 +116,7 @@ class Edit:
 
     def _forget_marks(self, applied: Mapping[str, Graph]) -> None:
         """Removes places in the edit, which mean nothing in later messages."""
-        for path, model in self._models.items():
+        for path, model in self._names.models.items():
             if not model.touched:
                 continue
             for name in model.touched:
@@ -136,102 +131,20 @@ class Edit:
                     model.connections[ends] = ConnectionSpec(one.source, one.target)
             applied[path].spec = model.spec()
 
-    # -- names -------------------------------------------------------------------------------------------------------
-
-    def _model(self, path: str) -> Model:
-        if path not in self._models:
-            self._models[path] = Model(self._graphs.current_spec(path), self._graphs.registry)
-        return self._models[path]
-
-    def _new_name(self, written: Any, scope: str) -> str:
-        text = node_text(written)
-        if text.startswith("/"):
-            if not text.startswith(f"{self._main.path}/"):
-                raise OmniGraphError(f"node {text} does not lie below the graph {self._main.path}; give a name instead")
-            return text[len(self._main.path) + 1 :]
-        return scope + text
-
-    def _known_name(self, written: str, scope: str) -> tuple[Model, str]:
-        """The model and the name of a node or compound. Raises OmniGraphError with the nearest name."""
-        main = self._main
-        if written.startswith("/"):
-            for model in (main, *self._models.values()):
-                name = model.local_name(written)
-                if name in model.nodes or name in model.compounds:
-                    return model, name
-            path = written
-            if path.rpartition("/")[2].count("."):
-                path = path[::-1].replace(".", "/", 1)[::-1]
-            owner = self._graphs.owner_of(path)
-            if owner is not None and owner.path not in self._models:
-                model = self._model(owner.path)
-                name = model.local_name(path)
-                if name in model.nodes or name in model.compounds:
-                    return model, name
-            raise OmniGraphError(f'"{written}" is not a legal node; no node has that path')
-        for name in (scope + written, self.names.get(written, ""), written):
-            if name in main.nodes or name in main.compounds:
-                return main, name
-            if name in self._broken:
-                raise _ToldError
-        near = did_you_mean(written, (*self.names, *main.nodes))
-        raise OmniGraphError(f'"{written}" is not a legal node; graph {main.path} does not contain it{near}')
-
-    def _ends(self, spec: Any, scope: str, side: Side) -> list[tuple[Model, str, str]]:
-        """The model, node and full attribute of an end; several for an input of a compound."""
-        owner, _, attribute = end_text(spec).rpartition(".")
-        model, name = self._known_name(owner, scope)
-        if name not in model.compounds:
-            return [(model, name, model.full_attribute(name, attribute, side))]
-        ports = model.compounds[name]
-        prefixed = (
-            [attribute] if attribute.partition(":")[0] in PREFIXES else [f"inputs:{attribute}", f"outputs:{attribute}"]
-        )
-        full = next((one for one in prefixed if one in ports), None)
-        if full is None:
-            near = did_you_mean(attribute, ports)
-            raise OmniGraphError(
-                f'"{owner}.{attribute}" is not a legal attribute; the compound has no such port{near}; make one with '
-                "PROMOTE_ATTRIBUTES"
-            )
-        inside = [end.rpartition(".") for end in ports[full]]
-        return [(model, node, inner) for node, _, inner in inside]
-
-    def _targets(self, spec: Any, scope: str) -> list[tuple[Model, str, str]]:
-        """As `_ends` of a target, with old attributes under their present names; removed ones are left out.
-
-        An attribute that the script made itself is never an old one.
-        """
-        found = []
-        for model, name, full in self._ends(spec, scope, "target"):
-            node = model.nodes.get(name)
-            long = full if full.partition(":")[0] in PREFIXES else f"inputs:{full}"
-            change = None
-            if node is not None and long not in node.attributes:
-                change = changed_attribute(node.type, long, self._graphs.registry)
-            if change is None:
-                found.append((model, name, full))
-                continue
-            new, code, sentence = change
-            self._notes[code, f"{model.path}/{name}", sentence] = None
-            if new:
-                found.append((model, name, new))
-        return found
-
     # -- the keys ----------------------------------------------------------------------------------------------------
 
     def _delete_nodes(self, entry: Any, scope: str, mark: Mark) -> None:
-        model, name = self._known_name(node_text(entry), scope)
+        model, name = self._names.known_name(node_text(entry), scope)
         inside = [one for one in model.nodes if one == name or one.startswith(f"{name}/")]
         gone = {f"{model.path}{separator}{one}" for separator in "/." for one in inside}
         for other in self._graphs.linked_with(model.path):
-            self._model(other).drop(gone)
+            self._names.model(other).drop(gone)
         model.remove_node(name)
         model.touched.discard(name)
 
     def _create_nodes(self, entry: Any, scope: str, mark: Mark) -> None:
         written, kind = entry
-        name = self._new_name(written, scope)
+        name = self._names.new_name(written, scope)
         short = name.removeprefix(scope)
         if name in self._main.nodes or name in self._main.compounds:
             raise OmniGraphError(f'node "{name}" already exists in graph {self._main.path}; choose another name')
@@ -247,7 +160,7 @@ class Edit:
         try:
             self._graphs.registry.get(type_id)
         except UnknownNodeTypeError as error:
-            self._broken.add(name)
+            self._names.broken.add(name)
             raise OmniGraphError(f'node "{name}": {error}') from None
         self._main.nodes[name] = NodeModel(type_id, mark=mark)
         self._main.touched.add(name)
@@ -264,7 +177,7 @@ class Edit:
     def _create_attributes(self, entry: Any, scope: str, mark: Mark) -> None:
         written, type_ = entry
         owner, _, attribute = end_text(written).rpartition(".")
-        model, name = self._known_name(owner, scope)
+        model, name = self._names.known_name(owner, scope)
         full = attribute if attribute.partition(":")[0] in PREFIXES else f"inputs:{attribute}"
         if name in model.compounds:
             raise OmniGraphError(f"{owner} is a compound; make its ports with PROMOTE_ATTRIBUTES")
@@ -307,7 +220,7 @@ class Edit:
         if kind not in known:
             raise OmniGraphError(f"{shown(kind)} is not one of {', '.join(known.values())} of PrimExposureType")
         self._create_nodes((name, kind), scope, mark)
-        full = self._new_name(name, scope)
+        full = self._names.new_name(name, scope)
         self._main.nodes[full].inputs["inputs:prim"] = [node_text(prim, "prim")]
         self._main.nodes[full].marks["inputs:prim"] = mark
 
@@ -316,7 +229,7 @@ class Edit:
         if not scope:
             raise OmniGraphError("PROMOTE_ATTRIBUTES stands inside the dict of a compound in CREATE_NODES")
         compound = scope.removesuffix(f"/{SUBGRAPH}/")
-        ends = self._ends(inner, scope, "target")
+        ends = self._names.ends(inner, scope, "target")
         prefix = ends[0][2].partition(":")[0]
         if not all(node.startswith(scope) for _, node, _ in ends):
             raise OmniGraphError(f"{end_text(inner)} is not inside the compound {compound}")
@@ -331,7 +244,7 @@ class Edit:
 
     def _disconnect(self, entry: Any, scope: str, mark: Mark) -> None:
         for source, target in self._pairs(entry, scope):
-            for model in self._models.values():
+            for model in self._names.models.values():
                 ends = _seen_from(model, source), _seen_from(model, target)
                 if model.disconnect(ends):
                     target[0].touched.add(target[1])
@@ -350,14 +263,14 @@ class Edit:
     def _pairs(self, entry: Any, scope: str) -> list[tuple[tuple[Model, str, str], tuple[Model, str, str]]]:
         if not isinstance(entry, Sequence) or isinstance(entry, str) or len(entry) != 2:
             raise OmniGraphError(f"{shown(entry)} is not a connection; write (source, destination)")
-        sources = self._ends(entry[0], scope, "source")
-        targets = self._targets(entry[1], scope)
+        sources = self._names.ends(entry[0], scope, "source")
+        targets = self._names.targets(entry[1], scope)
         return [(sources[0], target) for target in targets]
 
     def _set_values(self, entry: Any, scope: str, mark: Mark) -> None:
         written, value, *kind = entry
         self._value_marks.add(id(mark))
-        for model, name, full in self._targets(written, scope):
+        for model, name, full in self._names.targets(written, scope):
             node = model.change(name)
             bare = full.partition(":")[2]
             if full.startswith("inputs:") and bare in node.inputs:

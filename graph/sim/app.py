@@ -7,14 +7,16 @@ from contextlib import AbstractContextManager
 from fractions import Fraction
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 from graph.base import exact
-from graph.base.errors import RunError, UserError
+from graph.base.errors import RunError
 
+from . import entered
 from . import settings as keys
 from .driver import Driver, StepCallback
 from .fidelity import Fidelity
+from .forwarding import forward
 from .managers.loop_runner import LoopRunner
 from .managers.orchestrator import Orchestrator
 from .managers.simulation_manager import ManagedSimulation
@@ -23,7 +25,7 @@ from .options import clock_rates, experience_settings, refuse_unavailable
 from .phases import Callback, Phases, Unsubscribe
 from .physics import MUJOCO
 from .renderer.rendering import Rendering
-from .scene.editing import WhenPlaying, checked_choice
+from .scene.playing_world import WhenPlaying, checked_choice
 from .settings import Settings
 from .state.reset import Reset, reset
 from .timing.clocks import PhysicsClock
@@ -32,12 +34,11 @@ from .timing.run_loop import RunLoop
 from .timing.timeline import Timeline
 from .timing.wall_clock import VirtualClock, WallClock
 from .warnings import WarningList
-from .world import open_world
+from .world import World, open_world
 
 if TYPE_CHECKING:
     from types import TracebackType
 
-    from .geometry.surfaces import Mesh, Plane
     from .physics.protocol import EngineFactory, PhysicsEngine
     from .scene.live_stage import LiveStage
     from .state.prim_poses import PrimPoses
@@ -56,8 +57,6 @@ class App:
     steps and frees the world), `rendering` (sensors), `timeline`, `driver` (states and updates), `phases` (their
     subscribers), `bus` (messages), `settings`. No part has a reference to the App.
     """
-
-    _entered: ClassVar[list[App]] = []
 
     def __init__(
         self,
@@ -166,14 +165,14 @@ class App:
     @classmethod
     def current(cls) -> App:
         """The most recently entered App. Raises UserError if there is no such App."""
-        if not cls._entered:
-            raise UserError("there is no current App; use `with App(...) as app:` or pass app=")
-        return cls._entered[-1]
+        app: App = entered.current()
+        return app
 
     @classmethod
     def of_stage(cls, stage: Any) -> App | None:
         """The most recently entered App with this stage, or None."""
-        return next((app for app in reversed(cls._entered) if app.stage == stage), None)
+        app: App | None = entered.of_stage(stage)
+        return app
 
     # -- the world ---------------------------------------------------------------------------------------------------
 
@@ -221,13 +220,8 @@ class App:
     def when_playing(self, choice: str) -> None:
         self.world.when_playing = checked_choice(choice)
 
-    def geometry(self) -> tuple[Mesh | Plane, ...]:
-        """The geometry for rays (`graph.sim.geometry.collect.collect_geometry`), collected once per play."""
-        return self.world.geometry()
-
-    def forget_geometry(self) -> None:
-        """Makes the geometry for rays be collected again at its next use."""
-        self.world.forget_geometry()
+    geometry = forward("world", World.geometry)
+    forget_geometry = forward("world", World.forget_geometry)
 
     def edit(self, when_playing: str | None = None) -> AbstractContextManager[Any]:
         """`with app.edit(when_playing="recompile") as stage:` changes the world, also while playing; see
@@ -316,29 +310,16 @@ class App:
         """
         return self.phases.on(phase, callback, order)
 
-    def play(self, *, commit: bool | None = True) -> None:
-        """Starts or resumes; see `Driver.play` for `commit`."""
-        self.driver.play(commit=commit)
-
-    def pause(self, *, commit: bool | None = True) -> None:
-        """Pauses: all clocks stop."""
-        self.driver.pause(commit=commit)
-
-    def stop(self, *, commit: bool | None = True) -> None:
-        """Stops: clocks at 0, physics freed, the stage restored to its state before play."""
-        self.driver.stop(commit=commit)
-
-    def check_drivable(self) -> None:
-        """Raises RunError if no update can run: inside an update, or after `close`."""
-        self.driver.check_drivable()
+    play = forward("driver", Driver.play)
+    pause = forward("driver", Driver.pause)
+    stop = forward("driver", Driver.stop)
+    check_drivable = forward("driver", Driver.check_drivable)
 
     def update(self, steps: int = 1) -> None:
         """Runs `steps` app updates, each through all phases; fewer if the end of the run is requested."""
         self.driver.updates.update(steps)
 
-    def update_app(self, *, steps: int = 1, callback: StepCallback | None = None) -> None:
-        """Runs `steps` app updates and calls `callback(i, steps)` after each; False ends them."""
-        self.driver.update_app(steps=steps, callback=callback)
+    update_app = forward("driver", Driver.update_app)
 
     async def next_update_async(self) -> float:
         """Waits for the next update and triggers it; returns its loop dt [s].
@@ -357,9 +338,7 @@ class App:
         """Awaits more frames of render products (deprecated); see `Driver.next_render_simulation_async`."""
         await self.driver.next_render_simulation_async(render_product_paths, num_simulation_frames)
 
-    def deliver_frames(self) -> None:
-        """Delivers rendered frames now that would arrive only with the next update (profile `isaacsim-6.0.1`)."""
-        self.driver.deliver_frames()
+    deliver_frames = forward("driver", Driver.deliver_frames)
 
     # -- the end -----------------------------------------------------------------------------------------------------
 
@@ -404,16 +383,13 @@ class App:
             raise failure
 
     def __enter__(self) -> App:
-        App._entered.append(self)
+        entered.enter(self)
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
-        if self in App._entered:
-            App._entered.reverse()
-            App._entered.remove(self)
-            App._entered.reverse()
+        entered.leave(self)
         try:
             self.close()
         except RunError:

@@ -12,7 +12,8 @@ from graph.base.shorten import listed
 
 from .fidelity import Fidelity
 from .physics import MUJOCO
-from .scene.editing import EditStage, Player, WhenPlaying, checked_choice, remove_prims
+from .scene.editing import EditStage, Player, remove_prims
+from .scene.playing_world import WhenPlaying, checked_choice
 
 if TYPE_CHECKING:
     from contextlib import AbstractContextManager

@@ -11,6 +11,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from graph.base.errors import UserError
+from graph.sim import entered
+
 
 class _OfCurrentApp(type):
     """Looks up every name of the class on a part of the current App."""
@@ -31,14 +34,13 @@ class _OfCurrentApp(type):
         return getattr(cls._target(), name)
 
     def __dir__(cls) -> list[str]:
-        from graph.sim.app import App
-
-        return dir(cls._target()) if App._entered else []
+        try:
+            return dir(cls._target())
+        except UserError:
+            return []
 
     def _target(cls) -> Any:
-        from graph.sim.app import App
-
-        return getattr(App.current(), cls.part)
+        return getattr(entered.current(), cls.part)
 
 
 class SimulationManager(metaclass=_OfCurrentApp, part="simulation"):

@@ -9,10 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 from graph.base import exact
 from graph.base.errors import RunError
+from graph.sim import entered
 from graph.sim.scene.scene_attributes import (
     EARTH_GRAVITY,
     RATE_ATTRIBUTES,
@@ -20,11 +21,9 @@ from graph.sim.scene.scene_attributes import (
     authored,
     authored_rate,
     newton_only,
+    scene_prims,
 )
 from graph.sim.scene.stage import meters_per_unit, up_axis
-
-if TYPE_CHECKING:
-    from graph.sim.app import App
 
 DEFAULT_PATH = "/PhysicsScene"
 DEFAULT_RATE = 60
@@ -80,6 +79,22 @@ class Setup(Protocol):
         """Gives a warning."""
 
 
+class Simulations(Protocol):
+    """The part of `App.simulation` that is used here."""
+
+    @property
+    def setup(self) -> Setup:
+        """The set-up of the simulation."""
+
+
+class Simulated(Protocol):
+    """The part of an App that is used here."""
+
+    @property
+    def simulation(self) -> Simulations:
+        """Its simulation."""
+
+
 class PhysicsScene:
     """A UsdPhysics scene prim: at a path (a missing one is created) or given as a prim.
 
@@ -87,18 +102,17 @@ class PhysicsScene:
     RunError for a scene to be created while the simulation plays.
     """
 
-    def __init__(self, prim: Any = DEFAULT_PATH, app: App | None = None, *, setup: Setup | None = None) -> None:
+    def __init__(self, prim: Any = DEFAULT_PATH, app: Simulated | None = None, *, setup: Setup | None = None) -> None:
         """setup: the simulation of the stage, instead of an App."""
-        from graph.sim.app import App
         from graph.sim.usd import Sdf, UsdPhysics
 
         named = isinstance(prim, (str, Sdf.Path))
         if setup is None:
             if app is None:
-                app = App.current() if named else App.of_stage(prim.GetStage()) if prim else None
+                app = entered.current() if named else entered.of_stage(prim.GetStage()) if prim else None
             setup = None if app is None else app.simulation.setup
         if named:
-            assert setup is not None  # App.current() raises without an App
+            assert setup is not None  # entered.current() raises without an App
             prim = _scene_at(setup, str(prim))
         if not prim or not prim.IsA(UsdPhysics.Scene):
             name = f"{prim.GetPath()}: a prim of type {prim.GetTypeName() or 'none'}" if prim else "an expired prim"
@@ -126,9 +140,7 @@ class PhysicsScene:
     @staticmethod
     def get_physics_scene_paths(stage: Any = None) -> list[str]:
         """The paths of all physics scenes of a stage (default: the current App's), in the order of the stage."""
-        from graph.sim.app import App
-
-        return [str(prim.GetPath()) for prim in scene_prims(stage or App.current().stage)]
+        return [str(prim.GetPath()) for prim in scene_prims(stage or entered.current().stage)]
 
     @property
     def is_active(self) -> bool:
@@ -257,13 +269,6 @@ class PhysicsScene:
         if self._setup is not None:
             message = f"it is kept on the prim and changes nothing: {why}"
             self._setup.warn("physics-setting-stored", f"{self.path}.{name}", message)
-
-
-def scene_prims(stage: Any) -> Any:
-    """The physics scene prims of a stage, in stage order."""
-    from graph.sim.usd import UsdPhysics
-
-    return (prim for prim in stage.Traverse() if prim.IsA(UsdPhysics.Scene))
 
 
 def _scene_at(setup: Setup, path: str) -> Any:

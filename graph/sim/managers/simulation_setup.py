@@ -11,13 +11,13 @@ from graph.base.errors import RunError
 from graph.sim import settings as keys
 from graph.sim.fidelity import Fidelity
 from graph.sim.physics import MUJOCO
-from graph.sim.scene.scene_attributes import applied_schemas, author
+from graph.sim.scene.scene_attributes import applied_schemas, author, scene_prims
 from graph.sim.settings import Settings
 from graph.sim.simulation import Simulation
 from graph.sim.timing.timeline import Timeline
 from graph.sim.world import World
 
-from .physics_scene import DEFAULT_PATH, PhysicsScene, scene_prims, steps_per_second
+from .physics_scene import DEFAULT_PATH, PhysicsScene, steps_per_second
 
 DEFAULT_ENGINE = "/exts/isaacsim.core.simulation_manager/default_engine"
 WRITE_BACK = ("updateToUsd", "updateParticlesToUsd", "updateVelocitiesToUsd", "updateForceSensorsToUsd")

@@ -3,26 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, Literal, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from graph.base.errors import RunError, UserError
+
+from .playing_world import WhenPlaying
 
 if TYPE_CHECKING:
     from contextlib import AbstractContextManager
     from types import TracebackType
 
     from .live_stage import LiveStage
-
-WhenPlaying = Literal["refuse", "restart", "recompile"]
-CHOICES: tuple[WhenPlaying, ...] = ("refuse", "restart", "recompile")
-
-
-def checked_choice(value: str) -> WhenPlaying:
-    """One of `CHOICES`. Raises UserError for any other."""
-    for choice in CHOICES:
-        if value == choice:
-            return choice
-    raise UserError(f"when_playing {value!r} is not one of {', '.join(CHOICES)}")
 
 
 class Editable(Protocol):

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Literal, Protocol
+
+from graph.base.errors import UserError
 
 if TYPE_CHECKING:
     from graph.sim.fidelity import Fidelity
@@ -12,7 +14,17 @@ if TYPE_CHECKING:
     from graph.sim.scene.stage import Warn
     from graph.sim.state.prim_poses import PrimPoses
 
-    from .editing import WhenPlaying
+
+WhenPlaying = Literal["refuse", "restart", "recompile"]
+CHOICES: tuple[WhenPlaying, ...] = ("refuse", "restart", "recompile")
+
+
+def checked_choice(value: str) -> WhenPlaying:
+    """One of `CHOICES`. Raises UserError for any other."""
+    for choice in CHOICES:
+        if value == choice:
+            return choice
+    raise UserError(f"when_playing {value!r} is not one of {', '.join(CHOICES)}")
 
 
 class PlayingWorld(Protocol):

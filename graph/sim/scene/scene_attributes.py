@@ -16,6 +16,13 @@ _SCHEMAS = {"physxScene": "PhysxSceneAPI", "mjc": "MjcSceneAPI", "newton": "Newt
 """The API schema that an attribute's first name belongs to."""
 
 
+def scene_prims(stage: Any) -> Any:
+    """The physics scene prims of a stage, in stage order."""
+    from graph.sim.usd import UsdPhysics
+
+    return (prim for prim in stage.Traverse() if prim.IsA(UsdPhysics.Scene))
+
+
 def authored(prim: Any, name: str) -> Any:
     """The value that is authored for an attribute; None where there is none, or it is blocked."""
     from graph.sim.usd import EARLIEST

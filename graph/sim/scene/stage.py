@@ -174,9 +174,7 @@ def scene_name(stage: Any) -> str:
 
 def physics_scene_rate(stage: Any) -> Fraction | None:
     """Steps per second that the stage's first physics scene authors (see `scene_attributes`); None: nothing."""
-    from graph.sim.managers.physics_scene import scene_prims
-
-    from .scene_attributes import authored_rate
+    from .scene_attributes import authored_rate, scene_prims
 
     first = next(scene_prims(stage), None)
     return None if first is None else authored_rate(first)

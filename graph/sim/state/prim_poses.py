@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from graph.base.errors import RunError
 from graph.sim import transforms
@@ -17,6 +15,7 @@ from graph.sim.scene.stage import Warn, ignore_warning, meters_per_unit
 from graph.sim.transforms import Floats
 
 from .attribute_values import AttributeValues, Live
+from .bindings import Binding, bind, scale_and_shear
 from .fabric_prims import FabricPrim
 from .poses import Poses
 from .stage_listener import StageListener
@@ -25,15 +24,6 @@ if TYPE_CHECKING:
     from graph.sim.physics.protocol import PhysicsEngine
 
 NOTHING: Mapping[str, Floats] = MappingProxyType({})
-
-
-@dataclass(frozen=True)
-class _Binding:
-    """Which body each of some prims follows (-1: none), by row and path, and its matrix in that body's rigid frame."""
-
-    bodies: NDArray[np.intp]
-    names: tuple[str, ...]
-    offsets: Floats
 
 
 class PrimPoses(ABC):
@@ -76,7 +66,7 @@ class PrimPoses(ABC):
         self._frames: dict[str, Floats] = {}
         self._speeds: dict[str, Floats] = {}
         self._latest: Poses | None = None
-        self._bindings: dict[tuple[str, ...], _Binding] = {}
+        self._bindings: dict[tuple[str, ...], Binding] = {}
         self._residuals: dict[str, Floats] = {}
         self._listener = StageListener(stage, self)
 
@@ -345,48 +335,19 @@ class PrimPoses(ABC):
         """The world matrices `out` of prims with what users have placed put in."""
         return out
 
-    def _bind(self, paths: tuple[str, ...]) -> _Binding:
+    def _bind(self, paths: tuple[str, ...]) -> Binding:
         binding = self._bindings.get(paths)
         if binding is None:
-            binding = self._bindings[paths] = self._bound(paths)
+            binding = self._bindings[paths] = bind(
+                self.stage, paths, self.body_of, self._layout, self._residuals, self._offset
+            )
         return binding
-
-    def _bound(self, paths: tuple[str, ...]) -> _Binding:
-        from graph.sim.usd import EARLIEST, UsdGeom
-
-        xforms = UsdGeom.XformCache(EARLIEST)
-        bodies = np.full(len(paths), -1, dtype=np.intp)
-        offsets = np.empty((len(paths), 4, 4))
-        names = [""] * len(paths)
-        for number, path in enumerate(paths):
-            prim = self.stage.GetPrimAtPath(path) if path.startswith("/") else None
-            if not prim:
-                raise RunError(f"{path}: no such prim on the stage")
-            body = self.body_of(path)
-            if body is None:
-                offsets[number] = transforms.from_usd(xforms.GetLocalToWorldTransform(prim))
-                continue
-            bodies[number], names[number] = self._layout[body], body
-            placed = self._offset(path)
-            if placed is not None:
-                offsets[number] = placed
-                continue
-            # Composed from the body downwards: where the body itself stands on the stage leaves no trace in it.
-            relative, _ = xforms.ComputeRelativeTransform(prim, self.stage.GetPrimAtPath(body))
-            offsets[number] = self._residuals[body] @ transforms.from_usd(relative)
-        return _Binding(bodies, tuple(names), offsets)
 
     def _residual(self, path: str) -> Floats:
         """What a body's transform has beside its pose: scale and shear; kept for as long as there is the body."""
         if path in self._residuals:
             return self._residuals[path]
-        from graph.sim.usd import EARLIEST, UsdGeom
-
-        prim = self.stage.GetPrimAtPath(path)
-        world = transforms.from_usd(UsdGeom.XformCache(EARLIEST).GetLocalToWorldTransform(prim))
-        out = transforms.inverse_rigid(transforms.rigid_part(world)) @ world
-        out[:3, 3] = 0.0
-        return out
+        return scale_and_shear(self.stage, path)
 
     def _carries(self, path: str) -> bool:
         """Whether the prim at a path is a body that takes along what is below it."""

@@ -10,10 +10,9 @@ import numpy as np
 
 from graph.sim import transforms
 from graph.sim.physics.joint_tree import Branch, Forest
-from graph.sim.physics.model import Gripper, Joint, WorldModel
+from graph.sim.physics.model import Gripper, Joint, Suction, WorldModel
 from graph.sim.scene.stage import Warn
 
-from .grippers import weld_name
 from .library import mujoco
 
 _KINDS = {
@@ -30,6 +29,11 @@ almost rigidly.
 
 At a speed v, a joint passes its limit by at most v dt, its way in one step.
 """
+
+
+def weld_name(point: Suction) -> str:
+    """The name of the weld in the model for an attachment point."""
+    return f"{point.path}#grip"
 
 
 def add_joints(handle: Any, branch: Branch, degrees: bool) -> None:

@@ -42,11 +42,6 @@ if TYPE_CHECKING:
 Compile = Callable[[WorldModel, Fraction, Warn], Compiled]
 """Makes the model of a world, with this time step."""
 
-_BAD = tuple(
-    int(kind)
-    for kind in (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
-)
-
 
 class MujocoEngine(PhysicsEngine):
     """The bodies of a playing world.
@@ -140,7 +135,7 @@ class MujocoEngine(PhysicsEngine):
                     self._surfaces.step(data)
                 if counters[3] or counters[4] or counters[5]:
                     self.taken -= 1
-                    raise RunError(self._divergence())
+                    raise RunError(self._monitor.divergence())
                 for follow in self._after_step:
                     follow(data)
         except mujoco.FatalError as error:
@@ -395,16 +390,3 @@ class MujocoEngine(PhysicsEngine):
         self._monitor.close()
         vars(self).clear()  # several parts refer to the engine: this frees its memory now, not at the next collection
         self.closed = True
-
-    def _divergence(self) -> str:
-        kind = next(kind for kind in _BAD if self._counters[kind])
-        place = int(self.data.warning[kind].lastinfo)
-        if kind == _BAD[0]:
-            joint = int(np.searchsorted(self.model.jnt_qposadr, place, side="right")) - 1
-            body = int(self.model.jnt_bodyid[joint])
-        else:
-            body = int(self.model.dof_bodyid[place])
-        return (
-            f"{self.body_name(body)}: the simulation diverged here, at {float(self.data.time):.6g} s of physics. "
-            "Raise physics_hz, lower the stiffness, speeds or mass ratios around it, or move apart what overlaps"
-        )

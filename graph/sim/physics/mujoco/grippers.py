@@ -10,6 +10,7 @@ from graph.sim import transforms
 from graph.sim.physics.model import Gripper, Suction
 from graph.sim.transforms import Floats
 
+from .constraints import weld_name
 from .library import mujoco
 from .triggers import SOLID
 
@@ -17,11 +18,6 @@ if TYPE_CHECKING:
     from .engine import MujocoEngine
 
 Status = Literal["Open", "Closing", "Closed"]
-
-
-def weld_name(point: Suction) -> str:
-    """The name of the weld in the model for an attachment point."""
-    return f"{point.path}#grip"
 
 
 class WeldGripper:

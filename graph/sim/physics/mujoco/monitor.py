@@ -48,6 +48,10 @@ _COUNTED = {
 """By MuJoCo's kind of warning: our code and text. The other kinds are divergence, see `MujocoEngine.step`."""
 
 
+_BAD = tuple(int(kind) for kind in (_KINDS.mjWARN_BADQPOS, _KINDS.mjWARN_BADQVEL, _KINDS.mjWARN_BADQACC))
+"""The kinds that are divergence."""
+
+
 class Monitor:
     """Examines an engine after each call of `step`. Each of its warnings is given once."""
 
@@ -74,6 +78,21 @@ class Monitor:
         """Releases the engine's memory."""
         self._counters.release()
         self._iterations.release()
+
+    def divergence(self) -> str:
+        """What is said where a step could not be made: the body, the time, what to do."""
+        engine = self._engine
+        kind = next(kind for kind in _BAD if self._counters[kind])
+        place = int(engine.data.warning[kind].lastinfo)
+        if kind == _BAD[0]:
+            joint = int(np.searchsorted(engine.model.jnt_qposadr, place, side="right")) - 1
+            body = int(engine.model.jnt_bodyid[joint])
+        else:
+            body = int(engine.model.dof_bodyid[place])
+        return (
+            f"{engine.body_name(body)}: the simulation diverged here, at {float(engine.data.time):.6g} s of physics. "
+            "Raise physics_hz, lower the stiffness, speeds or mass ratios around it, or move apart what overlaps"
+        )
 
     def _tell_counted(self) -> None:
         for kind, (code, text) in _COUNTED.items():
