@@ -404,6 +404,8 @@ TYPES: Mapping[str, tuple[str, ...]] = {
         "isaacsim.ros2.bridge.ROS2PublishBbox2D",
         "isaacsim.ros2.bridge.ROS2PublishBbox3D",
     ),
+    "ros2.camera_helper": ("isaacsim.ros2.bridge.ROS2CameraHelper",),
+    "ros2.camera_info_helper": ("isaacsim.ros2.bridge.ROS2CameraInfoHelper",),
     "ros2.clock": ("isaacsim.ros2.bridge.ROS2PublishClock",),
     "ros2.commands": (
         "isaacsim.ros2.bridge.ROS2SubscribeTwist",
@@ -449,6 +451,7 @@ TYPES: Mapping[str, tuple[str, ...]] = {
         "isaacsim.sensors.physics.IsaacReadJointState",
     ),
     "sensing.raycast": ("isaacsim.sensors.physics.IsaacReadRaycastSensor",),
+    "ucx.camera_helper": ("isaacsim.ucx.nodes.UCXCameraHelper",),
     "ucx.publishers": (
         "isaacsim.ucx.nodes.UCXPublishClock",
         "isaacsim.ucx.nodes.UCXPublishJointState",

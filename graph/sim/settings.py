@@ -42,6 +42,7 @@ HEADER_FRAME, HEADER_SCAN_START, HEADER_UPDATE = "frame", "scanStart", "update"
 SCAN_BINS = "/tickgraph/laserScanBinsOfFieldOfView"
 SCAN_END_BEYOND = "/tickgraph/laserScanEndsBeyondLastBeam"
 FLAT_SCAN_NEEDS_2D = "/tickgraph/flatScanNeeds2d"
+BOXES_IN_WORLD = "/tickgraph/cameraBoxesInWorld"
 STOP_CLEARS_COMMANDS = "/tickgraph/stopClearsCommands"
 NODE_ERRORS_STOP = "/tickgraph/nodeErrorsStop"
 ID_MAP_EXTENSION = "/tickgraph/idMapExtension"
@@ -84,6 +85,7 @@ DEFAULTS: dict[str, Any] = {
     LIDAR_HEADER: HEADER_FRAME,
     SCAN_BINS: False,
     FLAT_SCAN_NEEDS_2D: True,
+    BOXES_IN_WORLD: False,
     STOP_CLEARS_COMMANDS: False,
     NODE_ERRORS_STOP: True,
     ID_MAP_EXTENSION: True,

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-_CAMERAS = "cameras are not rendered here"
+_VIDEO = "no video is encoded or sent to devices here; use ROS2CameraHelper"
+_POSES = "its training files are not written here; use annotators of sensors.replicator"
 _PHYSX = "PhysX's old ray sensors are not modelled here; use IsaacReadRaycastSensor, or a lidar prim"
 _RL = "randomization of views for learning is not modelled here; write attributes with WritePrimAttribute"
 _BUNDLE = "bundles of prims are not modelled here; use ReadPrimAttribute and WritePrimAttribute, one for each attribute"
@@ -15,11 +16,8 @@ _WINDOW = "there is no window here"
 _SELECTION = "nobody selects prims here; name them"
 
 ABSENT = {
-    "isaacsim.ros2.bridge.ROS2CameraHelper": _CAMERAS,
-    "isaacsim.ros2.bridge.ROS2CameraInfoHelper": _CAMERAS,
-    "isaacsim.ucx.nodes.UCXCameraHelper": _CAMERAS,
-    "isaacsim.hsb.nodes.HSBCameraHelper": _CAMERAS,
-    "isaacsim.streaming.rtsp.RTSPCameraHelper": _CAMERAS,
+    "isaacsim.hsb.nodes.HSBCameraHelper": _VIDEO,
+    "isaacsim.streaming.rtsp.RTSPCameraHelper": _VIDEO,
     "isaacsim.ros2.bridge.ROS2RtxRadarHelper": "radars are not modelled here",
     "isaacsim.sensors.physx.IsaacReadLidarBeams": _PHYSX,
     "isaacsim.sensors.physx.IsaacReadLidarPointCloud": _PHYSX,
@@ -30,14 +28,14 @@ ABSENT = {
     "isaacsim.examples.ipc.SimpleReceiveExternalStepPy": _EXTERNAL,
     "isaacsim.examples.ipc.SimpleSendSimulationClockCpp": _EXTERNAL,
     "isaacsim.examples.ipc.SimpleSendSimulationClockPy": _EXTERNAL,
-    "isaacsim.hsb.nodes.HSBSend": _CAMERAS,
-    "isaacsim.hsb.nodes.RGBToVB1940": _CAMERAS,
+    "isaacsim.hsb.nodes.HSBSend": _VIDEO,
+    "isaacsim.hsb.nodes.RGBToVB1940": _VIDEO,
     "isaacsim.replicator.domain_randomization.OgnOnRLFrame": _RL,
     "isaacsim.replicator.domain_randomization.OgnWritePhysicsArticulationView": _RL,
     "isaacsim.replicator.domain_randomization.OgnWritePhysicsRigidPrimView": _RL,
     "isaacsim.replicator.domain_randomization.OgnWritePhysicsSimulationContext": _RL,
-    "isaacsim.replicator.writers.Dope": _CAMERAS,
-    "isaacsim.replicator.writers.Pose": _CAMERAS,
+    "isaacsim.replicator.writers.Dope": _POSES,
+    "isaacsim.replicator.writers.Pose": _POSES,
     "omni.graph.action.OnMouseInput": _WINDOW,
     "omni.graph.action.OnGamepadInput": "there is no gamepad here; use OnKeyboardInput or a Twist subscriber",
     "omni.graph.nodes.ArrayLength": _BUNDLE,

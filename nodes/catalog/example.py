@@ -16,7 +16,7 @@ from graph.spec.file_spec import ConnectionSpec, GraphSpec, NodeSpec, VariableSp
 from graph.values.coercion import zero
 from graph.values.types import Extended
 
-from .example_parts import LIDAR, THING, Parts, parts_of
+from .example_parts import THING, Parts, parts_of
 
 # Values to try for an open input, the simplest first.
 _SAMPLES: tuple[tuple[str, Any], ...] = (
@@ -69,7 +69,7 @@ def example(node_type: NodeType, registry: Registry = DEFAULT) -> str:
     if any(source == _TIME for source, _ in links):
         lines.append("      time: IsaacReadSimulationTime")
     if parts.product:
-        lines.append(f"      product: {{type: IsaacCreateRenderProduct, inputs: {{cameraPrim: {LIDAR}}}}}")
+        lines.append(f"      product: {{type: IsaacCreateRenderProduct, inputs: {{cameraPrim: {parts.sensor}}}}}")
     lines += [f"      {name}:", f"        type: {node_type.id}"]
     if values:
         lines.append("        inputs:")

@@ -11,25 +11,32 @@ from sensors.lidar.names import PRIM_TYPE
 THING = "/World/Thing"
 ROBOT = "/World/Robot"
 LIDAR = "/World/Lidar"
+CAMERA = "/World/Camera"
 
 
 @dataclass(frozen=True)
 class Parts:
     """Additions to an example.
 
-    inputs: values that go before defaults; prims: by path, as YAML; product: whether a render product of /World/Lidar
+    inputs: values that go before defaults; prims: by path, as YAML; product: whether a render product of `sensor`
     starts the node and is named to it; needs: one line on what the reader has to bring, "" if it runs as it is.
     """
 
     inputs: Mapping[str, Any] = field(default_factory=dict)
     prims: Mapping[str, str] = field(default_factory=dict)
     product: bool = False
+    sensor: str = LIDAR
     needs: str = ""
 
 
 _LIDAR = {
     LIDAR: f"{{type: {PRIM_TYPE}, config: Example_Rotary_2D}}",
     "/World/Wall": "{type: Cube, translate: [4, 0, 0]}",
+}
+_CAMERA = {
+    CAMERA: "{type: Camera, translate: [0, 0, 1], rotate: [90, 0, -90]}",
+    "/World/Wall": "{type: Cube, translate: [4, 0, 0]}",
+    "/World/Sky": "{type: DomeLight, attributes: {inputs:intensity: 1000}}",
 }
 _JOINT = (
     "schemas: [PhysicsDriveAPI:{drive}], attributes: {{physics:axis: Y, physics:body1: {body}, "
@@ -123,6 +130,9 @@ _PARTS: dict[str, Parts] = {
     "OgnROS2ServiceServerRequest": Parts({"messagePackage": "std_srvs", "messageName": "SetBool"}),
     "ReadPrimRelationship": Parts({"prim": f"{ROBOT}/joint", "name": "physics:body1"}, _ARM),
     "ReadSetting": Parts({"settingPath": "/app/runLoops/main/rateLimitFrequency"}),
+    "ROS2CameraHelper": Parts(prims=_CAMERA, product=True, sensor=CAMERA),
+    "ROS2CameraInfoHelper": Parts(prims=_CAMERA, product=True, sensor=CAMERA),
+    "UCXCameraHelper": Parts(prims=_CAMERA, product=True, sensor=CAMERA),
     "ROS2PublishCameraInfo": Parts(
         {
             "width": 640,

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import cache, partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from graph.node import Attribute, Database, node_type
 from nodes.isaac.clocks import stamp_ns
@@ -11,6 +12,10 @@ from nodes.isaac.clocks import stamp_ns
 from .messages import header
 from .publishing import TIME_STAMP, Publisher, check_names, publisher_inputs, subscribed_topic
 from .robot_messages import point, quaternion, vector
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 DETECTIONS_2D = "vision_msgs/msg/Detection2DArray"
 DETECTIONS_3D = "vision_msgs/msg/Detection3DArray"
@@ -43,15 +48,10 @@ def publish_boxes_2d(db: Database) -> bool:
     topic = subscribed_topic(db)
     if topic is None:
         return False
-    box, position, pose = (_type(f"vision_msgs/msg/{name}") for name in ("BoundingBox2D", "Point2D", "Pose2D"))
     nanoseconds = stamp_ns(db.app, db.inputs.timeStamp)
-    head = header(nanoseconds, db.inputs.frameId)
-    detections = []
-    for number, x_low, y_low, x_high, y_high, _ in _rows(db, BOX_2D).tolist():
-        centre = position((x_low + x_high) / 2, (y_low + y_high) / 2)
-        found = box(pose(centre, 0.0), float(x_high - x_low), float(y_high - y_low))
-        detections.append(_type("vision_msgs/msg/Detection2D")(head, [_hypothesis(number)], found, ""))
-    db.app.bus.publish(topic, DETECTIONS_2D, _type(DETECTIONS_2D)(head, detections), nanoseconds)
+    rows = [row[:5] for row in _rows(db, BOX_2D).tolist()]
+    message = detections_2d(rows, nanoseconds, db.inputs.frameId)
+    db.app.bus.publish(topic, DETECTIONS_2D, message, nanoseconds)
     return True
 
 
@@ -66,30 +66,68 @@ def publish_boxes_3d(db: Database) -> bool:
     """Publish `vision_msgs/Detection3DArray`: centre, orientation, size [m] of each box by semantic id."""
     import numpy as np
 
-    from graph.sim.transforms import quaternions, rotations_and_scales, to_xyzw
-
     topic = subscribed_topic(db)
     if topic is None:
         return False
     rows = _rows(db, BOX_3D)
-    poses = rows["transform"].astype(np.float64).transpose(0, 2, 1)
-    low, high = rows["low"].astype(np.float64), rows["high"].astype(np.float64)
+    nanoseconds = stamp_ns(db.app, db.inputs.timeStamp)
+    message = detections_3d(
+        rows["id"].tolist(),
+        rows["transform"].astype(np.float64).transpose(0, 2, 1),
+        rows["low"].astype(np.float64),
+        rows["high"].astype(np.float64),
+        db.app.meters_per_unit,
+        nanoseconds,
+        db.inputs.frameId,
+    )
+    db.app.bus.publish(topic, DETECTIONS_3D, message, nanoseconds)
+    return True
+
+
+def detections_2d(rows: Iterable[tuple[int, ...]], nanoseconds: int, frame_id: str) -> Any:
+    """`vision_msgs/Detection2DArray`; rows: semantic id, x_min, y_min, x_max, y_max [px]."""
+    box, position, pose = (_type(f"vision_msgs/msg/{name}") for name in ("BoundingBox2D", "Point2D", "Pose2D"))
+    head = header(nanoseconds, frame_id)
+    detections = []
+    for number, x_low, y_low, x_high, y_high in rows:
+        centre = position((x_low + x_high) / 2, (y_low + y_high) / 2)
+        found = box(pose(centre, 0.0), float(x_high - x_low), float(y_high - y_low))
+        detections.append(_type("vision_msgs/msg/Detection2D")(head, [_hypothesis(number)], found, ""))
+    return _type(DETECTIONS_2D)(head, detections)
+
+
+def detections_3d(
+    numbers: Iterable[int],
+    poses: NDArray[np.float64],
+    low: NDArray[np.float64],
+    high: NDArray[np.float64],
+    unit: float,
+    nanoseconds: int,
+    frame_id: str,
+) -> Any:
+    """`vision_msgs/Detection3DArray` of boxes by semantic id.
+
+    poses: (n, 4, 4) prim to the frame of the message; low, high: (n, 3) corners in the prim's axes; lengths are in
+    stage units of `unit` m.
+    """
+    import numpy as np
+
+    from graph.sim.transforms import quaternions, rotations_and_scales, to_xyzw
+
     rotations, scales = rotations_and_scales(poses)
     middles = (poses[:, :3, :3] @ ((low + high) / 2)[:, :, None])[:, :, 0] + poses[:, :3, 3]
-    middles, sizes = middles * db.app.meters_per_unit, (high - low) * np.abs(scales) * db.app.meters_per_unit
+    middles, sizes = middles * unit, (high - low) * np.abs(scales) * unit
     turns = to_xyzw(quaternions(rotations))
-    nanoseconds = stamp_ns(db.app, db.inputs.timeStamp)
-    head = header(nanoseconds, db.inputs.frameId)
+    head = header(nanoseconds, frame_id)
     box, pose, detection = (
         _type(name)
         for name in ("vision_msgs/msg/BoundingBox3D", "geometry_msgs/msg/Pose", "vision_msgs/msg/Detection3D")
     )
     detections = [
         detection(head, [_hypothesis(number)], box(pose(point(middle), quaternion(turn)), vector(size)), "")
-        for number, middle, turn, size in zip(rows["id"].tolist(), middles, turns, sizes, strict=True)
+        for number, middle, turn, size in zip(numbers, middles, turns, sizes, strict=True)
     ]
-    db.app.bus.publish(topic, DETECTIONS_3D, _type(DETECTIONS_3D)(head, detections), nanoseconds)
-    return True
+    return _type(DETECTIONS_3D)(head, detections)
 
 
 def _rows(db: Database, layout: Any) -> Any:

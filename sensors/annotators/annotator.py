@@ -23,15 +23,15 @@ class Annotator:
     """`Annotator(kind).initialize(outputTimestamp=True).attach(product)`, then `get_data()` after each update.
 
     kind: from `sensors.annotators.types`. app: the App of the products; None is the App entered last. Options can be
-    set until it is attached.
+    set until it is attached. owner: who asks for its channels, as `graph explain` shows it; unset: the annotator.
     """
 
-    def __init__(self, kind: AnnotatorType, *, app: App | None = None) -> None:
+    def __init__(self, kind: AnnotatorType, *, app: App | None = None, owner: str = "") -> None:
         self.kind = kind
         self.options = kind.checked_options({})
         self._app = app
         self._reading: Reading | None = None
-        self._owner = Consumer(f"annotator {kind.name}")
+        self._owner = Consumer(owner or f"annotator {kind.name}")
         self._known: tuple[Any, Any] | None = None
 
     @property

@@ -91,6 +91,11 @@ DIFFERENCES: tuple[Difference, ...] = (
         "a flat scan of a 3-D lidar is an error, or one warning and outputs at their defaults",
     ),
     Difference(
+        keys.BOXES_IN_WORLD,
+        True,
+        "a camera helper's 3D boxes are in the camera's optical frame, which their header names, or in the world",
+    ),
+    Difference(
         keys.STOP_CLEARS_COMMANDS,
         True,
         "at stop the command inputs of controllers keep what is written on them, or become 0 (empty, of arrays)",

@@ -164,10 +164,11 @@ def test_a_clash_of_rates_is_one_problem(folder, graph):
 def test_no_other_type_is_offered_for_one_that_cannot_work_here(folder, graph):
     (folder / "c.yaml").write_text(
         "tickgraph: 1\ngraphs:\n  /G:\n    nodes:\n"
-        "      a: isaacsim.ros2.bridge.ROS2CameraHelper\n      b: OnMouseInput\n"
+        "      a: isaacsim.streaming.rtsp.RTSPCameraHelper\n      b: OnMouseInput\n"
     )
     assert graph("check", "c.yaml").err.splitlines() == [
-        'c.yaml:5:7: node "a": no node type "isaacsim.ros2.bridge.ROS2CameraHelper": cameras are not rendered here; '
+        'c.yaml:5:7: node "a": no node type "isaacsim.streaming.rtsp.RTSPCameraHelper": no video is encoded or '
+        "sent to devices here; use ROS2CameraHelper; "
         "--skip-unknown runs the rest of the file",
         'c.yaml:6:7: node "b": no node type "OnMouseInput": there is no window here; '
         "--skip-unknown runs the rest of the file",

@@ -1,0 +1,193 @@
+"""Publishes a camera's frames: attaches a writer to a render product once, then the frames publish themselves."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from graph.node import Attribute, Database, NodeAtLoad, node_type
+from graph.sim import settings as keys
+
+from .camera_messages import MESSAGES, CameraMessage, Reading, labels_message
+from .lidar_writers import STRING, FrameWriter, stamps
+from .profiles import offered_quality
+from .publishing import check_names, publisher_inputs, topic_name
+
+if TYPE_CHECKING:
+    from graph.sim.renderer.products import RenderProduct
+    from sensors.annotators.annotator import Annotator
+
+COMPRESSED = "rgb_h264"
+
+
+@dataclass(slots=True)
+class CameraPublisher:
+    """What a helper holds on to between attaching and detaching: the product, the writers, the annotator they read.
+
+    The annotator is attached only while somebody listens, so that nothing is computed for nobody.
+    """
+
+    product: RenderProduct | None = None
+    writers: list[FrameWriter] = field(default_factory=list)
+    annotator: Annotator | None = None
+
+    def listen(self, bus: Any) -> None:
+        """Attaches the annotator while there are subscribers, and only then."""
+        if self.annotator is None or self.product is None:
+            return
+        wanted = any(bus.has_subscribers(writer.topic) for writer in self.writers)
+        if wanted and self.annotator.product is None:
+            self.annotator.attach(self.product)
+        elif not wanted:
+            self.annotator.detach()
+
+
+def detach(db: Database) -> None:
+    """Takes the writers and the demand of a helper off its product."""
+    memory = db.memory
+    if memory.annotator is not None:
+        memory.annotator.detach()
+    if memory.product is not None:
+        memory.product.writers[:] = [one for one in memory.product.writers if one not in memory.writers]
+    memory.product, memory.writers, memory.annotator = None, [], None
+
+
+HELPER_INPUTS = {
+    "resetSimulationTimeOnStop": Attribute(
+        "bool", "stamp with the time since play; if not, with the time that no stop resets", default=True
+    ),
+    "useSystemTime": Attribute("bool", "stamp with the wall time of the last physics step", default=False),
+    "frameSkipCount": Attribute(
+        "uint",
+        "frames left out between two messages",
+        default=0,
+        unit="frames",
+        deprecated="lower the camera's tickRate",
+        warns_itself=True,
+    ),
+}
+
+
+def _check(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
+    yield from check_names(node)
+    if not node.db.connected("inputs:type") and node.db.inputs.type == COMPRESSED:
+        yield "inputs:type", NO_ENCODER
+
+
+TYPES = ("rgb", COMPRESSED, *(name for name in MESSAGES if name != "rgb"))
+
+NO_ENCODER = f"type {COMPRESSED} needs an H.264 encoder, which is not part of TickGraph; use type rgb"
+
+
+@node_type(
+    "isaacsim.ros2.bridge.ROS2CameraHelper",
+    version=3,
+    check=_check,
+    inputs={
+        "execIn": Attribute("execution", "attaches the publisher to the product; later activations find it attached"),
+        "enabled": Attribute("bool", "if not, nothing is published and what was attached is taken off", default=True),
+        **publisher_inputs("rgb", frame_id="sim_camera"),
+        "renderProductPath": Attribute("token", "path of the camera's render product", role="product"),
+        "type": Attribute("token", "what to publish", default="rgb", allowed_tokens=TYPES),
+        "enableSemanticLabels": Attribute("bool", "also publish what the numbers in images and boxes stand for"),
+        "semanticLabelsTopicName": Attribute("string", "topic of these labels", default="semantic_labels"),
+        "stereoOffset": Attribute("float[2]", "without effect; stereo is of ROS2CameraInfoHelper", default=[0, 0]),
+        **HELPER_INPUTS,
+        "srtxCompressionType": Attribute("string", "without effect: images are not compressed", default="hevc"),
+    },
+    memory=CameraPublisher,
+    release=detach,
+)
+def camera_helper(db: Database) -> bool:
+    """Publish every frame of a camera's render product, as an image, a cloud, or detections.
+
+    Settings are read when the publisher is attached; a new product path attaches it anew. depth is in metres along the
+    view axis, infinite where nothing is; depth_pcl and boxes in space are in the optical frame (x right, y down,
+    z forward), which is that of the camera in TF.
+    """
+    product = product_of(db)
+    if product is None:
+        return False
+    if product is not db.memory.product:
+        detach(db)
+        _attach(db, product)
+    db.memory.listen(db.app.bus)
+    return True
+
+
+def product_of(db: Database, path_input: str = "renderProductPath") -> RenderProduct | None:
+    """The render product that a helper's input names, of a camera; None, with a warning, where there is nothing to do.
+
+    Fails the node for a path without a product.
+    """
+    from sensors.camera.names import PRIM_TYPE
+
+    if not getattr(db.inputs, "enabled", True):
+        detach(db)
+        return None
+    path = getattr(db.inputs, path_input)
+    if not path:
+        db.warn("render-product-missing", f"{path_input} is empty; connect it to a render product")
+        return None
+    product: RenderProduct | None = db.app.rendering.products.get(path)
+    if product is None:
+        db.fail(f"there is no render product {path}; connect {path_input} to one")
+    prim = db.app.stage.GetPrimAtPath(product.camera_path) if product.camera_path else None
+    if not prim or prim.GetTypeName() != PRIM_TYPE:
+        db.warn("not-a-camera", f"{product.camera_path or path} is not a {PRIM_TYPE}; nothing is published")
+        return None
+    return product
+
+
+def warn_about_settings(db: Database) -> None:
+    """Warns of inputs that are deprecated or contradict each other."""
+    inputs = db.inputs
+    if inputs.frameSkipCount:
+        db.warn("frame-skip-deprecated", "frameSkipCount is deprecated; lower the camera's tickRate instead")
+    if inputs.useSystemTime and inputs.resetSimulationTimeOnStop:
+        db.warn(
+            "system-time-never-resets",
+            "useSystemTime stamps with wall time, which resetSimulationTimeOnStop cannot reset",
+        )
+
+
+def add_writer(db: Database, product: RenderProduct, writer: FrameWriter) -> None:
+    """Announces a writer's topic and puts it on the product."""
+    db.app.bus.advertise(writer.topic, writer.type_name, db.path, offered_quality(db))
+    product.writers.append(writer)
+    db.memory.writers.append(writer)
+
+
+def _attach(db: Database, product: RenderProduct) -> None:
+    from sensors.annotators.annotator import Annotator
+    from sensors.annotators.registry import find_annotator
+
+    app, inputs, memory = db.app, db.inputs, db.memory
+    if inputs.type == COMPRESSED:
+        db.fail(NO_ENCODER)
+    kind = MESSAGES.get(inputs.type)
+    if kind is None:
+        db.fail(f"input type is {inputs.type!r}; it must be one of {', '.join(MESSAGES)}")
+    warn_about_settings(db)
+    annotator = Annotator(find_annotator(kind.annotator), app=app, owner=db.path)
+    memory.product, memory.annotator = product, annotator
+    stamp = stamps(app, system_time=inputs.useSystemTime, reset_on_stop=inputs.resetSimulationTimeOnStop)
+    every, camera = inputs.frameSkipCount + 1, product.camera_path
+    make = partial(_message, kind, annotator, inputs.frameId, app.meters_per_unit, app.settings)
+    add_writer(db, product, FrameWriter(app.bus, topic_name(db, camera), kind.type_name, stamp, make, every))
+    if inputs.enableSemanticLabels and kind.labelled:
+        topic = topic_name(db, camera, inputs.semanticLabelsTopicName)
+        add_writer(db, product, FrameWriter(app.bus, topic, STRING, stamp, partial(_labels, annotator), every))
+
+
+def _message(
+    kind: CameraMessage, annotator: Annotator, frame_id: str, unit: float, settings: Any, frame: Any, at: int
+) -> Any:
+    in_world = bool(settings.get(keys.BOXES_IN_WORLD))
+    return kind.make(Reading(frame, annotator.get_data(), at, frame_id, unit, in_world))
+
+
+def _labels(annotator: Annotator, frame: Any, at: int) -> Any:
+    return labels_message(annotator.get_data(), at)

@@ -1,0 +1,171 @@
+"""Publishes what a camera's lens is like with each of its frames; of a stereo pair also how the two are rectified."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING, Any, cast
+
+from graph.node import Attribute, Database, node_type
+
+from .camera_helper import (
+    HELPER_INPUTS,
+    CameraPublisher,
+    add_writer,
+    detach,
+    product_of,
+    warn_about_settings,
+)
+from .camera_messages import distortion_of, matrix_of
+from .image_messages import CAMERA_INFO, camera_info
+from .lidar_writers import FrameWriter, stamps
+from .publishing import check_names, publisher_inputs, topic_name
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from graph.sim.renderer.products import RenderProduct
+    from sensors.camera.lens import Lens
+    from sensors.camera.runtime import CameraRuntime
+
+IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+
+
+@node_type(
+    "isaacsim.ros2.bridge.ROS2CameraInfoHelper",
+    version=1,
+    check=check_names,
+    inputs={
+        "execIn": Attribute("execution", "attaches the publisher to the product; later activations find it attached"),
+        "enabled": Attribute("bool", "if not, nothing is published and what was attached is taken off", default=True),
+        **publisher_inputs("camera_info", frame_id="sim_camera"),
+        "renderProductPath": Attribute("token", "path of the camera's render product", role="product"),
+        "frameIdRight": Attribute("string", "frame of the right camera", default="sim_camera_right", optional=True),
+        "topicNameRight": Attribute("string", "topic of the right camera", default="camera_info_right", optional=True),
+        "renderProductPathRight": Attribute(
+            "token", "path of the right camera's render product; unset: there is one camera", optional=True
+        ),
+        **HELPER_INPUTS,
+    },
+    memory=CameraPublisher,
+    release=detach,
+)
+def camera_info_helper(db: Database) -> bool:
+    """Publish `sensor_msgs/CameraInfo` with every frame of a camera, or of both cameras of a stereo pair.
+
+    K is that of the image: a lens schema scaled to it, else focal length and aperture. The lens is read when the
+    publisher is attached.
+    """
+    product = product_of(db)
+    if product is None:
+        return False
+    if product is not db.memory.product:
+        detach(db)
+        return _attach(db, product)
+    return True
+
+
+def _attach(db: Database, product: RenderProduct) -> bool:
+    inputs, memory = db.inputs, db.memory
+    right = product_of(db, "renderProductPathRight") if inputs.renderProductPathRight else None
+    if inputs.renderProductPathRight and right is None:
+        return False
+    warn_about_settings(db)
+    lens = _lens(product)
+    rotations: tuple[Sequence[float], Sequence[float]] = IDENTITY, IDENTITY
+    shift, k = 0.0, matrix_of(lens)
+    if right is not None:
+        problem = _unlike(lens, _lens(right))
+        if problem:
+            db.warn("stereo-unlike", f"{product.path} and {right.path} differ in their {problem}; nothing is published")
+            return False
+        rotations, baseline = rectification(_pose(db, product), _pose(db, right))
+        shift = -lens.fx * baseline
+    memory.product = product
+    topic = topic_name(db, product.camera_path)
+    _add(db, product, topic, inputs.frameId, rotations[0], [*k[:3], 0.0, *k[3:6], 0.0, *k[6:], 0.0])
+    if right is not None:
+        topic = topic_name(db, right.camera_path, inputs.topicNameRight)
+        k = matrix_of(_lens(right))
+        _add(db, right, topic, inputs.frameIdRight, rotations[1], [*k[:3], shift, *k[3:6], 0.0, *k[6:], 0.0])
+    return True
+
+
+def _add(
+    db: Database, product: RenderProduct, topic: str, frame_id: str, r: Sequence[float], p: Sequence[float]
+) -> None:
+    inputs, lens = db.inputs, _lens(product)
+    distortion = distortion_of(lens)
+    if distortion is None:
+        db.warn("lens-without-model", f"{product.camera_path}: ROS has no model of its lens; D is 0")
+        distortion = "plumb_bob", (0.0,) * 5
+    make = partial(_message, frame_id, (lens.width, lens.height), distortion, matrix_of(lens), r, p)
+    stamp = stamps(db.app, system_time=inputs.useSystemTime, reset_on_stop=inputs.resetSimulationTimeOnStop)
+    add_writer(db, product, FrameWriter(db.app.bus, topic, CAMERA_INFO, stamp, make, inputs.frameSkipCount + 1))
+
+
+def _message(
+    frame_id: str,
+    size: tuple[int, int],
+    distortion: tuple[str, Sequence[float]],
+    k: Sequence[float],
+    r: Sequence[float],
+    p: Sequence[float],
+    frame: Any,
+    at: int,
+) -> Any:
+    return camera_info(at, frame_id, size, distortion, k, r, p)
+
+
+def _lens(product: RenderProduct) -> Lens:
+    from graph.sim.renderer.wrapper import unwrapped
+
+    return cast("CameraRuntime", unwrapped(product.sensor)).config.lens
+
+
+def _pose(db: Database, product: RenderProduct) -> NDArray[np.float64]:
+    """The optical frame of a camera in the world, (4, 4) float64 [m]."""
+    from graph.sim.transforms import rigid_part
+    from sensors.camera.rays import TO_USD
+
+    pose = rigid_part(db.app.fabric.world_matrix(product.camera_path))
+    pose[:3, 3] *= db.app.meters_per_unit
+    pose[:3, :3] = pose[:3, :3] @ TO_USD
+    return pose
+
+
+def _unlike(left: Lens, right: Lens) -> str:
+    if (left.width, left.height) != (right.width, right.height):
+        return "resolution"
+    first, second = distortion_of(left), distortion_of(right)
+    return "distortion model" if (first or ("",))[0] != (second or ("",))[0] else ""
+
+
+def rectification(
+    left: NDArray[np.float64], right: NDArray[np.float64]
+) -> tuple[tuple[Sequence[float], Sequence[float]], float]:
+    """The rectifying rotations of a stereo pair, row by row, and the baseline [m], above 0 for a right camera.
+
+    left, right: (4, 4) optical frames in the world. Both are turned to the mean of their axes, whose x is then put
+    along the baseline (Bouguet's method, as in OpenCV's stereoRectify).
+    """
+    import numpy as np
+
+    from graph.sim.transforms import quaternions, rotation_matrices, slerp
+
+    away = left[:3, :3].T @ (right[:3, 3] - left[:3, 3])
+    between = left[:3, :3].T @ right[:3, :3]  # right axes in the left camera
+    unity, turned = quaternions(np.stack([np.eye(3), between]))
+    half = rotation_matrices(slerp(unity, turned, 0.5))
+    along = half.T @ away
+    baseline = float(np.linalg.norm(along))
+    if baseline == 0:
+        return (IDENTITY, IDENTITY), 0.0
+    x = along / baseline * (1.0 if along[0] >= 0 else -1.0)
+    y = np.cross([0.0, 0.0, 1.0], x)
+    y /= np.linalg.norm(y)
+    rows = np.stack([x, y, np.cross(x, y)])
+    first, second = rows @ half.T, rows @ half.T @ between
+    return (first.reshape(-1).tolist(), second.reshape(-1).tolist()), float(x @ along)

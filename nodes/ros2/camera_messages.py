@@ -1,0 +1,151 @@
+"""ROS 2 messages from camera frames: one for each `type` of ROS2CameraHelper, and CameraInfo."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+from .boxes import DETECTIONS_2D, DETECTIONS_3D, detections_2d, detections_3d
+from .image_messages import IMAGE, image
+from .messages import stamp
+from .point_clouds import POINT_CLOUD, point_cloud
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from sensors.camera.lens import Lens
+    from sensors.frame import Frame
+
+RESERVED = ("BACKGROUND", "UNLABELLED", "INVALID")
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """What one message is made of: a frame, what its annotator gives, the stamp [ns], the frame id."""
+
+    frame: Frame
+    found: Any
+    nanoseconds: int
+    frame_id: str
+    meters_per_unit: float
+    boxes_in_world: bool
+
+
+@dataclass(frozen=True, slots=True)
+class CameraMessage:
+    """One `type`: the message, the annotator whose data it has, how it is made, and whether it comes with labels."""
+
+    type_name: str
+    annotator: str
+    make: Callable[[Reading], Any]
+    labelled: bool = False
+
+
+def _image(encoding: str) -> Callable[[Reading], Any]:
+    def make(reading: Reading) -> Any:
+        data = reading.found["data"] if isinstance(reading.found, dict) else reading.found
+        if encoding == "rgb8":
+            data = data[:, :, :3]
+        height, width = data.shape[:2]
+        return image(reading.nanoseconds, reading.frame_id, width, height, encoding, data)
+
+    return make
+
+
+def _cloud(reading: Reading) -> Any:
+    """Every pixel as a point in the optical frame; not a number where it shows nothing."""
+    import numpy as np
+
+    distance = reading.found.reshape(-1, 1)
+    points = np.where(np.isfinite(distance), distance * _directions(reading.frame.config.lens), np.float32(np.nan))
+    return point_cloud(points, {}, reading.nanoseconds, reading.frame_id)
+
+
+@lru_cache(maxsize=8)
+def _directions(lens: Lens) -> NDArray[np.float32]:
+    """(n, 3) unit directions of all pixels, optical frame."""
+    import numpy as np
+
+    return np.ascontiguousarray(lens.unproject(lens.centres()).T, np.float32)
+
+
+def _flat_boxes(reading: Reading) -> Any:
+    rows = reading.found["data"]
+    names = ("semanticId", "x_min", "y_min", "x_max", "y_max")
+    return detections_2d([tuple(map(int, row[list(names)])) for row in rows], reading.nanoseconds, reading.frame_id)
+
+
+def _solid_boxes(reading: Reading) -> Any:
+    """Poses in the camera's optical frame, which the header names; in the world where the setting wants it so."""
+    import numpy as np
+
+    from graph.sim.transforms import inverse_rigid
+    from sensors.camera.rays import TO_USD
+
+    rows, unit = reading.found["data"], reading.meters_per_unit
+    poses = rows["transform"].astype(np.float64).transpose(0, 2, 1)
+    if not reading.boxes_in_world:
+        camera = reading.frame.end.world_sensor.copy()
+        camera[:3, 3] /= unit
+        camera[:3, :3] = camera[:3, :3] @ TO_USD
+        poses = inverse_rigid(camera) @ poses
+    low, high = (
+        np.stack([rows[f"{axis}_{end}"] for axis in "xyz"], axis=1).astype(np.float64) for end in ("min", "max")
+    )
+    numbers = rows["semanticId"].tolist()
+    return detections_3d(numbers, poses, low, high, unit, reading.nanoseconds, reading.frame_id)
+
+
+MESSAGES: Mapping[str, CameraMessage] = {
+    "rgb": CameraMessage(IMAGE, "rgb", _image("rgb8")),
+    "depth": CameraMessage(IMAGE, "distance_to_image_plane", _image("32FC1")),
+    "depth_pcl": CameraMessage(POINT_CLOUD, "distance_to_camera", _cloud),
+    "instance_segmentation": CameraMessage(IMAGE, "instance_segmentation", _image("32SC1"), labelled=True),
+    "semantic_segmentation": CameraMessage(IMAGE, "semantic_segmentation", _image("32SC1"), labelled=True),
+    "bbox_2d_tight": CameraMessage(DETECTIONS_2D, "bounding_box_2d_tight", _flat_boxes, labelled=True),
+    "bbox_2d_loose": CameraMessage(DETECTIONS_2D, "bounding_box_2d_loose", _flat_boxes, labelled=True),
+    "bbox_3d": CameraMessage(DETECTIONS_3D, "bounding_box_3d", _solid_boxes, labelled=True),
+}
+"""By the `type` of a camera helper."""
+
+
+def labels_message(found: Mapping[str, Any], nanoseconds: int) -> Any:
+    """`std_msgs/String`: JSON of what the numbers in a message stand for, labels in lower case, and its stamp."""
+    from graph.sim.messages.ros_types import message_type
+
+    time = stamp(nanoseconds)
+    content: dict[str, Any] = {str(number): _lower(label) for number, label in found["info"]["idToLabels"].items()}
+    content["time_stamp"] = {"sec": time.sec, "nanosec": time.nanosec}
+    return message_type("std_msgs/msg/String")(json.dumps(content))
+
+
+def _lower(label: Any) -> Any:
+    """Labels in lower case; paths of prims, and the names of what has no label, stay."""
+    if not isinstance(label, Mapping):
+        return label
+    return {kind: text if text in RESERVED else text.lower() for kind, text in label.items()}
+
+
+def distortion_of(lens: Lens) -> tuple[str, Sequence[float]] | None:
+    """Distortion model and coefficients of a CameraInfo; None for a lens that ROS has no model of."""
+    from sensors.camera.lens import BrownLens, FisheyeLens
+
+    if isinstance(lens, BrownLens):
+        k, p = lens.k, lens.p
+        if any(k[3:]) or any(lens.s):
+            return "rational_polynomial", (*k[:2], *p, *k[2:], *lens.s)
+        return "plumb_bob", (*k[:2], *p, k[2])
+    if isinstance(lens, FisheyeLens) and lens.coefficients[0] == 1.0 and len(lens.coefficients) == 5:
+        return "equidistant", lens.coefficients[1:]
+    if lens.is_pinhole:
+        return "plumb_bob", (0.0,) * 5
+    return None
+
+
+def matrix_of(lens: Lens) -> list[float]:
+    """The intrinsic matrix K, row by row [px]."""
+    return [lens.fx, 0.0, lens.cx, 0.0, lens.fy, lens.cy, 0.0, 0.0, 1.0]

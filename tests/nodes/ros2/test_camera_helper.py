@@ -1,0 +1,231 @@
+"""Frames of cameras as ROS 2 messages: every type of the camera helper, and what the lens is like.
+
+The camera looks along +x from (0, 0, 1): a box of 1 m with its near side 3.5 m ahead, a wall 9 m ahead.
+"""
+
+import json
+
+import numpy as np
+import pytest
+from pxr import Gf, UsdGeom
+
+from graph import ComputeError
+from graph.sim import App
+from graph.testing import run_node
+from sensors import render_product
+
+CAMERA = "/World/Camera"
+SIZE = (64, 48)
+FX = 64 * 20 / 20.48
+"""62.5 px"""
+
+
+@pytest.fixture
+def app(stage, world):
+    camera = UsdGeom.Camera.Define(stage, CAMERA)
+    camera.GetFocalLengthAttr().Set(20.0)
+    camera.GetHorizontalApertureAttr().Set(20.48)
+    camera.GetClippingRangeAttr().Set(Gf.Vec2f(0.01, 1000))
+    camera.AddTranslateOp().Set((0, 0, 1))
+    camera.AddRotateXYZOp().Set((90, 0, -90))
+    for name, size, place in (("Box", 1.0, (4, 0, 1)), ("Wall", 100.0, (59, 0, 1))):
+        cube = UsdGeom.Cube.Define(stage, f"/World/{name}")
+        cube.GetSizeAttr().Set(size)
+        cube.AddTranslateOp().Set(place)
+    box = stage.GetPrimAtPath("/World/Box")
+    box.AddAppliedSchema("SemanticsLabelsAPI:class")
+    box.GetAttribute("semantics:labels:class").Set(["Crate"])
+    UsdGeom.Cube(box).GetDisplayColorAttr().Set([(1, 0, 0)])
+    sky = stage.DefinePrim("/World/Sky", "DomeLight")
+    sky.GetAttribute("inputs:intensity").Set(1250.0)
+    return world(physics_hz=240)
+
+
+def helper(app, kind="rgb", updates=3, node="ROS2CameraHelper", size=SIZE, **inputs):
+    path = render_product(app, CAMERA, size).path
+    inputs = {"renderProductPath": path, **({"type": kind} if node == "ROS2CameraHelper" else {}), **inputs}
+    return run_node(node, inputs=inputs, pulses={"execIn": range(updates)}, updates=updates, app=app)
+
+
+def messages(app, topic):
+    return [one.message for one in app.sink[topic]]
+
+
+def pixels(message, dtype, width=1):
+    found = np.frombuffer(message.data.tobytes(), dtype).reshape(message.height, message.width, width)
+    return found if width > 1 else found[..., 0]
+
+
+def test_colours_are_rgb8_with_the_time_of_the_update(app):
+    helper(app)
+    found = messages(app, "/rgb")
+    assert [one.header.stamp.nanosec for one in found] == [16_666_667, 33_333_333, 50_000_000]
+    picture = found[0]
+    assert (picture.encoding, picture.width, picture.height, picture.step) == ("rgb8", 64, 48, 192)
+    assert (picture.header.frame_id, picture.is_bigendian) == ("sim_camera", 0)
+    colours = pixels(picture, np.uint8, 3)
+    assert colours[24, 32].tolist() == [255, 0, 0]  # the sky's pi x 1250 nit on red: 1250 x 8e-4 = 1
+    assert colours[2, 2].tolist() == [118, 118, 118]  # on the grey wall 0.18
+
+
+def test_depth_is_metres_along_the_view_axis(app):
+    helper(app, "depth", topicName="depth")
+    depth = messages(app, "/depth")[0]
+    assert (depth.encoding, depth.step) == ("32FC1", 256)
+    values = pixels(depth, "<f4")
+    assert values[24, 32] == pytest.approx(3.5, rel=1e-6)
+    assert values[0, 0] == pytest.approx(9.0, rel=1e-6)
+
+
+def test_a_cloud_of_depth_is_in_the_optical_frame_pixel_by_pixel(app):
+    helper(app, "depth_pcl", topicName="cloud")
+    cloud = messages(app, "/cloud")[0]
+    assert (cloud.height, cloud.width, cloud.point_step) == (1, 64 * 48, 12)
+    points = np.frombuffer(cloud.data.tobytes(), "<f4").reshape(48, 64, 3)
+    assert points[24, 32] == pytest.approx([3.5 * 0.5 / FX, 3.5 * 0.5 / FX, 3.5], rel=1e-5)
+    assert points[0, 0] == pytest.approx([-9 * 31.5 / FX, -9 * 23.5 / FX, 9.0], rel=1e-5)
+
+
+def test_what_a_camera_does_not_hit_is_not_a_number_in_clouds_and_infinite_in_depth(app):
+    app.stage.RemovePrim("/World/Wall")
+    helper(app, "depth_pcl", topicName="cloud")
+    cloud = messages(app, "/cloud")[0]
+    points = np.frombuffer(cloud.data.tobytes(), "<f4").reshape(48, 64, 3)
+    assert np.isnan(points[0, 0]).all()
+    assert not cloud.is_dense
+
+
+@pytest.mark.parametrize(
+    ("kind", "labels"),
+    [
+        ("semantic_segmentation", {"1": {"class": "UNLABELLED"}, "2": {"class": "crate"}}),
+        ("instance_segmentation", {"1": "UNLABELLED", "2": "/World/Box"}),
+    ],
+)
+def test_segmentations_are_32sc1_with_their_labels_when_wanted(app, kind, labels):
+    helper(app, kind, topicName="ids", enableSemanticLabels=True)
+    image, text = messages(app, "/ids")[0], messages(app, "/semantic_labels")[0]
+    assert image.encoding == "32SC1"
+    numbers = pixels(image, "<i4")
+    assert (numbers[24, 32], numbers[0, 0]) == (2, 1)
+    stamp = {"sec": image.header.stamp.sec, "nanosec": image.header.stamp.nanosec}
+    assert json.loads(text.data) == {**labels, "time_stamp": stamp}
+
+
+def test_boxes_in_the_image_are_detections(app):
+    """+-0.5 x 62.5 / 3.5 = 8.93 px about (32, 24): columns 24 to 40."""
+    helper(app, "bbox_2d_tight", topicName="boxes", enableSemanticLabels=True)
+    [detection] = messages(app, "/boxes")[0].detections
+    box = detection.bbox
+    low, high = np.ceil(32 - 62.5 / 7 - 0.5), np.floor(32 + 62.5 / 7 - 0.5)
+    assert (box.center.position.x, box.size_x) == ((low + high) / 2, high - low)
+    assert (box.center.position.y, box.size_y) == ((low + high) / 2 - 8, high - low)
+    assert (detection.results[0].hypothesis.class_id, detection.results[0].hypothesis.score) == ("0", 1.0)
+    assert json.loads(messages(app, "/semantic_labels")[0].data)["0"] == {"class": "crate"}
+
+
+@pytest.mark.parametrize(("in_world", "centre"), [(False, (0, 0, 4)), (True, (4, 0, 1))])
+def test_boxes_in_space_are_in_the_optical_frame_unless_a_setting_says_world(app, in_world, centre):
+    app.settings.set("/tickgraph/cameraBoxesInWorld", in_world)
+    helper(app, "bbox_3d", topicName="boxes")
+    [detection] = messages(app, "/boxes")[0].detections
+    position, size = detection.bbox.center.position, detection.bbox.size
+    assert (position.x, position.y, position.z) == pytest.approx(centre, abs=1e-6)
+    assert (size.x, size.y, size.z) == pytest.approx((1, 1, 1), abs=1e-6)
+
+
+def test_without_a_subscriber_nothing_is_computed(stage, app):
+    with App(stage) as silent:
+        helper(silent)
+        product = silent.rendering.products[render_product(silent, CAMERA, SIZE).path]
+        assert (product.frames, product.sensor.consumers(), product.frame.arrays) == (3, {}, {})
+    helper(app)
+    assert list(app.rendering.products[render_product(app, CAMERA, SIZE).path].sensor.consumers()) == ["rgb"]
+
+
+def test_frames_can_be_left_out(app):
+    trace = helper(app, updates=6, frameSkipCount=2)
+    assert len(messages(app, "/rgb")) == 2
+    assert [warning.code for warning in trace.warnings] == ["frame-skip-deprecated"]
+
+
+def test_compressed_pictures_are_refused_in_one_line(app):
+    with pytest.raises(ComputeError, match="which is not part of TickGraph; use type rgb"):
+        helper(app, "rgb_h264")
+
+
+def test_a_product_of_a_lidar_is_told_and_publishes_nothing(app):
+    app.stage.DefinePrim("/World/Lidar", "OmniLidar")
+    path = render_product(app, "/World/Lidar").path
+    trace = run_node("ROS2CameraHelper", inputs={"renderProductPath": path}, pulses={"execIn": [0]}, app=app)
+    assert [warning.code for warning in trace.warnings] == ["not-a-camera"]
+    assert not messages(app, "/rgb")
+
+
+def test_camera_info_has_the_matrix_of_focal_length_and_aperture(app):
+    helper(app, node="ROS2CameraInfoHelper")
+    info = messages(app, "/camera_info")
+    assert len(info) == 3
+    first = info[0]
+    assert (first.width, first.height, first.distortion_model) == (64, 48, "plumb_bob")
+    assert first.k.tolist() == pytest.approx([FX, 0, 32, 0, FX, 24, 0, 0, 1], rel=1e-6)
+    assert first.p.tolist() == pytest.approx([FX, 0, 32, 0, 0, FX, 24, 0, 0, 0, 1, 0], rel=1e-6)
+    assert (first.d.tolist(), first.r.tolist()) == ([0.0] * 5, [1.0, 0, 0, 0, 1, 0, 0, 0, 1])
+    assert first.header.stamp.nanosec == 16_666_667
+
+
+@pytest.mark.parametrize(
+    ("schema", "model", "values", "distortion", "coefficients"),
+    [
+        ("OpenCvPinhole", "opencvPinhole", {"k1": 0.1, "p2": 0.02, "k3": 0.3}, "plumb_bob", [0.1, 0, 0, 0.02, 0.3]),
+        (
+            *("OpenCvPinhole", "opencvPinhole", {"k1": 0.1, "k6": 0.6, "s1": 0.01}, "rational_polynomial"),
+            [0.1, 0, 0, 0, 0, 0, 0, 0.6, 0.01, 0, 0, 0],
+        ),
+        ("OpenCvFisheye", "opencvFisheye", {"k1": 0.05, "k4": 0.01}, "equidistant", [0.05, 0, 0, 0.01]),
+        ("Ftheta", "ftheta", {}, "plumb_bob", [0, 0, 0, 0, 0]),
+    ],
+)
+def test_a_lens_schema_gives_the_distortion_model(app, schema, model, values, distortion, coefficients):
+    prim = app.stage.GetPrimAtPath(CAMERA)
+    prim.AddAppliedSchema(f"OmniLensDistortion{schema}API")
+    for name, value in values.items():
+        prim.GetAttribute(f"omni:lensdistortion:{model}:{name}").Set(value)
+    trace = helper(app, node="ROS2CameraInfoHelper")
+    info = messages(app, "/camera_info")[0]
+    assert info.distortion_model == distortion
+    assert info.d.tolist() == pytest.approx(coefficients, abs=1e-6)
+    if model.startswith("opencv"):
+        assert info.k.tolist()[0] == pytest.approx(900 * 64 / 2048)
+        assert info.k.tolist()[4] == pytest.approx(800 * 48 / 1024)
+    assert [warning.code for warning in trace.warnings] == (["lens-without-model"] if model == "ftheta" else [])
+
+
+def test_a_stereo_pair_has_its_baseline_in_the_right_projection(app):
+    """0.15 m to the right: P[3] = -62.5 x 0.15 = -9.375."""
+    right = UsdGeom.Camera.Define(app.stage, "/World/Right")
+    for name in ("focalLength", "horizontalAperture", "clippingRange"):
+        right.GetPrim().GetAttribute(name).Set(app.stage.GetPrimAtPath(CAMERA).GetAttribute(name).Get())
+    right.AddTranslateOp().Set((0, -0.15, 1))
+    right.AddRotateXYZOp().Set((90, 0, -90))
+    path = render_product(app, "/World/Right", SIZE).path
+    helper(app, node="ROS2CameraInfoHelper", renderProductPathRight=path)
+    left, right = messages(app, "/camera_info")[0], messages(app, "/camera_info_right")[0]
+    assert left.p.tolist()[3] == 0
+    assert right.p.tolist()[3] == pytest.approx(-FX * 0.15, rel=1e-6)
+    assert right.header.frame_id == "sim_camera_right"
+    assert left.r.tolist() == pytest.approx([1, 0, 0, 0, 1, 0, 0, 0, 1], abs=1e-9)
+
+
+def test_a_pair_of_two_sizes_is_told_and_publishes_nothing(app):
+    path = render_product(app, CAMERA, (32, 24)).path
+    trace = helper(app, node="ROS2CameraInfoHelper", renderProductPathRight=path)
+    assert "stereo-unlike" in {warning.code for warning in trace.warnings}
+    assert not messages(app, "/camera_info")
+
+
+def test_the_ucx_helper_sends_pictures(app):
+    helper(app, node="UCXCameraHelper")
+    found = messages(app, "/ucx/port_13337/tag_270059627")
+    assert [one.encoding for one in found] == ["rgb8"] * 3
+    assert pixels(found[0], np.uint8, 3)[24, 32].tolist() == [255, 0, 0]
