@@ -31,6 +31,34 @@ def add_skip_outside(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_nodes(parser: argparse.ArgumentParser) -> None:
+    """Adds `--nodes FILE.py`, repeatable."""
+    parser.add_argument(
+        "--nodes",
+        dest="node_files",
+        action="append",
+        default=[],
+        type=Path,
+        metavar="FILE.py",
+        help="run FILE.py, which registers node types of your own (@node_type), before the graph file is read",
+    )
+
+
+def add_play(parser: argparse.ArgumentParser) -> None:
+    """Adds `--play FILE`, repeatable."""
+    parser.add_argument(
+        "--play",
+        action="append",
+        default=[],
+        type=Path,
+        metavar="FILE",
+        help="send the messages of FILE to the graph's subscribers; may be repeated. FILE is a recording (.mcap, .db3, "
+        "a rosbag2 folder) or a list of messages (.yaml, .json, .jsonl; one mapping an entry), such as: "
+        "- {at: 0.5, topic: /cmd_vel, type: geometry_msgs/msg/Twist, message: {linear: {x: 0.2}}} "
+        "with at in seconds from play; fields left out are zero, later messages of a topic need no type",
+    )
+
+
 def folder(text: str) -> Path:
     """The folder of that name. Raises ArgumentTypeError if it does not exist."""
     path = Path(text)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from graph.base.errors import Mark, Problem, UserError
 
-from .arguments import add_allow, add_skip_outside
+from .arguments import add_allow, add_nodes, add_skip_outside
 from .printing import counted, note_line, problem_line, say, say_json, tell
 
 if TYPE_CHECKING:
@@ -65,6 +65,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("files", metavar="FILE", nargs="+", help="graph file (.yaml, .json or .usda), or *.test.yaml")
     parser.add_argument("--skip-unknown", action="store_true", help="leave nodes of unknown types out, with a warning")
     parser.add_argument("--json", action="store_true", help="print the result as JSON and nothing else on stdout")
+    add_nodes(parser)
     add_allow(parser)
     add_skip_outside(parser)
 

@@ -14,7 +14,7 @@ from graph.base.errors import UserError
 from graph.base.shorten import listed
 from graph.spec.file_spec import FileSpec, GraphSpec, Note
 
-from .arguments import add_allow
+from .arguments import add_allow, add_nodes
 from .printing import note_line, tell
 
 _FORMATS = {".yaml": "yaml", ".yml": "yaml", ".json": "json", ".usda": "usd", ".usd": "usd", ".usdc": "usd"}
@@ -24,6 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the command's options."""
     parser.add_argument("source", metavar="IN", help="graph file (.yaml, .json, .usda, .usd, .usdc)")
     parser.add_argument("target", metavar="OUT", help="file to write (or overwrite); its name's ending says the format")
+    add_nodes(parser)
     add_allow(parser)
 
 

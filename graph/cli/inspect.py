@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from graph.base.errors import RunError, UserError
 
-from .arguments import add_allow, add_skip_outside
+from .arguments import add_allow, add_nodes, add_skip_outside
 from .printing import aligned, note_line, say, say_json, tell
 
 if TYPE_CHECKING:
@@ -36,6 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--fidelity", action="append", default=[], metavar="K=V", help="override a fidelity knob")
     parser.add_argument("--skip-unknown", action="store_true", help="leave nodes of unknown types out, with a warning")
+    add_nodes(parser)
     add_allow(parser)
     add_skip_outside(parser)
     parser.add_argument("--json", action="store_true", help="print it as JSON")

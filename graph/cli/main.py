@@ -223,6 +223,10 @@ def _dispatch(arguments: list[str], debug: bool) -> int:
     args.settings = settings
     args.debug = args.debug or "--debug" in before
     with raised(limits_of(args)):
+        if files := getattr(args, "node_files", ()):
+            from .node_files import load_node_files
+
+            load_node_files(files)
         return int(module.run(args))
 
 

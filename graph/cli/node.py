@@ -7,6 +7,7 @@ import json
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
+from .arguments import add_nodes
 from .describe import default_of, node_type_as_dict, type_name
 from .printing import safe_line, say, say_json
 
@@ -18,6 +19,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the command's options."""
     parser.add_argument("type", metavar="TYPE", help="type id, or its last part where that is unambiguous")
     parser.add_argument("--json", action="store_true", help="print the description as JSON")
+    add_nodes(parser)
 
 
 def run(args: argparse.Namespace) -> int:

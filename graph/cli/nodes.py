@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from graph.base.errors import UserError
 
+from .arguments import add_nodes
 from .describe import first_line, node_type_as_dict
 from .printing import print_table, say_json
 
@@ -24,6 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="part of the id, or a pattern with * and ?, in upper or lower case",
     )
     parser.add_argument("--json", action="store_true", help="print everything known of each type as JSON")
+    add_nodes(parser)
 
 
 def run(args: argparse.Namespace) -> int:

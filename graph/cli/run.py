@@ -20,9 +20,8 @@ from graph.base.errors import RunError, UserError
 from graph.base.exact import duration as exact_duration
 from graph.base.limits import check
 
-from .arguments import add_allow, add_skip_outside
+from .arguments import add_allow, add_nodes, add_play, add_skip_outside
 from .interrupts import between_updates
-from .message_sources import add_play_argument, open_sources, play_into, warn_unheard
 from .printing import say, say_json, tell
 from .safe_log import SafeFormatter
 
@@ -50,7 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     length.add_argument("--duration", metavar="S", help="run S seconds of updates (default: the file's, else 5)")
     parser.add_argument("--out", type=Path, metavar="DIR", help="write report.json and the recording into DIR")
     parser.add_argument("--trace", type=Path, metavar="FILE", help="write a trace for ui.perfetto.dev to FILE (JSON)")
-    add_play_argument(parser)
+    add_play(parser)
     parser.add_argument("--set", action="append", default=[], metavar="NODE.ATTR=VALUE", help="override a node's input")
     parser.add_argument("--fidelity", action="append", default=[], metavar="K=V", help="override a fidelity knob")
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="seed of every random stream (default 0)")
@@ -67,12 +66,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="when a node raises (default: stop; continue in parity isaacsim-6.0.1, and for a saved USD scene with "
         "missing assets)",
     )
+    add_nodes(parser)
     add_allow(parser)
     add_skip_outside(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     """Runs the command; returns its exit code."""
+    from graph.session.message_sources import open_sources, play_into, warn_unheard
     from graph.session.open import open_session
     from graph.sim.messages.bus import CountingSink
 
@@ -266,7 +267,7 @@ def _provenance(args: argparse.Namespace) -> dict[str, str]:
     """
     from .main import version
 
-    options = {"fidelity": args.fidelity, "set": args.set}
+    options = {"fidelity": args.fidelity, "set": args.set, "nodes": [file.name for file in args.node_files]}
     said = {
         "file": args.file.name,
         "sha256": hashlib.sha256(args.file.read_bytes()).hexdigest(),

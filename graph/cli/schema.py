@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import argparse
 
+from .arguments import add_nodes
 from .printing import say_json
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the command's options."""
     parser.add_argument("--tests", action="store_true", help="the schema of test files (*.test.yaml) instead")
+    add_nodes(parser)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -6,7 +6,7 @@ import argparse
 
 from graph.base.errors import UserError
 
-from .arguments import add_allow
+from .arguments import add_allow, add_nodes
 from .printing import note_line, problem_line, say, tell
 
 
@@ -21,6 +21,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="text tree, Mermaid flowchart or Graphviz DOT (default: text)",
     )
     parser.add_argument("--values", action="store_true", help="show the values of inputs in pictures too")
+    add_nodes(parser)
     add_allow(parser)
 
 

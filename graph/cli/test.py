@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from graph.base.errors import Mark, Problem, UserError
 
-from .arguments import add_allow
+from .arguments import add_allow, add_nodes
 from .printing import say
 
 if TYPE_CHECKING:
@@ -33,6 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "-k", metavar="TEXT", dest="text", help="only cases whose file or name holds TEXT (upper or lower case)"
     )
     parser.add_argument("--junit", metavar="PATH", type=Path, help="write the results as JUnit XML to PATH")
+    add_nodes(parser)
     add_allow(parser)
     parser.add_argument(
         "--allow-scripts", action="store_true", help="run Python code that graph files bring (ScriptNode)"

@@ -9,7 +9,7 @@ name; missing fields are zero or empty.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -55,16 +55,22 @@ def load_played(path: str | Path) -> list[Played]:
     except OSError as error:
         raise UserError(f"{name}: {error.strerror}; name a file of messages that can be read") from None
     problems: list[Problem] = []
-    found: list[Played] = []
-    types: dict[str, str] = {}
     source = decode(data, name, file_format(name) or "json")
-    for entry, at, place in _entries(source, name, problems):
-        played = _read(entry, at, source, place, types, problems)
-        if played is not None:
-            found.append(played)
+    found = _read_all(source, _entries(source, name, problems), problems)
     if problems:
         raise UserError(problems)
     return found
+
+
+def read_played(source: Source, entries: Iterable[tuple[Any, int]], problems: list[Problem]) -> list[Played]:
+    """Messages that stand in another file, each with its offset there; adds what is wrong with them to `problems`."""
+    return _read_all(source, ((entry, at, 0) for entry, at in entries), problems)
+
+
+def _read_all(source: Source, entries: Iterable[tuple[Any, int, int]], problems: list[Problem]) -> list[Played]:
+    types: dict[str, str] = {}
+    read = [_read(entry, at, source, place, types, problems) for entry, at, place in entries]
+    return [one for one in read if one is not None]
 
 
 def _entries(source: Source, name: str, problems: list[Problem]) -> Iterator[tuple[Any, int, int]]:

@@ -37,6 +37,7 @@ class Registry:
         self._short: dict[str, list[str]] = {}
         self._broken: dict[str, str] = {}
         self._left_out: list[str] = []
+        self._packages: list[str] = []
         self.library = library
         """Knows the types that are not available here, and former names."""
         self._finders = tuple(finders)
@@ -87,7 +88,15 @@ class Registry:
             known = (*self._types, *self._short) if "." in name else (*self._short, *self._types)
             near = did_you_mean_id(name, known)
         lost = "".join(f"; it may be of {problem}" for problem in self._left_out)
-        raise UnknownNodeTypeError(f'no node type "{name}"{near}{lost}')
+        raise UnknownNodeTypeError(f'no node type "{name}"{near}{lost or ("" if near else self._where_else())}')
+
+    def _where_else(self) -> str:
+        """Where a type that nothing resembles can come from."""
+        if not self._finders:
+            return ""
+        packages = ", ".join(self._packages)
+        searched = f"none of the node packages here has it ({packages})" if packages else "no node package is installed"
+        return f"; {searched}, and --nodes FILE.py brings types of your own"
 
     def _find(self, name: str) -> str | None:
         """The id of a type by id or short name; None if it is unknown or the short name is ambiguous."""
@@ -102,6 +111,10 @@ class Registry:
         self._load()
         self._search()
         return [self._loaded(name) for name in sorted(self._types)]
+
+    def loaded(self) -> list[NodeType]:
+        """The types that are registered now; shipped ones whose module nobody has asked for are not."""
+        return [known for known in self._types.values() if isinstance(known, NodeType)]
 
     def __contains__(self, name: str) -> bool:
         self._load()
@@ -161,6 +174,7 @@ class Registry:
         before = set(self._types)
         try:
             add()
+            self._packages.append(name.partition(" ")[0])
         except (Exception, SystemExit) as error:  # a third-party module may raise anything
             for type_id in set(self._types) - before:
                 self.remove(type_id)

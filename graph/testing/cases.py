@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from pydantic import ValidationError
 
@@ -15,9 +16,10 @@ from graph.files import model as file_model
 from graph.files import paths
 from graph.files.build import Builder
 from graph.files.loading import _parser
+from graph.files.played import Played, read_played
 from graph.files.source import Source, decode, file_format
 from graph.files.text import described
-from graph.files.tree import Location, Map, offset, without
+from graph.files.tree import Location, Map, Seq, offset, without
 from graph.spec.file_spec import FileSpec
 from graph.spec.migration import migrate
 
@@ -42,6 +44,10 @@ class Case:
     node: str | None
     tree: Map
     source: Source
+    play: tuple[Path, ...] = ()
+    """Files whose messages its subscribers receive."""
+    messages: tuple[Played, ...] = ()
+    """Messages of the case itself that they receive."""
 
     @property
     def mark(self) -> Mark:
@@ -209,7 +215,27 @@ def _case(
     spec = Builder(source, graph_file, problems, None, folder, allow).build(
         file_model.GraphFile.model_validate(graph_file)
     )
-    return Case(name, setup, migrate(spec), file, setup.node, tree, source)
+    files, written = _played(source, tree, setup, folder, allow, problems)
+    return Case(name, setup, migrate(spec), file, setup.node, tree, source, files, written)
+
+
+def _played(
+    source: Source, tree: Map, setup: model.Case, folder: Path, allow: Sequence[Path], problems: list[Problem]
+) -> tuple[tuple[Path, ...], tuple[Played, ...]]:
+    """The files and the messages of `play`."""
+    value = tree.get("play")
+    places = value.item_at if isinstance(value, Seq) else [offset(tree, ("play",))] * len(setup.play)
+    files: list[Path] = []
+    written: list[tuple[Any, int]] = []
+    for entry, at in zip(setup.play, places, strict=True):
+        if not isinstance(entry, str):
+            written.append((entry, at))
+            continue
+        try:
+            files.append(paths.confined(entry, folder, allow))
+        except ValueError as error:
+            problems.append(source.problem(at, f"play: {error}"))
+    return tuple(files), tuple(read_played(source, written, problems))
 
 
 def _sibling(path: Path) -> Path | None:

@@ -36,7 +36,7 @@ def check_cases(cases: Iterable[Case], allow: Iterable[str | Path] = (), registr
             spec = examine(case.file, allow=folders).spec
             known[case.file] = () if spec is None else spec.graphs
         graphs = known[case.file] if case.file is not None else case.spec.graphs
-        found = [*_check(case, graphs, registry), *_late(case)]
+        found = [*_check(case, graphs, registry), *_late(case), *_unplayable(case)]
         problems += [Problem(named(case.name, one.message), one.mark) for one in found]
     return problems
 
@@ -98,6 +98,20 @@ def _late(case: Case) -> Iterator[Problem]:
         span = read_range(key, 10**9)
         if span is not None and span[0] >= total:
             yield Problem(f"changes: update {key} never comes: {runs}", case.at("changes", key))
+
+
+def _unplayable(case: Case) -> list[Problem]:
+    """Messages of unknown types and with wrong fields."""
+    if case.messages:
+        from graph.session.message_sources import written_source
+
+        try:
+            written_source(case.messages, case.source.name)
+        except UserError as error:
+            return [Problem(f"play: {one.message}", one.mark) for one in error.problems]
+    if (case.messages or case.play) and case.setup.world is False:
+        return [Problem("play: messages come through an App; leave out world: false", case.at("world"))]
+    return []
 
 
 def _settable(full: str, attribute: Attribute) -> str | None:

@@ -77,6 +77,15 @@ def _playing(value: Any) -> Any:
     return value if isinstance(value, bool) else _update_list(value)
 
 
+def _play(value: Any) -> Any:
+    """The list of files and messages; one of them may stand alone. A message is read with its place later."""
+    entries = value if isinstance(value, list) else [value]
+    for entry in entries:
+        if not isinstance(entry, (str, dict)) or not entry:
+            raise problem(f"must be a file of messages, a message, or a list of such, found {described(value)}")
+    return entries
+
+
 def _tolerance(value: Any) -> Any:
     if isinstance(value, dict):
         return {key: _one_tolerance(one) for key, one in value.items()}
@@ -124,6 +133,17 @@ PATH_KEYS: dict[str, Any] = {"propertyNames": {"pattern": "^/"}}
 _NUMBER: dict[str, Any] = {"type": "number", "minimum": 0}
 _COUNT = {"type": "integer", "minimum": 0}
 _TEXT = {"type": "string", "minLength": 1}
+_MESSAGE: dict[str, Any] = {
+    "type": "object",
+    "properties": {
+        "at": {"description": "Seconds from play."},
+        "topic": _TEXT,
+        "type": {"description": "Message type, at the first message of a topic.", **_TEXT},
+        "message": {"description": "Fields by name; missing ones are zero or empty.", "type": "object"},
+    },
+    "required": ["at", "topic"],
+    "additionalProperties": False,
+}
 
 Updates = Annotated[Any, PlainValidator(_update_list), WithJsonSchema(_UPDATES)]
 CountOrUpdates = Annotated[Any, PlainValidator(_count_or_updates), WithJsonSchema({"anyOf": [_COUNT, _UPDATES]})]
@@ -133,6 +153,11 @@ Changes = Annotated[
     WithJsonSchema({"type": "object", "additionalProperties": {"type": "object"}, **_UPDATE_KEYS}),
 ]
 Playing = Annotated[Any, PlainValidator(_playing), WithJsonSchema({"anyOf": [{"type": "boolean"}, _UPDATES]})]
+Play = Annotated[
+    list[Any],
+    PlainValidator(_play),
+    WithJsonSchema({"anyOf": [_TEXT, _MESSAGE, {"type": "array", "items": {"anyOf": [_TEXT, _MESSAGE]}}]}),
+]
 Values = Annotated[
     Any, PlainValidator(_values), WithJsonSchema({"anyOf": [{"type": "array"}, {"type": "object", **_UPDATE_KEYS}]})
 ]

@@ -7,7 +7,7 @@ from contextlib import ExitStack
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from graph.base.errors import Problem, RunError, UserError
 from graph.evaluate import Graph
@@ -22,6 +22,9 @@ from .source import changed, length_in_updates, load_source
 from .trace import GraphTrace
 from .updates import check_length
 from .world import Observed, observe
+
+if TYPE_CHECKING:
+    from graph.sim.messages.sources import Source
 
 _STAGES: tuple[PipelineStage, ...] = ("simulation", "pre_render", "on_demand", "post_render")
 
@@ -43,6 +46,7 @@ def run_graph(
     on_update: Callable[[int, GraphTrace], None] | None = None,
     catch: bool = False,
     closes: bool = False,
+    play: Iterable[str | Path | Source] = (),
     allow: Iterable[str | Path] = (),
     allow_scripts: bool = False,
     registry: Registry = DEFAULT,
@@ -60,6 +64,7 @@ def run_graph(
     streams. record: the data attributes to keep the values of (default: all). on_update: called with the index and the
     trace so far before each update. catch: a failure that ends the run is put into `trace.error` instead of being
     raised. closes: whether the App closes at the end, for OnClosing; its effects are recorded under update `updates`.
+    play: messages for subscribers, which needs an App: files as for `graph run --play`, or sources.
     allow: further folders in which the file may name files. allow_scripts: whether nodes may run code from the file
     (ScriptNode).
 
@@ -69,13 +74,17 @@ def run_graph(
         check_length(updates)
     folders = [Path(folder) for folder in allow]
     spec = changed(load_source(source, folders), inputs or {}, loop_hz, settings or {}, fidelity or {})
-    in_world = bool(spec.scene.usd or spec.scene.mjcf or spec.scene.prims) if app is None else app
+    play = list(play)
+    in_world = bool(spec.scene.usd or spec.scene.mjcf or spec.scene.prims or play) if app is None else app
+    if play and not in_world:
+        raise UserError("play: messages come through an App; run the graphs in one")
     with ExitStack() as cleanup:
         world: Observed | None = None
         warnings: Any = WarningLog()
         if in_world:
             world = observe(spec, folders, seed, registry, cleanup, allow_scripts=allow_scripts)
             warnings, graphs = world.app.warnings, list(world.app.graphs.values())
+            world.receive(play)
         else:
             graphs, spec = compile_file(spec, registry)
             for graph in graphs:

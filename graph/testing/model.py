@@ -18,6 +18,13 @@
           fired: {tick: [3, 6, 9], finished: [10]}
           outputs: {alpha: 1.0}       # after the last update
           values: {alpha: {0: 0.0, 3: 0.3, 11: 1.0}}
+      a robot follows what it is sent:
+        graph: robot.yaml
+        play:                         # a file, as of graph run --play, or messages
+          - {at: 0.5, topic: /cmd_vel, type: geometry_msgs/msg/Twist, message: {linear: {x: 0.2}}}
+        updates: 60
+        expect:
+          fired: {command.execOut: [29]}
       a duration below zero is reported:
         node: Countdown
         inputs: {duration: -1}
@@ -49,6 +56,7 @@ from .fields import (
     PATH_KEYS,
     Changes,
     CountOrUpdates,
+    Play,
     Playing,
     Texts,
     Tolerance,
@@ -157,6 +165,11 @@ class Setup(_Part):
         default_factory=dict,
         description="Execution inputs and the updates in which they are triggered; an update that stands twice "
         "triggers twice.",
+    )
+    play: Play = Field(
+        default_factory=list,
+        description="What its subscribers receive: files as of `graph run --play`, below this file's folder, or "
+        "messages such as {at: 0.5, topic: /cmd_vel, type: geometry_msgs/msg/Twist, message: {linear: {x: 0.2}}}.",
     )
     playing: Playing = Field(
         default=True,

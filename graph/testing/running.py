@@ -7,13 +7,14 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from graph.base.errors import Problem, UserError
 from graph.evaluate import Node
 from graph.files import load
 from graph.files.tree import Map
 from graph.node.registry import DEFAULT, Registry
+from graph.session.message_sources import written_source
 from graph.spec.file_spec import ClockSpec, FileSpec
 
 from .cases import Case
@@ -24,6 +25,9 @@ from .seen import Seen, of_graphs, of_node
 from .trace import GraphTrace
 from .updates import read_range
 from .world import observe
+
+if TYPE_CHECKING:
+    from graph.sim.messages.sources import Source
 
 
 @dataclass(frozen=True)
@@ -90,6 +94,7 @@ def _run_graph(case: Case, options: Options) -> Seen:
         playing=_playing(case),
         stops=frozenset(setup.stops),
         closes=setup.closes,
+        play=_played(case),
         settings=options.settings,
         seed=setup.seed or 0,
         record=[*setup.expect.outputs, *setup.expect.values],
@@ -112,8 +117,10 @@ def _run_node(case: Case, options: Options) -> Seen:
     brought = {name: value for name, value in setup.inputs.items() if name in setup.connect}
     with ExitStack() as cleanup:
         world = None
-        if setup.world or (setup.world is None and spec.scene.prims) or spec.scene.usd:
+        played = _played(case)
+        if setup.world or (setup.world is None and (spec.scene.prims or played)) or spec.scene.usd:
             world = observe(spec, options.allow, setup.seed or 0, options.registry, cleanup)
+            world.receive(played)
 
         stops = frozenset(setup.stops)
 
@@ -149,6 +156,11 @@ def _run_node(case: Case, options: Options) -> Seen:
             registry=options.registry,
         )
         return of_node(trace, world)
+
+
+def _played(case: Case) -> list[Path | Source]:
+    """What the case's subscribers receive. Raises UserError for messages that their types do not allow."""
+    return [*case.play, *([written_source(case.messages, case.source.name)] if case.messages else [])]
 
 
 def _latest(values: dict[str, Any], name: str) -> Callable[[int], Any]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,6 +14,7 @@ from graph.spec.file_spec import FileSpec
 if TYPE_CHECKING:
     from graph.sim import App
     from graph.sim.messages.message import Message
+    from graph.sim.messages.sources import Source
 
 
 @dataclass(slots=True)
@@ -35,6 +36,14 @@ class Observed:
 
     def close(self) -> None:
         """Does nothing."""
+
+    def receive(self, sources: Iterable[str | Path | Source]) -> None:
+        """Sends the messages of files and sources to the App's subscribers from its next play on."""
+        from graph.session.message_sources import open_sources, play_into
+
+        opened = [one for each in sources for one in (open_sources([each]) if isinstance(each, str | Path) else [each])]
+        if opened:
+            play_into(self.app, opened)
 
     def play(self, playing: bool) -> None:
         """Plays or pauses the timeline, if needed."""

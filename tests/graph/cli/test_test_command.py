@@ -206,7 +206,8 @@ def test_an_ogn_file_whose_tests_cannot_run_says_why(graph, folder):
     (folder / "a.ogn").write_text('{"a.A": {"tests": [{"setup": {"nodes": []}, "inputs:a": 1}, 3]}}')
     (folder / "b.ogn").write_text('{"a.B": {"description": "x"}}')
     assert [line.partition(": ")[2] for line in graph("test", "a.ogn", "b.ogn").err.splitlines()] == [
-        'case "a.A test 0": no node type "a.A"',
+        'case "a.A test 0": no node type "a.A"; no node package is installed, and '
+        "--nodes FILE.py brings types of your own",
         '"setup" is nothing that can be tested here; write the test as a *.test.yaml file',
         "a test is a mapping such as {inputs:a: 1, outputs:b: 2}",
         '"a.B" has no list of tests; add "tests"',

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from graph.cli.message_sources import open_sources, play_into
+from graph.session.message_sources import open_sources, play_into
 from graph.sim import App
 from graph.sim.messages.bus import MemorySink
 from graph.sim.messages.recording import McapSink

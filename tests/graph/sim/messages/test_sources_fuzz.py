@@ -12,7 +12,7 @@ from mcap.writer import Writer
 
 from graph.base import limits
 from graph.base.errors import RunError, UserError
-from graph.cli.message_sources import open_sources
+from graph.session.message_sources import open_sources
 from graph.sim.messages.bus import MessageBus
 from graph.sim.messages.mcap_source import McapSource, decoding
 from graph.sim.messages.recording import McapSink

@@ -1,8 +1,7 @@
-"""`--play FILE`: recordings and text files of messages that a run receives."""
+"""Recordings and texts of messages that a run receives: `--play FILE`, `play:` of test files."""
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,26 +9,12 @@ from typing import TYPE_CHECKING, Any
 from graph.base.errors import Problem, UserError
 
 if TYPE_CHECKING:
+    from graph.files.played import Played
     from graph.sim import App
     from graph.sim.messages.sources import MemorySource, Player, Source
 
 UNHEARD = "play-unheard"
 SKIPPED = "play-topic-skipped"
-
-
-def add_play_argument(parser: argparse.ArgumentParser) -> None:
-    """Declares `--play`."""
-    parser.add_argument(
-        "--play",
-        action="append",
-        default=[],
-        type=Path,
-        metavar="FILE",
-        help="send the messages of FILE to the graph's subscribers; may be repeated. FILE is a recording (.mcap, .db3, "
-        "a rosbag2 folder) or a list of messages (.yaml, .json, .jsonl; one mapping an entry), such as: "
-        "- {at: 0.5, topic: /cmd_vel, type: geometry_msgs/msg/Twist, message: {linear: {x: 0.2}}} "
-        "with at in seconds from play; fields left out are zero, later messages of a topic need no type",
-    )
 
 
 def open_sources(paths: Iterable[str | Path]) -> list[Source]:
@@ -65,14 +50,14 @@ def warn_unheard(app: App, player: Player) -> None:
 
 
 def _open(path: Path) -> list[Source]:
-    from graph.files.played import is_played_text
+    from graph.files.played import is_played_text, load_played
 
     if path.is_dir():
         from graph.sim.messages.bag_source import open_bag
 
         return open_bag(path)
     if is_played_text(path):
-        return [_text_source(path)]
+        return [written_source(load_played(path), str(path))]
     if path.suffix.lower() == ".mcap":
         from graph.sim.messages.mcap_source import McapSource
 
@@ -86,16 +71,16 @@ def _open(path: Path) -> list[Source]:
     )
 
 
-def _text_source(path: Path) -> MemorySource:
+def written_source(entries: Iterable[Played], name: str) -> MemorySource:
+    """The source of messages that are written as text. Raises UserError with every unknown type and wrong field."""
     from graph.base.suggest import did_you_mean
-    from graph.files.played import load_played
     from graph.sim.messages.ros_fields import from_plain
     from graph.sim.messages.ros_types import known, type_names
     from graph.sim.messages.sources import MemorySource
 
     problems: list[Problem] = []
     messages: list[tuple[Any, str, str, Any]] = []
-    for entry in load_played(path):
+    for entry in entries:
         try:
             if not known(entry.type_name):
                 raise ValueError(
@@ -106,4 +91,4 @@ def _text_source(path: Path) -> MemorySource:
             problems.append(Problem(str(error), entry.mark))
     if problems:
         raise UserError(problems)
-    return MemorySource(messages, name=str(path))
+    return MemorySource(messages, name=name)

@@ -5,8 +5,8 @@ from fractions import Fraction
 import pytest
 
 from graph.base.errors import UserError
-from graph.cli.message_sources import open_sources, play_into, warn_unheard
 from graph.files.played import load_played
+from graph.session.message_sources import open_sources, play_into, warn_unheard
 from graph.sim import App
 
 YAML = """\
