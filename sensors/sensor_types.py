@@ -25,7 +25,12 @@ if TYPE_CHECKING:
 
 ENTRY_POINTS = "tickgraph.sensors"
 
-BUILT_IN = ("sensors.lidar.sensor_type", "sensors.camera.sensor_type", "sensors.radar.sensor_type")
+BUILT_IN = (
+    "sensors.lidar.sensor_type",
+    "sensors.camera.sensor_type",
+    "sensors.radar.sensor_type",
+    "sensors.physx.sensor_types",
+)
 """Modules that register the shipped types."""
 
 NOT_YET = {"OmniAcoustic": "acoustic sensors"}
@@ -51,6 +56,8 @@ class SensorType:
       file; None where there are no configurations.
     - facts: what `graph explain` knows of a prim, as JSON data. rows: the same as (label, text) for a person.
     - rules: texts of the names that `Sensor.rule` gives, beside those for all sensors.
+    - read_by: the nodes that poll such sensors (`sensors.polled`), which then have no render products; "" for rendered
+      ones.
     """
 
     prim_type: str
@@ -66,6 +73,7 @@ class SensorType:
     facts: Callable[[App, Usd.Prim], Mapping[str, Any]] = lambda app, prim: {}
     rows: Callable[[Mapping[str, Any]], Iterable[tuple[str, str]]] = lambda facts: ()
     rules: Mapping[str, str] = field(default_factory=dict)
+    read_by: str = ""
 
     @property
     def measures(self) -> frozenset[str]:

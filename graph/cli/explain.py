@@ -135,6 +135,9 @@ def _sensor(sensor: Mapping[str, Any], span: str) -> Iterator[str]:
     yield f"{sensor['path']} ({sensor['type']})"
     kind = sensor_type(sensor["type"])
     rows = list(kind.rows(sensor)) if kind else []
+    if kind and kind.read_by:
+        yield from _aligned([*rows, ("product", f"not rendered: {kind.read_by} reads it")])
+        return
     if not sensor["product"]:
         makers = ", ".join(sensor["made_by"])
         rows.append(("product", f"none so far: {makers} made none" if makers else "none: nobody renders it"))

@@ -99,7 +99,8 @@ class UpdateLoop:
         if live is not None:
             live.check()
             if others := live.watch.others:
-                if any(product.camera_path in others for product in scheduler.products.values()):
+                rendered = (product.camera_path for product in scheduler.products.values())
+                if not scheduler.polled.isdisjoint(others) or any(path in others for path in rendered):
                     self._sensors_edited()
                 others.clear()
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 _VIDEO = "no video is encoded or sent to devices here; use ROS2CameraHelper"
 _POSES = "its training files are not written here; use annotators of sensors.replicator"
-_PHYSX = "PhysX's old ray sensors are not modelled here; use IsaacReadRaycastSensor, or a lidar prim"
 _RL = "randomization of views for learning is not modelled here; write attributes with WritePrimAttribute"
 _BUNDLE = "bundles of prims are not modelled here; use ReadPrimAttribute and WritePrimAttribute, one for each attribute"
 _MANEUVER = "use Timer with Ease and WritePrimAttribute, which move a prim just so"
@@ -19,10 +18,6 @@ ABSENT = {
     "isaacsim.hsb.nodes.HSBCameraHelper": _VIDEO,
     "isaacsim.streaming.rtsp.RTSPCameraHelper": _VIDEO,
     "isaacsim.ros2.bridge.ROS2RtxRadarHelper": "radars are not modelled here",
-    "isaacsim.sensors.physx.IsaacReadLidarBeams": _PHYSX,
-    "isaacsim.sensors.physx.IsaacReadLidarPointCloud": _PHYSX,
-    "isaacsim.sensors.physx.IsaacReadLightBeam": _PHYSX,
-    "isaacsim.util.debug_draw.DebugDrawRayCast": "nothing is drawn here",
     "isaacsim.core.experimental.actuators.ArticulationActuators": "actuator models are MuJoCo's here; set the drives",
     "isaacsim.examples.ipc.SimpleReceiveExternalStepCpp": _EXTERNAL,
     "isaacsim.examples.ipc.SimpleReceiveExternalStepPy": _EXTERNAL,

@@ -179,19 +179,15 @@ def _cast(app: App, origins: Floats, directions: Floats, rays: _Rays) -> tuple[F
     """Depths (n,) [stage units], normals (n, 3) and paths of the hit prims; rays start at the minimum range."""
     import numpy as np
 
-    from sensors.raycast.rays import NO_SURFACE, RayBundle
+    from sensors.raycast.ranged import cast_ranged
+    from sensors.raycast.rays import NO_SURFACE
     from sensors.raycast.shared import cast_world
 
     count, unit = len(origins), float(app.meters_per_unit)
     if not count:
         return np.zeros(0), np.zeros((0, 3)), []
-    starts = (origins + directions * rays.nearest) * unit
-    middle = starts.mean(axis=0)
-    table = np.zeros((count, 6), np.float32)
-    table[:, 3:] = directions
     world = cast_world(app)
-    bundle = RayBundle(middle, table, (starts - middle).astype(np.float32))
-    hits = world.cast(bundle, normals=True)
+    hits = cast_ranged(world, origins * unit, directions, rays.nearest * unit, normals=True)
     depths = hits.distance.astype(float) / unit + rays.nearest
     found = depths <= rays.farthest
     surfaces = hits.surfaces()

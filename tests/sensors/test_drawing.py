@@ -9,7 +9,7 @@ from graph.base.errors import RunError
 from sensors import Lidar, LidarSensor
 from sensors.frame import Frame, FramePose
 from sensors.lidar.prim import write_config
-from sensors.writers.drawing import BACKGROUND, SENSOR, PointCloudDrawing
+from sensors.writers.drawing import BACKGROUND, SENSOR, PointCloudDrawing, RayDrawing
 from tests.support.lidar_worlds import add_box, rotary, weightless
 
 DARK = np.rint(BACKGROUND).astype(np.uint8)
@@ -186,3 +186,23 @@ def test_a_sensor_draws_each_of_its_frames(tmp_path):
     for folder in ("a", "b"):
         assert sorted(file.name for file in (tmp_path / folder).iterdir()) == names
     assert (tmp_path / "a" / names[1]).read_bytes() == (tmp_path / "b" / names[1]).read_bytes()
+
+
+def test_a_ray_is_a_straight_line_from_its_start_to_its_end():
+    """10 pixels a metre about the origin: from (-2, 0.05) to (3, 0.05) in the row just above the middle."""
+    drawing = RayDrawing("/World/Graph/draw", "unused", center=(0, 0, 0), span=10, resolution=(100, 100))
+    ray = np.array([[-2.0, 0.05, 7.0]]), np.array([[3.0, 0.05, -7.0]])
+    picture = drawing.draw(*ray, (1.0, 1.0, 1.0, 1.0), 0.02)
+    rows, columns = np.nonzero((picture == 255).all(axis=2))
+    assert set(rows.tolist()) == {49}
+    assert columns.tolist() == list(range(30, 81))
+
+
+def test_pictures_of_rays_are_numbered_and_rays_that_are_not_finite_left_out(tmp_path):
+    drawing = RayDrawing("/World/Graph/my_rays", tmp_path, resolution=(50, 50))
+    nothing = np.array([[np.nan, 0, 0]]), np.array([[1.0, 0, 0]])
+    files = [drawing(*nothing, WHITE, 0.1) for _ in range(2)]
+    assert [file.name for file in files] == ["World_Graph_my__rays_000000.png", "World_Graph_my__rays_000001.png"]
+    assert not (np.asarray(Image.open(files[0])) == 255).any()
+    with pytest.raises(ValueError, match="is not r, g, b, a"):
+        drawing.draw(*nothing, (2.0, 0, 0, 1), 0.1)

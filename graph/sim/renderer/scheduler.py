@@ -30,6 +30,8 @@ class SensorScheduler:
         """All products, by path; `add` and `remove` change them."""
         self.new_frames: list[RenderProduct] = []
         """The products that delivered a frame in this update, in the order of their creation."""
+        self.polled: set[str] = set()
+        """The prims of sensors without a product, which are measured when they are read."""
         self.capture_state = capture
         """Takes an immutable snapshot of all poses; None if nothing moves."""
         self.multi_tick = True

@@ -1,0 +1,56 @@
+"""How a node polls a sensor: shared with its other readers, its channels withdrawn at a stop."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from graph.base.errors import UserError
+from graph.node import Database
+from nodes.sensing.imu import sensor_prim
+
+if TYPE_CHECKING:
+    from sensors.frame import Frame
+    from sensors.polled import PolledSensor
+
+
+@dataclass(slots=True)
+class Poll:
+    """Memory of a node that polls a sensor: the sensor, and the frame that it handed on last."""
+
+    path: str = ""
+    polled: PolledSensor | None = None
+    frame: Frame | None = None
+
+
+def release(db: Database) -> None:
+    """What a stop undoes: the demand."""
+    memory: Poll = db.memory
+    if memory.polled is not None:
+        memory.polled.release(db.path)
+    memory.path, memory.polled, memory.frame = "", None, None
+
+
+def poll(db: Database, name: str, prim_type: str, channels: Iterable[str]) -> Frame | None:
+    """The newest frame of the sensor that a target input names; None while there is none, and when stopped.
+
+    Fails the node for a prim of another type and for one that describes no sensor.
+    """
+    from sensors.polled import polled_sensor
+
+    memory: Poll = db.memory
+    if db.app.timeline.is_stopped():
+        return None
+    targets: Any = getattr(db.inputs, name)
+    path = str(targets[0]) if len(targets) == 1 else ""
+    if memory.polled is None or path != memory.path:
+        release(db)
+        prim = sensor_prim(db, targets, name)
+        try:
+            memory.polled = polled_sensor(db.app, str(prim.GetPath()), prim_type)
+        except UserError as error:
+            db.fail(str(error))
+        memory.path = path
+        memory.polled.require(db.path, channels)
+    return memory.polled.read()

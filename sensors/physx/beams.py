@@ -1,0 +1,57 @@
+"""What PhysX sensors tell of their beams, whatever their pattern."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sensors.gmo.layout import ElementFlags
+from sensors.raycast.ranged import cast_ranged
+from sensors.raycast.shared import cast_world
+
+if TYPE_CHECKING:
+    from graph.sim import App
+
+
+def fire(
+    app: App,
+    pose: np.ndarray,
+    origins: np.ndarray,
+    directions: np.ndarray,
+    ranges: tuple[float, float],
+    poses: Any = None,
+    exclude: frozenset[str] = frozenset(),
+) -> np.ndarray:
+    """How far each beam goes from its origin, (n,) float32 [m]; inf where it hits nothing.
+
+    pose: sensor to world [m]; origins: (n, 3) or (3,) [m], directions: (n, 3), unit, in the sensor's axes. As PhysX
+    does, a beam begins minRange ahead of its origin and goes maxRange from there.
+    """
+    nearest, farthest = ranges
+    rotation, place = pose[:3, :3], pose[:3, 3]
+    hits = cast_ranged(cast_world(app), origins @ rotation.T + place, directions @ rotation.T, nearest, poses, exclude)
+    reached = hits.distance
+    depths = reached + np.float32(nearest)
+    depths[reached > farthest] = np.inf
+    return depths
+
+
+def told(
+    wanted: frozenset[str], depths: np.ndarray, origins: np.ndarray, directions: np.ndarray, ranges: tuple[float, float]
+) -> dict[str, np.ndarray]:
+    """The wanted channels of beams with these depths (inf: nothing hit).
+
+    distance: the depth, maxRange where nothing is hit. xyz: where the beam ends, in the sensor's axes; where nothing is
+    hit minRange + maxRange ahead, as PhysX tells it. flags: VALID where something is hit.
+    """
+    hit = np.isfinite(depths)
+    arrays: dict[str, np.ndarray] = {}
+    if "distance" in wanted:
+        arrays["distance"] = np.where(hit, depths, np.float32(ranges[1]))
+    if "xyz" in wanted:
+        ends = np.where(hit, depths, np.float32(sum(ranges)))
+        arrays["xyz"] = (origins + directions * ends[:, None]).astype(np.float32)
+    if "flags" in wanted:
+        arrays["flags"] = np.where(hit, np.uint8(ElementFlags.VALID), np.uint8(0))
+    return arrays

@@ -1,0 +1,32 @@
+"""Rays that begin some way ahead of their origins, as those of PhysX sensors do."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .rays import Hits, RayBundle, RayCaster
+
+
+def cast_ranged(
+    caster: RayCaster,
+    origins: np.ndarray,
+    directions: np.ndarray,
+    nearest: float,
+    poses: Any = None,
+    exclude: frozenset[str] = frozenset(),
+    *,
+    normals: bool = False,
+) -> Hits:
+    """Hits of rays that begin `nearest` [m] ahead of their origins, so that nothing nearer is hit.
+
+    origins: (n, 3) or (3,) float64, world [m]; directions: (n, 3), unit, world axes. The distances of the hits count
+    from where the rays begin.
+    """
+    starts = origins + nearest * directions
+    middle = starts.mean(axis=0)
+    table = np.zeros((len(directions), 6), np.float32)
+    table[:, 3:] = directions
+    bundle = RayBundle(middle, table, (starts - middle).astype(np.float32), exclude)
+    return caster.cast(bundle, poses, normals=normals)
