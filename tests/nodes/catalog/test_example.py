@@ -11,6 +11,7 @@ from nodes.catalog.example import example
 ALL = registry.all()
 VARIANTS = "a USD scene with a prim that has a variant set, named at prim and variantSetName"
 NEEDS_MORE = {
+    "DebugDrawRayCast": "a folder for its pictures: graph run --out",
     "GetVariantNames": VARIANTS,
     "GetVariantSelection": VARIANTS,
     "HolonomicRobotUsdSetup": "a robot in USD whose wheel joints have isaacmecanumwheel:radius and :angle",
