@@ -61,6 +61,8 @@ class SensorRuntime(ABC, Generic[Config]):
     """
 
     type_name: ClassVar[str]
+    side_axis: ClassVar[int] = 1
+    """The axis of the sensor that points sideways: a parent that mirrors turns it round, not where the sensor looks."""
     latency = Fraction(0)
     wants_updates = False
     coords = "NOT_APPLICABLE"
@@ -145,6 +147,7 @@ class SensorRuntime(ABC, Generic[Config]):
         self.frame_facts: Mapping[str, Any] = {}
         """Further fields of its frames, set by `configure`."""
         self._channels: frozenset[str] = frozenset()
+        self._say_mirrored(prim)
         self.configure()
         self.schedule = self.schedule_for(self._app.rendering.moment)
         self.reset()
@@ -183,7 +186,7 @@ class SensorRuntime(ABC, Generic[Config]):
 
     def pose(self, poses: Any = None) -> np.ndarray:
         """Sensor to world, (4, 4) float64, rigid, metres, in a state (None: now)."""
-        pose = rigid_part(self._app.fabric.world_matrix(self.path, poses))
+        pose = rigid_part(self._app.fabric.world_matrix(self.path, poses), self.side_axis)
         pose[:3, 3] *= self._app.meters_per_unit
         return pose
 
@@ -284,6 +287,18 @@ class SensorRuntime(ABC, Generic[Config]):
         return surface_labels(self._app)
 
     # -- inside ------------------------------------------------------------------------------------------------------
+
+    def _say_mirrored(self, prim: Usd.Prim) -> None:
+        from graph.sim.usd import UsdGeom
+
+        place = UsdGeom.Xformable(prim)
+        if place and place.ComputeLocalToWorldTransform(0).GetDeterminant() < 0:
+            self._app.warn(
+                "sensor-mirrored",
+                self.path,
+                f"a negative scale above it mirrors it; its local {'xyz'[self.side_axis]} axis is turned round, so "
+                "that what it measures is not mirrored",
+            )
 
     def _read_rate(self, prim: Usd.Prim) -> Fraction:
         rate = read_tick_rate(prim, self.bare_rate())

@@ -130,11 +130,12 @@ def rotations_and_scales(matrices: Floats) -> tuple[Floats, Floats]:
     return linear / np.where(scales == 0, 1.0, scales)[:, None, :], scales
 
 
-def rigid_part(matrix: Floats) -> Floats:
+def rigid_part(matrix: Floats, side: int = 1) -> Floats:
     """The rotation and translation of an affine (4, 4) matrix, without its scale and shear.
 
     The rotation is the nearest one (polar decomposition); for translate-rotate-scale it is exactly the rotate part.
-    A reflection is left to the rest, `np.linalg.inv(rigid) @ matrix`.
+    A reflection is left to the rest, `np.linalg.inv(rigid) @ matrix`: the axis `side` (0 to 2) is turned round, and the
+    two others stay where they point.
     """
     (a, b, c, x), (d, e, f, y), (g, h, i, z) = matrix[:3].tolist()  # nine numbers: plain floats are ten times as fast
     lengths = sqrt(a * a + d * d + g * g), sqrt(b * b + e * e + h * h), sqrt(c * c + f * f + i * i)
@@ -142,14 +143,20 @@ def rigid_part(matrix: Floats) -> Floats:
         p, q, r = lengths
         a, d, g, b, e, h, c, f, i = a / p, d / p, g / p, b / q, e / q, h / q, c / r, f / r, i / r
         skew = max(abs(a * b + d * e + g * h), abs(b * c + e * f + h * i), abs(a * c + d * f + g * i))
-        if skew < 1e-9 and a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g) > 0:
-            return np.array([[a, b, c, x], [d, e, f, y], [g, h, i, z], [0.0, 0.0, 0.0, 1.0]])
+        if skew < 1e-9:
+            rigid = np.array([[a, b, c, x], [d, e, f, y], [g, h, i, z], [0.0, 0.0, 0.0, 1.0]])
+            if a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g) < 0:
+                rigid[:3, side] *= -1.0
+            return rigid
     out = np.eye(4)
     out[:3, 3] = matrix[:3, 3]
     if not np.isfinite(matrix).all():  # nothing is nearest; who reads transforms says that it is not finite
         return np.full((4, 4), np.nan)
     u, _, vt = np.linalg.svd(matrix[:3, :3])
-    u[:, 2] *= np.sign(np.linalg.det(u @ vt)) or 1.0
+    if np.linalg.det(u @ vt) < 0:
+        out[:3, :3] = u @ vt
+        out[:3, side] *= -1.0
+        return out
     out[:3, :3] = u @ vt
     return out
 

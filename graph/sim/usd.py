@@ -7,11 +7,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pxr import Ar, Gf, Plug, Sdf, Tf, Usd, UsdGeom, UsdLux, UsdPhysics, UsdRender, UsdShade, UsdUtils, Vt  # noqa: TID253
+from pxr import Ar, Gf, Pcp, Plug, Sdf, Tf, Usd, UsdGeom, UsdLux, UsdPhysics, UsdRender, UsdShade, UsdUtils, Vt  # noqa: TID253
 
 __all__ = [
     "Ar",
     "Gf",
+    "Pcp",
     "Plug",
     "Sdf",
     "Tf",

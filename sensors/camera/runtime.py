@@ -41,6 +41,7 @@ class CameraRuntime(SensorRuntime[CameraConfig]):
     """
 
     type_name = PRIM_TYPE
+    side_axis = 0
 
     def read(self, prim: Usd.Prim) -> CameraConfig:
         """The camera that the prim describes, at the product's size."""

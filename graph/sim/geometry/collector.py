@@ -30,6 +30,9 @@ FARTHEST = 1e15
 SHAPE_ATTRIBUTES = ("points", "visibility", "size", "radius", "height", "widths")
 """Attributes that commonly have time samples, and are read only once."""
 
+SKINNING = ("primvars:skel:jointIndices", "skel:blendShapes")
+"""Attributes of what UsdSkel deforms."""
+
 SANE_SIZES = 1e-5, 1e7
 """Plausible sizes of meshes [m]; outside, a scale or unit is probably wrong and float32 too coarse."""
 
@@ -149,7 +152,7 @@ class Collector:
         if surface is None:
             return ()
         size = _size(surface.vertices) * scale
-        if not size:
+        if not _has_area(surface.vertices, surface.triangles):
             complain("its faces have no area; nothing can hit it")
         if size and not SANE_SIZES[0] <= size <= SANE_SIZES[1]:
             size = _size(surface.vertices[np.unique(surface.triangles)]) * scale  # without points that no face uses
@@ -159,6 +162,12 @@ class Collector:
         return parts_of(prim, surface, complain)
 
     def _say_what_is_not_played(self, prim: Any, path: str) -> None:
+        if any(prim.HasAttribute(name) for name in SKINNING):
+            text = "a skeleton or blend shapes deform it (UsdSkel); rays see its points as they are authored"
+            self.complaints.add("skinned-shape", path, text)
+        self._say_what_varies(prim, path)
+
+    def _say_what_varies(self, prim: Any, path: str) -> None:
         """Warns of time samples other than transforms: rays see the first sample."""
         names = [name for name in SHAPE_ATTRIBUTES if prim.HasAttribute(name)]
         varying = [name for name in names if prim.GetAttribute(name).ValueMightBeTimeVarying()]
@@ -203,6 +212,16 @@ def _scales(frames: Floats, good: NDArray[np.bool_] | None = None) -> Floats:
 
 def _size(vertices: Floats) -> float:
     return float(np.ptp(vertices, axis=0).max(initial=0.0))
+
+
+def _has_area(vertices: Floats, triangles: NDArray[Any], block: int = 4096) -> bool:
+    """Whether any triangle has an area; those of most meshes are found among the first."""
+    for first in range(0, len(triangles), block):
+        a, b, c = np.asarray(vertices, np.float64)[triangles[first : first + block].T.astype(np.intp)]
+        with np.errstate(all="ignore"):
+            if np.any(np.cross(b - a, c - a) != 0.0):
+                return True
+    return False
 
 
 def endless(plane: Any) -> bool:

@@ -15,7 +15,7 @@ import numpy as np
 
 from graph.sim import transforms
 from graph.sim.transforms import Floats
-from graph.sim.usd import EARLIEST, Usd, UsdGeom
+from graph.sim.usd import Usd, UsdGeom
 
 from .scan import Scan, scan_stage
 from .stage import Warn
@@ -208,12 +208,15 @@ def _warn_of_idle_samples(warn: Warn, scan: Scan) -> None:
 
 
 def _warn_of_scale(warn: Warn, path: str, prim: Any) -> None:
-    xform = UsdGeom.Xformable(prim)
-    times = xform.GetTimeSamples()
-    first = np.array(xform.GetLocalTransformation(EARLIEST))[:3, :3]
-    for code in {times[len(times) // 2], times[-1]} if times else ():
-        linear = np.array(xform.GetLocalTransformation(code))[:3, :3]
+    for op in UsdGeom.Xformable(prim).GetOrderedXformOps():
+        if op.GetOpType() not in (UsdGeom.XformOp.TypeScale, UsdGeom.XformOp.TypeTransform):
+            continue
+        codes = op.GetTimeSamples()
+        if len(codes) < 2:
+            continue
+        linear = np.array([np.array(op.GetOpTransform(code))[:3, :3] for code in codes])
         # A rotation does not change the lengths of the rows and the angles between them.
-        if np.abs(linear @ linear.T - first @ first.T).max() > 1e-5 * np.abs(first @ first.T).max():
+        grams = linear @ np.swapaxes(linear, 1, 2)
+        if np.abs(grams - grams[0]).max() > 1e-5 * np.abs(grams[0]).max():
             warn("animated-scale", path, "its scale has time samples; rays see it in the size of the first")
             return

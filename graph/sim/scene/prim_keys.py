@@ -170,22 +170,6 @@ def _reference(context: PrimContext, prim: Any, keys: Keys, name: str, done: set
         prim.GetReferences().AddReference(layer.identifier, f"/{roots[0]}")
     else:
         raise ValueError(f"{file.name} has no defaultPrim and {len(roots)} root prims; give it a defaultPrim")
-    _compare_units(context, prim, layer, file.name)
-
-
-def _compare_units(context: PrimContext, prim: Any, layer: Any, name: str) -> None:
-    """USD neither scales nor turns what it references; say so where units or up axis differ (its defaults: cm, Y)."""
-    root = layer.pseudoRoot
-    unit = float(root.GetInfo("metersPerUnit")) if root.HasInfo("metersPerUnit") else UsdGeom.LinearUnits.centimeters
-    up = str(root.GetInfo("upAxis")) if root.HasInfo("upAxis") else str(UsdGeom.GetFallbackUpAxis())
-    ours = UsdGeom.GetStageMetersPerUnit(context.stage), str(UsdGeom.GetStageUpAxis(context.stage))
-    if not math.isclose(unit, ours[0]) or up != ours[1]:
-        context.warn(
-            "units-mismatch",
-            str(prim.GetPath()),
-            f"{name} has {unit:g} m per unit and {up} up, the stage {ours[0]:g} and {ours[1]}; USD does not convert. "
-            "Scale or turn the prim",
-        )
 
 
 def _schemas(context: PrimContext, prim: Any, keys: Keys, name: str, done: set[str]) -> None:

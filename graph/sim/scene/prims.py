@@ -16,6 +16,7 @@ from graph.base.suggest import did_you_mean
 from .prim_attributes import ending_alike
 from .prim_keys import FINAL, KEYS, PrimContext, SensorConfig, SensorPrims
 from .stage import Warn, ignore_warning
+from .stage_faults import tell_other_units
 
 MAX_DEPTH = 256
 """Names in a prim path."""
@@ -62,6 +63,8 @@ def author_prims(
     if problems:
         raise UserError(problems)
     context.confirm(before)
+    if any("reference" in keys for keys in prims.values()):
+        tell_other_units(stage, warn)
 
 
 def _with_parents(paths: Iterable[str]) -> int:

@@ -69,7 +69,7 @@ def open_stage(
     from .diagnostics import quiet
     from .layers import check_scene
     from .path_values import leave_out_path_values
-    from .stage_faults import check_metadata, repair_transforms, tell_assumed_units
+    from .stage_faults import check_metadata, repair_transforms, tell_assumed_units, tell_other_units
 
     file = Path(path).expanduser().absolute()
     roots = [file.parent] if allow_roots is None else [Path(each) for each in allow_roots]
@@ -90,6 +90,7 @@ def open_stage(
         checked.confirm(stage)
     check_metadata(stage)
     tell_assumed_units(stage, warn)
+    tell_other_units(stage, warn)
     repair_transforms(stage, warn)
     return stage
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Any
 
 from graph.base.errors import Problem, UserError
-from graph.sim.usd import Tf, Usd, UsdGeom
+from graph.sim.usd import Gf, Pcp, Tf, Usd, UsdGeom
 
 from .stage import Warn, meters_per_unit, scene_name, up_axis
 
@@ -45,6 +46,62 @@ def tell_assumed_units(stage: Any, warn: Warn) -> None:
             f"its root layer authors no {names}, so USD takes {' and '.join(assumed.values())}; author what is meant "
             f"in its metadata, such as {', '.join(assumed)}",
         )
+
+
+def tell_other_units(stage: Any, warn: Warn) -> None:
+    """Warn (`units-mismatch`) of references to files in other units, or with another up axis: USD converts neither.
+
+    Once for each file. A prim that makes up for it, by an op `unitsResolve` or a scale of just that ratio, needs none.
+    """
+    units = {layer: _units(layer) for layer in stage.GetUsedLayers()}
+    if len({unit for unit in units.values() if unit is not None}) < 2:
+        return
+    found: dict[str, list[tuple[str, str]]] = {}
+    for prim in stage.TraverseAll():
+        if prim.HasAuthoredReferences() or prim.HasAuthoredPayloads():
+            for parent, child in _arcs(prim.GetPrimIndex().rootNode):
+                asset = child.layerStack.identifier.rootLayer
+                if lack := _conversion(prim, units.get(parent.layerStack.identifier.rootLayer), units.get(asset)):
+                    found.setdefault(asset.GetDisplayName(), []).append((str(prim.GetPath()), lack))
+    for asset, places in found.items():
+        path, lack = places[0]
+        more = f"; the same holds for {', '.join(other for other, _ in places[1:4])}" if len(places) > 1 else ""
+        more += f" and {len(places) - 4:,} more" if len(places) > 4 else ""
+        warn("units-mismatch", path, f"it refers to {asset}, which USD does not convert: {lack}{more}")
+
+
+def _units(layer: Any) -> tuple[float, str] | None:
+    """Metres in a unit, and the up axis, that a layer authors; None where it authors no unit."""
+    info = layer.pseudoRoot
+    if not info.HasInfo("metersPerUnit"):
+        return None
+    return float(info.GetInfo("metersPerUnit")), str(info.GetInfo("upAxis") if info.HasInfo("upAxis") else "")
+
+
+def _arcs(node: Any) -> Iterator[tuple[Any, Any]]:
+    """(parent, child) of each reference and payload of a prim index that the prim itself has."""
+    for child in node.children:
+        if child.arcType in (Pcp.ArcTypeReference, Pcp.ArcTypePayload) and not child.IsDueToAncestor():
+            yield node, child
+        yield from _arcs(child)
+
+
+def _conversion(prim: Any, ours: tuple[float, str] | None, theirs: tuple[float, str] | None) -> str:
+    """What a prim lacks that refers to a file in other units; "" if nothing."""
+    if ours is None or theirs is None or any("unitsResolve" in str(name) for name in prim.GetPropertyNames()):
+        return ""
+    lacks, ratio = [], theirs[0] / ours[0]
+    local = UsdGeom.Xformable(prim).GetLocalTransformation() if prim.IsA(UsdGeom.Xformable) else Gf.Matrix4d(1)
+    if not any(math.isclose(each, ratio, rel_tol=1e-3) for each in (1.0, local.GetRow3(0).GetLength())):
+        lacks.append(f"its unit is {theirs[0]:g} m, that of the stage {ours[0]:g} m, so scale the prim by {ratio:g}")
+    if {theirs[1], ours[1]} == {"Y", "Z"}:
+        up = local.TransformDir(Gf.Vec3d.YAxis() if theirs[1] == "Y" else Gf.Vec3d.ZAxis()).GetNormalized()
+        if up["XYZ".index(ours[1])] < 0.999:
+            degrees = 90 if theirs[1] == "Y" else -90
+            lacks.append(
+                f"its up axis is {theirs[1]}, that of the stage {ours[1]}, so turn the prim by {degrees} deg about X"
+            )
+    return "; ".join(lacks)
 
 
 def _has_place(stage: Any) -> bool:

@@ -14,6 +14,7 @@ from graph.sim.transforms import (
     quaternion,
     quaternions,
     rigid_part,
+    rigid_parts,
     rotation_matrices,
     rotations_and_scales,
     slerp,
@@ -148,3 +149,19 @@ def test_the_rigid_part_and_its_inverse_of_a_scaled_pose():
     scaled = pose @ np.diag([2.0, 3, 4, 1])
     assert rigid_part(scaled) == pytest.approx(pose, abs=1e-15)
     assert inverse_rigid(pose) @ pose == pytest.approx(np.eye(4), abs=1e-15)
+
+
+@pytest.mark.parametrize("side", [0, 1, 2])
+@pytest.mark.parametrize("mirrored", [0, 1, 2])
+def test_a_reflection_turns_round_the_side_axis_and_leaves_the_others_where_they_point(side, mirrored):
+    pose = pose_matrices(np.array([1.0, 2, 3]), np.array([0.6, 0, 0.8, 0]))
+    scale = np.array([2.0, 2, 2, 1])
+    scale[mirrored] = -2.0
+    axes = pose @ np.diag(scale)
+    found = rigid_part(axes, side)
+    assert np.linalg.det(found[:3, :3]) == pytest.approx(1)
+    others = [axis for axis in range(3) if axis != side]
+    assert found[:3, others] == pytest.approx(axes[:3, others] / 2)
+    assert found[:3, side] == pytest.approx(-axes[:3, side] / 2)
+    assert found[:3, 3].tolist() == [1, 2, 3]
+    assert rigid_parts(axes[None])[0] == pytest.approx(rigid_part(axes))

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from pxr import UsdGeom
 
 from tests.support.lidar_worlds import add_box, add_lidar, frames_of, rotary, stare, weightless
 
@@ -118,3 +119,19 @@ def test_without_the_sensor_api_the_tick_rate_does_not_count_and_a_warning_says_
         [missing] = [warning for warning in app.warnings if warning.code == "sensor-api-missing"]
         assert missing.where == "/World/Lidar"
         assert "schemas: [OmniSensorAPI]" in missing.message
+
+
+def test_below_a_mirroring_parent_a_lidar_looks_where_the_scene_has_it_look_and_says_so():
+    # x scaled by -1: ahead is world -x, up stays up. The box behind, at x = -4, is seen ahead at 3.5 m.
+    with weightless() as app:
+        UsdGeom.Xform.Define(app.stage, "/World/Mirror").AddScaleOp().Set((-1, 1, 1))
+        add_box(app, "/World/Box", 1.0, (-4, 0, 0))
+        product = add_lidar(app, "/World/Mirror/Lidar", config=rotary(4, elevations=(0.0, 5.0)))
+        frame = frames_of(app, product, 6)[-1]
+        told = [one.where for one in app.warnings if one.code == "sensor-mirrored"]
+
+    level = np.abs(frame.channel("elevation")) < 1
+    np.testing.assert_allclose(frame.xyz[level], [[3.5, 0, 0]], atol=1e-5)
+    assert (frame.xyz[~level][:, 2] > 0.3).all()  # 3.5 tan 5 deg = 0.306
+    assert frame.end.world_sensor[:3, 2].tolist() == [0, 0, 1]
+    assert told == ["/World/Mirror/Lidar"]

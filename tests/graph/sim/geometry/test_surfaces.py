@@ -2,6 +2,7 @@ import math
 
 import numpy as np
 import pytest
+from pxr import UsdSkel
 
 from graph.sim.geometry.collect import collect_geometry
 from graph.sim.scene.stage import open_stage
@@ -196,14 +197,33 @@ def test_points_of_an_instancer_that_make_no_sense_are_left_out_and_said():
     assert "do not fit together" in warnings[0][2]
 
 
-def test_faces_without_an_area_alone_are_said():
+@pytest.mark.parametrize(
+    ("points", "said"),
+    [
+        ([(1, 0, 0)] * 3, True),
+        ([(1, 0, 0), (2, 1, 3), (3, 2, 6)], True),  # on a line
+        ([(1, 0, 0), (2, 1, 3), (3, 2, 6.001)], False),
+    ],
+)
+def test_faces_without_an_area_alone_are_said(points, said):
     stage = open_stage()
     mesh = UsdGeom.Mesh.Define(stage, "/M")
-    mesh.CreatePointsAttr([(1, 0, 0)] * 3)
+    mesh.CreatePointsAttr(points)
     mesh.CreateFaceVertexCountsAttr([3])
     mesh.CreateFaceVertexIndicesAttr([0, 1, 2])
     _, warnings = geometry_of(stage)
-    assert "no area" in warnings[0][2]
+    assert [message for _, _, message in warnings] == ["its faces have no area; nothing can hit it"] * said
+
+
+def test_what_a_skeleton_deforms_is_said():
+    stage = open_stage()
+    mesh = UsdGeom.Mesh.Define(stage, "/M")
+    mesh.CreatePointsAttr([(0, 0, 0), (1, 0, 0), (0, 1, 0)])
+    mesh.CreateFaceVertexCountsAttr([3])
+    mesh.CreateFaceVertexIndicesAttr([0, 1, 2])
+    UsdSkel.BindingAPI.Apply(mesh.GetPrim()).CreateJointIndicesPrimvar(False, 1).Set([0, 0, 0])
+    _, warnings = geometry_of(stage)
+    assert [(code, where) for code, where, _ in warnings] == [("skinned-shape", "/M")]
 
 
 def test_shapes_with_time_samples_are_seen_as_at_first_and_said():

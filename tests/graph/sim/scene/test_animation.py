@@ -136,6 +136,18 @@ def test_samples_that_nothing_plays_are_said():
     assert {("animated-body", "/World/Ball"), ("animated-scale", "/World/Mover")} <= found
 
 
+@pytest.mark.parametrize(("sizes", "said"), [([1, 3, 1, 3, 1], True), ([2, 2, 2, 2, 2], False)])
+def test_a_scale_is_looked_at_in_all_its_samples(sizes, said):
+    stage = stage_with_a_mover()
+    mover = UsdGeom.Xformable(stage.GetPrimAtPath("/World/Mover"))
+    scale = mover.AddScaleOp()
+    for number, size in enumerate(sizes):  # it also turns, which leaves the size as it is
+        scale.Set((size, size, size), 6 * number)
+    with App(stage) as app:
+        app.play()
+        assert ("animated-scale" in app.warnings.codes()) is said
+
+
 def test_a_sensor_that_does_not_count_from_its_parent_stays():
     stage = stage_with_a_mover()
     mast = UsdGeom.Xform.Define(stage, "/World/Mover/Mast")

@@ -246,3 +246,45 @@ def test_samples_that_are_not_finite_hold_the_last_place(tmp_path):
         app.update(steps=20)
         assert app.fabric.world_matrix("/A")[0, 3] == pytest.approx(6)
         assert app.warnings.codes() == ["bad-transform"]
+
+
+PART = '#usda 1.0\n(\n defaultPrim = "Part"\n metersPerUnit = 0.01\n upAxis = "Y"\n)\ndef Cube "Part" {}\n'
+WHOLE = """#usda 1.0
+(
+    metersPerUnit = 1
+    upAxis = "Z"
+)
+def Xform "A" (references = @part.usda@) {}
+def Xform "B" (payload = @part.usda@) {}
+def Xform "Scaled" (references = @part.usda@)
+{
+    float3 xformOp:scale = (0.01, 0.01, 0.01)
+    uniform token[] xformOpOrder = ["xformOp:scale"]
+}
+def Xform "Right" (references = @part.usda@)
+{
+    float xformOp:rotateX = 90
+    float3 xformOp:scale = (0.01, 0.01, 0.01)
+    uniform token[] xformOpOrder = ["xformOp:rotateX", "xformOp:scale"]
+}
+def Xform "Resolved" (references = @part.usda@)
+{
+    float3 xformOp:scale:unitsResolve = (0.01, 0.01, 0.01)
+    uniform token[] xformOpOrder = ["xformOp:scale:unitsResolve"]
+}
+"""
+
+
+def test_references_in_other_units_are_said_once_a_file_where_nothing_makes_up_for_it(tmp_path):
+    (tmp_path / "part.usda").write_text(PART)
+    (tmp_path / "same.usda").write_text(PART.replace("0.01", "1").replace('"Y"', '"Z"'))
+    file = tmp_path / "a.usda"
+    file.write_text(WHOLE + 'def "Same" (references = @same.usda@) {}\n')
+    _, warnings = opened(file)
+    [(code, where, message)] = warnings
+    assert (code, where) == ("units-mismatch", "/A")
+    assert message == (
+        "it refers to part.usda, which USD does not convert: its unit is 0.01 m, that of the stage 1 m, so scale the "
+        "prim by 0.01; its up axis is Y, that of the stage Z, so turn the prim by 90 deg about X; the same holds for "
+        "/B, /Scaled"
+    )

@@ -172,7 +172,9 @@ def test_a_reference_brings_its_default_prim_and_says_when_units_differ(tmp_path
         warn=lambda *warning: warnings.append(warning),
     )
     assert stage.GetPrimAtPath("/P").GetTypeName() == "Cube"
-    assert [(code, where) for code, where, _ in warnings] == [("units-mismatch", "/P")]
+    [(code, place, message)] = warnings
+    assert (code, place) == ("units-mismatch", "/P")
+    assert message.endswith("its unit is 0.01 m, that of the stage 1 m, so scale the prim by 0.01")
     (tmp_path / "sub").mkdir()
     assert "lies outside" in problems({"/P": {"reference": "../part.usda"}}, folder=tmp_path / "sub")[0]
     assert "no such scene file" in problems({"/P": {"reference": "gone.usda"}}, folder=tmp_path)[0]
