@@ -101,7 +101,7 @@ KNOWN = (
     "/app/sensors/nv/lidar/publishNormals",
     "/rtx/materialDb/nonVisualMaterialSemantics/prefix",
 )
-"""Every setting that something here reads."""
+"""Every setting that TickGraph reads."""
 
 _RATES = {RATE_LIMIT_FREQUENCY, TARGET_FRAMERATE, TIME_CODES_PER_SECOND}
 _NOT_NEGATIVE = {BARE_LIDAR_TICK_RATE, PLAY_DELAY}
@@ -111,11 +111,11 @@ _TRUTH = {"true": True, "false": False, "1": True, "0": False, "on": True, "off"
 
 
 _MOST_SUGGESTIONS = 200
-"""Settings of a file that are looked at for misspellings."""
+"""Most settings of a file that are checked for misspellings."""
 
 
 class Settings:
-    """A tree of settings. Any path may be set; the known ones of `DEFAULTS` keep their type and range."""
+    """A tree of settings. Any path may be set; the known ones in `DEFAULTS` keep their type and range."""
 
     def __init__(self, values: Mapping[str, Any] | None = None, defaults: Mapping[str, Any] = DEFAULTS) -> None:
         self._values: dict[str, Any] = dict(defaults)
@@ -133,16 +133,16 @@ class Settings:
             raise UserError(problems)
 
     def get(self, path: str, default: Any = None) -> Any:
-        """The value at `path`; a dict of everything below it where it is a branch; else `default`."""
+        """The value at `path`; for a branch, a dict of everything below it; else `default`."""
         path = normalised(path)
         if path in self._values:
             return self._values[path]
         return self._branch(path) or default
 
     def set(self, path: str, value: Any) -> None:
-        """Sets a value (a dict sets the leaves below `path`) and tells the subscribers if it changed.
+        """Sets a value (a dict sets the leaves below `path`) and calls the subscribers if it changed.
 
-        Raises UserError if the path is not a path or a known setting cannot take the value.
+        Raises UserError for an invalid path or a value that a known setting does not accept.
         """
         path = normalised(path)
         if isinstance(value, Mapping):
@@ -178,14 +178,14 @@ class Settings:
         return exact.rate(self._values[normalised(path)])
 
     def on_misspelt(self, tell: Callable[[str, str], None]) -> None:
-        """Calls `tell(path, known)` for each setting, set already or later, that looks like a known one."""
+        """Calls `tell(path, known)` for each setting, present or future, that looks like a misspelt known one."""
         for path in sorted(self._authored)[:_MOST_SUGGESTIONS]:
             if known := suggestion(path):
                 tell(path, known)
         self._tell_misspelt = tell
 
     def subscribe(self, path: str, callback: Callable[[Any], None]) -> Callable[[], None]:
-        """Calls `callback(value)` when the value at `path` changes; returns what ends that."""
+        """Calls `callback(value)` when the value at `path` changes; returns a function that ends it."""
         callbacks = self._subscribers.setdefault(normalised(path), [])
         callbacks.append(callback)
 
@@ -224,7 +224,7 @@ class Settings:
 
 
 def _above(path: str) -> list[str]:
-    """The branches that a path lies below, from the root on."""
+    """The branches that contain a path, from the root on."""
     return [path[:place] for place, letter in enumerate(path) if letter == "/" and place]
 
 
@@ -255,7 +255,7 @@ def parse_value(text: str) -> Any:
 
 
 def normalised(path: str) -> str:
-    """The path with one leading slash and none at the end. Raises UserError if it is none."""
+    """The path with one leading slash and without a trailing slash. Raises UserError if it is not a setting path."""
     parts = path.strip().strip("/").split("/")
     if not all(parts) or any(part != part.strip() for part in parts):
         raise UserError(f"setting {path!r} is not a path; write it as /path/to/setting")
@@ -263,7 +263,7 @@ def normalised(path: str) -> str:
 
 
 def suggestion(path: str) -> str | None:
-    """The known setting that `path` is likely a misspelling of; None for known ones and for those of other tools.
+    """The known setting that `path` probably means; None for known ones and for those of other tools.
 
     Beside a known setting, in the same folder, a name may differ more; below `/tickgraph` all settings are ours.
     """

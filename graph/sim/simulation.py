@@ -1,4 +1,4 @@
-"""Physics steps: those of an update, direct ones, and what happens around each of them."""
+"""Physics steps: those of an update, direct ones, and the work around each of them."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ if TYPE_CHECKING:
     from .physics.protocol import PhysicsEngine
 
 _FEW_STEPS = 1000
-"""Steps of an update for which no limit is looked up."""
+"""Up to this many steps of an update, the limit is not looked up."""
 
 
 class StateCaptures(Protocol):
-    """Whoever needs the poses between two steps (`renderer.scheduler.SensorScheduler`)."""
+    """The interface of a consumer of poses between two steps (`renderer.scheduler.SensorScheduler`)."""
 
     next_capture: int
-    """The step count after which `capture` is to be called."""
+    """The step count after which `capture` must be called."""
 
     def plan(self, target: int, *, renders_there: bool) -> None:
-        """Before steps are run up to count `target`: decides after which of them the poses are needed."""
+        """Before steps run up to count `target`: decides after which of them the poses are needed."""
 
     def capture(self) -> None:
-        """Keeps the poses of now."""
+        """Stores the present poses."""
 
 
 class Simulation:
@@ -42,7 +42,7 @@ class Simulation:
 
     Each substep: pre-step subscribers, the engine's step, post-step subscribers below order 0, bookkeeping (count,
     time, external time, system time), a capture of poses if a sensor needs this state, the other post-step subscribers.
-    Subscribers below order 0 therefore see the old time, the others the new one.
+    So subscribers below order 0 see the old time, the others the new one.
     """
 
     def __init__(
@@ -68,7 +68,7 @@ class Simulation:
 
     @property
     def carry(self) -> Fraction:
-        """Time waiting for its physics step [s]."""
+        """Time that waits for its physics step [s]."""
         return self._accumulator.carry
 
     def get_num_physics_steps(self) -> int:
@@ -80,9 +80,9 @@ class Simulation:
         return self._world.built
 
     def set_rate(self, steps_per_second: Fraction) -> None:
-        """Takes a new rate [Hz] from the next step on.
+        """Sets a new rate [Hz] from the next step on.
 
-        Simulation time is steps / rate: while playing it moves, which is warned of (`simulation-time-moved`).
+        Simulation time is steps / rate: while playing it jumps, with a warning (`simulation-time-moved`).
         """
         count, before = self.clock.count, self.clock.rate
         self.clock.set_rate(checked_rate(steps_per_second, "physics"))
@@ -106,8 +106,8 @@ class Simulation:
     ) -> None:
         """Runs `steps` physics steps at once: no timeline, no rendering; the carry is dropped.
 
-        `callback(i, steps)` is called after step i = 1, 2, ...; False ends it. Fabric follows anyhow where it is on;
-        ValueError for `update_fabric` where it is off. Raises RunError while there is no world to step.
+        `callback(i, steps)` is called after step i = 1, 2, ...; False ends it. Fabric always follows if it is on;
+        `update_fabric` raises ValueError if it is off. Raises RunError without a built world.
         """
         steps = exact.count(steps, "steps", least=0)
         world = self._world
@@ -129,7 +129,7 @@ class Simulation:
                 return
 
     def run_update(self, elapsed: Fraction) -> None:
-        """The physics of one update in which the timeline moved by `elapsed` [s]."""
+        """The physics of one update in which the timeline advanced by `elapsed` [s]."""
         if elapsed and self.enabled:
             steps = self._accumulator.take(elapsed)
             if steps > _FEW_STEPS and self._world.physics is not None and steps > most("clock.steps"):
@@ -138,7 +138,7 @@ class Simulation:
                 self.run_steps(steps, renders_next=True)
 
     def run_steps(self, steps: int, *, renders_next: bool = False) -> None:
-        """Runs `steps` substeps. What was done is on the clocks also when the engine raises."""
+        """Runs `steps` substeps. The clocks count finished steps also if the engine raises."""
         clock, times, session, before = self.clock, self._times, self._session, self.clock.count
         self._captures.plan(clock.count + steps, renders_there=renders_next)
         observed = bool(self.pre_step or self.post_step)
@@ -157,7 +157,7 @@ class Simulation:
                 times.stepped(done if each else 1)
 
     def _run_unobserved(self, physics: PhysicsEngine, target: int) -> None:
-        """Steps to count `target`, all at once but for where poses are captured."""
+        """Steps to count `target`, all at once except where poses are captured."""
         fabric, clock, captures = self._world.fabric, self.clock, self._captures
         while clock.count < target:
             upcoming = captures.next_capture
@@ -196,19 +196,19 @@ class Simulation:
                 return
 
     def warm_up(self) -> None:
-        """Runs the warm-up steps, if any are set; the carry is dropped with them."""
+        """Runs the warm-up steps, if any are set; then drops the carry."""
         steps = int(self._settings.get(keys.WARM_UP_STEPS))
         if steps:
             self.run_steps(steps)
             self._accumulator.clear()
 
     def end(self) -> None:
-        """Stop: the steps that run end; time, count and carry are 0 again."""
+        """Stop: ends running steps; time, count and carry are 0 again."""
         self._session += 1
         self.restart_time()
 
     def restart_time(self) -> None:
-        """Time, count and carry are 0 again, and no samples are left; the monotonic clock goes on."""
+        """Sets time, count and carry to 0 and drops the samples; the monotonic clock continues."""
         self.clock.reset()
         self._accumulator.clear()
         self._times.samples.clear()

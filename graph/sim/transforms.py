@@ -1,8 +1,8 @@
-"""Poses as float64 arrays: the only module that turns matrices into quaternions and back.
+"""Poses as float64 arrays: the only module that converts matrices to quaternions and back.
 
-Quaternions are w, x, y, z and of unit length; `to_xyzw` and `from_xyzw` are for the order of ROS, OmniGraph and USD's
-arrays. Matrices are for column vectors: p_parent = M @ [p_child, 1]; USD's are their transposes. `...` in a shape is
-any number of leading axes. Lengths keep their unit.
+Quaternions are w, x, y, z and of unit length; `to_xyzw` and `from_xyzw` convert to the order of ROS, OmniGraph and
+USD's arrays. Matrices are for column vectors: p_parent = M @ [p_child, 1]; USD's are their transposes. `...` in a shape
+is any number of leading axes. Lengths keep their unit.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ def quaternion(rotation: Floats) -> Floats:
         w, x, y, z = c - g, b + d, squares[2], f + h
     else:
         w, x, y, z = d - b, c + g, f + h, squares[3]
-    length = sqrt(w * w + x * x + y * y + z * z)  # not `sum`, which rounds otherwise from Python 3.12 on
+    length = sqrt(w * w + x * x + y * y + z * z)  # not `sum`, which rounds differently from Python 3.12 on
     return np.array((w, x, y, z)) / (-length if w < 0 else length)
 
 
@@ -100,10 +100,11 @@ def from_xyzw(quaternions: Floats) -> Floats:
 
 
 def slerp(first: Floats, second: Floats, share: Floats | float) -> Floats:
-    """(..., 4) quaternions the `share` (...), 0 to 1, of the way from `first` to `second` (..., 4), the shorter way.
+    """(..., 4) quaternions at the fraction `share` (...), 0 to 1, from `first` to `second` (..., 4), on the shorter
+    arc.
 
-    Any order of components. Shoemake, "Animating rotation with quaternion curves" (1985). Quaternions that are (nearly)
-    the same are interpolated linearly and normalised, which differs by less than 1e-14.
+    Any order of components. Shoemake, "Animating rotation with quaternion curves" (1985). (Nearly) equal quaternions
+    are interpolated linearly and normalised, which differs by less than 1e-14.
     """
     first, second = np.asarray(first, np.float64), np.asarray(second, np.float64)
     share = np.asarray(share, np.float64)
@@ -122,7 +123,7 @@ def slerp(first: Floats, second: Floats, share: Floats | float) -> Floats:
 def rotations_and_scales(matrices: Floats) -> tuple[Floats, Floats]:
     """Rotations (n, 3, 3) and scales (n, 3) of translate-rotate-scale matrices (n, 4, 4).
 
-    A mirrored one gets a negative x scale; an axis of scale 0 leaves the rotation as if it were 1.
+    A mirrored one gets a negative x scale; an axis of scale 0 gives the rotation as if the scale were 1.
     """
     linear = matrices[:, :3, :3]
     scales = np.sqrt((linear * linear).sum(axis=1))
@@ -150,7 +151,9 @@ def rigid_part(matrix: Floats, side: int = 1) -> Floats:
             return rigid
     out = np.eye(4)
     out[:3, 3] = matrix[:3, 3]
-    if not np.isfinite(matrix).all():  # nothing is nearest; who reads transforms says that it is not finite
+    if not np.isfinite(
+        matrix
+    ).all():  # there is no nearest rotation; readers of transforms report that it is not finite
         return np.full((4, 4), np.nan)
     u, _, vt = np.linalg.svd(matrix[:3, :3])
     if np.linalg.det(u @ vt) < 0:
@@ -208,11 +211,11 @@ def transformed(matrix: Floats, points: Floats) -> Floats:
 
 
 FLAT = 1e-300
-"""A matrix with a determinant below is taken for flat."""
+"""A matrix with a smaller determinant counts as flat."""
 
 
 def usable(matrix: Floats) -> bool:
-    """Whether a matrix is affine, has neither NaN nor infinity and is not flat."""
+    """Whether a matrix is affine, finite and not flat."""
     return bool(all_usable(matrix[None])[0])
 
 

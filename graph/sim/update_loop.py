@@ -1,4 +1,4 @@
-"""App updates: each moves the clocks through the phases, in their order."""
+"""App updates: each advances the clocks through the phases, in their order."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class UpdateLoop:
-    """Runs the updates of one App. Subscribers of a phase must not drive it."""
+    """Runs the updates of one App. Subscribers of a phase must not call it."""
 
     def __init__(
         self,
@@ -34,11 +34,11 @@ class UpdateLoop:
     ) -> None:
         self.run_loop, self.phases = run_loop, phases
         self.update_index = 0
-        """Index of the running update, else the number of updates done."""
+        """Index of the running update; between updates, the number of updates done."""
         self.exit_requested = False
-        """Whether something (a node ExitApplication) asked the run to end; nothing is updated after that update."""
+        """Whether the end of the run was requested (by a node ExitApplication); no update follows."""
         self.closed = False
-        """Whether the App is closed; nothing is updated then."""
+        """Whether the App is closed, so that no update can run."""
         self._world, self._simulation, self._rendering = world, simulation, rendering
         self._scheduler = rendering.scheduler
         self._timeline, self._bus = timeline, bus
@@ -59,14 +59,14 @@ class UpdateLoop:
         }
 
     def check_drivable(self) -> None:
-        """Raises RunError where no update can run: inside one, or after `close`."""
+        """Raises RunError if no update can run: inside an update, or after `close`."""
         if self.phases.running:
             raise RunError("update() was called from inside an update; a subscriber must not drive the App")
         if self.closed:
             raise RunError("the App is closed; make a new one")
 
     def update(self, steps: int = 1) -> None:
-        """Runs `steps` app updates, each through all phases; fewer once the run is asked to end."""
+        """Runs `steps` app updates, each through all phases; fewer if the end of the run is requested."""
         steps = exact.count(steps, "steps", least=0)
         self.check_drivable()
         self.phases.running = True
@@ -114,7 +114,7 @@ class UpdateLoop:
         for callback in self._physics_phase.before:
             callback()
         try:
-            self._simulation.run_update(timeline.delta)  # 0 where a subscriber has stopped the timeline meanwhile
+            self._simulation.run_update(timeline.delta)  # 0 if a subscriber has stopped the timeline meanwhile
         finally:
             done = perf_counter()
             self._physics_s += done - started
@@ -141,7 +141,7 @@ class UpdateLoop:
         self.run_loop.end()
 
     def deliver_frames(self) -> None:
-        """Delivers now what was rendered and would only arrive with the next update (profile `isaacsim-6.0.1`)."""
+        """Delivers rendered frames now that would arrive only with the next update (profile `isaacsim-6.0.1`)."""
         if self._scheduler.pending_frames:
             self._scheduler.deliver_pending()
             self._hand_over()

@@ -1,4 +1,5 @@
-"""The one module that imports USD; importing it also registers our schemas, so that no stage can come before them.
+"""The one module that imports USD; importing it also registers our schemas, so that they are known before any stage
+opens.
 
 Import it inside functions, or from modules that are themselves imported late: it costs about 0.1 s.
 """
@@ -32,4 +33,4 @@ SCHEMAS = Path(__file__).parent / "schemas"
 Plug.Registry().RegisterPlugins(str(SCHEMAS))
 
 EARLIEST = Usd.TimeCode.EarliestTime()
-"""The time at which scenes are read: authored defaults, or the first sample of what is only animated."""
+"""The time at which scenes are read: authored defaults, or the first sample of values that are only animated."""

@@ -1,4 +1,4 @@
-"""Warnings of a run: a stable code, where, and what it means; said once and counted."""
+"""Warnings of a run: a stable code, a place, and a message; shown once and counted."""
 
 from __future__ import annotations
 
@@ -28,13 +28,15 @@ class RunWarning:
 
 
 class WarningList:
-    """The distinct warnings of a run in the order of their first appearance; see `warning_keys` for which are one."""
+    """The distinct warnings of a run in the order of their first appearance; `warning_keys` says which count as the
+    same.
+    """
 
     def __init__(self) -> None:
         self._seen: dict[Key, RunWarning] = {}
 
     def add(self, code: str, where: str, message: str) -> None:
-        """Notes a warning; its first appearance goes to the log "tickgraph.warnings" too."""
+        """Adds a warning; its first appearance is also logged to "tickgraph.warnings"."""
         key = key_of(code, where, message, self._seen)
         known = self._seen.get(key)
         if known is not None:

@@ -25,13 +25,13 @@ if TYPE_CHECKING:
     from .state.prim_poses import PrimPoses
 
 EXTERNAL_TIME = ("/ExternalSimulationTime", "omni:time")
-"""Where in Fabric the renderer's clock stands: prim and attribute."""
+"""The place of the renderer's clock in Fabric: prim and attribute."""
 
 
 class World:
-    """Stage, Fabric and physics of one App. It knows no clock and no sensor: whoever plays it builds and frees it.
+    """Stage, Fabric and physics of one App. It knows no clock and no sensor; its player builds and frees it.
 
-    `mjcf` is the MJCF model that the stage mirrors, if it does; `engine` makes the physics engine of each play.
+    `mjcf` is the MJCF model that the stage mirrors, if any; `engine` makes the physics engine of each play.
     """
 
     def __init__(
@@ -54,13 +54,13 @@ class World:
         self.warn = warn
         self.meters_per_unit: float = meters_per_unit(stage)
         self.steps_per_second = Fraction(60)
-        """The rate that physics is built with [Hz]; see `set_rate`."""
+        """The rate with which physics is built [Hz]; see `set_rate`."""
         self.physics: PhysicsEngine | None = None
         """The physics engine; None while stopped or when nothing is dynamic."""
         self.built = False
-        """Whether there is a physical world: from play, or `initialize_physics`, to stop."""
+        """Whether a physical world exists: from play, or `initialize_physics`, to stop."""
         self.live: LiveStage | None = None
-        """Keeps the playing world and its stage together; None while stopped."""
+        """Keeps the playing world and its stage consistent; None while stopped."""
         self.fabric: PrimPoses = self._new_fabric()
         self._stage_state: StageState | None = None
         self._geometry: tuple[Mesh | Plane, ...] | None = None
@@ -68,13 +68,13 @@ class World:
 
     @property
     def authored_rate(self) -> Fraction | None:
-        """Steps per second [Hz] that the active physics scene or the MJCF model authors; None where none does."""
+        """Steps per second [Hz] that the active physics scene or the MJCF model authors, or None."""
         from .scene.stage import physics_scene_rate
 
         return physics_scene_rate(self.stage) if self.mjcf is None else self.mjcf.physics_rate
 
     def set_rate(self, steps_per_second: Fraction) -> None:
-        """Takes a new physics rate [Hz] from the next step on, also while playing."""
+        """Sets a new physics rate [Hz] from the next step on, also while playing."""
         self.steps_per_second = steps_per_second
         if self.physics is not None:
             self.physics.set_dt(1 / steps_per_second)
@@ -82,7 +82,7 @@ class World:
     # -- what rays can hit -------------------------------------------------------------------------------------------
 
     def geometry(self) -> tuple[Mesh | Plane, ...]:
-        """What rays can hit (`graph.sim.geometry.collect.collect_geometry`), collected once per play."""
+        """The geometry for rays (`graph.sim.geometry.collect.collect_geometry`), collected once per play."""
         if self._geometry is None:
             from .geometry.collect import collect_geometry
             from .scene.scan import scan_stage
@@ -93,34 +93,34 @@ class World:
         return self._geometry
 
     def forget_geometry(self) -> None:
-        """Has what rays can hit collected again when it is needed next."""
+        """Makes the geometry for rays be collected again at its next use."""
         self._geometry = None
 
     # -- edits -------------------------------------------------------------------------------------------------------
 
     def edit(self, player: Player, when_playing: str | None = None) -> AbstractContextManager[Any]:
-        """`with world.edit(player, "recompile") as stage:` changes the world while it plays too; see `EditStage`."""
+        """`with world.edit(player, "recompile") as stage:` changes the world, also while playing; see `EditStage`."""
         choice = self.when_playing if when_playing is None else checked_choice(when_playing)
         return EditStage(self, player, choice)
 
     def add_prims(
         self, player: Player, prims: Mapping[str, Mapping[str, Any]], when_playing: str | None = None
     ) -> None:
-        """Authors prims, path to keys as under `scene.prims` in a graph file, inside an `edit`."""
+        """Authors prims inside an `edit`; path to keys as under `scene.prims` in a graph file."""
         from .scene.prims import author_prims
 
         with self.edit(player, when_playing) as stage:
             author_prims(stage, prims, warn=self.warn)
 
     def remove_prims(self, player: Player, *paths: str, when_playing: str | None = None) -> None:
-        """Removes prims, inside an `edit`. Raises UserError for one that is not there."""
+        """Removes prims inside an `edit`. Raises UserError for a missing prim."""
         with self.edit(player, when_playing) as stage:
             remove_prims(stage, paths)
 
     # -- life --------------------------------------------------------------------------------------------------------
 
     def build(self) -> None:
-        """Builds physics from the stage and binds Fabric to it; on failure the stage is put back."""
+        """Builds physics from the stage and binds Fabric to it; on failure the stage is restored."""
         from .damage import reading
         from .physics import build_physics
         from .scene.live_stage import LiveStage
@@ -150,7 +150,7 @@ class World:
         self.built = True
 
     def release(self) -> None:
-        """Frees what `build` has made; the stage stays as it is until `restore`."""
+        """Frees what `build` has made; the stage stays unchanged until `restore`."""
         if self.live is not None:
             self.live.close()
             self.live = None
@@ -162,7 +162,7 @@ class World:
             physics.close()
 
     def restore(self) -> None:
-        """Puts the stage back to what it was when `build` began."""
+        """Restores the stage to its state when `build` began."""
         if self._stage_state is not None:
             self._stage_state.restore()
 
@@ -189,9 +189,8 @@ def open_world(
 ) -> World:
     """The world of a stage (the path of a USD file, a `Usd.Stage`, None: an empty one) or of an MJCF file or model.
 
-    allow: folders beside the USD file's own that it may refer to. Graphs of a USD file do not run here:
-    `graphs-not-run` says which. Raises UserError for anything else, where both are given, and for an MJCF model that
-    `engine` does not simulate.
+    allow: further folders to which the USD file may refer. Graphs of a USD file do not run here: `graphs-not-run` names
+    them. Raises UserError for anything else, if both are given, and for an MJCF model that `engine` does not simulate.
     """
     from .scene.stage import open_stage, register_schemas
 

@@ -93,7 +93,7 @@ class Body:
     max_speed: tuple[float, float] = (math.inf, math.inf)
     """Its largest speed [m/s] (of the centre of mass) and angular speed [rad/s], if the body is free."""
     asleep: bool = False
-    """It starts asleep: it does not move until something that moves touches it."""
+    """It starts asleep: it does not move until a moving body touches it."""
     name: str = ""
     """Its name in the engine's model, if that is not its path."""
 

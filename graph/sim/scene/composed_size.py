@@ -1,10 +1,9 @@
-"""How many prims composing a scene gives, counted from its layers before anything is composed.
+"""Counts the prims that composing a scene gives, from its layers, before anything is composed.
 
 A scene of a few lines can ask for more prims than any machine holds: a prim that references another twice, which
-references another twice, and so on for forty steps. What a prim composes to follows from its sites, the places in
-layer stacks that say something of it: arcs add sites, the children of all sites merge by their names. So the count
-below equal sites is equal, and is made once. Prims below instances count each time, as whoever walks the scene meets
-them each time.
+references another twice, and so on for forty steps. A composed prim follows from its sites, the places in layer stacks
+that describe it: arcs add sites, and the children of all sites merge by name. So the count below equal sites is equal,
+and is computed once. Prims below instances count each time, because a traversal of the scene meets them each time.
 """
 
 from __future__ import annotations
@@ -16,20 +15,20 @@ from graph.base.limits import most
 
 _ARCS = ("references", "payload", "inheritPaths", "specializes")
 _DEEPEST = 500
-"""Prims above one another; what goes on beyond leads back to itself."""
+"""Most nested prims; deeper nesting refers back to itself."""
 
 Expressions = Mapping[tuple[str, str], Set[str]]
-"""The paths that each variable expression comes to, by the layer that has it."""
+"""The paths that each variable expression evaluates to, by the layer that contains it."""
 
 Site = tuple[str, str]
 """The identifier of the root layer of a stack, and a path in it."""
 
 
 def too_many_prims(root: Any, expressions: Expressions | None = None) -> int:
-    """The number of prims that a root layer (`Sdf.Layer`) would compose if it is above the limit usd.prims, else 0.
+    """The number of prims that a root layer (`Sdf.Layer`) would compose if it exceeds the limit usd.prims, else 0.
 
-    Layers that are not open count nothing. Of the variants of a set the one that is selected counts, and where nothing
-    is selected each, as another layer may select it.
+    Layers that are not open count as empty. In a variant set only the selected variant counts, or all of them without a
+    selection, because another layer may select any.
     """
     count = _Count(expressions or {})
     count.stack(root)
@@ -47,7 +46,7 @@ class _Count:
         self._arcs_followed = 0
 
     def below(self, sites: tuple[Site, ...]) -> int:
-        """How many prims the prim with these sites comes to, itself included."""
+        """The number of prims of the prim with these sites, itself included."""
         # Iterative: each frame is [sites, children still to add, sum so far].
         frames: list[tuple[tuple[Site, ...], Iterator[tuple[Site, ...]], list[int]]] = []
         limit = most("usd.prims")
@@ -64,12 +63,12 @@ class _Count:
                 total[0] += self._known[child]
             elif len(frames) < _DEEPEST:
                 self._push(frames, child)
-            if total[0] > limit:  # as much is there at least
+            if total[0] > limit:  # a lower bound of the number
                 return total[0]
         return self._known[sites]
 
     def _push(self, frames: list[Any], sites: tuple[Site, ...]) -> None:
-        self._known[sites] = 1  # what leads back to itself composes nothing more
+        self._known[sites] = 1  # a reference back to itself composes nothing more
         frames.append((sites, self._children(sites), [1]))
 
     def _children(self, sites: tuple[Site, ...]) -> Iterator[tuple[Site, ...]]:
@@ -83,7 +82,7 @@ class _Count:
             yield tuple(found)
 
     def _with_arcs(self, sites: tuple[Site, ...]) -> Iterator[Site]:
-        """The sites of a prim and those that their arcs and variants add, each once."""
+        """The sites of a prim and those that its arcs and variants add, each once."""
         found = dict.fromkeys(sites)
         pending = list(sites)
         while pending:
@@ -120,7 +119,7 @@ class _Count:
                     yield from self._existing(target.identifier, wanted)
 
     def _existing(self, identifier: str, path: str) -> Iterable[Site]:
-        """The site, and those that arcs of the prims above it bring to it; what leads back to itself brings nothing."""
+        """The site, and the sites that arcs of its ancestors add; a reference back to itself adds none."""
         site = identifier, path
         if site not in self._reached:
             self._reached[site] = found = {site: None}
@@ -138,7 +137,7 @@ class _Count:
         return [spec for spec in found if spec is not None]
 
     def _open(self, author: Any, asset: str) -> list[Any]:
-        """The open layers that an asset path in a layer names: one, or several if it is an expression, or none."""
+        """The open layers that an asset path in a layer names: none, one, or several for an expression."""
         from graph.sim.usd import Sdf
 
         paths = self._expressions.get((author.identifier, asset))
@@ -146,7 +145,7 @@ class _Count:
         return [layer for layer in found if layer is not None]
 
     def stack(self, layer: Any) -> None:
-        """Notes a layer and its sublayers, each once."""
+        """Adds a layer and its sublayers, each once."""
         if layer.identifier in self._stacks:
             return
         self._layers[layer.identifier] = layer

@@ -1,8 +1,8 @@
-"""The sizes that a binary layer (.usdc) states, looked at before USD's reader takes so much memory.
+"""Checks the sizes stated in a binary layer (.usdc) before USD's reader allocates that much memory.
 
 A crate file begins with PXR-USDC, eight bytes of version and the offset of its table of contents: a count, then name
-(16 bytes), start and size of each section. A section begins with numbers of entries, then come packed blocks, each with
-its size before it. FIELDS holds a word for each value: flags, type, and where in the file the value lies (OpenUSD,
+(16 bytes), start and size of each section. A section begins with numbers of entries, followed by packed blocks, each
+with its size before it. FIELDS holds a word for each value: flags, type, and where in the file the value lies (OpenUSD,
 crateFile.cpp and crateDataTypes.h, since version 0.4).
 """
 
@@ -21,20 +21,20 @@ _SECTIONS = {
     b"PATHS": (2, 3),
     b"SPECS": (1, 3),
 }
-"""How many numbers of entries and how many packed blocks each section has. TOKENS: the second counts bytes."""
+"""The number of counts and of packed blocks in each section. TOKENS: the second count is in bytes."""
 _SECTION = 32
 """Bytes of an entry of the table of contents."""
 _ARRAY, _INLINED, _COMPRESSED = 1 << 63, 1 << 62, 1 << 61
 _VECTORS, _LIST_OPS = (31, 40, 41, 45, 48, 49, 50), (32, 33, 34, 35, 36, 37, 38, 39, 54, 55)
-"""Types that begin with a count, and those that begin with a byte of flags and a count."""
+"""Types that begin with a count, and types that begin with a byte of flags and a count."""
 _OLD = b"\0\7\0"
 """Arrays of files before this version count in 32 bits."""
 
 
 def crate_entries(path: Path) -> int:
-    """The most entries that a table or value of a crate file says it has; 0 for what is not a crate file, or too short.
+    """The largest count of entries that a table or value of a crate file states; 0 for other and too short files.
 
-    A table, block or unpacked value that cannot be in the file counts as so many entries as it says.
+    A table, block or unpacked value that does not fit into the file counts with the entries that it states.
     """
     with path.open("rb") as file:
         if file.read(8) != b"PXR-USDC":
@@ -43,7 +43,7 @@ def crate_entries(path: Path) -> int:
         try:
             for count in _counts(file, path.stat().st_size):
                 most = max(most, count)
-        except (struct.error, OSError, ValueError, IndexError):  # USD says what is wrong with it
+        except (struct.error, OSError, ValueError, IndexError):  # USD reports the mistake
             pass
         return most
 
@@ -73,7 +73,7 @@ def _counts(file: BinaryIO, length: int) -> Iterator[int]:
 
 
 def _values(file: BinaryIO, length: int, version: bytes, packed: bytes, count: int) -> Iterator[int]:
-    """What the values of all fields say of their sizes."""
+    """The sizes that the values of all fields state."""
     import numpy as np
     from lz4.block import LZ4BlockError, decompress
 

@@ -1,4 +1,4 @@
-"""Which prims leave a stage, told at the moment they do."""
+"""Reports prims at the moment they are removed from a stage."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from graph.sim.usd import Sdf, Tf, Usd
 
 
 class Deletions:
-    """Calls `on_deleted(path)` for each prim that is removed, renamed or deactivated away; not for those below it."""
+    """Calls `on_deleted(path)` for each prim that is removed, renamed or deactivated; not for its descendants."""
 
     def __init__(self, stage: Any, on_deleted: Callable[[str], object]) -> None:
         self._stage = stage
@@ -32,7 +32,7 @@ class Deletions:
             self._on_deleted(name)
 
     def _resynced(self, path: Any) -> list[str]:
-        """The topmost of the known prims at and below a path that are there no more."""
+        """The topmost of the known prims at and below a path that no longer exist."""
         name = str(path)
         prim = self._stage.GetPrimAtPath(path)
         there = {str(each.GetPath()) for each in self._prims(prim)} if prim else set()

@@ -1,4 +1,4 @@
-"""What USD would print about a scene, as warnings."""
+"""Turns USD's printed messages about a scene into warnings."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Warn = Callable[[str, str, str], None]
 
 @contextmanager
 def quiet(warn: Warn, where: str) -> Iterator[None]:
-    """Turn what USD would print about a scene into warnings `usd-composition`."""
+    """Turns USD's printed messages about a scene into warnings `usd-composition`."""
     from graph.sim.usd import UsdUtils
 
     delegate = UsdUtils.CoalescingDiagnosticDelegate()
@@ -28,11 +28,11 @@ def quiet(warn: Warn, where: str) -> Iterator[None]:
 
 
 _KNOWN = "Could not open asset", "Could not load sublayer", "was muted for"
-"""What a missing asset has been told about already."""
+"""Messages about missing assets, which are already reported."""
 
 
 def _readable(text: str) -> str:
-    """A message of USD without what concerns only its inside."""
+    """A message of USD without its internal details."""
     text = re.sub(r"\(instantiating stage on stage [^)]*\)|,@[^@]*-session\.usda@", "", " ".join(text.split()))
     # Anonymous layers are named by their address, which differs from run to run.
     return re.sub(r"anon:0x[0-9a-f]+:|<?0x[0-9a-f]{6,}>?", "", text).strip()

@@ -1,4 +1,4 @@
-"""Changing the world: edits of the stage that say what is to happen if it plays."""
+"""Edits of the stage, with a choice of what happens if it plays."""
 
 from __future__ import annotations
 
@@ -23,23 +23,23 @@ class Editable(Protocol):
 
     @property
     def live(self) -> LiveStage | None:
-        """What keeps the playing world and its stage together; None while stopped."""
+        """Keeps the playing world and its stage consistent; None while stopped."""
 
 
 class Player(Protocol):
-    """Whoever plays a world."""
+    """The interface that plays a world."""
 
     def halt(self) -> Callable[[], None]:
-        """Stops; returns what has the world play again, or pause, as it did."""
+        """Stops; returns a function that restores playing or pause."""
 
 
 class EditStage:
-    """`with` this the stage can be edited; while stopped it is just that.
+    """A context manager in which the stage can be edited; while stopped there are no further effects.
 
-    While playing or paused, `refuse` raises RunError before anything is edited. `restart` stops, has the stage edited
-    and plays again (paused if it was paused): clocks, nodes and bodies begin anew, the edit outlives the next stop.
-    `recompile` edits the playing stage and compiles physics anew in place: clocks go on, bodies keep their state, and
-    the edit is gone with the next stop, which restores the stage of play.
+    While playing or paused, `refuse` raises RunError before any edit. `restart` stops, lets the stage be edited and
+    plays again (paused if it was paused): clocks, nodes and bodies start again, and the edit outlives the next stop.
+    `recompile` edits the playing stage and compiles physics again in place: clocks continue, bodies keep their state,
+    and the edit is gone after the next stop, which restores the stage of play.
     """
 
     def __init__(self, world: Editable, player: Player, when_playing: WhenPlaying) -> None:
@@ -73,9 +73,9 @@ class EditStage:
 
 
 def remove_prims(stage: Any, paths: Sequence[str]) -> None:
-    """Remove prims from a stage, what lies below included. Raises UserError for one that is not there.
+    """Removes prims from a stage, with everything below them. Raises UserError for a missing prim.
 
-    One that the scene's own file brings in is made inactive instead, which leaves the file alone.
+    A prim from the scene's own file is made inactive instead, so the file stays unchanged.
     """
     from graph.sim.usd import Sdf
 

@@ -1,7 +1,7 @@
 """Asset paths that are variable expressions, such as @`"./${ROBOT}.usda"`@.
 
-USD puts in what the root layer of a layer stack says of its variables (`expressionVariables`), and over that what the
-layer stacks say that reference it. So what a path comes to depends on how its layer was reached.
+USD evaluates them with the variables of the root layer of a layer stack (`expressionVariables`), overridden by those of
+the layer stacks that reference it. So the result depends on the path by which the layer was reached.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ Variables = Mapping[str, Any]
 
 
 def stack_variables(layer: Any, above: Variables) -> Variables:
-    """The variables of the layer stack whose root is `layer` (`Sdf.Layer`), where those `above` bring it in."""
+    """The variables of the layer stack with root `layer` (`Sdf.Layer`), overridden by those `above`."""
     own = layer.expressionVariables
     return {**own, **above} if own else above
 
@@ -25,9 +25,9 @@ def as_key(variables: Variables) -> str:
 
 
 def evaluated(asset: str, variables: Variables) -> tuple[str, str]:
-    """The path that an asset path stands for, and what is to be said of the expression if there is nothing.
+    """The path that an asset path evaluates to, and an error message if there is no path.
 
-    A plain path is itself, with nothing to say. The path is "" where the expression asks for nothing, or is wrong.
+    A plain path is returned unchanged, without a message. The path is "" if the expression is empty or wrong.
     """
     from graph.sim.usd import Sdf
 

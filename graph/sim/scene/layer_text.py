@@ -1,4 +1,4 @@
-"""The text of USD layers, looked at as bytes before USD's parser sees it: how large, how deep, does it compose."""
+"""Examines the text of USD layers as bytes before USD's parser sees it: size, nesting, composition."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pathlib import Path
 MAX_NESTING = 256
 """Brackets that may be open at once in a text layer."""
 _SHALLOW = 100
-"""Brackets of a file that cannot nest too deeply, whatever the limit of its kind."""
+"""A file with fewer brackets cannot nest too deeply, whatever its limit."""
 
 _OPAQUE = re.compile(
     rb'"""(?:[^\\]|\\.)*?"""|\'\'\'(?:[^\\]|\\.)*?\'\'\'|"(?:[^"\\\n]|\\.)*"|\'(?:[^\'\\\n]|\\.)*\''
@@ -19,7 +19,10 @@ _OPAQUE = re.compile(
     re.DOTALL,
 )
 _RARE = (b"#", b"'", b"@", b"\\", b"//", b"/*", b'"""')
-"""What starts something opaque in few texts. Without any, a string is what stands between two quotes of a line."""
+"""Starts of comments, paths and long strings, which few texts have.
+
+In a text without them, a string is what stands between two quotes on a line.
+"""
 _SHORT_STRING = re.compile(rb'"[^"\n]*"')
 _MEANINGLESS = bytes(set(range(256)) - set(b'"\n{}()[]'))
 _DEFINING = (b"def ", b"over ", b"class ")
@@ -30,7 +33,7 @@ SCENE_SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
 
 
 def longest_text(path: Path) -> int:
-    """Bytes of the file if it is text, or of the largest text layer in a package, by what the package says; else 0."""
+    """Bytes of the file if it is text, or of the largest text layer in a package as the package states; else 0."""
     with path.open("rb") as stream:
         start = stream.read(8)
     if not start.startswith(BINARY):
@@ -69,7 +72,7 @@ def depth(path: Path) -> int:
 
 
 def written_prims(path: Path) -> int:
-    """About how many prims a text layer or package defines, by its words; 0 for a binary layer."""
+    """The approximate number of prims that a text layer or package defines, by its keywords; 0 for a binary layer."""
     return _measured(path)[1]
 
 
@@ -80,7 +83,7 @@ def _measured(path: Path) -> tuple[int, int]:
 
 @lru_cache(maxsize=64)
 def _measure(path: Path, size: int, modified: int) -> tuple[int, int]:
-    # Size and time of change are only there to tell whether it is still the same file.
+    # Size and modification time are only used to detect another file.
     deepest, prims = 0, 0
     for data in _text_layers(path):
         deepest = max(deepest, nesting(data))
@@ -89,7 +92,7 @@ def _measure(path: Path, size: int, modified: int) -> tuple[int, int]:
 
 
 def nesting(data: bytes) -> int:
-    """How many brackets of any kind are open at most; strings, comments and asset paths do not count."""
+    """The largest number of open brackets of any kind; strings, comments and asset paths do not count."""
     import numpy as np
 
     if sum(map(data.count, (b"{", b"(", b"["))) <= _SHALLOW:
@@ -103,7 +106,7 @@ def nesting(data: bytes) -> int:
 
 
 def _without_opaque(data: bytes) -> bytes:
-    """Without strings, comments and asset paths; of a text that has no other than short strings, the brackets alone."""
+    """The text without strings, comments and asset paths; for a text with only short strings, only its brackets."""
     if data.startswith(b"#"):
         data = data.partition(b"\n")[2]
     if any(mark in data for mark in _RARE):
@@ -112,7 +115,7 @@ def _without_opaque(data: bytes) -> bytes:
 
 
 def may_compose(path: Path) -> bool:
-    """Whether a layer may bring in others: a text layer without any of the words that do so cannot."""
+    """Whether a layer may compose other layers: a text layer without any of the keywords cannot."""
     with path.open("rb") as stream:
         start = stream.read(8)
         if start.startswith(BINARY):

@@ -1,8 +1,8 @@
-"""What a scene file would make USD open, found out before USD opens it.
+"""Finds all layers that a scene file would make USD open, and checks them before USD opens them.
 
-A scene may come from a stranger. Composing it follows sublayers, references, payloads and value clips to any file
-of the machine, and a text layer nested too deeply ends the process inside USD's parser. So every layer is looked at
-first: where it lies, how deep it nests, and what it asks for next.
+A scene may be untrusted. Composing it follows sublayers, references, payloads and value clips to any file of the
+machine, and a text layer nested too deeply ends the process inside USD's parser. So every layer is examined first: its
+place, its nesting, and the layers that it names.
 """
 
 from __future__ import annotations
@@ -36,18 +36,18 @@ _ARCS = (*_NAMING, "inheritPaths", "specializes")
 
 @dataclass(frozen=True, slots=True)
 class Checked:
-    """The layers that a scene may open. As long as they are held, opening the scene does not read them again."""
+    """The layers that a scene may open. While this object exists, opening the scene does not read them again."""
 
     layers: list[Any]
     files: Mapping[str, tuple[int, int]]
     """By layer identifier: device and inode of the file that was checked."""
     outside: Sequence[str] = ()
-    """Files that it names and may not open, to be muted on the stage before it composes."""
+    """Files that it names and may not open; they are muted on the stage before it composes."""
 
     def confirm(self, stage: Any, before: Iterable[Any] = ()) -> None:
         """Raises UserError if the stage uses a layer (of value clips too) that was not checked.
 
-        `before`: layers that it used already; its own anonymous layers are no files.
+        `before`: layers that it used already; its own anonymous layers are not files.
         """
         own = {layer.identifier for layer in stage.GetLayerStack() if layer.anonymous}
         own.update(layer.identifier for layer in before)
@@ -75,15 +75,15 @@ def check_scene(
     sublayer: bool = False,
     skip_outside: bool = False,
 ) -> Checked:
-    """Walk the scene's layers breadth first, opening none that is not below one of `roots` (links resolved).
+    """Walks the scene's layers breadth first, and opens only those below one of `roots` (links resolved).
 
-    `variables` are those of the layer stack that the file is put into, as a reference or as a `sublayer`; variable
-    expressions in asset paths are followed. Raises UserError with every problem: no such file, a file outside the
-    roots, a relative path that leads out of them (whether or not anything is there), an asset path with arguments for
-    a file format, a text layer larger than the limits or nested deeper than `MAX_NESTING`, a USD file that is there and
-    cannot be read, references that multiply beyond all bounds. What else a layer asks for and does not exist, or is of
-    another format, gives `usd-missing-asset`, a line a layer. `skip_outside`: what leads out of the roots is left out,
-    with a line `usd-outside-skipped` each, but for value clips.
+    `variables` are those of the layer stack into which the file is put, as a reference or as a `sublayer`; variable
+    expressions in asset paths are followed. Raises UserError with every problem: a missing scene file, a file outside
+    the roots, a relative path that leads out of them (whether or not the file exists), an asset path with arguments for
+    a file format, a text layer larger than the limits or nested deeper than `MAX_NESTING`, an existing USD file that
+    cannot be read, references that multiply beyond the limit. Every other missing asset, or one of another format,
+    gives `usd-missing-asset`, a line for each layer. `skip_outside`: files outside the roots are left out, with a line
+    `usd-outside-skipped` each, except for value clips.
     """
     from .composed_size import too_many_prims
 
@@ -112,55 +112,57 @@ def check_scene(
 
 @dataclass(frozen=True, slots=True)
 class _Wanted:
-    """A layer to look at: its path, the layer that asks for it, the variables of the layer stack that does."""
+    """A layer to examine: its path, the layer that names it, the variables of the naming layer stack."""
 
     path: str
     by: str
     variables: Variables
     sublayer: bool
-    """Whether it belongs to the layer stack of the one that asks; else it is the root of its own."""
+    """Whether it belongs to the layer stack of the naming layer; otherwise it is the root of its own."""
     clip: bool = False
     """Whether value clips name it."""
 
     def key(self) -> tuple[str, str, bool]:
-        """Equal for what composes the same."""
+        """Equal for requests with an equal result."""
         return self.path, as_key(self.variables), self.sublayer
 
 
 @dataclass(frozen=True, slots=True)
 class _Contents:
-    """What composing a layer opens: asset paths as written, by whether they are sublayers (one may be both)."""
+    """The layers that composing a layer opens: asset paths as written, by whether they are sublayers (one may be
+    both).
+    """
 
     sublayers: Iterable[str] = ()
     others: Iterable[str] = ()
     arcs: bool = False
-    """Whether any of its prims brings in another."""
+    """Whether any of its prims has a composition arc."""
     clips: Container[str] = ()
-    """Those of the others that value clips name."""
+    """The asset paths that value clips name."""
 
 
 class _Walk:
-    """The layers of a scene, each read once, followed for every set of variables that it is reached with."""
+    """The layers of a scene, each read once, and followed for every set of variables with which it is reached."""
 
     def __init__(self, allowed: Sequence[Path], warn: Warn, *, skip_outside: bool = False) -> None:
         self.outside: dict[str, str] = {}
-        """What leads out of the folders and is left out: path to the layer that asks for it."""
+        """Files outside the folders that are left out: path to the layer that names it."""
         self._refused: set[Path] = set()
-        """Folders of what leads out and is not left out."""
+        """Folders of files outside that are not left out."""
         self._skip_outside = skip_outside
         self.problems: dict[Problem, None] = {}
         self.missing: dict[str, dict[str, str]] = {}
-        """By the layer that asks: assets to what is said of them."""
+        """By the naming layer: missing assets and their messages."""
         self.layers: dict[str, Any] = {}
         self.files: dict[str, tuple[int, int]] = {}
         self.contents: dict[str, _Contents] = {}
         self.expressions: dict[tuple[str, str], set[str]] = {}
-        """What each variable expression came to, by the layer that has it."""
+        """The results of each variable expression, by the layer that contains it."""
         self._allowed = allowed
         self._warn = warn
 
     def through(self, first: _Wanted) -> None:
-        """Reads everything that `first` leads to. Raises UserError if that cannot be read, or if it has no end."""
+        """Reads everything that `first` leads to. Raises UserError if it cannot be read, or is endless."""
         seen, paths = {first.key()}, {first.path}
         queue = deque([first])
         while queue:
@@ -176,7 +178,7 @@ class _Walk:
                 raise UserError(f"{first.path}: its expression variables make its references multiply; remove some")
 
     def _read(self, wanted: _Wanted) -> bool:
-        """Opens a layer if that may be; else notes why not."""
+        """Opens a layer if allowed; else records the reason."""
         path, by = wanted.path, wanted.by
         on_disk = _on_disk(path)
         identity = _identity(path)
@@ -204,7 +206,7 @@ class _Walk:
         return False
 
     def advice(self) -> list[Problem]:
-        """The line that allows what was refused for its place, to be copied."""
+        """The command-line option, to be copied, that allows the files refused for their place."""
         folders = [one for one in sorted(self._refused) if one.is_dir()]
         folders = [one for one in folders if not any(other in one.parents for other in folders)]
         if not self._refused:
@@ -214,7 +216,7 @@ class _Walk:
         return [Problem(f"{give}to run without it: --skip-outside", whole=True)]
 
     def _leave_out(self, path: str, problem: str, by: str, folder: Path, *, clip: bool) -> None:
-        """Notes what leads out of the folders: left out where that is wanted and can be, else a problem."""
+        """Records a file outside the folders: left out if requested and possible, else a problem."""
         if self._skip_outside and by and not clip:
             self.outside.setdefault(path, by)
         else:
@@ -222,7 +224,7 @@ class _Walk:
             self._refused.add(folder)
 
     def _asked_by(self, wanted: _Wanted) -> Iterator[_Wanted]:
-        """The files that an open layer leads to."""
+        """The files that an open layer names."""
         layer, contents = self.layers[wanted.path], self.contents[wanted.path]
         stack = wanted.variables if wanted.sublayer else stack_variables(layer, wanted.variables)
         for assets, sublayers in ((contents.sublayers, True), (contents.others, False)):
@@ -231,7 +233,7 @@ class _Walk:
                     yield _Wanted(path, layer.identifier, stack, sublayers, asset in contents.clips)
 
     def _files(self, layer: Any, on_disk: Path, asset: str, variables: Variables) -> list[str]:
-        """The files that exist of an asset path of a layer; what does not is noted."""
+        """The existing files of an asset path of a layer; missing ones are recorded."""
         from graph.sim.usd import Ar, Sdf
 
         plain, complaint = evaluated(asset, variables)
@@ -242,7 +244,7 @@ class _Walk:
         elif plain:
             anchored = Sdf.ComputeAssetPathRelativeToLayer(layer, plain)
             if "#" in plain:
-                # A template of clips may match nothing, but not out there: whether it does must not be told.
+                # A template of clips may match no file, but outside the folders its existence must not be revealed.
                 found = [one for one in glob.glob(re.sub("#+", "*", glob.escape(anchored))) if not _has_arguments(one)]
                 if not found and (problem := _climbs_out(plain, on_disk, self._allowed, layer.identifier)):
                     self._leave_out(
@@ -262,11 +264,11 @@ class _Walk:
 
 
 _ARGUMENTS = ":SDF_FORMAT_ARGS:"
-"""What USD takes out of an asset path, with all that follows, before it looks for the file."""
+"""The part of an asset path that USD removes, with everything after it, before it looks for the file."""
 
 
 def _has_arguments(asset: str) -> bool:
-    """Whether USD would open another file than the one that an asset path names as it is written."""
+    """Whether USD would open another file than the asset path names."""
     from graph.sim.usd import Sdf, Tf
 
     if _ARGUMENTS in asset:
@@ -278,18 +280,18 @@ def _has_arguments(asset: str) -> bool:
 
 
 def _on_disk(path: str) -> Path:
-    """The file that a layer's path names, be it in a package."""
+    """The file of a layer's path, also for a path inside a package."""
     from graph.sim.usd import Ar
 
     return Path(Ar.SplitPackageRelativePathOuter(path)[0] if Ar.IsPackageRelativePath(path) else path)
 
 
 MOST_WAYS = 100
-"""In how many ways a layer may be reached, on the average, where variables tell them apart."""
+"""The average number of ways in which a layer may be reached, if variables distinguish them."""
 
 
 def _climbs_out(asset: str, layer: Path, allowed: Sequence[Path], wanted_by: str) -> str | None:
-    """A relative path that leads out of the folders; what is not there must not be told by what happens."""
+    """A relative path that leads out of the folders; the reaction must not reveal whether the file exists."""
     if ".." not in asset.replace("\\", "/").split("/") or re.match(r"[A-Za-z][A-Za-z0-9+.-]*:|[/\\]", asset):
         return None
     if any((layer.parent / asset).resolve().is_relative_to(root) for root in allowed):
@@ -299,13 +301,13 @@ def _climbs_out(asset: str, layer: Path, allowed: Sequence[Path], wanted_by: str
 
 
 def _open_layer(path: str) -> tuple[Any, str]:
-    """The layer, or None and why not."""
+    """The layer, or None and the reason."""
     from graph.sim.usd import Sdf, Tf
 
     try:
         layer = Sdf.Layer.FindOrOpen(path)
         if layer is not None:
-            layer.Reload()  # USD keeps layers for the life of the process; the file may have been written anew
+            layer.Reload()  # USD keeps layers for the life of the process, but the file may have been written again
         return layer, "it is damaged or of another kind"
     except Tf.ErrorException as error:
         try:
@@ -313,12 +315,12 @@ def _open_layer(path: str) -> tuple[Any, str]:
         except UnicodeDecodeError:
             return None, "it is not UTF-8 text"
         reason = " ".join(text.rpartition(" : ")[2].split()).strip("' ")
-        # The parser names its grammar's C++ types.
+        # The parser's messages contain C++ types of its grammar.
         return None, re.sub(r"parse error matching .*pxrInternal.* at (?=')", "no USD text goes on like this: ", reason)
 
 
 def _outside(path: Path, allowed: Sequence[Path], wanted_by: str) -> str | None:
-    """Why a file may not be read for its place; None if it may."""
+    """Why a file may not be read because of its place, or None."""
     real = path.resolve()
     if any(real.is_relative_to(root) for root in allowed):
         return None
@@ -328,7 +330,7 @@ def _outside(path: Path, allowed: Sequence[Path], wanted_by: str) -> str | None:
 
 
 def _refused(path: Path, wanted_by: str) -> str | None:
-    """Why a file may not be read for what it is; None if it may."""
+    """Why a file may not be read because of its content, or None."""
     real = path.resolve()
     by = f" ({wanted_by} asks for it)" if wanted_by else ""
     try:
@@ -388,7 +390,7 @@ def _contents(layer: Any, composes: bool = True) -> _Contents:
 
 
 def _clip_assets(value: Any) -> Iterator[str]:
-    """Every asset path in a prim's `clips`; a template (`clip.###.usd`) stands for the files that match it."""
+    """Every asset path in a prim's `clips`; a template (`clip.###.usd`) gives the files that match it."""
     if isinstance(value, dict):
         for key, inner in value.items():
             yield from (inner,) if key == "templateAssetPath" and isinstance(inner, str) else _clip_assets(inner)

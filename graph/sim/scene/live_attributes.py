@@ -21,7 +21,7 @@ _VELOCITIES = ("physics:velocity", "physics:angularVelocity")
 
 
 def apply_live(world: PlayingWorld, tensors: Tensors, path: str, name: str) -> bool:
-    """Take a new value of an attribute of a prim into the running physics; False where it cannot be taken."""
+    """Applies a new value of a prim's attribute to the running physics; False if that is not possible."""
     try:
         if name in _VELOCITIES:
             return _velocity(world, path)
@@ -30,13 +30,13 @@ def apply_live(world: PlayingWorld, tensors: Tensors, path: str, name: str) -> b
         if name.startswith("drive:"):
             _, axis, attribute = name.split(":", 2)
             return attribute in _TARGETS and _target(world, tensors, path, axis, _TARGETS[attribute], name)
-    except RunError:  # no such joint, or a body that something holds
+    except RunError:  # no such joint, or a body that is held
         return False
     return False
 
 
 def _target(world: PlayingWorld, tensors: Tensors, path: str, axis: str, what: str, name: str) -> bool:
-    """Angular drives are written in degrees, linear ones in stage units."""
+    """The target of a drive: angular drives are authored in degrees, linear ones in stage units."""
     joint = path if path in tensors.joint_paths else f"{path}:{axis}"
     value = float(world.stage.GetPrimAtPath(path).GetAttribute(name).Get(EARLIEST))
     unit = np.pi / 180 if axis == "angular" or axis.startswith("rot") else world.meters_per_unit
@@ -45,7 +45,7 @@ def _target(world: PlayingWorld, tensors: Tensors, path: str, axis: str, what: s
 
 
 def _velocity(world: PlayingWorld, path: str) -> bool:
-    """Both velocities, of the centre of mass, as the prim has them: in its parent's space."""
+    """Both velocities, of the centre of mass, in the space in which the prim has them: its parent's."""
     physics = world.physics
     if physics is None or path not in physics.body_paths:
         return False

@@ -1,4 +1,4 @@
-"""A stage that plays: what its edits do to physics, Fabric and sensors, and which of them are refused."""
+"""A playing stage: what its edits do to physics, Fabric and sensors, and which edits are refused."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ ADVICE = (
 
 
 class LiveStage:
-    """Between play and stop.
+    """Handles edits of the stage between play and stop.
 
-    A new transform counts at once: of a free or kinematic body it moves the body, of a still prim its surfaces and
-    colliders. Surfaces, colliders, bodies and joints that came, went, changed their kind or were scaled are refused at
-    the next update, or compiled in, as `App.when_playing` says; so are colliders of another shape. What else is shown
-    or shaped in another way is seen from the next scan on. New targets of drives and velocities of free bodies count
-    from the next update on; other attributes of physics from the next play on, with the warning `edit-not-live`.
+    A new transform takes effect at once: it moves a free or kinematic body, or the surfaces and colliders of a static
+    prim. Surfaces, colliders, bodies and joints that were added, removed, changed in kind or scaled are refused at the
+    next update, or compiled in, as `App.when_playing` says; so are colliders of another shape. Other changes of look or
+    shape are seen from the next scan on. New targets of drives and velocities of free bodies take effect in the next
+    update; other physics attributes at the next play, with the warning `edit-not-live`.
     """
 
     def __init__(self, world: PlayingWorld) -> None:
@@ -46,15 +46,15 @@ class LiveStage:
         self._known = self.roles.paths
         self._staged: dict[str, Floats] = {}
         self.origin = self._poses()
-        """Rigid pose [m] that each body had at play, or when it came."""
+        """Rigid pose [m] of each body at play, or when it was added."""
         self.watch = StageWatch(world.stage, world.fabric, self.roles, self._transformed)
         self._fabric.promote = self._promote_placed
         if not self._fabric.enabled:
             self._fabric.carried = self._carry
-            world.geometry()  # its surfaces are taken from where the bodies start, to the last bit
+            world.geometry()  # its surfaces start from the initial poses of the bodies, to the last bit
 
     def close(self) -> None:
-        """Stop looking at the stage."""
+        """Stops watching the stage."""
         self.watch.close()
         self._fabric.promote = None
         if not self._fabric.enabled:
@@ -63,7 +63,7 @@ class LiveStage:
     # -- at every update ---------------------------------------------------------------------------------------------
 
     def check(self) -> None:
-        """Deals with the edits since the last update. Raises RunError, every time anew, for those that are refused."""
+        """Handles the edits since the last update. Raises RunError, at every call, for refused edits."""
         watch, world = self.watch, self._world
         if watch.looks:
             watch.looks = False
@@ -85,7 +85,7 @@ class LiveStage:
         )
 
     def take_failure(self) -> BaseException | None:
-        """Why what was written to the stage could not be done to the world; told once."""
+        """Why an edit of the stage could not be applied to the world; returned once."""
         failure, self.watch.failure = self.watch.failure, None
         return failure
 
@@ -107,7 +107,7 @@ class LiveStage:
         return words, paths
 
     def _shown(self, prim: str) -> str:
-        """A prim's path; of one that instances share, the path in one of them."""
+        """A prim's path; for a prim shared by instances, the path in one of them."""
         if not prim.startswith(PROTOTYPE):
             return prim
         root, _, rest = prim[1:].partition("/")
@@ -115,7 +115,7 @@ class LiveStage:
         return f"{instances[0].GetPath()}/{rest}" if instances else prim
 
     def _collides(self, prim: str) -> bool:
-        """Whether physics has read the shape of a prim, or of one below a part that instances share."""
+        """Whether physics has read the shape of a prim, or of one below a shared part of instances."""
         if self._world.physics is None:
             return False
         if not prim.startswith(PROTOTYPE):
@@ -140,9 +140,9 @@ class LiveStage:
 
     @contextmanager
     def edit(self) -> Iterator[Any]:
-        """The stage; what was done to it, now or before, is compiled in place at the end.
+        """The stage; at the end, edits of it (these and earlier ones) are compiled in place.
 
-        Bodies left alone keep their state.
+        Unchanged bodies keep their state.
         """
         watch = self.watch
         watch.collecting = True
@@ -167,9 +167,9 @@ class LiveStage:
         return {path for path in moved if self.roles.under(path) and self.roles.rescaled(path)}
 
     def recompile(self, touched: Iterable[str]) -> None:
-        """Compiles the stage's dynamics anew in place and has its surfaces collected anew.
+        """Compiles the stage's dynamics again in place, and makes its surfaces be collected again.
 
-        Raises UserError, the physics unchanged, where the engine refuses the scene.
+        Raises UserError, with the physics unchanged, if the engine refuses the scene.
         """
         from graph.sim.physics import build_physics
         from graph.sim.physics.rebuild import rebuild
@@ -193,8 +193,11 @@ class LiveStage:
         self.watch.clear()
 
     def restore(self) -> None:
-        """Puts every body, and every still prim that was moved, back to where it was at play, or when it came, at rest
-        or with the velocity that the stage gives it. Drives aim at what the stage says, grippers are open."""
+        """Puts every body, and every static prim that was moved, back to its pose at play, or when it was added.
+
+        They are at rest or have the velocity that the stage authors. Drives get the authored targets, grippers are
+        open.
+        """
         from graph.sim.physics.rebuild import restart
 
         world, fabric = self._world, self._fabric
@@ -203,7 +206,9 @@ class LiveStage:
         fabric.restore(self.origin)
 
     def remove_spawned(self) -> list[str]:
-        """Removes the prims with a role that came after play, and what is below them; returns their topmost paths."""
+        """Removes the prims with a role that were added after play, and everything below them; returns their topmost
+        paths.
+        """
         new = sorted(path for path in StageRoles(self._world.stage).roles if path not in self._known)
         topmost: list[str] = []
         for path in new:
@@ -226,7 +231,7 @@ class LiveStage:
 
     def _renew(self) -> None:
         self._world.forget_geometry()
-        # what physics writes to the stage itself is not watched
+        # changes that physics itself writes to the stage are not watched
         known = self.roles.renew(self.watch.touched) if self._fabric.enabled else StageRoles(self._world.stage)
         self.roles = self.watch.roles = known
         poses = self._poses()
@@ -243,7 +248,7 @@ class LiveStage:
     # -- transforms --------------------------------------------------------------------------------------------------
 
     def _transformed(self, path: str, surely: bool) -> None:
-        """A prim's transform was written to the stage, its place `surely`, or perhaps only its size."""
+        """A prim's transform was written to the stage; `surely`: its pose changed, else perhaps only its scale."""
         if not self.roles.under(path):
             return
         if self.roles.rescaled(path):
@@ -268,14 +273,14 @@ class LiveStage:
         return self.roles.pose(path, self._world.meters_per_unit) if staged is None else staged
 
     def _moved_on_stage(self, path: str) -> bool:
-        """Whether the stage has another pose for a prim than it last had."""
+        """Whether the stage has another pose for a prim than before."""
         pose = transforms.rigid_part(self._on_stage(path))
         pose[:3, 3] *= self._world.meters_per_unit
         before, self._staged[path] = self._stage_pose(path), pose
         return bool(np.abs(pose - before).max() > 1e-12)
 
     def _carry(self, path: str) -> None:
-        """Takes along the bodies below a prim that the stage has moved: all, or with Fabric on those users move."""
+        """Moves the bodies below a prim that the stage has moved: all, or with Fabric on those that users move."""
         fabric, physics = self._fabric, self._world.physics
         left = []
         for body in fabric.bodies_below(path):
@@ -294,7 +299,7 @@ class LiveStage:
             )
 
     def _moved_part(self, path: str) -> None:
-        """A part of a body has another place in it."""
+        """A part of a body has another pose in it."""
         if any("PhysicsCollisionAPI" in self.roles.roles[each] for each in self.roles.under(path)):
             self.recompile((path,))
         else:
@@ -302,7 +307,9 @@ class LiveStage:
             self.roles = self.watch.roles = StageRoles(self._world.stage)
 
     def _promote_placed(self, path: str) -> bool:
-        """Whether a still prim to be placed, in Fabric (alone) or on the stage (with all below), is a body now."""
+        """Whether a static prim to be placed, in Fabric (alone) or on the stage (with everything below), is now a
+        body.
+        """
         carries = not self._fabric.enabled
         if not (self.roles.under(path) if carries else path in self.roles.roles):
             return False
@@ -310,7 +317,7 @@ class LiveStage:
         return True
 
     def _promote(self, path: str, carries: bool) -> None:
-        """From now on a still prim is a body that users move, and so are its colliders in physics."""
+        """From now on a static prim is a kinematic body, and so are its colliders in physics."""
         world, fabric = self._world, self._fabric
         fabric.promoted[path] = carries
         self.origin.setdefault(path, self.roles.pose(path, world.meters_per_unit))
@@ -328,7 +335,7 @@ class LiveStage:
 
 
 RESCALED = "scale"
-"""How the size of a whole prim is listed among the shapes that changed."""
+"""The name for a change of a prim's scale among the changes of shape."""
 
 
 def _listed(words: list[str]) -> str:

@@ -1,4 +1,4 @@
-"""Non-visual materials: what a sensor's rays meet, as names on a Material prim.
+"""Non-visual materials: surface properties for sensors' rays, as names on a Material prim.
 
 Names and numbers are those of Isaac Sim; the id packs them as base | coating << 8 | attribute << 11.
 """
@@ -20,13 +20,13 @@ BASES = (
     *("leather", "marble", "brick", "stone", "gravel", "dirt", "mud", "water", "salt_water", "snow", "ice"),
     "calibration_lambertion",
 )
-"""A base's number is its place."""
+"""A base's number is its index."""
 
 COATINGS = ("none", "paint", "clearcoat", "paint_clearcoat")
-"""A coating's number is its place."""
+"""A coating's number is its index."""
 
 ATTRIBUTES = {"none": 0, "emissive": 1, "retroreflective": 2, "single_sided": 4, "visually_transparent": 8}
-"""Attributes by name; several may hold at once."""
+"""Attributes by name; a material may have several."""
 
 
 def parse(value: Any) -> tuple[str, str, str]:
@@ -51,7 +51,7 @@ def parse(value: Any) -> tuple[str, str, str]:
 
 
 def encode(base: str, coating: str, attributes: str) -> int:
-    """The material's 16-bit id; 0 if a name is not known."""
+    """The material's 16-bit id; 0 if a name is unknown."""
     names = [name.strip() for name in attributes.split(",")]
     if base not in BASES or coating not in COATINGS or any(name not in ATTRIBUTES for name in names):
         return 0
@@ -62,7 +62,7 @@ def encode(base: str, coating: str, attributes: str) -> int:
 
 
 def bind(stage: Any, prim: Any, names: tuple[str, str, str]) -> None:
-    """Bind a prim to the Material of these names; equal materials of a stage are one prim."""
+    """Binds a prim to the Material with these names; equal materials of a stage are one prim."""
     from graph.sim.usd import Sdf, UsdShade
 
     label = "_".join(part.replace(",", "_") for part in names if part != "none") or "none"

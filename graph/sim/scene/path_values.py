@@ -1,4 +1,4 @@
-"""Attributes whose value in a text layer is a path, which USD reads whatever the attribute's type is."""
+"""Attributes whose value in a text layer is a path: USD reads it whatever the attribute's type is."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ _PATH_VALUE = re.compile(
 )
 
 _OTHER_SPACE = (b"=<", b"=\t", b"=  ")
-"""What may stand before a path that nobody's USD writes."""
+"""Spaces before a path that USD itself never writes."""
 
 
 def leave_out_path_values(layers: Iterable[Any], warn: Callable[[str, str, str], None]) -> None:
-    """Takes such values out of the open layers, with a warning `path-as-value` each; the files stay as they are.
+    """Removes such values from the open layers, with a warning `path-as-value` each; the files stay unchanged.
 
-    Those of graphs and nodes are left to whoever reads graphs.
+    Values of graphs and nodes are left to the reader of graphs.
     """
     for layer in layers:
         if _may_have_any(Path(layer.realPath)):
@@ -34,7 +34,7 @@ def _may_have_any(file: Path) -> bool:
     if data.startswith(b"PXR-USDC"):
         return False
     only_connections = data.count(b"= <") == data.count(b".connect = <") and not any(map(data.count, _OTHER_SPACE))
-    if only_connections:  # as in large graphs, and counting is much faster than the expression
+    if only_connections:  # as in large graphs; counting is much faster than the regular expression
         return False
     return _PATH_VALUE.search(data) is not None
 

@@ -1,4 +1,4 @@
-"""What edits of a playing stage need of the world that they change."""
+"""The interface of the world that edits of a playing stage need."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class PlayingWorld(Protocol):
     steps_per_second: Fraction
 
     def geometry(self) -> tuple[Mesh | Plane, ...]:
-        """What rays can hit."""
+        """The geometry for rays."""
 
     def forget_geometry(self) -> None:
-        """Has what rays can hit collected again."""
+        """Makes the geometry for rays be collected again."""

@@ -1,4 +1,4 @@
-"""Attributes and relationships of a prim by name, with values as they come from YAML or JSON."""
+"""Attributes and relationships of a prim by name, with values as read from YAML or JSON."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ _COUNTS = {"uchar": 2**8, "uint": 2**32, "uint64": 2**64}
 
 
 def set_property(prim: Any, name: str, value: Any, declared: Mapping[str, str] = MappingProxyType({})) -> None:
-    """Set one attribute (its type comes from the schema) or relationship (a prim path or a list of them).
+    """Sets one attribute (its type comes from the schema) or relationship (a prim path or a list of them).
 
-    An API schema that has the property is applied if the prim lacks it. declared: further attributes that the prim may
-    have, name -> USD value type; one that it does not have is created. Raises ValueError for an unknown name, with the
-    nearest known ones, and for a value that does not fit.
+    An API schema that has the property is applied if needed. declared: further attributes that the prim may have, name
+    -> USD value type; a missing one is created. Raises ValueError for an unknown name, with the nearest known ones, and
+    for a value that does not fit.
     """
     if not Sdf.Path.IsValidNamespacedIdentifier(name):
         raise ValueError("this cannot be the name of an attribute")
@@ -41,7 +41,7 @@ def set_property(prim: Any, name: str, value: Any, declared: Mapping[str, str] =
 
 
 def apply_schema(prim: Any, name: str) -> None:
-    """Apply an API schema, `Name` or `Name:instance`. Raises ValueError if there is not one of that name."""
+    """Applies an API schema, `Name` or `Name:instance`. Raises ValueError for an unknown schema."""
     schema, _, instance = name.partition(":")
     known = _api_schemas()
     if schema not in known:
@@ -63,7 +63,7 @@ def convert(type_name: Any, value: Any) -> Any:
 
 
 def number(value: Any, finite: bool = True) -> float:
-    """A number that is not one of bool, text or NaN. Raises ValueError."""
+    """A number; bool, text and NaN are refused. Raises ValueError."""
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         raise ValueError(f"{value!r} is not a number")
     if math.isnan(value) or (finite and math.isinf(value)):
@@ -115,7 +115,7 @@ def _property(prim: Any, name: str, declared: Mapping[str, str]) -> Any:
         return existing
     if name in declared:
         return prim.CreateAttribute(name, Sdf.ValueTypeNames.Find(declared[name]))
-    if name.split(":")[:2] == ["material", "binding"]:  # its schema has no list of properties: purposes are free
+    if name.split(":")[:2] == ["material", "binding"]:  # its schema does not list its properties: purposes are free
         apply_schema(prim, "MaterialBindingAPI")
         return prim.CreateRelationship(name, custom=False)
     schemas, templates = _api_properties()
@@ -135,11 +135,11 @@ def _property(prim: Any, name: str, declared: Mapping[str, str]) -> Any:
 
 
 LISTED = 12
-"""Names that a line lists."""
+"""Most names that a line lists."""
 
 
 def ending_alike(properties: Iterable[str], name: str) -> str | None:
-    """The one property whose last part is this name in some other case: `omni:sensor:tickRate` for tick_rate."""
+    """The one property whose last part is this name in another case: `omni:sensor:tickRate` for tick_rate."""
 
     def bare(text: str) -> str:
         return text.rpartition(":")[2].replace("_", "").lower()
@@ -174,7 +174,7 @@ def _api_schemas() -> dict[str, bool]:
 
 @lru_cache(maxsize=1)
 def _api_properties() -> tuple[dict[str, str], list[tuple[re.Pattern[str], str]]]:
-    """Which API schema brings a property: by name, or by pattern with the instance's name as its group."""
+    """The API schema that brings a property: by name, or by pattern with the instance's name as its group."""
     registry = Usd.SchemaRegistry()
     single: dict[str, str] = {}
     multiple = []

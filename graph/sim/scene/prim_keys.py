@@ -1,4 +1,4 @@
-"""What each key of an inline prim means: one small function a key."""
+"""The keys of inline prims: one small function for each key."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ SENSOR_API = "OmniSensorAPI"
 
 
 class SensorPrims(Protocol):
-    """What the keys of a prim ask of its sensor type."""
+    """The interface to sensor types that the keys of a prim use."""
 
     @property
     def attributes(self) -> Mapping[str, str]:
@@ -41,7 +41,7 @@ class SensorPrims(Protocol):
 
 @dataclass
 class PrimContext:
-    """What the keys of all prims share; `implied` are parents that were made without being asked for."""
+    """What the keys of all prims share; `implied` are parents that were created implicitly."""
 
     stage: Any
     folder: Path
@@ -54,7 +54,7 @@ class PrimContext:
     """The files that were referenced so far."""
 
     def referenced(self, file: Path) -> Any:
-        """The layer of a file that a prim may reference; each file is checked once."""
+        """The layer of a file that a prim references; each file is checked once."""
         if file not in self.checked:
             variables = self.stage.GetRootLayer().expressionVariables
             self.checked[file] = check_scene(file, self.roots, self.warn, variables=variables)
@@ -68,7 +68,7 @@ class PrimContext:
             Checked([], files).confirm(self.stage, before)
 
     def define(self, path: str, kind: Any, referenced: bool) -> None:
-        """Make the prim and its missing parents (as Xforms). Raises ValueError if its type is wrong."""
+        """Creates the prim and its missing parents (as Xforms). Raises ValueError if its type is wrong."""
         if kind not in (None, *self.sensor_types) and not Usd.SchemaRegistry().FindConcretePrimDefinition(str(kind)):
             raise ValueError(f"there is no prim type {kind!r}{did_you_mean(str(kind), concrete_types())}")
         sdf = Sdf.Path(path)
@@ -88,9 +88,9 @@ class PrimContext:
             self.stage.DefinePrim(sdf, str(kind) if kind else ("" if referenced else "Xform"))
 
     def define_new(self, prims: Mapping[str, Any]) -> None:
-        """Defines at once, ahead of their turns, the prims that the scene has nothing to say of.
+        """Creates at once, before the others, the prims that are new in the scene.
 
-        Given one by one, the stage looks at all siblings for each: time that grows with their square. Left to `define`
+        If they were created one by one, USD would examine all siblings for each, in quadratic time. Left to `define`
         are prims at or below a reference or an instance, those that the scene has, and those of unknown types.
         """
         referencing = {path for path, keys in prims.items() if isinstance(keys, Mapping) and "reference" in keys}
@@ -114,7 +114,7 @@ class PrimContext:
                 layer.GetPrimAtPath(path).typeName = kind or "Xform"
 
     def _extends(self, path: str, fresh: Sequence[str], free: set[str]) -> bool:
-        """Whether what is above the prims to be made is there, defined, and no part of an instance."""
+        """Whether the parent of the new prims exists, is defined, and is not part of an instance."""
         above = str(Sdf.Path(fresh[0] if fresh else path).GetParentPath())
         prim = self.stage.GetPrimAtPath(above)
         return above == "/" or above in free or bool(prim and prim.IsDefined() and not _of_instance(prim))
@@ -125,14 +125,14 @@ class PrimContext:
         return kind.attributes if kind is not None else {}
 
     def set_property(self, prim: Any, name: str, value: Any) -> None:
-        """One entry of `attributes`; what is wrong with it is said with its name."""
+        """Sets one entry of `attributes`; a mistake is reported with its name."""
         try:
             prim_attributes.set_property(prim, name, value, self.own_attributes(prim))
         except ValueError as error:
             raise ValueError(f"{name}: {error}") from error
 
     def require_sensor(self, prim: Any, what: str) -> None:
-        """Raises ValueError for a prim that is not a sensor. what: what only sensors do."""
+        """Raises ValueError for a prim that is not a sensor. what: the action that needs a sensor."""
         sensors = tuple(dict.fromkeys((*self.sensor_types, *schema_sensors())))
         if prim.GetTypeName() not in sensors:
             raise ValueError(f"only sensors {what} ({', '.join(sensors)}), not {prim.GetTypeName()}")
@@ -152,7 +152,7 @@ def concrete_types() -> list[str]:
 
 @cache
 def schema_sensors() -> tuple[str, ...]:
-    """The prim types that are sensors by their schema: those with OmniSensorAPI built in."""
+    """The prim types that are sensors by their schema, because OmniSensorAPI is built in."""
     registry = Usd.SchemaRegistry()
     definitions = {kind: registry.FindConcretePrimDefinition(kind) for kind in concrete_types()}
     return tuple(kind for kind, found in definitions.items() if SENSOR_API in found.GetAppliedAPISchemas())
@@ -266,7 +266,7 @@ def _rigid_body(context: PrimContext, prim: Any, keys: Keys, name: str, done: se
 
 
 LIGHTEST, FASTEST = 1e-30, 1e30
-"""USD keeps masses and velocities as float32, which begins near 1.2e-38 and ends near 3.4e38."""
+"""USD stores masses and velocities as float32, which begins near 1.2e-38 and ends near 3.4e38."""
 
 
 def _mass(context: PrimContext, prim: Any, keys: Keys, name: str, done: set[str]) -> None:
@@ -372,7 +372,7 @@ KEYS: dict[str, Handler | None] = {
     "exclude": None,
     "attributes": None,
 }
-"""Every key, in the order in which they are written; those without a function have their own place in `prims`."""
+"""Every key, in the order in which they are written; those without a function are handled in `prims`."""
 
 FINAL: dict[str, Callable[[PrimContext, str, Any], None]] = {"exclude": _exclude}
-"""Keys that name other prims: written when all prims are there."""
+"""Keys that name other prims: written after all prims exist."""

@@ -1,4 +1,4 @@
-"""Prims by paths that users wrote: asking a stage for what is not a path makes USD print about its own source code."""
+"""Prims by paths that users wrote: with an invalid path, USD would print about its own source code."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def is_prim_path(path: str) -> bool:
 
 
 def prim_at(stage: Usd.Stage, path: str) -> Usd.Prim:
-    """The prim of that path; an invalid one (it is false) where there is none, and for what is not a path."""
+    """The prim with that path; an invalid (falsy) prim for a missing or malformed path."""
     from graph.sim.usd import Usd
 
     return stage.GetPrimAtPath(path) if is_prim_path(path) else Usd.Prim()

@@ -1,4 +1,4 @@
-"""Translate, rotate and scale of a prim, on top of whatever transform it already has."""
+"""Sets translation, rotation and scale of a prim, and keeps the parts of its transform that are not given."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ def set_transform(
     rotate: list[float] | None = None,
     scale: list[float] | None = None,
 ) -> None:
-    """Write the parts that are given as xformOps translate, orient (w, x, y, z) or rotateXYZ (degrees), and scale.
+    """Writes the given parts as xformOps translate, orient (w, x, y, z) or rotateXYZ (degrees), and scale.
 
-    A prim whose ops are others keeps where it was in the parts not given, rewritten as these. Raises ValueError if the
-    prim has no transform, or if its old one has a shear that these parts cannot say.
+    A prim with other ops keeps the parts that are not given, rewritten as these ops. Raises ValueError if the prim has
+    no transform, or if its old one has a shear, which these parts cannot express.
     """
     if not prim.IsA(UsdGeom.Xformable):
         raise ValueError(f"{prim.GetTypeName() or 'a prim without type'} has no transform")

@@ -1,4 +1,4 @@
-"""Prims written inline in a graph file: plain mappings become prims of the stage."""
+"""Inline prims of a graph file: plain mappings become prims of the stage."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def author_prims(
     allow_roots: Iterable[str | Path] | None = None,
     warn: Warn = ignore_warning,
 ) -> None:
-    """Author inline prims, in order, on top of the stage's scene.
+    """Authors inline prims, in order, on top of the stage's scene.
 
     sensor_config(prim, config, variant): writes a sensor's configuration; its attributes are set before `attributes`.
     sensor_types: by prim type, the sensors that are registered, with attributes that no schema declares.

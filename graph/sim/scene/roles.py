@@ -1,4 +1,4 @@
-"""Which prims physics and sensors have read at play: their roles and places, to tell what an edit changes."""
+"""The prims that physics and sensors have read at play, with their roles and poses, to find what an edit changes."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from graph.sim.usd import EARLIEST, Tf, Usd, UsdGeom, UsdPhysics
 from .scan import GRIPPER
 
 RESCALED = 1e-9
-"""Relative change of a prim's size from which on it counts as another size."""
+"""Least relative change of a prim's size that counts as a change."""
 
 
 class StageRoles:
-    """Path -> role of every prim that has one, and where every prim was: a copy of one moment.
+    """Path -> role of every prim that has one, and the poses of all prims: a copy of one moment.
 
     A role is the type of a surface, joint, gripper or physics scene, with the physics schemas applied to the prim.
     """
@@ -33,9 +33,9 @@ class StageRoles:
         self._read(stage.Traverse(Usd.TraverseInstanceProxies()))
 
     def renew(self, touched: Iterable[str]) -> StageRoles:
-        """The roles of now, when only what is at and below some paths may have changed since these were read."""
+        """The present roles, if only the prims at and below some paths may have changed since these were read."""
         stage, changed = self._stage, sorted(touched)
-        if any(path == "/" or path.startswith("/__Prototype") for path in changed):  # one of all its instances
+        if any(path == "/" or path.startswith("/__Prototype") for path in changed):  # shared by all its instances
             return StageRoles(stage)
         roots: list[str] = []
         for path in changed:
@@ -64,7 +64,7 @@ class StageRoles:
 
     @property
     def paths(self) -> frozenset[str]:
-        """The paths of all prims there were, with a role or without."""
+        """The paths of all recorded prims, with a role or without."""
         return frozenset(self._places)
 
     def pose(self, path: str, meters_per_unit: float) -> Floats:
@@ -81,7 +81,7 @@ class StageRoles:
         return [path] * (path in self.roles) + self._sorted[first:end]
 
     def changed(self, path: str) -> tuple[list[str], list[str], list[str]]:
-        """What the stage has now at and below a path: prims with a role that are new, gone, or have another one."""
+        """The present state at and below a path: prims with a role that are new, removed, or have another role."""
         now = {}
         prim = self._stage.GetPrimAtPath(path)
         if prim and _seen(prim):
@@ -97,7 +97,7 @@ class StageRoles:
         )
 
     def rescaled(self, path: str) -> bool:
-        """Whether a prim has another scale or shear in the world than it had, in whatever place."""
+        """Whether a prim has another scale or shear in the world than before, in whatever pose."""
         before, prim = self._places.get(path), self._stage.GetPrimAtPath(path)
         if before is None or not prim:
             return False
@@ -105,7 +105,7 @@ class StageRoles:
         new = transforms.from_usd(UsdGeom.XformCache(EARLIEST).GetLocalToWorldTransform(prim))[:3, :3]
         if not np.isfinite(new).all():
             return True
-        # The Gram matrix of the axes holds their lengths and angles, and none of the rotation.
+        # The Gram matrix of the axes contains their lengths and angles, but not the rotation.
         gram = old.T @ old
         return bool(
             np.abs(new.T @ new - gram).max() > 2 * RESCALED * np.abs(gram).max()
@@ -114,7 +114,7 @@ class StageRoles:
 
 
 def role_of(prim: Any) -> str:
-    """What physics or rays read the prim as; empty where they pass it over."""
+    """The role of a prim for physics or rays; "" if they ignore it."""
     name = prim.GetTypeName()
     kind = name if name and _has_role(str(name)) else ""
     applied = [schema for schema in prim.GetAppliedSchemas() if schema.startswith("Physics")]
@@ -131,6 +131,6 @@ def _has_role(name: str) -> bool:
 
 
 def _seen(prim: Any) -> bool:
-    """Whether a traversal of the stage comes to the prim."""
+    """Whether a traversal of the stage reaches the prim."""
     there = prim.IsActive() and prim.IsLoaded() and prim.IsDefined() and not prim.IsAbstract()
     return bool(there or prim.IsPseudoRoot())

@@ -1,4 +1,4 @@
-"""One walk over a stage: which prims are bodies, joints and colliders, and what can move."""
+"""One traversal of a stage: which prims are bodies, joints and colliders, and what can move."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ SOFT = frozenset(
         "PhysxParticleSetAPI",
     }
 )
-"""Types of prims that deform where one of these schemas is applied."""
+"""Types of prims that deform if one of these schemas is applied."""
 
 GRIPPER, ATTACHMENTS = "IsaacSurfaceGripper", "isaac:attachmentPoints"
-"""Type of a surface gripper's prim, and its relationship to the joints that are its points of attachment."""
+"""Type of a surface gripper's prim, and its relationship to the joints that are its attachment points."""
 
 GIVEN = "mjc:name"
-"""Attribute of a body or joint that mirrors one of a model which is simulated as it is: its name there."""
+"""Attribute of a body or joint that mirrors one of a model: its name there."""
 
 
 @dataclass(frozen=True)
@@ -44,12 +44,12 @@ class BodyPrim:
     prim: Any
     kinematic: bool
     given: str = ""
-    """Its name in a model that is simulated as it is, and of which the prim is a mirror."""
+    """Its name in the MJCF model that the prim mirrors."""
 
 
 @dataclass(frozen=True)
 class ColliderPrim:
-    """A prim that bodies hit, and the body it belongs to (None: the world)."""
+    """A prim with a collider, and its body (None: the world)."""
 
     path: str
     prim: Any
@@ -58,7 +58,7 @@ class ColliderPrim:
 
 @dataclass(frozen=True)
 class JointPrim:
-    """An enabled joint: the prims it names (None: the world) and the bodies they belong to (None: cannot move)."""
+    """An enabled joint: the prims that it names (None: the world) and their bodies (None: cannot move)."""
 
     path: str
     prim: Any
@@ -68,7 +68,7 @@ class JointPrim:
 
 @dataclass
 class Scan:
-    """What a stage holds for physics and rays, in stage order."""
+    """The prims of a stage that matter for physics and rays, in stage order."""
 
     stage: Any
     meters_per_unit: float
@@ -81,19 +81,21 @@ class Scan:
     soft: list[Any] = field(default_factory=list)
     """Prims that deform: cloth, soft bodies, particles."""
     moving: frozenset[str] = frozenset()
-    """Bodies whose pose can change: not those that fixed joints hold to the world."""
+    """Bodies whose pose can change: all except those that fixed joints hold to the world."""
     promoted: Mapping[str, bool] = field(default_factory=dict)
-    """Static prims that users move while playing, taken as kinematic bodies; whether what is below goes with them."""
+    """Static prims that users move while playing, treated as kinematic bodies; whether their descendants move with
+    them.
+    """
     placed: Mapping[str, Floats] = field(default_factory=dict)
-    """Rigid poses [m] of bodies that count instead of the stage's, for them and all that they carry."""
+    """Rigid poses [m] of bodies that replace the stage's, for them and everything that they carry."""
     driven: list[str] = field(default_factory=list)
-    """Kinematic bodies whose transform has time samples, here or above: all prims that are animated count as such."""
+    """Kinematic bodies whose transform, or an ancestor's, has time samples; all animated prims count as kinematic."""
     riders: dict[str, BodyPrim] = field(default_factory=dict)
-    """Animated prims below a body that forces move: its own for physics, by themselves for rays."""
+    """Animated prims below a body that forces move: part of that body for physics, separate for rays."""
     animated: set[str] = field(default_factory=set)
     """Prims whose own transform has time samples."""
     resets: set[str] = field(default_factory=set)
-    """Prims whose transform does not count from their parent (`resetXformStack`): no body above carries them."""
+    """Prims whose transform ignores their parent (`resetXformStack`): no body above carries them."""
 
     def __post_init__(self) -> None:
         self._xforms = UsdGeom.XformCache(EARLIEST)
@@ -109,7 +111,7 @@ class Scan:
         return world
 
     def _shift(self, body: str) -> Floats:
-        """From where the stage has a body to where it is placed, stage units."""
+        """From the stage's pose of a body to its placed pose, stage units."""
         if body not in self._shifts:
             there = self.placed[body].copy()
             there[:3, 3] /= self.meters_per_unit
@@ -138,7 +140,7 @@ class Scan:
         return None
 
     def carrier_of(self, path: str) -> str | None:
-        """What a prim moves with, as rays see it: the nearest moving body or animated prim at or above it."""
+        """What a prim moves with, for rays: the nearest moving body or animated prim at or above it."""
         body = self.moving_body_of(path)
         if not self.riders:
             return body
@@ -221,7 +223,7 @@ def scan_stage(
 
 
 def _transform_varies(scan: Scan, prim: Any) -> bool:
-    """Whether a prim's own transform has several time samples; notes too where it does not count from the parent."""
+    """Whether a prim's own transform has several time samples; also records transforms that ignore the parent."""
     if not prim.HasAttribute("xformOpOrder"):
         return False
     xform = UsdGeom.Xformable(prim)
@@ -232,7 +234,7 @@ def _transform_varies(scan: Scan, prim: Any) -> bool:
 
 @lru_cache(maxsize=1024)
 def _kind(name: str) -> str:
-    """Of a type of prims: joint, scene, placed (it may have a transform of its own) or nothing of these."""
+    """The kind of a prim type: joint, scene, placed (it may have its own transform) or none of these."""
     kind = Usd.SchemaRegistry.GetTypeFromName(name)
     for word, base in (("joint", UsdPhysics.Joint), ("scene", UsdPhysics.Scene), ("placed", UsdGeom.Xformable)):
         if kind and kind.IsA(Tf.Type(base)):
@@ -241,7 +243,7 @@ def _kind(name: str) -> str:
 
 
 def _add_animated(scan: Scan, prim: Any) -> None:
-    """An animated prim: a kinematic body, unless it is a body that forces move, or below one."""
+    """Adds an animated prim: a kinematic body, unless forces move it or a body above it."""
     path = str(prim.GetPath())
     scan.animated.add(path)
     if path in scan.bodies:
@@ -254,7 +256,7 @@ def _add_animated(scan: Scan, prim: Any) -> None:
 
 
 def _driven(scan: Scan) -> list[str]:
-    """Kinematic bodies with time samples of their own or above them."""
+    """Kinematic bodies with time samples on themselves or an ancestor."""
     if not scan.animated:
         return []
     found = []
@@ -269,7 +271,7 @@ def _driven(scan: Scan) -> list[str]:
 
 
 def _attachments(scan: Scan) -> frozenset[str]:
-    """Joints that are points of attachment of grippers: places, not ties."""
+    """Joints that are attachment points of grippers: they mark places and do not connect bodies."""
     relationships = [prim.GetRelationship(ATTACHMENTS) for prim in scan.grippers]
     return frozenset(str(path) for each in relationships if each for path in each.GetForwardedTargets())
 
@@ -291,7 +293,7 @@ def _joint(scan: Scan, prim: Any) -> JointPrim | None:
 
 
 def _moving(scan: Scan) -> frozenset[str]:
-    """All bodies but those that a chain of fixed joints ties to something that is not a body."""
+    """All bodies except those that a chain of fixed joints holds to the world."""
     tied: dict[str | None, set[str | None]] = {}
     for joint in scan.joints:
         if joint.prim.IsA(UsdPhysics.FixedJoint):

@@ -10,10 +10,10 @@ from graph.base import exact
 EARTH_GRAVITY = 9.81
 
 RATE_ATTRIBUTES = ("physxScene:timeStepsPerSecond", "mjc:option:timestep", "newton:timeStepsPerSecond")
-"""Where a scene may say how fast it steps; an earlier name counts before a later one."""
+"""The attributes with the step rate of a scene; an earlier name is preferred."""
 
 _SCHEMAS = {"physxScene": "PhysxSceneAPI", "mjc": "MjcSceneAPI", "newton": "NewtonSceneAPI"}
-"""The API schema that an attribute's first name belongs to."""
+"""The API schema of an attribute, by the first part of its name."""
 
 
 def scene_prims(stage: Any) -> Any:
@@ -24,7 +24,7 @@ def scene_prims(stage: Any) -> Any:
 
 
 def authored(prim: Any, name: str) -> Any:
-    """The value that is authored for an attribute; None where there is none, or it is blocked."""
+    """The authored value of an attribute; None if it is not authored or blocked."""
     from graph.sim.usd import EARLIEST
 
     attribute = prim.GetAttribute(name)
@@ -32,7 +32,7 @@ def authored(prim: Any, name: str) -> Any:
 
 
 def author(prim: Any, name: str, kind: str, value: Any) -> None:
-    """Sets an attribute, made as `kind` (a name of `Sdf.ValueTypeNames`) where there is none; None blocks it."""
+    """Sets an attribute; a missing one is created with type `kind` (a name of `Sdf.ValueTypeNames`); None blocks it."""
     from graph.sim.usd import Sdf
 
     attribute = prim.GetAttribute(name)
@@ -47,12 +47,12 @@ def author(prim: Any, name: str, kind: str, value: Any) -> None:
 
 
 def applied_schemas(prim: Any) -> list[str]:
-    """The API schemas applied to a prim, those that this USD does not know included."""
+    """The API schemas applied to a prim, including those that this USD does not know."""
     return list(prim.GetPrimTypeInfo().GetAppliedAPISchemas())
 
 
 def _apply_schema(prim: Any, name: str) -> None:
-    """Applies the API schema that an attribute belongs to, by name; this USD may not know it."""
+    """Applies the API schema of an attribute, by name, since this USD may not know it."""
     schema = _SCHEMAS.get(name.partition(":")[0])
     applied = applied_schemas(prim)
     if schema is None or schema in applied:
@@ -63,10 +63,10 @@ def _apply_schema(prim: Any, name: str) -> None:
 
 
 def authored_rate(prim: Any) -> Fraction | None:
-    """Steps per second [Hz] that a scene prim authors; 0 where it says 0 (or worse), None where it says nothing.
+    """Steps per second [Hz] that a scene prim authors; 0 for 0 (or less), None if not authored.
 
     An API schema that is applied without a value has its own default: 1000 Hz of NewtonSceneAPI, 500 Hz of MjcSceneAPI,
-    unless PhysxSceneAPI, whose 60 Hz are everybody's default, is there too.
+    unless PhysxSceneAPI, with the general default of 60 Hz, is applied too.
     """
     for name in RATE_ATTRIBUTES:
         value = authored(prim, name)
@@ -88,6 +88,6 @@ def authored_rate(prim: Any) -> Fraction | None:
 
 
 def newton_only(prim: Any) -> bool:
-    """Whether a scene prim is described in Newton's terms and not in PhysX's."""
+    """Whether a scene prim has Newton's attributes and not PhysX's."""
     applied = applied_schemas(prim)
     return "NewtonSceneAPI" in applied and "PhysxSceneAPI" not in applied

@@ -1,4 +1,4 @@
-"""Opening a USD stage safely, its units, and putting it back the way it was."""
+"""Opens a USD stage safely, reads its units, and restores it."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ from typing import Any
 from graph.base.errors import RunError, UserError
 
 Warn = Callable[[str, str, str], None]
-"""Takes a warning: stable code, where, message."""
+"""Takes a warning: stable code, place, message."""
 
 
 NEW_STAGE_TIME_CODES = 60.0
-"""timeCodesPerSecond of a stage without a file; the timeline's default too."""
+"""timeCodesPerSecond of a stage without a file; also the timeline's default."""
 
 
 def ignore_warning(code: str, where: str, message: str) -> None:
-    """A `Warn` that drops what it is told."""
+    """A `Warn` that ignores everything."""
 
 
 def register_schemas() -> None:
-    """Make the prim types and API schemas of sensors and graphs known to USD. Call it before any stage is used.
+    """Registers the prim types and API schemas of sensors and graphs with USD. Call it before any stage is used.
 
-    Our own paths do so by themselves; only code that opens a stage through pxr first needs this call. USD fixes its
-    schema registry at first use and ignores later additions without a word, so this raises RunError then.
+    TickGraph's own functions do so themselves; only code that opens a stage through pxr first needs this call. USD
+    fixes its schema registry at first use and silently ignores later additions, so this raises RunError then.
     """
     from graph.sim.usd import Usd
 
@@ -73,7 +73,7 @@ def open_stage(
 
     file = Path(path).expanduser().absolute()
     roots = [file.parent] if allow_roots is None else [Path(each) for each in allow_roots]
-    # Held while the stage opens, so that nothing is parsed twice.
+    # Kept while the stage opens, so that nothing is parsed twice.
     checked = check_scene(file, roots, warn, skip_outside=skip_outside)
     leave_out_path_values(checked.layers, warn)
     with quiet(warn, str(path)):
@@ -98,7 +98,7 @@ def open_stage(
 def add_scene(
     stage: Any, path: Path, roots: Iterable[str | Path], warn: Warn = ignore_warning, *, skip_outside: bool = False
 ) -> None:
-    """Put a USD file over what a stage has from files so far, checked as `open_stage` checks it; units stay."""
+    """Puts a USD file over the stage's present files, checked as in `open_stage`; units stay."""
     from graph.sim.usd import Sdf
 
     from .diagnostics import quiet
@@ -120,12 +120,12 @@ def add_scene(
 
 
 def _copy_metadata(scene: Any, root: Any) -> None:
-    """Units, up axis, time codes and default prim count only in the root layer: hand them on."""
+    """Copies units, up axis, time codes and default prim, which count only in the root layer."""
     for key in scene.pseudoRoot.ListInfoKeys():
         if key not in ("subLayers", "subLayerOffsets", "primOrder", "primChildren"):
             try:
                 root.pseudoRoot.SetInfo(key, scene.pseudoRoot.GetInfo(key))
-            except TypeError:  # the text format takes any value
+            except TypeError:  # the text format accepts any value
                 wrong = scene.pseudoRoot.GetInfo(key)
                 raise UserError(f"{scene.identifier}: its {key} cannot be {wrong!r}; correct its metadata") from None
 
@@ -141,9 +141,9 @@ def meters_per_unit(stage: Any) -> float:
 
 
 def time_range(stage: Any, warn: Warn = ignore_warning) -> tuple[Fraction, Fraction] | None:
-    """Start and end [s] of the time codes that the stage says it plays; None where it names none, or no span.
+    """Start and end [s] of the stage's time codes; None if it authors none, or an empty range.
 
-    A range that ends before it starts, or nowhere, is warned of (`time-range-ignored`).
+    A range that ends before it starts, or is not finite, gives a warning (`time-range-ignored`).
     """
     if not stage.HasAuthoredMetadata("endTimeCode"):
         return None
@@ -158,7 +158,7 @@ def time_range(stage: Any, warn: Warn = ignore_warning) -> tuple[Fraction, Fract
 
 
 def up_axis(stage: Any) -> str:
-    """'Y' or 'Z': the stage's up axis. Raises UserError for another, which USD itself takes without a word."""
+    """'Y' or 'Z': the stage's up axis. Raises UserError for another, which USD itself accepts silently."""
     from graph.sim.usd import UsdGeom
 
     axis = str(UsdGeom.GetStageUpAxis(stage))
@@ -188,7 +188,7 @@ class _Saved:
 
 
 class StageState:
-    """What the layers of a stage hold, so that it can be put back bit for bit.
+    """The content of a stage's layers, to be restored bit for bit.
 
     Layers that are files and were not changed are read again on `restore` if they changed since; all others are copied.
     """
@@ -207,7 +207,7 @@ class StageState:
             self._saved.append(_Saved(layer, copy))
 
     def restore(self) -> None:
-        """Give every layer the content it had; may be called any number of times."""
+        """Restores the content of every layer; may be called any number of times."""
         from graph.sim.usd import Sdf
 
         with Sdf.ChangeBlock():

@@ -1,4 +1,4 @@
-"""Faults of a scene that USD takes without a word, or fails over much later."""
+"""Faults of a scene that USD accepts silently, or fails over much later."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .stage import Warn, meters_per_unit, scene_name, up_axis
 
 
 def check_metadata(stage: Any) -> None:
-    """Raises UserError with every one of units, up axis and time codes that makes no sense."""
+    """Raises UserError with every invalid value of units, up axis and time codes."""
     problems: list[Problem] = []
     for check in (meters_per_unit, up_axis):
         try:
@@ -29,9 +29,11 @@ def check_metadata(stage: Any) -> None:
 
 
 def tell_assumed_units(stage: Any, warn: Warn) -> None:
-    """Warn (`units-assumed`) where the scene's root layer leaves units or up axis to USD's own, which are few robots'.
+    """Warns (`units-assumed`) if the scene's root layer does not author units or up axis:
 
-    A layer without anything that has a place (graphs only, say) needs none.
+    USD's defaults fit few robots.
+
+    A layer without prims that have a transform (only graphs, for example) does not need them.
     """
     assumed = {}
     if not UsdGeom.StageHasAuthoredMetersPerUnit(stage):
@@ -105,7 +107,7 @@ def _conversion(prim: Any, ours: tuple[float, str] | None, theirs: tuple[float, 
 
 
 def _has_place(stage: Any) -> bool:
-    """Whether any prim of the stage has a place; the nodes of graphs, of which there may be many, have none."""
+    """Whether any prim of the stage has a transform; the nodes of graphs, of which there may be many, have none."""
     prims = iter(Usd.PrimRange(stage.GetPseudoRoot(), Usd.PrimAllPrimsPredicate))
     for prim in prims:
         if prim.IsA(UsdGeom.Imageable):
@@ -116,8 +118,9 @@ def _has_place(stage: Any) -> bool:
 
 
 def repair_transforms(stage: Any, warn: Warn) -> None:
-    """Overrule, in the root layer, every `xformOpOrder` that USD cannot work with: the ops it does not know are left
-    out, with a warning `bad-transform-op`.
+    """Overrides, in the root layer, every `xformOpOrder` that USD cannot evaluate: unknown ops are left out.
+
+    Each gives a warning `bad-transform-op`.
     """
     for prim in stage.TraverseAll():
         if not prim.HasAttribute("xformOpOrder"):
@@ -132,7 +135,7 @@ def repair_transforms(stage: Any, warn: Warn) -> None:
 
 _ANGLES = ("X", "Y", "Z", "XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX")
 OPS = frozenset(("translate", "scale", "orient", "transform", *(f"rotate{angles}" for angles in _ANGLES)))
-"""Ops that need no closer look."""
+"""Ops that need no further check."""
 
 
 def _known(prim: Any, op: str) -> bool:

@@ -1,4 +1,4 @@
-"""What is written to the stage while playing, told by USD's notices and sorted by what it means for the world."""
+"""Watches what is written to the stage while playing, and sorts it by its effect on the world."""
 
 from __future__ import annotations
 
@@ -46,10 +46,10 @@ SHAPE = frozenset(
 """Attributes of surfaces that physics and rays read at play."""
 
 LOOKS = ("visibility", "purpose", "material:binding", "semantics:", "semantic:")
-"""Beginnings of the names of properties that only rays look at; they count from the next scan on."""
+"""Prefixes of properties that only rays read; they take effect in the next scan."""
 
 PROTOTYPE = "/__Prototype"
-"""How the paths of what native instances share begin."""
+"""Prefix of the paths that native instances share."""
 
 _VALUES = frozenset(("default", "timeSamples", "targetPaths", "spline"))
 
@@ -57,12 +57,11 @@ _VALUES = frozenset(("default", "timeSamples", "targetPaths", "spline"))
 class StageWatch:
     """Collects the edits of a stage from its creation until `close`.
 
-    placed: called at once with the path of each prim whose transform was written, and whether its place was (not only
-    its scale, or the order of its ops). `structure` holds prims below which
-    something came, went or changed its kind, `shapes` the attributes of surfaces, and `physics` those of dynamics, that
-    were written; `looks` is whether rays may see something else, `others` the prims with any other attribute that
-    was written: sensors read theirs again. What physics writes itself (`fabric.muted`) is not
-    told.
+    placed: called at once with the path of each prim whose transform was written, and whether its pose was (not only
+    its scale, or the order of its ops). `structure` holds prims below which prims were added, removed or changed in
+    kind, `shapes` the written attributes of surfaces, and `physics` those of dynamics; `looks` is whether rays may see
+    something else, `others` the prims with any other written attribute: sensors read theirs again. What physics writes
+    itself (`fabric.muted`) is not reported.
     """
 
     def __init__(self, stage: Any, fabric: PrimPoses, roles: StageRoles, placed: Callable[[str, bool], None]) -> None:
@@ -73,33 +72,33 @@ class StageWatch:
         self.looks = False
         self.others: set[str] = set()
         self.collecting = False
-        """Whether transforms wait in `transforms` until somebody asks for them."""
+        """Whether transforms are collected in `transforms` until they are read."""
         self.transforms: dict[str, bool] = {}
         self.touched: set[str] = set()
-        """Prims below which something was written since the last `clear`, wherever it was dealt with."""
+        """Prims below which something was written since the last `clear`, handled or not."""
         self.failure: BaseException | None = None
-        """What went wrong where nobody could be told."""
+        """An error that could not be raised where it occurred."""
         self._callback = _weak(self)
         self._listener = Tf.Notice.Register(Usd.Notice.ObjectsChanged, self._callback, stage)
 
     @property
     def pending(self) -> bool:
-        """Whether there is something to look at before the next update."""
+        """Whether there are edits to handle before the next update."""
         return bool(self.structure or self.shapes or self.physics or self.failure)
 
     def clear(self) -> None:
-        """Everything has been dealt with."""
+        """Marks all edits as handled."""
         for found in (self.structure, self.shapes, self.physics, self.transforms, self.touched):
             found.clear()
         self.looks, self.failure = False, None
 
     def close(self) -> None:
-        """Stop listening."""
+        """Stops watching."""
         self._listener.Revoke()
         self._placed = _nobody
 
     def notice(self, notice: Any) -> None:
-        """One notice of USD."""
+        """Handles one notice of USD."""
         if self.fabric.muted:
             return
         moved: dict[str, bool] = {}
@@ -120,7 +119,7 @@ class StageWatch:
         for path, surely in moved.items():
             try:
                 self._placed(path, surely)
-            except Exception as error:  # an exception would end in USD, unseen
+            except Exception as error:  # an exception would be lost inside USD
                 self.failure = self.failure or error
 
     def _property(self, path: Any, moved: dict[str, bool]) -> None:
@@ -147,7 +146,7 @@ class StageWatch:
 
 
 def describe(stage: Any, roles: StageRoles, structure: list[str]) -> tuple[list[str], set[str]]:
-    """What came, went or changed below some prims, in words, and the paths of it all."""
+    """A description of the added, removed and changed prims below some prims, and all their paths."""
     words: list[str] = []
     paths: set[str] = set()
     for root in structure:
@@ -163,7 +162,7 @@ def describe(stage: Any, roles: StageRoles, structure: list[str]) -> tuple[list[
 
 
 def _nobody(path: str, surely: bool) -> None:
-    """Nobody is told of transforms any more."""
+    """Ignores a transform."""
 
 
 def _weak(watch: StageWatch) -> Callable[[Any, Any], None]:

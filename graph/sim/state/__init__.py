@@ -1,1 +1,1 @@
-"""Where everything is while the world plays: Fabric, tensors, articulations."""
+"""The state of the playing world: Fabric and tensors."""

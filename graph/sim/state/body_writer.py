@@ -1,4 +1,4 @@
-"""Bodies' places as local transforms on the stage, written after every physics step."""
+"""Writes the poses of bodies as local transforms on the stage, after every physics step."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from graph.sim.usd import EARLIEST, Gf, Sdf, UsdGeom
 
 STANDARD = ("xformOp:translate", "xformOp:orient", "xformOp:scale")
 OWN = ":simulated"
-"""Suffix of ops of ours, where the standard ones are animated or the transform needs a matrix."""
+"""Suffix of our own ops, used if the standard ones are animated or the transform needs a matrix."""
 
 _VECTORS = {"double3": Gf.Vec3d, "float3": Gf.Vec3f, "half3": Gf.Vec3h}
 _QUATERNIONS = {"quatd": Gf.Quatd, "quatf": Gf.Quatf, "quath": Gf.Quath}
@@ -37,9 +37,9 @@ class _Body:
 
 @dataclass
 class BodyWriter:
-    """Writes translate and orient where a prim has translate, orient and scale or can be given them, else a matrix.
+    """Writes translate and orient if a prim has translate, orient and scale or can be given them, else a matrix.
 
-    What goes into the session layer's opinions goes there, all else into the root layer.
+    Opinions that are in the session layer are written there, all others in the root layer.
     """
 
     stage: Any
@@ -47,7 +47,7 @@ class BodyWriter:
     bodies: list[_Body] = field(default_factory=list)
 
     def attach(self, paths: Sequence[str], rows: Sequence[int], world: Floats, residuals: dict[str, Floats]) -> None:
-        """Take on bodies: their paths, their rows among `world` (B, 4, 4), the rigid poses of all bodies [stage units].
+        """Adds bodies: their paths, their rows among `world` (B, 4, 4), the rigid poses of all bodies [stage units].
 
         residuals: scale and shear of every body. Raises UserError for a prim that cannot be written.
         """
@@ -67,7 +67,7 @@ class BodyWriter:
         self.write(world)
 
     def write(self, world: Floats) -> None:
-        """Write the transforms of the bodies that have moved; world: (B, 4, 4) rigid poses of all bodies."""
+        """Writes the transforms of the bodies that have moved; world: (B, 4, 4) rigid poses of all bodies."""
         if not self.bodies:
             return
         local = self._local(world)
@@ -119,7 +119,7 @@ class BodyWriter:
 
 
 def author_local(stage: Any, prim: Any, parent: Floats, local: Floats) -> None:
-    """Write one prim's local transform (4, 4), given its parent's in the world."""
+    """Writes one prim's local transform (4, 4), given its parent's in the world."""
     body = _Body(prim, -1, parent)
     with Sdf.ChangeBlock():
         _prepare(stage, body, local, with_scale=True)
@@ -131,7 +131,9 @@ def author_local(stage: Any, prim: Any, parent: Floats, local: Floats) -> None:
 
 
 def _prepare(stage: Any, body: _Body, local: Floats, with_scale: bool = False) -> None:
-    """Give the prim ops that can hold its transform, by their specs: USD's own calls must not mix with a block."""
+    """Gives the prim ops that can hold its transform, through specs, because USD's own calls must not be mixed with
+    a block.
+    """
     prim, schema = body.prim, UsdGeom.Xformable(body.prim)
     layer = _layer(stage, prim)
     spec = Sdf.CreatePrimInLayer(layer, prim.GetPath())
@@ -183,7 +185,7 @@ def _set_order(spec: Any, names: list[str]) -> None:
 
 
 def _even(matrix: Floats) -> bool:
-    """Whether a matrix scales alike in all directions, so that turning below it causes no shear."""
+    """Whether a matrix scales equally in all directions, so that a rotation below it causes no shear."""
     gram = matrix[:3, :3].T @ matrix[:3, :3]
     return bool(np.abs(gram - np.eye(3) * gram[0, 0]).max() <= 1e-9 * abs(gram[0, 0]))
 

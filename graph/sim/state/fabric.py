@@ -1,7 +1,7 @@
-"""Fabric: where every prim is now, flattened, read by path and by many at once.
+"""Fabric: the present transforms of all prims, flattened, read one by one or many at once.
 
-Physics moves bodies; everything below a moving body follows at the offset that the stage gives it. Nothing is computed
-when physics steps: poses are composed when somebody reads them.
+Physics moves bodies; everything below a moving body follows at the offset on the stage. Physics steps compute nothing
+here: poses are composed when they are read.
 """
 
 from __future__ import annotations
@@ -19,10 +19,11 @@ from .prim_poses import NOTHING, PrimPoses
 
 
 class Fabric(PrimPoses):
-    """Poses and attributes beside the stage, which keeps what it held at play.
+    """Poses and attributes beside the stage; the stage keeps its state of play.
 
-    What users write here to one prim moves that prim only: what is below keeps its place, and reading it afterwards
-    gives the warning `fabric-stale-transform`, once per prim (`get_prim_at_path` is strict and raises instead).
+    A value that users write here to one prim moves only that prim: its descendants keep their poses, and reading them
+    afterwards gives the warning `fabric-stale-transform`, once per prim (`get_prim_at_path` is strict and raises
+    instead).
     """
 
     enabled = True
@@ -35,22 +36,22 @@ class Fabric(PrimPoses):
         self._offsets: dict[str, Floats] = {}
 
     def unbind(self) -> None:
-        """Return to the stage."""
+        """Returns to the stage."""
         self._offsets, self._written, self._stamps = {}, NOTHING, {}
         super().unbind()
 
     def add_frame(self, path: str) -> None:
-        """From now on a still prim counts as a body that only users move."""
+        """From now on a static prim counts as a kinematic body."""
         super().add_frame(path)
         self._written = MappingProxyType({each: m for each, m in self._written.items() if each != path})
 
     # -- placing -----------------------------------------------------------------------------------------------------
 
     def set_world_matrix(self, path: str, matrix: Floats) -> None:
-        """Place one prim, and none below it.
+        """Places one prim without its descendants.
 
         A free or kinematic body is moved in physics too, without its scale. A prim that follows a body follows it from
-        its new place on. What was placed is forgotten on stop.
+        its new pose on. Placed poses are dropped at a stop.
         """
         matrix = self.checked(path, matrix)
         bound = self._bind((path,))
@@ -68,14 +69,16 @@ class Fabric(PrimPoses):
         self._stamps[path] = self.stamp
 
     def restore(self, poses: Mapping[str, Floats]) -> None:
-        """Forget what users have placed; still prims that became bodies, and kinematic bodies, go to `poses` [m]."""
+        """Drops the poses that users have placed; static prims that became bodies, and kinematic bodies, go to
+        `poses` [m].
+        """
         self._written, self._offsets, self._stamps = NOTHING, {}, {}
         super().restore(poses)
 
     # -- staleness ---------------------------------------------------------------------------------------------------
 
     def stale_because_of(self, path: str) -> str | None:
-        """The prim above that was placed by a user after this one, so that its own matrix is out of date; else None."""
+        """The ancestor that a user placed after this prim, so that the prim's own matrix is out of date, or None."""
         own, above = self._stamps.get(path, -1), path
         while above and not self._carries(above):
             above = above.rpartition("/")[0]
@@ -84,7 +87,7 @@ class Fabric(PrimPoses):
         return None
 
     def update_world_xforms(self) -> None:
-        """Take what is below prims that users have placed along, at its local transforms: nothing is stale then."""
+        """Moves the descendants of placed prims with them, by their local transforms; then nothing is stale."""
         from graph.sim.usd import EARLIEST, Usd, UsdGeom
 
         xforms = UsdGeom.XformCache(EARLIEST)
@@ -107,10 +110,10 @@ class Fabric(PrimPoses):
             self.set_world_matrix(path, self.world_matrix(above) @ transforms.from_usd(relative))
 
     def settle(self) -> None:
-        """All that the stage has moved was taken from it."""
+        """Marks all moves by the stage as handled."""
 
     def stage_moved(self, path: str) -> None:
-        """The stage has a new transform for a prim: it counts from now on, for what is below too."""
+        """The stage has a new transform for a prim: it counts from now on, for its descendants too."""
         prefix = f"{path.rstrip('/')}/"
         gone = [each for each in self._stamps if each == path or each.startswith(prefix)]
         for each in gone:
@@ -138,7 +141,7 @@ class Fabric(PrimPoses):
         return out
 
     def outdated_on_stage(self, path: str) -> str | None:
-        """Why the transform that the stage holds of a prim is not where it is now; None if it is."""
+        """Why the stage's transform of a prim is not its present one, or None."""
         if path in self._stamps:
             return "a user has placed it in Fabric; the stage keeps its old xformOps. Read omni:fabric:worldMatrix"
         physics = self._physics

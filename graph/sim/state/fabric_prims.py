@@ -1,7 +1,6 @@
-"""Prims and attributes of Fabric, one by one, under the names that usdrt uses. Reads are strict: what would be out of
-date raises instead of being answered.
+"""Prims and attributes of Fabric, one by one, under usdrt's names. Reads are strict: an out-of-date value raises.
 
-Matrices are those of USD here: row vectors, the translation in the last row, stage units.
+Matrices are as in USD: row vectors, the translation in the last row, stage units.
 """
 
 from __future__ import annotations
@@ -19,11 +18,11 @@ WORLD, LOCAL = "omni:fabric:worldMatrix", "omni:fabric:localMatrix"
 
 
 class StaleReadError(RunError):
-    """A value in Fabric is older than something that it depends on."""
+    """A value in Fabric is older than a value on which it depends."""
 
 
 class FabricAttribute:
-    """One attribute of a prim in Fabric. False where there is no such attribute."""
+    """One attribute of a prim in Fabric. Falsy if it does not exist."""
 
     def __init__(self, fabric: PrimPoses, path: str, name: str) -> None:
         self._fabric, self._path, self._name = fabric, path, name
@@ -40,16 +39,16 @@ class FabricAttribute:
         return f"{self._path}.{self._name}"
 
     def has_value(self) -> bool:
-        """Whether `get` has something to give."""
+        """Whether `get` has a value."""
         if self._name in (WORLD, LOCAL):
             return self._fabric.has_place(self._path)
         return self._fabric.get_raw(self._path, self._name) is not None
 
     def get(self) -> Any:
-        """The value of now. The world and local matrices are `Gf.Matrix4d`.
+        """The present value. The world and local matrices are `Gf.Matrix4d`.
 
-        Raises StaleReadError where it is out of date: of a prim below one that a user has placed in Fabric, and of the
-        stage's xformOps where physics or a user has moved the prim in Fabric. Raises RunError where there is no value.
+        Raises StaleReadError for an out-of-date value: of a prim below one that a user has placed in Fabric, and of the
+        stage's xformOps if physics or a user has moved the prim in Fabric. Raises RunError without a value.
         """
         if self._name in (WORLD, LOCAL):
             return self._matrix()
@@ -63,9 +62,9 @@ class FabricAttribute:
         return value
 
     def set(self, value: Any) -> None:
-        """Set the value in Fabric; the stage is not touched. A matrix moves the prim, and none below it.
+        """Sets the value in Fabric; the stage is not changed. A matrix moves only this prim.
 
-        Matrices: `Gf.Matrix4d` or (4, 4) row vectors. Raises RunError for what is not a matrix.
+        Matrices: `Gf.Matrix4d` or (4, 4) row vectors. Raises RunError for an invalid matrix.
         """
         if self._name not in (WORLD, LOCAL):
             self._fabric.set(self._path, self._name, value)
@@ -79,7 +78,7 @@ class FabricAttribute:
         self._fabric.set_world_matrix(self._path, world)
 
     def get_change_stamp(self) -> int:
-        """Rises with every change that this value may have seen."""
+        """A number that grows with every change that may affect this value."""
         if self._name in (WORLD, LOCAL):
             return self._fabric.stamp
         return self._fabric.change_stamp(self._path, self._name)
@@ -110,7 +109,7 @@ class FabricAttribute:
 
 
 class FabricPrim:
-    """One prim in Fabric. False where neither the stage nor Fabric has it."""
+    """One prim in Fabric. Falsy if neither the stage nor Fabric has it."""
 
     def __init__(self, fabric: PrimPoses, path: str) -> None:
         self._fabric, self._path = fabric, path
@@ -119,7 +118,7 @@ class FabricPrim:
         return self._fabric.has_prim(self._path)
 
     def is_valid(self) -> bool:
-        """Whether there is such a prim."""
+        """Whether the prim exists."""
         return bool(self)
 
     def get_path(self) -> str:
@@ -131,11 +130,11 @@ class FabricPrim:
         return bool(self.get_attribute(name))
 
     def get_attribute(self, name: str) -> FabricAttribute:
-        """An attribute, whether it is there or not."""
+        """An attribute, existing or not."""
         return FabricAttribute(self._fabric, self._path, name)
 
     def create_attribute(self, name: str, type_name: Any = None, custom: bool = True) -> FabricAttribute:
-        """An attribute to be set; Fabric takes values of any type, so `type_name` and `custom` change nothing."""
+        """An attribute to be set; Fabric accepts values of any type, so `type_name` and `custom` have no effect."""
         return FabricAttribute(self._fabric, self._path, name)
 
     IsValid, GetPath, HasAttribute, GetAttribute, CreateAttribute = (
@@ -148,7 +147,7 @@ class FabricPrim:
 
 
 def stale_message(cause: str) -> str:
-    """What is wrong with the matrix of a prim below `cause`, and what to do."""
+    """The message about an out-of-date matrix of a prim below `cause`, with what to do."""
     return (
         f"{cause}, above it, was placed in Fabric after it, which moves that prim alone; this one keeps its old place. "
         "Place it too, or call app.fabric.update_world_xforms()"

@@ -1,4 +1,4 @@
-"""Where all bodies are at one moment: a copy that stays valid after the world has moved on."""
+"""The poses of all bodies at one moment: a copy that stays valid after the world has moved on."""
 
 from __future__ import annotations
 
@@ -15,11 +15,12 @@ if TYPE_CHECKING:
 
 
 class Poses:
-    """The poses of all bodies at one moment, and what users had written: immutable.
+    """The poses of all bodies at one moment, and the poses that users had written: immutable.
 
-    speeds: (6,) linear [m/s] and angular [rad/s] of frames and bodies that something else than physics moves, by path.
-    layout: the row of each body by path. Bodies of physics come first, in its order, then `frames`: the rigid poses
-    (F, 4, 4) [m] of still prims that users have moved. Two states with the same layout object have the same rows.
+    speeds: (6,) linear [m/s] and angular [rad/s] of frames and bodies that are moved by other means than physics, by
+    path. layout: the row of each body by path. Bodies of physics come first, in its order, then `frames`: the rigid
+    poses (F, 4, 4) [m] of static prims that users have moved. Two states with the same layout object have the same
+    rows.
     """
 
     def __init__(
@@ -41,7 +42,7 @@ class Poses:
             self.positions, self._rotations = physics.positions.copy(), physics.rotations.copy()
             self._snapshot = physics.snapshot()
         self.bodies = len(self.positions)
-        """How many rows are bodies of physics."""
+        """The number of rows that are bodies of physics."""
         if frames is not None:
             self.positions = np.concatenate([self.positions, frames[:, :3, 3]])
             self._rotations = np.concatenate([self._rotations, frames[:, :3, :3]])
@@ -50,7 +51,7 @@ class Poses:
 
     @cached_property
     def matrices(self) -> Floats:
-        """(B + F + 1, 4, 4) rigid body poses [m], the identity last: for what hangs on no body."""
+        """(B + F + 1, 4, 4) rigid body poses [m]; the identity is last, for prims without a body."""
         out = np.zeros((len(self.positions) + 1, 4, 4))
         out[:-1, :3, :3] = self._rotations
         out[:-1, :3, 3] = self.positions
@@ -60,17 +61,17 @@ class Poses:
         return out
 
     def points(self, path: str) -> Floats | None:
-        """(p, 3) the points of a prim that physics deforms, in the world [m]; None of one that it does not."""
+        """(p, 3) the points of a prim that physics deforms, in the world [m], else None."""
         return None if self._snapshot is None else self._snapshot.points(path)
 
     def velocities(self, bodies: Iterable[str]) -> Floats:
-        """(n, 6) of the origins of bodies: linear [m/s], angular [rad/s], world axes; 0 if it does not move."""
+        """(n, 6) of the origins of bodies: linear [m/s], angular [rad/s], world axes; 0 for static ones."""
         rows = np.array([self.layout.get(path, -1) for path in bodies], dtype=np.intp)
         return self._motion[rows]
 
     @cached_property
     def _motion(self) -> Floats:
-        """(B + F + 1, 6) of all bodies; the last row does not move, nor do bodies once physics is freed."""
+        """(B + F + 1, 6) of all bodies; 0 in the last row, and for bodies after physics is freed."""
         out = np.zeros((len(self.positions) + 1, 6))
         if self._snapshot is not None:
             out[: self.bodies] = self._snapshot.velocities()

@@ -1,4 +1,4 @@
-"""Where prims are now: bodies as physics has them, all else as the stage composes it around them."""
+"""The present poses of prims: bodies from physics, everything else as the stage composes it around them."""
 
 from __future__ import annotations
 
@@ -29,20 +29,20 @@ NOTHING: Mapping[str, Floats] = MappingProxyType({})
 class PrimPoses(ABC):
     """World transforms and attributes by path; matrices are (4, 4), column vectors, stage units.
 
-    What Fabric and the stage as the world have in common: bodies are where physics has them, all else hangs on them as
-    the stage composes it. Subclasses say what it means to place a prim.
+    The common part of Fabric and of the stage as the world: bodies have their poses of physics, and everything else
+    follows them as the stage composes it. Subclasses define what placing a prim means.
     """
 
     enabled: bool
-    """Whether this is Fabric; False where the stage itself is the world (`fidelity.fabric: off`)."""
+    """Whether this is Fabric; False if the stage itself is the world (`fidelity.fabric: off`)."""
     every_step: bool
-    """Whether it has to know of every single step."""
+    """Whether it must be called after every single step."""
 
     def __init__(self, stage: Any, warn: Warn = ignore_warning) -> None:
         self.stage = stage
         self.warn = warn
         self.values = AttributeValues(stage)
-        """Attributes that somebody has set."""
+        """Attributes that were set."""
         self.set = self.values.set
         self.change_stamp = self.values.change_stamp
         self.stage_has, self.has_prim = self.values.stage_has, self.values.has_prim
@@ -52,15 +52,17 @@ class PrimPoses(ABC):
         self.steps = 0
         """Physics steps since play."""
         self.muted = False
-        """Whether what is written to the stage now comes from physics."""
+        """Whether the present writes to the stage come from physics."""
         self.follow_stage = True
-        """Whether edits of the stage are heard of."""
+        """Whether edits of the stage are followed."""
         self.promoted: dict[str, bool] = {}
-        """Still prims that users have moved while playing, bodies since; whether what is below each goes with it."""
+        """Static prims that users have moved while playing and that are now bodies; whether the descendants of each
+        move with it.
+        """
         self.promote: Callable[[str], bool] | None = None
-        """Asked before a still prim is placed: makes it one if physics or rays look at it; set while playing."""
+        """Called before a static prim is placed: makes it a body if physics or rays use it; set while playing."""
         self.carried: Callable[[str], None] | None = None
-        """Called with each body that is placed, to take along the bodies below it; set while the stage is the world."""
+        """Called with each body that is placed, to move the bodies below it; set while the stage is the world."""
         self._physics: PhysicsEngine | None = None
         self._layout: dict[str, int] = {}
         self._frames: dict[str, Floats] = {}
@@ -71,23 +73,23 @@ class PrimPoses(ABC):
         self._listener = StageListener(stage, self)
 
     def close(self) -> None:
-        """Stop listening to the stage; attributes of physics end."""
+        """Stops listening to the stage; attributes of physics end."""
         self._listener.close()
         self.values.live.clear()
 
     def take_values(self, other: PrimPoses) -> None:
-        """Take over all attributes that somebody has set."""
+        """Takes over all attributes that were set."""
         self.values.take(other.values)
 
     # -- attributes and prims ----------------------------------------------------------------------------------------
 
     @property
     def live(self) -> dict[str, Live]:
-        """Attributes, by name, whose values the physics has and takes."""
+        """Attributes, by name, whose values physics owns."""
         return self.values.live
 
     def get(self, path: str, attribute: str, default: Any = None) -> Any:
-        """An attribute's value; where nobody has set one, the stage's; else `default`."""
+        """An attribute's value: as set, else the stage's, else `default`."""
         value = self.get_raw(path, attribute)
         if attribute.startswith("xformOp") and not self.values.has(path, attribute):
             cause = self.outdated_on_stage(path)
@@ -96,9 +98,9 @@ class PrimPoses(ABC):
         return default if value is None else value
 
     def get_raw(self, path: str, attribute: str) -> Any:
-        """As `get`, without a warning where the value is out of date; None where there is none.
+        """As `get`, without a warning about an out-of-date value; None without a value.
 
-        The points of what physics deforms are where it has them.
+        The points of a prim that physics deforms are the present ones.
         """
         if attribute == "points" and not self.values.has(path, attribute):
             points = self.capture().points(path)
@@ -111,37 +113,37 @@ class PrimPoses(ABC):
         return self.values.get(path, attribute)
 
     def get_prim_at_path(self, path: str) -> FabricPrim:
-        """The prim at a path, as usdrt spells it, with strict reads: a value that would be out of date raises.
+        """The prim at a path, with usdrt's name and strict reads: an out-of-date value raises.
 
-        False if there is none.
+        Falsy if it does not exist.
         """
         return FabricPrim(self, str(path))
 
     GetPrimAtPath = get_prim_at_path
 
     def has_place(self, path: str) -> bool:
-        """Whether the stage has a prim, so that it stands somewhere."""
+        """Whether the stage has a prim, so that it has a pose."""
         return bool(self.values.prim(path))
 
     def resets(self, path: str) -> bool:
-        """Whether a prim's transform does not count from its parent."""
+        """Whether a prim's transform ignores its parent."""
         from graph.sim.usd import UsdGeom
 
         xformable = UsdGeom.Xformable(self.values.prim(path))
         return bool(xformable and xformable.GetResetXformStack())
 
     def stale_because_of(self, path: str) -> str | None:
-        """The prim above that was placed by a user after this one, so that its own matrix is out of date; else None."""
+        """The ancestor that a user placed after this prim, so that the prim's own matrix is out of date, or None."""
         return None
 
     def outdated_on_stage(self, path: str) -> str | None:
-        """Why the transform that the stage holds of a prim is not where it is now; None if it is."""
+        """Why the stage's transform of a prim is not its present one, or None."""
         return None
 
     # -- life --------------------------------------------------------------------------------------------------------
 
     def bind(self, physics: PhysicsEngine | None) -> None:
-        """Follow the bodies of a world that starts to play, or is another from now on (None: nothing moves)."""
+        """Follows the bodies of a world that starts to play or has changed (None: nothing moves)."""
         self._physics = physics
         bodies = physics.body_paths if physics else ()
         self._frames = {path: frame for path, frame in self._frames.items() if path not in bodies}
@@ -149,7 +151,7 @@ class PrimPoses(ABC):
         self._number_rows()
 
     def rebind(self, physics: PhysicsEngine | None, touched: Sequence[str]) -> None:
-        """Follow the bodies of a world that was compiled anew; what is at and below `touched` may have another size."""
+        """Follows the bodies of a world that was compiled again; prims at and below `touched` may have another size."""
         prefixes = tuple(f"{path.rstrip('/')}/" for path in touched)
         self._residuals = {
             path: residual
@@ -159,40 +161,40 @@ class PrimPoses(ABC):
         self.bind(physics)
 
     def unbind(self) -> None:
-        """Return to the stage: nothing follows a body, and what users wrote to its prims is gone."""
+        """Returns to the stage: nothing follows a body, and values that users wrote to its prims are dropped."""
         self._physics = None
         self._layout, self._residuals, self._frames, self._speeds, self.promoted, self.steps = {}, {}, {}, {}, {}, 0
         self.values.forget()
         self.forget()
 
     def forget(self) -> None:
-        """The stage has changed: read it again where it is asked for next."""
+        """The stage has changed: it is read again at the next use."""
         self._bindings.clear()
         self._latest = None
         self.stamp += 1
 
     def stepped(self, count: int = 1) -> None:
-        """Physics has stepped `count` times: poses read from now on are new ones."""
+        """Physics has stepped `count` times: poses read from now on are new."""
         self.stamp += count
         self.steps += count
         self._latest = None
 
     def touched(self) -> None:
-        """Somebody has written to physics between its steps: poses read from now on are new ones."""
+        """A user has written to physics between its steps: poses read from now on are new."""
         self.stamp += 1
         self._latest = None
 
     # -- poses -------------------------------------------------------------------------------------------------------
 
     def capture(self) -> Poses:
-        """The poses of this moment; free if nothing moved since the last capture."""
+        """The present poses; costs nothing if nothing moved since the last capture."""
         if self._latest is None:
             frames = np.stack(list(self._frames.values())) if self._frames else None
             self._latest = Poses(self.stamp, self._physics, self._layout, self._placed(), frames, dict(self._speeds))
         return self._latest
 
     def world_matrices(self, paths: Sequence[str], poses: Poses | None = None) -> Floats:
-        """(n, 4, 4) prim to world, now or at captured `poses`. Raises RunError for a prim that is not there."""
+        """(n, 4, 4) prim to world, now or at captured `poses`. Raises RunError for a missing prim."""
         poses = poses or self.capture()
         binding = self._bind(tuple(paths))
         if poses.layout is self._layout:
@@ -210,7 +212,7 @@ class PrimPoses(ABC):
         return out
 
     def rigid_matrices(self, paths: Sequence[str], poses: Poses | None = None) -> Floats:
-        """(n, 4, 4) poses without scale, in metres: the frames that `geometry.Mesh.vertices` of bodies are given in.
+        """(n, 4, 4) poses without scale, in metres: the frames of `geometry.Mesh.vertices` of bodies.
 
         An empty path is the world.
         """
@@ -222,7 +224,7 @@ class PrimPoses(ABC):
         for number, (path, row) in enumerate(zip(paths, rows, strict=True)):
             if row >= 0 or not path:
                 out[number] = poses.matrices[row]
-            elif path in self._layout and poses.layout is not self._layout:  # it was no body then
+            elif path in self._layout and poses.layout is not self._layout:  # it was not a body then
                 out[number] = self.capture().matrices[self._layout[path]]
             else:
                 out[number] = transforms.rigid_part(self.world_matrix(path, poses))
@@ -230,16 +232,16 @@ class PrimPoses(ABC):
         return out
 
     def velocities(self, paths: Sequence[str], poses: Poses | None = None) -> Floats:
-        """(n, 6) of bodies' origins: linear [m/s], angular [rad/s], world axes; 0 for what is not a moving body."""
+        """(n, 6) of bodies' origins: linear [m/s], angular [rad/s], world axes; 0 for static ones."""
         return (poses or self.capture()).velocities(paths)
 
     # -- still prims that users move ---------------------------------------------------------------------------------
 
     def set_frames(self, poses: Mapping[str, Floats], velocities: Mapping[str, Floats] | None = None) -> None:
-        """Place prims that nothing in physics moves, as bodies of their own: rigid poses (4, 4) [m] by path.
+        """Places prims that physics does not move, as bodies of their own: rigid poses (4, 4) [m] by path.
 
-        velocities: (6,) linear [m/s] and angular [rad/s] of their origins, world axes; 0 where not given. Those of
-        kinematic bodies of physics may be among them: it does not know how fast they are moved.
+        velocities: (6,) linear [m/s] and angular [rad/s] of their origins, world axes; default 0. Kinematic bodies of
+        physics may be included, because physics does not know how fast they are moved.
         """
         new = [path for path in poses if path not in self._layout]
         self._frames.update(poses)
@@ -251,7 +253,7 @@ class PrimPoses(ABC):
         self.stamp += 1
 
     def add_frame(self, path: str) -> None:
-        """From now on a still prim counts as a body that only users move."""
+        """From now on a static prim counts as a kinematic body."""
         self._frames[path] = self.rigid_matrices((path,))[0].copy()
         self._residuals[path] = self._residual(path)
         self._number_rows()
@@ -274,32 +276,32 @@ class PrimPoses(ABC):
 
     @abstractmethod
     def set_world_matrix(self, path: str, matrix: Floats) -> None:
-        """Place a prim: (4, 4) prim to world, stage units. Raises RunError for a matrix that is not usable."""
+        """Places a prim: (4, 4) prim to world, stage units. Raises RunError for an unusable matrix."""
 
     def checked(self, path: str, matrix: Any) -> Floats:
-        """A world matrix that a user gives. Raises RunError for one that is none."""
+        """A world matrix that a user gives. Raises RunError for an invalid one."""
         out = np.array(matrix, dtype=np.float64)
         if out.shape != (4, 4) or not transforms.usable(out):
             raise RunError(f"{path}: a world matrix must be (4, 4), finite and not flat")
         return out
 
     def place_body(self, path: str, matrix: Floats) -> None:
-        """Put a body, or a still prim that has become a frame, somewhere, without its scale; what it carries goes too.
+        """Places a body, or a static prim that has become a frame, without its scale; what it carries moves too.
 
         Raises RunError for a body held by a joint.
         """
         self._put(path, matrix)
 
     def take_from_stage(self, path: str, matrix: Floats) -> None:
-        """The stage says where a body is: `place_body`, the stage left alone."""
+        """Takes a body's pose from the stage: `place_body` without writing to the stage."""
         self._put(path, self.checked(path, matrix))
 
     @abstractmethod
     def settle(self) -> None:
-        """All that the stage has moved was taken from it."""
+        """Marks all moves by the stage as handled."""
 
     def restore(self, poses: Mapping[str, Floats]) -> None:
-        """Still prims that became bodies, and kinematic bodies, go to `poses` [m]; what users placed is forgotten."""
+        """Static prims that became bodies, and kinematic bodies, go to `poses` [m]; placed poses are dropped."""
         self._frames.update({path: poses[path] for path in self._frames if path in poses})
         self.forget()
 
@@ -309,7 +311,7 @@ class PrimPoses(ABC):
 
     @abstractmethod
     def update_world_xforms(self) -> None:
-        """Take what is below prims that users have placed along: nothing is stale then."""
+        """Moves the descendants of placed prims with them; then nothing is stale."""
 
     def _put(self, path: str, matrix: Floats) -> None:
         pose = transforms.rigid_part(matrix)
@@ -324,15 +326,15 @@ class PrimPoses(ABC):
     # -- inside ------------------------------------------------------------------------------------------------------
 
     def _placed(self) -> Mapping[str, Floats]:
-        """World matrices that users have given to prims on no body."""
+        """World matrices that users have given to prims without a body."""
         return NOTHING
 
     def _offset(self, path: str) -> Floats | None:
-        """Where a user has placed a prim in the frame of its body; None: where the stage has it."""
+        """The pose that a user gave a prim in the frame of its body, or None: that of the stage."""
         return None
 
     def _finished(self, paths: Sequence[str], written: Mapping[str, Floats], out: Floats) -> Floats:
-        """The world matrices `out` of prims with what users have placed put in."""
+        """The world matrices `out` of prims, with the placed poses inserted."""
         return out
 
     def _bind(self, paths: tuple[str, ...]) -> Binding:
@@ -344,17 +346,17 @@ class PrimPoses(ABC):
         return binding
 
     def _residual(self, path: str) -> Floats:
-        """What a body's transform has beside its pose: scale and shear; kept for as long as there is the body."""
+        """A body's transform without its pose: scale and shear; kept as long as the body exists."""
         if path in self._residuals:
             return self._residuals[path]
         return scale_and_shear(self.stage, path)
 
     def _carries(self, path: str) -> bool:
-        """Whether the prim at a path is a body that takes along what is below it."""
+        """Whether the prim at a path is a body that moves its descendants."""
         return path in self._layout and self.promoted.get(path, True)
 
     def body_of(self, path: str) -> str | None:
-        """The nearest body, at or above a path, that a prim there moves with."""
+        """The nearest body, at or above a path, with which a prim there moves."""
         here = path
         while here:
             if here in self._layout and (here == path or self._carries(here)):

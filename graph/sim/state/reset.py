@@ -1,4 +1,4 @@
-"""Beginning anew without stopping: what is reset, and what goes on."""
+"""Starts again without stopping: what is reset, and what continues."""
 
 from __future__ import annotations
 
@@ -10,21 +10,21 @@ from graph.sim.scene.editing import Editable, EditStage, Player
 
 
 class Reset(Flag):
-    """What `App.reset` begins anew; combine with `|`.
+    """What `App.reset` resets; combine with `|`.
 
-    TIME: every clock is where it was right after play: the timeline at its start, simulation and external time and the
-    count of steps 0, no time carried over, no samples; sensors begin their first scan, waiting messages are gone. The
-    monotonic and the loop's clock go on, and so does everything else: bodies keep places and velocities.
+    TIME: every clock has its value right after play: the timeline at its start, simulation and external time and the
+    count of steps 0, no carried time, no samples; sensors begin their first scan, waiting messages are dropped. The
+    monotonic clock and the loop's continue, and so does everything else: bodies keep poses and velocities.
 
-    STATE: bodies are where they were at play (those that came later: where they came) with the velocities that the
-    stage gives them; joints, drives, grippers and moving surfaces too. What users have placed is back where it was. No
-    clock changes.
+    STATE: bodies have their poses of play (later ones: those of their addition) with the authored velocities; joints,
+    drives, grippers and moving surfaces too. Prims that users placed are put back. No clock changes.
 
-    SPAWNED: surfaces, colliders, bodies and joints that came while playing go, with what is below them. All other
-    bodies keep their state, no clock changes; sensors, render products and writers stay.
+    SPAWNED: surfaces, colliders, bodies and joints that were added while playing are removed, with everything below
+    them. All other bodies keep their state, no clock changes; sensors, render products and writers stay.
 
-    ALL: stop and play (paused if it was paused). Beyond the three that restores the stage to the last bit and nodes'
-    state, and removes attributes set in Fabric, and products, writers and prims of any kind that came while playing.
+    ALL: stop and play (paused if it was paused). Beyond the other three this restores the stage to the last bit and
+    nodes' state, and removes attributes set in Fabric, and products, writers and prims of any kind that were added
+    while playing.
     """
 
     TIME = auto()
@@ -34,7 +34,7 @@ class Reset(Flag):
 
 
 def scopes_of(scope: str | Reset) -> Reset:
-    """The scopes that a name, or several with `|` between them, stands for. Raises UserError for an unknown one."""
+    """The scopes that a name, or several joined by `|`, means. Raises UserError for an unknown one."""
     if isinstance(scope, Reset):
         return scope
     out = Reset(0)
@@ -48,18 +48,18 @@ def scopes_of(scope: str | Reset) -> Reset:
 
 
 class Clocks(Player, Protocol):
-    """Whoever plays a world and owns its clocks."""
+    """The interface that plays a world and owns its clocks."""
 
     @property
     def updating(self) -> bool:
         """Whether an update runs."""
 
     def restart_time(self) -> None:
-        """Sets every clock to where it was right after play."""
+        """Sets every clock to its value right after play."""
 
 
 def reset(world: Editable, clocks: Clocks, scope: str | Reset) -> None:
-    """See `Reset`. While stopped there is nothing to reset. Raises RunError from inside an update."""
+    """See `Reset`. While stopped it does nothing. Raises RunError from inside an update."""
     scopes = scopes_of(scope)
     if world.live is None:
         return

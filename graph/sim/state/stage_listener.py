@@ -1,4 +1,4 @@
-"""Edits of the stage that change where prims are."""
+"""Listens to edits of the stage that change the poses of prims."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any, Protocol
 
 
 class Follower(Protocol):
-    """Whoever has read transforms of a stage."""
+    """The interface of a reader of transforms of a stage."""
 
     muted: bool
     follow_stage: bool
@@ -21,7 +21,7 @@ class Follower(Protocol):
 
 
 class StageListener:
-    """Tells a follower, held weakly, of prims and transforms that change on a stage, until `close`."""
+    """Calls a follower, held weakly, for prims and transforms that change on a stage, until `close`."""
 
     def __init__(self, stage: Any, follower: Follower) -> None:
         from graph.sim.usd import Tf, Usd
@@ -30,7 +30,7 @@ class StageListener:
         self._notice = Tf.Notice.Register(Usd.Notice.ObjectsChanged, self._changed, stage)
 
     def close(self) -> None:
-        """Stop listening."""
+        """Stops listening."""
         self._notice.Revoke()
 
 

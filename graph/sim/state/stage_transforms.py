@@ -1,4 +1,4 @@
-"""The stage as the world (`fidelity.fabric: off`): physics writes to it, and what is read is what it says."""
+"""The stage as the world (`fidelity.fabric: off`): physics writes to it, and reads give its content."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ if TYPE_CHECKING:
 
 
 class StageTransforms(PrimPoses):
-    """Poses by the stage's own rules: what is placed is written to the stage, and what is below goes along.
+    """Poses by the stage's own rules: a placed prim is written to the stage, and its descendants move with it.
 
-    Every physics step writes the local transforms of the bodies that moved. Their poses are kept beside the stage in
-    the precision of physics until somebody else writes to them, so that sensors see to the last bit what they see with
-    Fabric on; all other prims are composed from the stage whenever they are read.
+    Every physics step writes the local transforms of the bodies that moved. Their poses are also kept in the precision
+    of physics until another write changes them, so that sensors see the same bits as with Fabric on; all other prims
+    are composed from the stage whenever they are read.
     """
 
     enabled = False
@@ -37,22 +37,25 @@ class StageTransforms(PrimPoses):
         self._writer: Any = None
 
     def bind(self, physics: PhysicsEngine | None) -> None:
-        """Follow the bodies of a world, and write them from now on. Raises UserError for one that cannot be written."""
+        """Follows the bodies of a world, and writes them from now on.
+
+        Raises UserError for one that cannot be written.
+        """
         super().bind(physics)
         self._attach()
 
     def unbind(self) -> None:
-        """Return to the stage."""
+        """Returns to the stage."""
         self._writer = None
         super().unbind()
 
     def stepped(self, count: int = 1) -> None:
-        """Physics has stepped: write what it moved."""
+        """Physics has stepped: writes what moved."""
         super().stepped(count)
         self._write()
 
     def touched(self) -> None:
-        """Somebody has written to physics between its steps: write what moved."""
+        """A user has written to physics between its steps: writes what moved."""
         super().touched()
         self._write()
 
@@ -62,7 +65,7 @@ class StageTransforms(PrimPoses):
             self._attach()
 
     def set_world_matrix(self, path: str, matrix: Floats) -> None:
-        """Place a prim, and with it all that is below, by writing its local transform to the stage.
+        """Places a prim, and its descendants with it, by writing its local transform to the stage.
 
         A free or kinematic body is moved in physics too, without its scale. Stop restores the stage.
         """
@@ -76,12 +79,12 @@ class StageTransforms(PrimPoses):
             self._author(prim, matrix)
 
     def settle(self) -> None:
-        """What the stage has moved is where it says; the bodies below are written anew relative to that."""
+        """Takes over prims that the stage has moved; the bodies below are written again relative to them."""
         if self._writer is not None:
             self._attach()
 
     def restore(self, poses: Mapping[str, Floats]) -> None:
-        """Still prims that became bodies, and kinematic bodies, go to `poses` [m] on the stage too."""
+        """Static prims that became bodies, and kinematic bodies, go to `poses` [m] on the stage too."""
         super().restore(poses)
         kinematic = self._physics.kinematic if self._physics is not None else frozenset()
         for path in (*self._frames, *kinematic):
@@ -107,7 +110,7 @@ class StageTransforms(PrimPoses):
             self.carried(path)
 
     def update_world_xforms(self) -> None:
-        """Nothing: the stage takes along what is below."""
+        """Does nothing: the stage moves descendants with their parents."""
 
     @contextmanager
     def _quietly(self) -> Iterator[None]:
@@ -140,7 +143,7 @@ class StageTransforms(PrimPoses):
         return out
 
     def _author(self, prim: Any, world: Floats) -> None:
-        """Write the local transform that puts a prim at `world`."""
+        """Writes the local transform that puts a prim at `world`."""
         from graph.sim.usd import EARLIEST, UsdGeom
 
         from .body_writer import author_local

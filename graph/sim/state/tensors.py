@@ -1,4 +1,4 @@
-"""The state of a playing world as arrays: all bodies, joints and contacts at once. SI units, whatever the stage's."""
+"""The state of a playing world as arrays: all bodies, joints and contacts at once, in SI units for any stage."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ Which = Sequence[str] | str | None
 class Tensors:
     """`app.simulation.tensors`: reads and writes the physics of a playing App; arrays are copies of this moment.
 
-    Everything raises RunError while no world is built ("call app.play() first"); a view taken before goes on with the
-    next play. Where nothing can move the arrays are empty. Bodies are in the order of `body_paths`, joints (with one
-    degree of freedom, the whole world's) in that of `joint_paths`; both change only when the world is compiled anew.
+    Everything raises RunError while no world is built ("call app.play() first"); an existing view continues with the
+    next play. If nothing can move the arrays are empty. Bodies are in the order of `body_paths`, joints (those of the
+    whole world with one degree of freedom) in that of `joint_paths`; both change only when the world is compiled again.
     """
 
     def __init__(self, world: PlayingWorld) -> None:
@@ -64,9 +64,10 @@ class Tensors:
         return self._motion()[:, 3:]
 
     def set_poses(self, positions: Any = None, orientations: Any = None, bodies: Which = None) -> None:
-        """Put bodies somewhere at once: (n, 3) origins [m] and (n, 4) w, x, y, z, or one for all; None keeps what is.
+        """Places bodies at once: (n, 3) origins [m] and (n, 4) w, x, y, z, or one for all; None keeps the present ones.
 
-        Velocities stay. Raises RunError, nothing moved, for a body that a joint holds, ValueError for wrong shapes.
+        Velocities stay. Raises RunError, with nothing moved, for a body that a joint holds, ValueError for wrong
+        shapes.
         """
         physics, rows = self._chosen(bodies)
         held = [physics.body_paths[row] for row in rows if not physics.can_place(physics.body_paths[row])]
@@ -83,9 +84,11 @@ class Tensors:
             self._world.fabric.place_body(physics.body_paths[row], matrix)
 
     def set_velocities(self, linear: Any = None, angular: Any = None, bodies: Which = None) -> None:
-        """Give bodies velocities at once, of their origins: (n, 3) [m/s] and (n, 3) [rad/s], world axes; None keeps.
+        """Sets velocities of bodies' origins at once:
 
-        Raises RunError, nothing changed, for a body that is not free, ValueError for wrong shapes.
+        (n, 3) [m/s] and (n, 3) [rad/s], world axes; None keeps the present ones.
+
+        Raises RunError, with nothing changed, for a body that is not free, ValueError for wrong shapes.
         """
         physics, rows = self._chosen(bodies)
         paths = [physics.body_paths[row] for row in rows]
@@ -119,15 +122,15 @@ class Tensors:
 
     @property
     def triggered(self) -> dict[str, tuple[str, ...]]:
-        """By the path of each trigger (PhysxTriggerAPI) the paths of the colliders that are in it now."""
+        """By the path of each trigger (PhysxTriggerAPI), the paths of the colliders that are inside now."""
         physics = self._physics()
         return physics.triggered() if physics is not None else {}
 
     def set_forces(self, forces: Any = None, torques: Any = None, bodies: Which = None) -> None:
-        """Have forces at the centres of mass and torques act on bodies in every step until they are set again.
+        """Applies forces at the centres of mass and torques to bodies in every step until they are set again.
 
-        (n, 3) [N] and (n, 3) [N m], or one for all, world axes; None is zero. Kinematic bodies do not feel them. Raises
-        ValueError for wrong shapes.
+        (n, 3) [N] and (n, 3) [N m], or one for all, world axes; None is zero. They have no effect on kinematic bodies.
+        Raises ValueError for wrong shapes.
         """
         physics, rows = self._chosen(bodies)
         none = np.zeros((len(rows), 3))
@@ -137,12 +140,12 @@ class Tensors:
     # -- state -------------------------------------------------------------------------------------------------------
 
     def snapshot(self) -> Snapshot | None:
-        """Positions and velocities of all bodies and joints, for `restore`; None where nothing can move."""
+        """Positions and velocities of all bodies and joints, for `restore`; None if nothing can move."""
         physics = self._physics()
         return None if physics is None else physics.snapshot()
 
     def restore(self, snapshot: Snapshot | None) -> None:
-        """Go back to a snapshot of this play; clocks, targets and forces stay as they are.
+        """Restores a snapshot of this play; clocks, targets and forces stay unchanged.
 
         Raises RunError for a snapshot from before the last play or recompilation.
         """
@@ -155,7 +158,7 @@ class Tensors:
 
     @property
     def joint_paths(self) -> tuple[str, ...]:
-        """(J,) the joints that turn about or slide along one axis."""
+        """(J,) the revolute and prismatic joints."""
         joints = self._articulation()
         return joints.joint_paths if joints is not None else ()
 
@@ -178,13 +181,13 @@ class Tensors:
         return joints.efforts if joints is not None else np.zeros(0)
 
     def set_joint_positions(self, positions: Any, joints: Which = None) -> None:
-        """Put joints somewhere at once [rad or m]; NaN leaves one alone."""
+        """Puts joints at positions at once [rad or m]; NaN leaves one unchanged."""
         found, rows = self._chosen_joints(joints)
         found.set_positions(positions, rows)
         self._world.fabric.touched()
 
     def set_joint_velocities(self, velocities: Any, joints: Which = None) -> None:
-        """Give joints velocities at once [rad/s or m/s]; NaN leaves one alone."""
+        """Sets joint velocities at once [rad/s or m/s]; NaN leaves one unchanged."""
         found, rows = self._chosen_joints(joints)
         found.set_velocities(velocities, rows)
         self._world.fabric.touched()
@@ -192,7 +195,7 @@ class Tensors:
     def set_joint_targets(
         self, positions: Any = None, velocities: Any = None, efforts: Any = None, joints: Which = None
     ) -> None:
-        """Set what drives aim at, and efforts that act besides; see `Articulation.set_targets`, in SI units."""
+        """Sets the targets of drives, and additional efforts; see `Articulation.set_targets`, in SI units."""
         found, rows = self._chosen_joints(joints)
         found.set_targets(positions, velocities, efforts, rows)
 
@@ -200,7 +203,7 @@ class Tensors:
 
     @property
     def contacts(self) -> Contacts:
-        """What touched what in the last physics step, and how hard."""
+        """The contacts of the last physics step and their forces."""
         from graph.sim.physics.protocol import Contacts
 
         physics = self._physics()
@@ -244,7 +247,7 @@ class Tensors:
 
 
 def _select(which: Which, paths: Sequence[str], what: str) -> list[int]:
-    """The rows of paths or of all that match a pattern. Raises RunError where there is none."""
+    """The rows of paths or of all that match a pattern. Raises RunError without a match."""
     if which is None:
         return list(range(len(paths)))
     if isinstance(which, str):
@@ -260,7 +263,7 @@ def _select(which: Which, paths: Sequence[str], what: str) -> list[int]:
 
 
 def _rows(name: str, given: Any, now: Floats, width: int) -> Floats:
-    """(n, width) finite values, one for all or one each; what is now for None."""
+    """(n, width) finite values, one for all or one each; the present ones for None."""
     if given is None:
         return np.array(now)
     out = np.asarray(given, dtype=np.float64)

@@ -1,1 +1,1 @@
-"""The three clocks, the run loop and what is sampled of them."""
+"""The three clocks, the run loop and their time samples."""

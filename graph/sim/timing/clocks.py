@@ -1,6 +1,6 @@
-"""Exact clocks: how many physics steps an update takes, and what time it then is.
+"""Exact clocks: the number of physics steps in an update, and the time after them.
 
-Every value is an integer count of an exact step, so nothing drifts; fractions are formed when somebody reads one.
+Every value is an integer count of an exact step, so nothing drifts; fractions are made when a value is read.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ MAX_NANOSECONDS = 2**63 - 1
 
 
 def checked_rate(value: Fraction, what: str) -> Fraction:
-    """`value` if it can drive a clock. Raises UserError unless 10**-9 <= value <= 10**9 Hz."""
+    """`value` if it is valid for a clock. Raises UserError unless 10**-9 <= value <= 10**9 Hz."""
     if not Fraction(1, 10**9) <= value <= 10**9:
         raise UserError(f"{what}: {float(value):g} Hz is not a rate that can be run; give one above 0 (up to 1e9)")
     return value
 
 
 class Counter:
-    """A time that grows by equal exact steps: `base + count * step` [s]; a new step starts a new segment."""
+    """A time that grows in equal exact steps: `base + count * step` [s]; a new step starts a new segment."""
 
     __slots__ = ("base", "count", "step")
 
@@ -49,12 +49,12 @@ class Counter:
         self.count += count
 
     def set(self, time: Fraction) -> None:
-        """Puts the clock at `time`."""
+        """Sets the clock to `time`."""
         self.base, self.count = time, 0
 
 
 class Reading(NamedTuple):
-    """What a physics clock read at one moment, as integers; times are formed when asked for."""
+    """The values of a physics clock at one moment, as integers; times are computed on request."""
 
     steps: int
     numerator: int
@@ -78,15 +78,15 @@ class Reading(NamedTuple):
         return self.steps * self.denominator * MICROSECONDS // self.numerator
 
     def same_time(self, other: Reading) -> bool:
-        """Whether both read the same simulation time."""
+        """Whether both have the same simulation time."""
         return self.steps * self.denominator * other.numerator == other.steps * other.denominator * self.numerator
 
 
 class PhysicsClock:
     """The physics clock: `count / steps_per_second`, recomputed, never a running sum.
 
-    A new rate applies from the next step on: the whole history is then read at the new rate (the time jumps), and
-    only the monotonic time stays continuous. `version` changes whenever the rate of `time` does.
+    A new rate applies from the next step on: the whole history is then read at the new rate (the time jumps), and only
+    the monotonic time stays continuous. `version` changes whenever the rate of `time` does.
     """
 
     __slots__ = ("_base", "_denominator", "_limit", "_numerator", "_pending", "_start", "count", "rate", "version")
@@ -103,7 +103,7 @@ class PhysicsClock:
 
     @property
     def stamped_rate(self) -> Fraction:
-        """The rate that `time` is computed with [Hz]: that of the last step."""
+        """The rate with which `time` is computed [Hz]: that of the last step."""
         return Fraction(self._numerator, self._denominator)
 
     @property
@@ -122,17 +122,17 @@ class PhysicsClock:
         return self._base + Fraction((self.count - self._start) * self._denominator, self._numerator)
 
     def reading(self) -> Reading:
-        """What the clock reads now."""
+        """The present values of the clock."""
         return Reading(self.count, self._numerator, self._denominator, self._base, self._start)
 
     def set_rate(self, steps_per_second: Fraction) -> None:
-        """Takes a new rate, used from the next step on."""
+        """Sets a new rate, used from the next step on."""
         if steps_per_second != self.rate:
             self.rate = steps_per_second
             self._pending = True
 
     def advance(self, steps: int = 1) -> None:
-        """Counts `steps` physics steps. Raises RunError where int64 nanoseconds would no longer hold the time."""
+        """Counts `steps` physics steps. Raises RunError if the time would exceed int64 nanoseconds."""
         if self._pending:
             self._base, self._start = self.monotonic, self.count
             self._adopt()
@@ -160,7 +160,7 @@ class Accumulator:
     """Turns elapsed time into whole physics steps, exactly: n = floor((elapsed + carry) * steps_per_second).
 
     With a catch-up cap (`min_frame_rate` > 0) at most M = max(1, floor(sps / min_frame_rate)) steps run in an update
-    and at most M steps of time are kept for later, as PhysX does. Integers of a common unit on the hot path.
+    and at most M steps of time are kept for later, as in PhysX. The hot path uses integers of a common unit.
     """
 
     def __init__(self, steps_per_second: Fraction, min_frame_rate: int | Fraction = 0) -> None:
@@ -175,16 +175,16 @@ class Accumulator:
 
     @property
     def carry(self) -> Fraction:
-        """Time waiting for its step [s], below one step period unless capped."""
+        """Time that waits for its step [s], below one step period unless capped."""
         return Fraction(self._carry, self._unit)
 
     @property
     def cap(self) -> int | None:
-        """The most steps one update may run; None without a cap."""
+        """Most steps in one update; None without a cap."""
         return self._cap
 
     def configure(self, steps_per_second: Fraction, min_frame_rate: int | Fraction = 0) -> None:
-        """Takes a new rate or cap; the carry stays."""
+        """Sets a new rate or cap; the carry stays."""
         self._rate = steps_per_second
         self._cap = max(1, int(steps_per_second // min_frame_rate)) if min_frame_rate else None
         self._regrid(1)
@@ -205,7 +205,7 @@ class Accumulator:
         return steps
 
     def clear(self) -> None:
-        """Forgets the carry (stop, direct steps)."""
+        """Drops the carry (stop, direct steps)."""
         self._carry = 0
 
     def _regrid(self, denominator: int) -> None:

@@ -1,7 +1,7 @@
-"""Profiles: where the Isaac Sim product parts from its documentation, each difference a setting of its own.
+"""Profiles: differences between the Isaac Sim product and its documentation, each as one setting.
 
 `documented` follows the documentation and is what `graph.sim.settings.DEFAULTS` holds; `isaacsim-6.0.1` behaves as the
-product does. A profile only changes defaults: what a user sets, by file, command line or API, wins over it.
+product does. A profile only changes defaults: values that a user sets, by file, command line or API, are preferred.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ PARITIES = (DOCUMENTED, PRODUCT)
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """One setting whose default depends on the profile; `doc` says what its two values do, documented one first."""
+    """One setting whose default depends on the profile; `doc` describes its two values, the documented one first."""
 
     setting: str
     product: Any
@@ -107,11 +107,14 @@ DIFFERENCES: tuple[Difference, ...] = (
         "StableIdMap buffers hold ids without an entry too, for resolve_all, or not",
     ),
 )
-"""All differences, in the order of an update. Interrupting sleeping latent nodes makes no difference: both profiles
-ignore the trigger, `/ext/omni.graph.action/disableInterrupts = false` lets it interrupt."""
+"""All differences, in the order of an update.
+
+Interrupting sleeping latent nodes is not one: both profiles ignore the trigger, and
+`/ext/omni.graph.action/disableInterrupts = false` lets it interrupt.
+"""
 
 
 def apply_profile(settings: Settings, parity: str) -> None:
-    """Gives the settings the profile's defaults; what the user has set stays."""
+    """Sets the profile's defaults; values that the user has set stay."""
     for difference in DIFFERENCES:
         settings.set_default(difference.setting, difference.of(parity))

@@ -1,4 +1,4 @@
-"""Where a timeline stands: its time, the range it plays, and what happens at the range's end."""
+"""The playhead of a timeline: its time, its range, and what happens at the range's end."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .clocks import Counter
 
 
 class Playhead:
-    """An exact time between a start and an end. Beyond the end it loops back to the start, or stays and stops."""
+    """An exact time between a start and an end. At the end it loops back to the start, or stops."""
 
     def __init__(self, end: Fraction) -> None:
         self._start = Fraction(0)
@@ -41,11 +41,11 @@ class Playhead:
 
     @property
     def start_time(self) -> Fraction:
-        """The exact time [s] that stop and loops go back to."""
+        """The exact time [s] to which stop and loops return."""
         return self._start
 
     def get_start_time(self) -> float:
-        """The time [s] that stop and loops go back to."""
+        """The time [s] to which stop and loops return."""
         return float(self._start)
 
     def set_start_time(self, time: float | Fraction) -> None:
@@ -67,13 +67,13 @@ class Playhead:
         self._limit_base = None
 
     def set_range(self, start: Fraction, end: Fraction) -> None:
-        """Plays from `start` to `end` [s], and stands at the start."""
+        """Plays from `start` to `end` [s], and moves to the start."""
         self._start, self._end = start, end
         self._limit_base = None
         self._clock.set(start)
 
     def is_looping(self) -> bool:
-        """Whether the end leads back to the start; else it stops."""
+        """Whether it returns to the start at the end; otherwise it stops."""
         return self._looping
 
     def set_looping(self, looping: bool) -> None:

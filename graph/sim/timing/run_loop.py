@@ -1,4 +1,4 @@
-"""The run loop's own clock: the dt of an update and how long an update lasts on the wall clock."""
+"""The run loop's own clock: the dt of an update and its duration on the wall clock."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from .wall_clock import WallClock
 class RunLoop:
     """Manual mode gives every update the manual step size; else dt is the wall time since the last update began.
 
-    An update lasts 1 / rateLimitFrequency on the wall clock: a virtual clock jumps there, a real one sleeps; after a
-    lag it makes up for as much as `/app/player/CompensatePlayDelayInSecs` says by not sleeping. `manual_mode` acts at
-    once; the setting of it is read after an update has taken its dt, and so acts on the update after that one.
+    An update lasts 1 / rateLimitFrequency on the wall clock: a virtual clock jumps there, a real one sleeps. After a
+    lag it catches up, by not sleeping, as much as `/app/player/CompensatePlayDelayInSecs` allows. `manual_mode` acts at
+    once; its setting is read after an update has taken its dt, so it acts on the update after that one.
     """
 
     def __init__(self, settings: Settings, wall_clock: WallClock, step: Fraction) -> None:
@@ -43,7 +43,7 @@ class RunLoop:
 
     @property
     def period(self) -> Fraction:
-        """How long an update lasts on the wall clock [s]."""
+        """The duration of an update on the wall clock [s]."""
         return self._period
 
     def begin(self) -> Fraction:
@@ -60,7 +60,7 @@ class RunLoop:
         return dt
 
     def end(self) -> None:
-        """Waits until the update has lasted its time."""
+        """Waits until the update has lasted its full time."""
         self.wall_clock.pace(self._period)
 
     def _measured(self) -> Fraction:

@@ -1,4 +1,4 @@
-"""A short memory of what the clocks read: the time samples that nodes look up by reference time."""
+"""A short memory of the clocks: the time samples that nodes look up by reference time."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class SampleData(NamedTuple):
 
 
 class Sample(NamedTuple):
-    """What the clocks read at `key` [s]: simulation and monotonic time, and wall-clock time at that physics step."""
+    """The clocks at `key` [s]: simulation and monotonic time, and wall-clock time at that physics step."""
 
     key: Fraction
     simulation: Fraction
@@ -38,7 +38,7 @@ class Sample(NamedTuple):
 
     @property
     def valid(self) -> bool:
-        """Whether the entry holds times: True, since nothing else is kept."""
+        """Whether the entry holds times: always True."""
         return True
 
 
@@ -47,8 +47,8 @@ class TimeSamples:
     direct step; with `per_substep` one for every step.
 
     The key is the exact external time, or the run loop's where multi-tick rendering is off; with `per_substep` the
-    external time in whole microseconds, rounded down. A sample with the key of the newest one replaces it, older ones
-    are never touched. Look-ups match exactly or interpolate between neighbours; outside there is no answer.
+    external time in whole microseconds, rounded down. A sample with the key of the newest one replaces it; older ones
+    never change. Look-ups match exactly or interpolate between neighbours; outside of all samples they fail.
     """
 
     def __init__(self, *, per_substep: bool = False) -> None:
@@ -56,9 +56,9 @@ class TimeSamples:
         self._entries: deque[tuple[Reading, Fraction, Fraction | int | None]] = deque(maxlen=CAPACITY)
 
     def record(self, clock: PhysicsClock, system: Fraction, key: Fraction | None = None, steps: int = 1) -> None:
-        """Adds what the clocks read now, and read after each of the `steps` - 1 steps before (all of one rate).
+        """Adds the present clocks, and those after each of the `steps` - 1 steps before (all of one rate).
 
-        `key` None stands for the simulation time itself; `system` is the wall time [s] of them all.
+        `key` None means the simulation time itself; `system` is the wall time [s] of them all.
         """
         now = clock.reading()
         if steps > 1 and key is None:
@@ -76,7 +76,7 @@ class TimeSamples:
         entries.append((reading, system, kept))
 
     def clear(self) -> None:
-        """Forgets everything (stop)."""
+        """Drops all samples (stop)."""
         self._entries.clear()
 
     def __len__(self) -> int:
@@ -90,9 +90,9 @@ class TimeSamples:
         ]
 
     def at(self, time: Fraction, which: Which) -> Fraction | None:
-        """The `which` time at key `time`, exact; None with nothing at or around it.
+        """The `which` time at key `time`, exact; None outside of the samples.
 
-        Whole nanoseconds, as frames are stamped with, find the key that is rounded to them.
+        Whole nanoseconds, as in stamps of frames, find the key that is rounded to them.
         """
         samples = self.all()
         stamp = time * exact.NANOSECONDS

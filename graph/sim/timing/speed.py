@@ -1,4 +1,4 @@
-"""What an App does when its timeline starts and holds: measure its speed, switch the loop's manual mode."""
+"""Reacts to the start and hold of an App's timeline: measures its speed, switches the loop's manual mode."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from .clocks import PhysicsClock
 from .run_loop import RunLoop
 
 FIRST = -1000
-"""Order among the subscribers of an event: ahead of all others."""
+"""Order among the subscribers of an event: before all others."""
 
 
 class Speed:
-    """Simulated over wall time, since the first update after play or resume; it stands while the timeline does."""
+    """Simulated over wall time, since the first update after play or resume; constant while the timeline holds."""
 
     def __init__(self, now: Callable[[], Fraction]) -> None:
         self._now = now
@@ -33,7 +33,7 @@ class Speed:
         self._held, self._began = self.ratio(simulated), None
 
     def ratio(self, simulated: Fraction) -> Fraction | None:
-        """Simulated seconds per second of wall time; None where neither was measured."""
+        """Simulated seconds per second of wall time; None if nothing was measured."""
         if self._began is None:
             return self._held
         start, began = self._began
@@ -44,7 +44,10 @@ class Speed:
 def follow_timeline(
     speed: Speed, clock: PhysicsClock, loop: RunLoop, settings: Settings, phases: Phases, *, switches_mode: bool
 ) -> None:
-    """Measures while the timeline plays. `switches_mode`: the loop takes manual steps then, measured ones otherwise."""
+    """Measures while the timeline plays.
+
+    `switches_mode`: the loop then takes manual steps, and measured ones otherwise.
+    """
     ends: list[Unsubscribe] = []
 
     def start() -> None:

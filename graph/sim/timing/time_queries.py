@@ -1,4 +1,4 @@
-"""What time is it, and what time was it: the readings of an App's simulation, now and at a reference time."""
+"""The present and past times of an App's simulation, now and at a reference time."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ ReferenceTime = Fraction | tuple[int, int]
 
 
 class ExternalClock(Protocol):
-    """The renderer's clock, by whose time samples are looked up."""
+    """The renderer's clock; its time is the key of time samples."""
 
     multi_tick: bool
 
@@ -31,7 +31,7 @@ class ExternalClock(Protocol):
 
     @property
     def sample_key(self) -> Fraction | None:
-        """The key of a time sample taken now; None stands for the physics clock's own time."""
+        """The key of a time sample taken now; None means the physics clock's own time."""
 
 
 class TimeQueries:
@@ -84,9 +84,9 @@ class TimeQueries:
         return self._external.time
 
     def get_simulation_time_at_time(self, time: ReferenceTime) -> float:
-        """Simulation time [s] at reference time `time`; now where no sample answers.
+        """Simulation time [s] at reference time `time`; now if no sample matches.
 
-        With a sample for each substep (as the product does, which then reads no store) it is `time` itself.
+        With a sample for each substep (as in the product, which then reads no store) it is `time` itself.
         """
         if self.samples.per_substep and len(self.samples) and self._external.multi_tick:
             moment = _moment(time)
@@ -94,17 +94,17 @@ class TimeQueries:
         return self._at(time, "simulation", self.clock.time)
 
     def get_simulation_time_monotonic_at_time(self, time: ReferenceTime) -> float:
-        """Monotonic time [s] at reference time `time`; now where no sample answers."""
+        """Monotonic time [s] at reference time `time`; now if no sample matches."""
         return self._at(time, "monotonic", self.clock.monotonic)
 
     def get_system_time_at_time(self, time: ReferenceTime) -> float:
-        """Wall-clock time [UNIX s] of the physics step at reference time `time`; now where no sample answers."""
+        """Wall-clock time [UNIX s] of the physics step at reference time `time`; now if no sample matches."""
         return self._at(time, "system", self._system_time)
 
     def frame_key(self, reference: Fraction) -> Fraction:
-        """The reference time [s] by which look-ups find a frame's own time: the key of its sample.
+        """The reference time [s] for look-ups of a frame's own time: the key of its sample.
 
-        reference: the frame's time on the renderer's clock. With a sample for each substep keys are in whole
+        reference: the frame's time on the renderer's clock. With a sample for each substep, keys are in whole
         microseconds, rounded down.
         """
         if self.samples.per_substep and self._external.multi_tick:
@@ -114,8 +114,9 @@ class TimeQueries:
     def of_frame(self, reference: Fraction, which: Which) -> float:
         """Simulation, monotonic or system time [s] of the state that a frame with this reference time shows.
 
-        What `get_simulation_time_at_time(frame_key(reference))` and its kin give. Where no sample answers (it is older
-        than 31 samples, or than the first one): counted back from now, and of the system time that of now.
+        The result of `get_simulation_time_at_time(frame_key(reference))` and the similar calls. If no sample matches
+        (the time is older than 31 samples, or than the first one): counted back from now; for the system time, that of
+        now.
         """
         key = self.frame_key(reference)
         if which == "simulation" and self.samples.per_substep and self._external.multi_tick:
@@ -133,7 +134,7 @@ class TimeQueries:
         return self.samples.all()
 
     def get_sample_count(self) -> int:
-        """How many time samples there are."""
+        """The number of time samples."""
         return len(self.samples)
 
     def get_sample_range(self) -> tuple[Fraction, Fraction] | None:
@@ -142,24 +143,26 @@ class TimeQueries:
         return (samples[0].key, samples[-1].key) if samples else None
 
     def get_buffer_capacity(self) -> int:
-        """How many time samples are kept."""
+        """The largest number of time samples."""
         return CAPACITY
 
     def log_statistics(self) -> None:
-        """Logs how many time samples there are and what span they cover."""
+        """Logs the number of time samples and the span they cover."""
         span = self.get_sample_range()
         covered = f", from {float(span[0]):g} s to {float(span[1]):g} s" if span else ""
         _log.info("%d of %d time samples%s", len(self.samples), CAPACITY, covered)
 
     def stepped(self, samples: int = 0) -> None:
-        """Physics has stepped: system time is now. The present times become a sample, and those after each of the
-        `samples` - 1 steps before."""
+        """Physics has stepped: system time is now.
+
+        The present times become a sample, and those after each of the `samples` - 1 steps before.
+        """
         self._system_time = system = self._now()
         if samples:
             self.samples.record(self.clock, system, self._external.sample_key, samples)
 
     def resample(self) -> None:
-        """Writes the present times as a sample, in place of the newest one where that has the same key (resume)."""
+        """Writes the present times as a sample; it replaces the newest one if that has the same key (resume)."""
         self.samples.record(self.clock, self._system_time, self._external.sample_key)
 
     def _sample_substeps(self, value: bool) -> None:

@@ -1,9 +1,9 @@
-"""The timeline: play, pause and stop, and a time that moves once per app update.
+"""The timeline: play, pause and stop, and a time that advances once per app update.
 
-play/pause/stop take effect in the next update, or at once through `commit()`. Variable stepping moves by the loop's
+play/pause/stop take effect in the next update, or at once through `commit()`. Variable stepping advances by the loop's
 dt; fixed stepping (`/app/player/useFixedTimeStepping`, read when playing starts) by 1 / timeCodesPerSecond in every
-accepted update: one in N = ceil(targetFramerate / timeCodesPerSecond), the first after play included, or all of them
-in fast mode. Each move is one tick, or `/app/player/timelineSubsampleRate` equal ones.
+accepted update: one in N = ceil(targetFramerate / timeCodesPerSecond), the first after play included, or all of them in
+fast mode. Each advance is one tick, or `/app/player/timelineSubsampleRate` equal ones.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from .playhead import Playhead
 State = Literal["stopped", "playing", "paused"]
 Change = Literal["play", "resume", "pause", "stop"]
 Tick = Callable[[Fraction, Fraction], object]
-"""Takes the time of a tick and what the time moved since the tick before, both in seconds."""
+"""Takes the time of a tick and the advance since the tick before, both in seconds."""
 DEFAULT_END_TIME_CODE = 1_000_000
 
 
@@ -32,11 +32,11 @@ class Timeline(Playhead):
 
     def __init__(self, settings: Settings, on_change: Callable[[Change], None] | None = None) -> None:
         self.delta = Fraction(0)
-        """What the last update added to the time [s]; 0 while not playing and in updates that were skipped."""
+        """The advance of the time in the last update [s]; 0 while not playing and in updates that were skipped."""
         self.overwritten_rate_limit: Fraction | None = None
-        """The user's limit [Hz] that play in fixed stepping replaced by another one, where the settings say so."""
+        """The user's limit [Hz] that play in fixed stepping replaced, if the settings say so."""
         self.silent = False
-        """Whether the change that takes effect right now does so without events (`commit_silently`)."""
+        """Whether the change that takes effect right now is without events (`commit_silently`)."""
         self._settings = settings
         self.on_change = on_change or _ignore
         self._state: State = "stopped"
@@ -54,28 +54,28 @@ class Timeline(Playhead):
         self._count_skips()
 
     def play(self) -> None:
-        """Asks for playing from the next update (or `commit()`) on."""
+        """Requests playing from the next update (or `commit()`) on."""
         self._pending.append("playing")
 
     def pause(self) -> None:
-        """Asks for a pause: times hold, nothing resets."""
+        """Requests a pause: times hold, nothing resets."""
         self._pending.append("paused")
 
     def stop(self) -> None:
-        """Asks for a stop: the time goes back to the start time, the world to its state before play."""
+        """Requests a stop: the time returns to the start time, the world to its state before play."""
         self._pending.append("stopped")
 
     def commit(self) -> None:
-        """Applies what was asked for now, with its callbacks."""
+        """Applies the requests now, with callbacks."""
         while self._pending:
             self._enter(self._pending.pop(0))
 
     def close(self) -> None:
-        """Nobody hears of changes any more."""
+        """Ends all callbacks."""
         self.on_change = _ignore
 
     def commit_silently(self) -> None:
-        """Applies what was asked for now; `silent` is True while the changes are told."""
+        """Applies the requests now; `silent` is True during the callbacks."""
         self.silent = True
         try:
             self.commit()
@@ -83,7 +83,7 @@ class Timeline(Playhead):
             self.silent = False
 
     def is_playing(self) -> bool:
-        """Whether time moves."""
+        """Whether the time advances."""
         return self._state == "playing"
 
     def is_stopped(self) -> bool:
@@ -95,15 +95,15 @@ class Timeline(Playhead):
         return self._state == "paused"
 
     def set_auto_update(self, auto_update: bool) -> None:
-        """False: the timeline holds still while playing."""
+        """False: the time does not advance while playing."""
         self._auto_update = auto_update
 
     def is_auto_updating(self) -> bool:
-        """Whether playing moves the time."""
+        """Whether the time advances while playing."""
         return self._auto_update
 
     def forward_one_frame(self) -> None:
-        """Moves by 1 / timeCodesPerSecond, playing or not."""
+        """Advances by 1 / timeCodesPerSecond, playing or not."""
         self._move(self._frame_step)
 
     def rewind_one_frame(self) -> None:
@@ -128,11 +128,11 @@ class Timeline(Playhead):
         self._count_skips()
 
     def get_target_framerate(self) -> float:
-        """The frame rate [Hz] that fixed stepping aims at."""
+        """The target frame rate [Hz] of fixed stepping."""
         return float(self._settings.rate(keys.TARGET_FRAMERATE))
 
     def set_target_framerate(self, rate: float | Fraction) -> None:
-        """Sets the frame rate [Hz] that fixed stepping aims at."""
+        """Sets the target frame rate [Hz] of fixed stepping."""
         self._settings.set(keys.TARGET_FRAMERATE, _plain(_positive(rate, "targetFramerate")))
 
     def set_play_every_frame(self, every_frame: bool) -> None:
@@ -146,9 +146,10 @@ class Timeline(Playhead):
     set_fast_mode, get_fast_mode = set_play_every_frame, get_play_every_frame
 
     def on_tick(self, callback: Tick) -> Callable[[], None]:
-        """Calls `callback(time, delta)` [s] at each tick of each update that moves the time; returns what ends that.
+        """Calls `callback(time, delta)` [s] at each tick of each update that advances the time.
 
-        There are `get_ticks_per_frame()` ticks in an update, each of an equal part of its move.
+        Returns a function that ends it. An update has `get_ticks_per_frame()` ticks, each for an equal part of its
+        advance.
         """
         self._ticks = (*self._ticks, callback)
 
@@ -158,7 +159,7 @@ class Timeline(Playhead):
         return unsubscribe
 
     def set_ticks_per_frame(self, ticks: int) -> None:
-        """Sets how many tick events a frame has."""
+        """Sets the number of tick events per frame."""
         if exact.count(ticks, "ticks per frame") < 1:
             raise ValueError(f"ticks per frame {ticks}: give 1 or more")
         self._settings.set(keys.TICKS_PER_FRAME, ticks)
@@ -173,7 +174,7 @@ class Timeline(Playhead):
         return self._skips + 1
 
     def advance(self, dt: Fraction) -> Fraction:
-        """One update whose loop dt is `dt` [s]; returns what the time moved by (0 unless playing and accepted)."""
+        """One update whose loop dt is `dt` [s]; returns the advance of the time (0 unless playing and accepted)."""
         if self._state != "playing" or not self._auto_update:
             self.delta = _ZERO
         elif not self._fixed:
@@ -195,7 +196,7 @@ class Timeline(Playhead):
         step, end = self.delta / count, self._clock.time
         for left in range(count - 1, -1, -1):
             time = end - left * step
-            if time <= self._start and self._looping and left:  # before the end led back to the start
+            if time <= self._start and self._looping and left:  # before the end returned it to the start
                 time += self._end - self._start
             for callback in self._ticks:
                 callback(time, step)
@@ -244,7 +245,7 @@ _CHANGES: dict[tuple[State | None, State], Change] = {
 
 
 def _ignore(change: Change) -> None:
-    """Nobody wants to know."""
+    """Ignores a change."""
 
 
 def _positive(rate: float | Fraction, what: str) -> Fraction:

@@ -1,4 +1,4 @@
-"""The wall clock an App is given: virtual (reproducible, as fast as the machine) or real (paced)."""
+"""The wall clock of an App: virtual (reproducible, as fast as the machine) or real (paced)."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ NANOSECONDS = 1_000_000_000
 
 
 class WallClock(Protocol):
-    """What an App asks of a wall clock."""
+    """The interface of a wall clock."""
 
     catch_up: Fraction
-    """How much lateness [s] is made up for by updates that follow each other without a pause."""
+    """The lateness [s] that later updates may catch up by not pausing."""
 
     def now(self) -> Fraction:
         """UNIX time [s]."""
@@ -24,7 +24,7 @@ class WallClock(Protocol):
 
 
 class VirtualClock:
-    """Moves only by its paces: two runs read the same times. Starts at `start` [s] (default 0, 1970-01-01)."""
+    """Advances only when paced: two runs read the same times. Starts at `start` [s] (default 0, 1970-01-01)."""
 
     def __init__(self, start: Fraction | int = 0) -> None:
         self._numerator, self._denominator = Fraction(start).as_integer_ratio()
@@ -37,7 +37,7 @@ class VirtualClock:
         return Fraction(self._numerator, self._denominator)
 
     def pace(self, period: Fraction) -> None:
-        """Jumps on by `period`."""
+        """Jumps ahead by `period`."""
         if period is not self._period:
             unit = math.lcm(self._denominator, period.denominator)
             self._numerator *= unit // self._denominator
@@ -47,10 +47,10 @@ class VirtualClock:
 
 
 class RealClock:
-    """The machine's clock: UNIX time at construction plus what the steady clock has counted since.
+    """The machine's clock: UNIX time at construction plus the time of the steady clock since.
 
-    Updates end on a steady beat. One that comes late (the first one is) shifts the beat; up to `catch_up` [s] of that
-    is made up for by later updates, which do not wait.
+    Updates end on a steady beat. A late one (the first one is) shifts the beat; up to `catch_up` [s] of that is caught
+    up by later updates, which do not wait.
     """
 
     def __init__(self) -> None:
@@ -59,7 +59,7 @@ class RealClock:
         self._due_ns = 0
 
     def now(self) -> Fraction:
-        """UNIX time [s] in whole nanoseconds; never steps back."""
+        """UNIX time [s] in whole nanoseconds; it never goes back."""
         return Fraction(self._origin_ns + time.monotonic_ns(), NANOSECONDS)
 
     def pace(self, period: Fraction) -> None:
