@@ -44,7 +44,7 @@ def create_render_product(
     """The render product of a sensor at a resolution (width, height); an equal one is reused.
 
     camera: path of a sensor prim, a prim, or an authoring object such as `Lidar`. Raises SensorValueError (a UserError
-    and a ValueError) for a missing prim or one that is not a sensor.
+    and a ValueError) for a missing prim or another kind of prim.
     """
     from graph.sim import App
 

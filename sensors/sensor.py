@@ -88,7 +88,7 @@ class RenderedSensor:
         return {name: self._annotators[name] for name in names}
 
     def detach_annotators(self, names: str | Iterable[str]) -> None:
-        """Detaches annotators; one that is not attached gives a warning."""
+        """Detaches annotators; a name that is not attached gives a warning."""
         for name in short_names(names):
             annotator = self._annotators.pop(name, None)
             if annotator is None:

@@ -53,7 +53,7 @@ class SensorType:
     - example: keys of a prim that measures something, as a graph file has them after `type`; for generated examples.
     - check: lines about what is wrong with a prim, before anything runs.
     - author(prim, config, variant, roots=, base=): writes a named configuration, the key `config` of a prim in a graph
-      file; None where there are no configurations.
+      file; None for a type without configurations.
     - facts: what `graph explain` knows of a prim, as JSON data. rows: the same as (label, text) for a person.
     - rules: texts of the names that `Sensor.rule` gives, beside those for all sensors.
     - read_by: the nodes that poll such sensors (`sensors.polled`), which then have no render products; "" for rendered

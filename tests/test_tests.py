@@ -29,7 +29,7 @@ def checks(function, checking):
 
 
 def helpers():
-    """Names of functions that are no tests and check something, by way of each other too."""
+    """Names of functions that are not tests and check something, by way of each other too."""
     found = set()
     while True:
         more = {

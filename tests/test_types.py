@@ -1,4 +1,4 @@
-"""What the types catch in a node that somebody writes: a wrong name fails mypy before it fails a run."""
+"""Mistakes in a user's node that the types catch: a wrong name fails mypy before it fails a run."""
 
 import sys
 from pathlib import Path

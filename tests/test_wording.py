@@ -1,4 +1,4 @@
-"""What users read is plain: every message template of the code, held against a list of phrases, a length and a form."""
+"""Plain words: message templates, docstrings and comments, held against lists of phrases, a length and a form."""
 
 import ast
 import re
@@ -29,6 +29,16 @@ RIDDLES = re.compile(
     re.IGNORECASE,
 )
 """Phrases to say in other words: "not a path" for "is no path", "missing" for "lacks", "reported" for "is told"."""
+
+PROSE_RIDDLES = re.compile(
+    r"\b("
+    r"(is|are|was|were|be|been) told|(is|are|was|were|has|have|had) none|none such"
+    r"|(?<![Tt]here )(is|are) no (?!longer|more than)|where there (is|are) no"
+    r"|anew|afresh|thereof|therein|whereof|beforehand|hitherto|as it were|in vain|hindrance"
+    r"|lack(s|ed|ing)?|no end|stands? for nothing|hand(s|ed)? out|what is not|somebody|whoever"
+    r")\b"
+)
+"""The same in docstrings and comments: "again" for "anew", "reported" for "is told", "gives" for "hands out"."""
 
 LONGEST = 300
 """Characters of a message, its values left out."""
@@ -67,11 +77,38 @@ def messages(path):
         yield from ((node.lineno, text) for each in given for text in literals(each) if text.count(" ") > 1)
 
 
-TEMPLATES = [(f"{path.relative_to(ROOT)}:{line}", text) for path in SOURCES for line, text in messages(path)]
+def docstrings(path):
+    """(line, text) of every docstring of a file, those of attributes too."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf8"))):
+        for part in ("body", "orelse", "finalbody"):
+            statements = getattr(node, part, None)
+            for each in statements if isinstance(statements, list) else ():
+                match each:
+                    case ast.Expr(value=ast.Constant(value=str(text))):
+                        yield each.lineno, text
 
 
-def test_the_templates_are_found():
+def comments(path):
+    """(line, text) of every comment of a file."""
+    for number, line in enumerate(path.read_text(encoding="utf8").splitlines(), start=1):
+        if found := re.search(r"(?:^|\s)# (.+)", line):
+            yield number, found[1]
+
+
+def placed(remarks, paths):
+    return [(f"{path.relative_to(ROOT)}:{line}", text) for path in paths for line, text in remarks(path)]
+
+
+TEMPLATES = placed(messages, SOURCES)
+TESTS = [path for path in sorted((ROOT / "tests").rglob("*.py")) if path.name != "test_wording.py"]
+DOCSTRINGS = placed(docstrings, SOURCES)
+PROSE = DOCSTRINGS + placed(comments, SOURCES) + placed(docstrings, TESTS) + placed(comments, TESTS)
+
+
+def test_messages_docstrings_and_comments_are_found():
     assert len(TEMPLATES) > 600
+    assert len(DOCSTRINGS) > 4000
+    assert len(PROSE) > len(DOCSTRINGS) + 1500
 
 
 @pytest.mark.parametrize(
@@ -87,3 +124,17 @@ def test_the_templates_are_found():
 )
 def test_messages_are_plain(rule, broken):
     assert [f"{where}: {text}" for where, text in TEMPLATES if broken(text)] == []
+
+
+def without_code(text):
+    """A text on one line, names in backticks left out."""
+    return re.sub(r"`[^`]*`", "``", " ".join(text.split()))
+
+
+def test_docstrings_and_comments_are_plain():
+    assert [f"{where}: {text}" for where, text in PROSE if PROSE_RIDDLES.search(without_code(text))] == []
+
+
+def test_the_first_paragraph_of_a_docstring_is_a_sentence():
+    first = [(where, text.strip().split("\n\n")[0].rstrip()) for where, text in DOCSTRINGS]
+    assert [f"{where}: {text}" for where, text in first if not text.endswith((".", "?", ":"))] == []

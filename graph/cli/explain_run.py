@@ -60,7 +60,7 @@ class Observed:
     demand: dict[str, dict[str, list[str]]] = field(default_factory=dict)
     """By product: consumer to the channels that it requests."""
     unheard: dict[str, set[str]] = field(default_factory=dict)
-    """By product: the consumers that ask for nothing while nobody hears their topic."""
+    """By product: the consumers that request nothing while their topic has no listener."""
     ignored: dict[Node, tuple[int, int]] = field(default_factory=dict)
     """By node that ignored triggers in the first updates because it slept: how many of how many."""
     frames: FrameSink = field(default_factory=FrameSink)
@@ -68,7 +68,7 @@ class Observed:
 
 
 def observe(session: Session) -> Observed:
-    """Plays a session for twelve updates, longer while a render product is still to be made."""
+    """Plays a session for twelve updates, or longer while a render product is still missing."""
     from graph.sim.messages.bus import CountingSink
 
     app, seen = session.app, Observed()

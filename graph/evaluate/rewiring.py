@@ -1,6 +1,6 @@
 """Changes of a compiled graph in place: connections, values and types of its nodes, one at a time.
 
-Whoever calls these has checked the edit (`graph.plan.patch`). Attributes are named in full (`inputs:x`).
+The callers have checked the edit (`graph.plan.patch`). Attributes are named in full (`inputs:x`).
 """
 
 from __future__ import annotations
@@ -120,7 +120,7 @@ def _renew_wires(node: Node) -> None:
 
 
 def _pull_anew(changed: Node) -> None:
-    """Makes whoever computes a node on demand search for its sources again."""
+    """Makes the readers that compute a node on demand search for its sources again."""
     changed.db._pulls = True if changed.sources else ()
     seen, pending = {changed}, [changed] if changed.graph.evaluator == "execution" else []
     while pending:

@@ -26,7 +26,7 @@ def array_of(attribute: Any, kind: type, columns: int = 0, time: Any = EARLIEST)
 
 
 def number_of(attribute: Any, time: Any = EARLIEST) -> float:
-    """The value of an attribute; NaN for a missing value or one that is not a number."""
+    """The value of an attribute; NaN for a missing value or another type."""
     value = attribute.Get(time) if attribute else None
     try:
         return float("nan") if value is None else float(value)

@@ -139,7 +139,7 @@ def standalone_context(rate: Fraction, warnings: WarningLog) -> Context:
 
 
 def stop_standalone(graphs: Iterable[Graph], context: Context) -> None:
-    """What a stop does where there is no world: timeline at 0, node state as at the start."""
+    """What a stop does without a world: timeline at 0, node state as at the start."""
     context.exact_time = Fraction(0)
     for graph in graphs:
         graph.reset()

@@ -17,7 +17,7 @@ NUMERICS = ("numerics",)
 def _real(db: Database, name: str, output: str, function: Callable[[Any], Any]) -> None:
     """Writes function(value), calculated in doubles, in the type of the output.
 
-    A result that is not real (a root of a negative number) is NaN, one that is too large infinite.
+    A result that is not real (a root of a negative number) is NaN, a result that is too large is infinite.
     """
     import numpy as np
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 
 
 def heading(quaternion: Iterable[float]) -> float:
-    """The heading [rad, -pi to pi] of an orientation x, y, z, w of any length; 0 for one that is not a rotation."""
+    """The heading [rad, -pi to pi] of an orientation x, y, z, w of any length; 0 for an invalid one."""
     x, y, z, w = (float(part) for part in quaternion)
     norm = x * x + y * y + z * z + w * w
     if not (math.isfinite(norm) and norm > 0):

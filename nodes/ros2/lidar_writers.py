@@ -21,7 +21,7 @@ STRING = "std_msgs/msg/String"
 
 @dataclass(slots=True, eq=False)
 class FrameWriter:
-    """Publishes every `every`-th frame, if somebody listens to the topic.
+    """Publishes every `every`-th frame, if the topic has a listener.
 
     stamp: frame -> stamp of its message [ns]; make: frame and stamp -> message.
     """

@@ -65,7 +65,7 @@ def subscribed_topic(db: Database, name: str | None = None, *, latched: bool = F
 
 
 _TOPIC = re.compile(r"(/[A-Za-z_][A-Za-z0-9_]*)+")
-"""https://design.ros2.org/articles/topic_and_service_names.html"""
+"""The form of a topic (https://design.ros2.org/articles/topic_and_service_names.html)."""
 
 
 def topic_name(db: Database, below: str, name: str | None = None) -> str:

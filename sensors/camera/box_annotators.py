@@ -1,4 +1,4 @@
-"""The annotators that hand out boxes and how much of prims is hidden, with the fields of Replicator's."""
+"""The annotators that give boxes and how much of prims is hidden, with the fields of Replicator's."""
 
 from __future__ import annotations
 

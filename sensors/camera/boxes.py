@@ -143,7 +143,7 @@ def boxes_of(
 
 
 def _occlusion(one: Outline, visible: Mapping[int, tuple[Any, int]]) -> float:
-    """The hidden share of a prim's own pixels; -1 for what is not a single mesh, as the original has it."""
+    """The hidden share of a prim's own pixels; -1 unless it is a single mesh, as the original has it."""
     if not one.prim.single:
         return -1.0
     return 1.0 - visible.get(one.prim.number, (None, 0))[1] / one.pixels
@@ -168,7 +168,7 @@ def _frame(app: App, path: str, poses: Any) -> np.ndarray:
 
 
 def _extent(app: App, prim: _Prim, frame: np.ndarray, state: Any) -> tuple[np.ndarray, np.ndarray]:
-    """The least and greatest coordinates of a prim's surfaces in its own axes; endless planes have none."""
+    """The least and greatest coordinates of a prim's surfaces in its own axes; endless planes are left out."""
     world = cast_world(app)
     meshes = [number for number in prim.surfaces if isinstance(world.surfaces[number], Mesh)]
     if not meshes:

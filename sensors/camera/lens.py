@@ -59,7 +59,7 @@ class Lens:
             return np.where(z > 0, x / z, np.nan), np.where(z > 0, y / z, np.nan)
 
     def straighten(self, x: Floats, y: Floats) -> Floats:
-        """(3, n) directions of points of the image plane at distance 1; not a number where there is none."""
+        """(3, n) directions of points of the image plane at distance 1; NaN without an image point."""
         return np.stack([x, y, np.ones_like(x)])
 
     @property

@@ -1,4 +1,4 @@
-"""A camera at work: one image a tick, of the channels that somebody asked for."""
+"""A camera at work: one image a tick, with the requested channels."""
 
 from __future__ import annotations
 
@@ -121,7 +121,7 @@ class CameraRuntime(SensorRuntime[CameraConfig]):
 
 
 def checked_size(path: str, size: tuple[int, int]) -> tuple[int, int]:
-    """Width and height of an image. Raises UserError where there are no pixels, OverLimit where there are too many."""
+    """Width and height of an image. Raises UserError without pixels, OverLimit for too many."""
     from graph.base.errors import UserError
 
     width, height = size

@@ -161,7 +161,7 @@ class RadarRuntime(SensorRuntime[RadarConfig]):
     def _close_looks(self, setting: Setting, scan: ScanConfig, fan: _Fan) -> tuple[Tubes | None, np.ndarray]:
         """Finer rays over what the fan would meet with few, and which surfaces (s,) those are, bool."""
         world = setting.world
-        small = np.zeros(len(world.surfaces) + 1, bool)  # one more, for what is not hit
+        small = np.zeros(len(world.surfaces) + 1, bool)  # one more, for a miss
         boxes = _boxes(world, self.exclude)
         body, local = world.body_of[: len(boxes)], boxes
         if len(world.surfaces) == 0:
@@ -180,7 +180,7 @@ class RadarRuntime(SensorRuntime[RadarConfig]):
         return close, small
 
     def _arrays(self, found: Detections, scan: ScanConfig, tick: Tick) -> dict[str, np.ndarray]:
-        """The channels that somebody wants."""
+        """The requested channels."""
         wanted, count = self.channels(), len(found.rcs)
         azimuth = np.rad2deg(found.azimuth).astype(np.float32)
         elevation = np.rad2deg(found.elevation).astype(np.float32)

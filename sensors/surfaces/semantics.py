@@ -59,7 +59,7 @@ def surface_label(stage: Any, surface: Any) -> Labels:
 def numbered(surfaces: Sequence[Labels]) -> tuple[np.ndarray, dict[int, Labels]]:
     """The number of each surface's labels, (n,) uint32, and the labels of each number.
 
-    0 is no hit, 1 no label; labels follow from 2 on, in the order of their text.
+    0 means no hit, 1 no label; labels follow from 2 on, in the order of their text.
     """
     different = sorted({_key(labels) for labels in surfaces if labels})
     number = {key: place for place, key in enumerate(different, start=2)}

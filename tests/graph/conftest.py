@@ -156,7 +156,7 @@ def library(journal: Journal) -> Registry:
         registry=registry,
     )
     def fail(db: Any) -> None:
-        """Raises what it is told."""
+        """Raises the exception of the test."""
         note(db)
         if db.inputs.message:
             db.fail(db.inputs.message)

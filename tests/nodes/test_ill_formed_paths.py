@@ -1,4 +1,4 @@
-"""Paths that are none reach every node type that takes a path at run time: USD prints nothing about its own source."""
+"""Malformed paths reach every node type that takes a path at run time: USD prints nothing about its own source."""
 
 import json
 

@@ -3,8 +3,8 @@
     python tests/robustness/fuzz.py --count 50000 --jobs 2     # overnight; --seed S for others
     python tests/robustness/fuzz.py --seed 1 --case 4711       # one case again, its file kept
 
-A case is made by (seed, number) alone. Each job is a process that runs cases one after another; whoever watches it ends
-it where a case takes more than 20 s of CPU time or 4 GiB, notes the case and goes on with the next.
+A case is made by (seed, number) alone. Each job is a process that runs cases one after another; its parent ends it if a
+case takes more than 20 s of CPU time or 4 GiB, notes the case and goes on with the next.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What annotator nodes hand out of a frame."""
+"""The data that annotator nodes give of a frame."""
 
 from fractions import Fraction
 

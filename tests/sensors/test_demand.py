@@ -1,4 +1,4 @@
-"""Nothing is measured for nobody: what is not asked for is neither worked out nor allocated."""
+"""Only requested channels are measured: all others are neither computed nor allocated."""
 
 from collections import Counter
 

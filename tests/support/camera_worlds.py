@@ -27,7 +27,7 @@ def add_camera(app, path="/World/Camera", size=SIZE, focal=16.0, aperture=20.48,
 
 
 def look(app, product, *names, **options):
-    """What annotators hand out of the first frame, one of each name; with options where they have some."""
+    """The annotators' data of the first frame, one of each name; with options where they have some."""
     found = [get_annotator(name, options, app=app).attach(product) for name in names]
     app.play()
     app.update()

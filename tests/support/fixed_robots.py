@@ -31,7 +31,7 @@ def define_joint(stage, root, name, link, place, axis="Y", kind="angular", size=
 def define_cart(stage, damping):
     """/World/Cart with the wheels left and right, 1 m from its middle, on left_joint and right_joint.
 
-    Drives of this damping [1/s, of degrees] turn them at the speeds they are told.
+    Drives of this damping [1/s, of degrees] turn them at the commanded speeds.
     """
     define_base(stage, "/World/Cart")
     for name, y in (("left", 1), ("right", -1)):

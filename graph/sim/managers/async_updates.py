@@ -25,7 +25,10 @@ class AsyncUpdates:
         self._listening = False
 
     async def next(self) -> float:
-        """Resumes after the next update, whoever runs it; returns its loop dt [s]. Raises what that update raised."""
+        """Resumes after the next update, called from anywhere; returns its loop dt [s].
+
+        Raises what that update raised.
+        """
         loop = asyncio.get_running_loop()
         if not self._listening:
             self._listening = True

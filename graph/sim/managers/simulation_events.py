@@ -56,7 +56,7 @@ _STEPS = {SimulationEvent.PHYSICS_PRE_STEP, SimulationEvent.PHYSICS_POST_STEP}
 
 @dataclass(frozen=True, slots=True)
 class StepContext:
-    """What a physics-step callback is told besides dt: the scene stepped, steps counted so far and the exact time [s].
+    """What a physics-step callback gets besides dt: the scene stepped, steps counted so far and the exact time [s].
 
     A post-step callback of order 0 or more reads the new count and time, all others the old ones.
     """

@@ -66,7 +66,7 @@ class SimulationSetup:
     def setup_simulation(self, dt: float | Fraction | None = None, device: str | None = None) -> None:
         """Sets the length of a physics step [s] on every physics scene, also while playing.
 
-        Creates a scene if the stage has none.
+        Creates a scene if the stage does not have one.
 
         While playing no prim is created, but the rate still takes effect. Raises ValueError unless 0 < dt <= 1, or for
         a device other than "cpu"; then nothing has changed.
@@ -137,7 +137,7 @@ class SimulationSetup:
         self._world.warn("physics-rate-zero", path or str(next(scene_prims(self.stage)).GetPath()), message)
 
     def _scenes(self) -> list[PhysicsScene]:
-        """The stage's scenes; if the stage has none, creates one unless the simulation plays."""
+        """The stage's scenes; creates the first one if needed, unless the simulation plays."""
         scenes = [PhysicsScene(prim, setup=self) for prim in scene_prims(self.stage)]
         if not scenes and not self.built:
             scenes = [PhysicsScene(DEFAULT_PATH, setup=self)]

@@ -23,7 +23,10 @@ _COMPRESSED = re.compile(r"compression_mode:\s*[\"']?(file|message)", re.IGNOREC
 
 
 def open_bag(folder: Path) -> list[Source]:
-    """A source for each file of a rosbag2 folder, in the order of their names. Raises UserError if it has none."""
+    """A source for each file of a rosbag2 folder, in the order of their names.
+
+    Raises UserError for a folder without such files.
+    """
     metadata = folder / "metadata.yaml"
     try:
         text = metadata.read_bytes()[:1_000_000].decode("utf-8", "replace") if metadata.is_file() else ""

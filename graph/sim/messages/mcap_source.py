@@ -113,7 +113,7 @@ class McapSource:
 
 
 def _why_unreadable(path: Path, error: Exception) -> str:
-    """Whether a file starts as a recording and has no end, or is another kind of file."""
+    """Whether a file starts as a recording and is incomplete, or is another kind of file."""
     with path.open("rb") as file:
         start, size = file.read(len(MAGIC)), path.stat().st_size
         file.seek(max(size - len(MAGIC), 0))

@@ -46,7 +46,7 @@ class Source(Protocol):
         """Its topics (with a leading slash) and their types."""
 
     def start_ns(self) -> int:
-        """The time of its first message [ns]; 0 if it has none."""
+        """The time of its first message [ns]; 0 without messages."""
 
     def __iter__(self) -> Iterator[Entry]: ...
 

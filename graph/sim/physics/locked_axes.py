@@ -50,7 +50,7 @@ def read_locks(scan: Scan, bodies: tuple[Body, ...], joints: tuple[Joint, ...], 
 
 
 def _locked(scan: Scan, body: Body, place: int, turn: int) -> Joint:
-    """Slides along the world's axes that are free, then a turn about the one that is, or about all.
+    """Slides along the world's axes that are free, then a turn about the free one, or about all.
 
     The frames follow from what the locks let be as it is, so that a joint made later measures the same positions.
     """

@@ -107,7 +107,7 @@ def _conversion(prim: Any, ours: tuple[float, str] | None, theirs: tuple[float, 
 
 
 def _has_place(stage: Any) -> bool:
-    """Whether any prim of the stage has a transform; the nodes of graphs, of which there may be many, have none."""
+    """Whether any prim of the stage has a transform; nodes of graphs, of which there may be many, do not."""
     prims = iter(Usd.PrimRange(stage.GetPseudoRoot(), Usd.PrimAllPrimsPredicate))
     for prim in prims:
         if prim.IsA(UsdGeom.Imageable):

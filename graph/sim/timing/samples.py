@@ -43,8 +43,10 @@ class Sample(NamedTuple):
 
 
 class TimeSamples:
-    """The last 31 samples: one for each update with a physics step, holding its last substep's times, and one for each
-    direct step; with `per_substep` one for every step.
+    """The last 31 time samples.
+
+    Each update with a physics step gives one, with its last substep's times, and each direct step gives one; with
+    `per_substep` every step does.
 
     The key is the exact external time, or the run loop's where multi-tick rendering is off; with `per_substep` the
     external time in whole microseconds, rounded down. A sample with the key of the newest one replaces it; older ones

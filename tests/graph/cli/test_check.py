@@ -223,7 +223,7 @@ def test_a_value_that_an_open_input_cannot_take_is_told_with_what_it_takes(folde
 
 
 def test_a_cycle_is_one_line_whatever_its_types_would_have_been(folder, graph):
-    """Types that only the cycle could settle are no mistake of their own, neither in it nor behind it."""
+    """Types that only the cycle could settle are not reported as further mistakes, in it or behind it."""
     (folder / "cycle.yaml").write_text(
         "tickgraph: 1\ngraphs:\n  /World/G:\n"
         "    nodes: {tick: OnPlaybackTick, a: Add, b: Add, c: Add, out: PrintText}\n"

@@ -1,4 +1,4 @@
-"""`graph inspect`: what it prints of one frame, and what it says where there is none."""
+"""`graph inspect`: what it prints of one frame, and what it says without a frame."""
 
 import json
 

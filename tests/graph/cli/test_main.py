@@ -8,7 +8,7 @@ from graph.cli import main as cli
 
 
 class Stub:
-    """A subcommand that notes its arguments and then does what it is told."""
+    """A subcommand that notes its arguments and then does what the test asks."""
 
     def __init__(self, outcome=0):
         self.outcome = outcome

@@ -323,7 +323,7 @@ def test_an_input_whose_source_gave_nothing_is_named_where_python_gives_up():
 
     @node_type("test.Half", inputs={"x": Attribute("any", "a number")}, registry=registry)
     def half(db):
-        """Fails for what is not a number."""
+        """Fails for a value that is not a number."""
         db.inputs.x / 2
 
     nodes = (NodeSpec("source", "test.Source"), NodeSpec("half", "test.Half"))

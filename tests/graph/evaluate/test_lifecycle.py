@@ -219,7 +219,7 @@ def test_what_a_node_says_itself_is_one_warning_for_each_message_up_to_ten(kind)
         say("node-warning", "/a", "battery low")
         say("node-warning", "/a", "motor hot")
     assert [(one.message, one.count) for one in log] == [("battery low", 2), ("motor hot", 2)]
-    for tick in range(100):  # 8 of them are told apart, 92 are counted together
+    for tick in range(100):  # 8 of them are listed, 92 are counted together
         say("node-warning", "/a", f"tick {tick}")
     assert [(one.message, one.count) for one in log][2:] == [*((f"tick {i}", 1) for i in range(8)), ("tick 8", 92)]
 

@@ -284,7 +284,7 @@ def single_edits(draw):
     if kind in ("connect", "disconnect"):
         return kind, (f"/R/{one}.{draw(st.sampled_from(ENDS[TYPE_OF[one]]))}", into)
     value = draw(st.sampled_from(VALUES))
-    # A value that is set keeps the type that an open attribute has; one that is edited settles it anew.
+    # A value that is set keeps the type that an open attribute has; an edited value settles it again.
     settled = TYPE_OF[other] not in OPEN
     return (kind, (into, value)) if kind == "set" and settled else ("edit", ("/R", {K.SET_VALUES: [(into, value)]}))
 

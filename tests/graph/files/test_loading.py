@@ -210,7 +210,8 @@ graphs:
     assert examined.spec.clock.physics_hz is None
     [graph] = examined.spec.graphs
     assert [(node.name, node.inputs) for node in graph.nodes] == [("good", {"a": 1})]
-    # Connections of the lost node would only repeat its problem; the one to a node that never was is still to be told.
+    # Connections of the lost node would only repeat its problem; the one to a node that never existed must still be
+    # reported.
     assert [(c.source, c.target) for c in graph.connections] == [("good.x", "absent.y")]
 
 

@@ -1,4 +1,4 @@
-"""What a node is stands in its declaration: types of somebody else get every treatment that the shipped ones get."""
+"""What a node is stands in its declaration: third-party types get every treatment that the shipped ones get."""
 
 import pytest
 

@@ -11,7 +11,7 @@ cases:
       {expectation}
 """
 
-# An expectation that is met, one that is not, and what is told of that one. The expectation stands in line 7.
+# An expectation that is met, one that fails, and the report about the latter. The expectation stands in line 7.
 EXPECTATIONS = {
     "fired": (
         "fired: {wait.finished: [4, 9], tick.tick: [0..11]}",

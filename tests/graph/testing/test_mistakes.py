@@ -1,4 +1,4 @@
-"""Mistakes in test files: each is told with file, line, column and what to do, and all of them at once."""
+"""Mistakes in test files: each is reported with file, line, column and what to do, and all of them at once."""
 
 import pytest
 
@@ -7,7 +7,7 @@ from graph.testing.cases import parse_cases
 ONE = "cases:\n  it: {graph: small.yaml, updates: 5, %s}\n"
 NODE = "cases:\n  it: {node: Countdown, updates: 5, %s}\n"
 
-# What is written (below the first line), and what is told; {} stands for `case "it": `.
+# What is written (below the first line), and the report; {} stands for `case "it": `.
 MISTAKES = {
     "no cases": ("node: Countdown\n", '1:1: "cases" is missing; add it'),
     "empty cases": ("cases: {}\n", "2:8: cases is empty; give it a value"),

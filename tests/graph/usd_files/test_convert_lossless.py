@@ -190,7 +190,7 @@ def said(path):
 
 
 def inputs_and_state(given):
-    """What stands below the two keys of a node, each in order; between the two there is none."""
+    """What stands below the two keys of a node, each in order; not between the two."""
     state = {key: value for key, value in given.items() if key.startswith("state:")}
     return {key: value for key, value in given.items() if key not in state}, state
 

@@ -97,5 +97,5 @@ def test_the_wall_time_between_steps_is_in_whole_microseconds(world):
     app = world(physics_hz=60, loop_hz=60)
     trace = run_node("OnPhysicsStep", updates=3, app=app, phase="physics_post_step")
     assert trace.fired("step") == [0, 1, 2]
-    # The virtual wall clock moves by 1/60 s an update: 16666.67 us, of which the whole ones are told.
+    # The virtual wall clock moves by 1/60 s an update: 16666.67 us, of which the whole ones are given.
     assert trace.values("deltaSystemTime") == [0.0, 0.016666, 0.016666]

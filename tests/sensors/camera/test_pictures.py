@@ -39,7 +39,7 @@ def light_ahead(app, **camera):
 
 
 HALF = 2.0**-10
-"""float16 has 11 binary digits: relative error of what is handed out."""
+"""float16 has 11 binary digits: relative error of the output."""
 
 
 @pytest.mark.parametrize(

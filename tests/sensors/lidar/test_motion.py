@@ -53,7 +53,7 @@ def test_a_continuous_scan_is_off_by_half_a_bin_of_the_targets_motion_and_no_mor
     bound = abs(target) * PERIOD / (2 * bins)
     assert np.abs(error).max() <= bound + 1e-5
     if bins <= 16:
-        assert np.abs(error).max() >= 0.5 * bound  # the bound is no idle one
+        assert np.abs(error).max() >= 0.5 * bound  # at least half of the bound is reached
 
 
 def test_a_continuous_scan_from_a_moving_sensor_is_exact_before_a_wall_that_stands():

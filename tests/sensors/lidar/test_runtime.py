@@ -446,7 +446,7 @@ def test_channels_above_the_aux_level_stay_empty_with_a_warning():
         assert len(product.frame.channel("emitterId")) == 0
         assert app.warnings.codes() == ["aux-level-too-low"]
         product.sensor.require("another", {"xyz"})
-        assert [warning.count for warning in app.warnings] == [1]  # who asks for other channels is told nothing
+        assert [warning.count for warning in app.warnings] == [1]  # a request for other channels gives no warning
         product.sensor.require("ring", {"channelId"}, ignore_aux=True)
         app.update(steps=6)
         assert len(product.frame.channel("channelId")) == 360

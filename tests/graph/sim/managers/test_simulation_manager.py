@@ -23,7 +23,7 @@ EXTERNAL = ("/ExternalSimulationTime", "omni:time")
 
 
 def hear(app, *events, order=0):
-    """A list that fills with the names of events as they are told."""
+    """A list that fills with the names of events as they come."""
     heard = []
     for event in events:
         app.simulation.register_callback(lambda *args, event=event: heard.append(event.name), event, order=order)

@@ -318,7 +318,7 @@ def test_an_interrupt_between_or_inside_writes_leaves_a_finished_file(tmp_path):
 
 @pytest.fixture
 def interruptible():
-    """SIGINT raises KeyboardInterrupt here, also where whoever started the tests ignores it (`nohup`)."""
+    """SIGINT raises KeyboardInterrupt here, even if the process that started the tests ignores it (`nohup`)."""
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, before)

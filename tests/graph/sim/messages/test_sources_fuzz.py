@@ -41,7 +41,7 @@ def recording(tmp_path_factory):
 
 
 def read_all(path):
-    """Reads and decodes a file, or is told what is wrong; how long that took [s]."""
+    """Reads and decodes a file, or reports what is wrong; how long that took [s]."""
     started, said = time.process_time(), str(path)
     try:
         for entry in McapSource(path):

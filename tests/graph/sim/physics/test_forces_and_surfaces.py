@@ -198,7 +198,7 @@ def test_a_body_keeps_its_place_on_locked_axes(usda, mask, free):
 
 
 def test_a_body_that_must_not_turn_slides_upright(usda):
-    """It falls as any body does, and its spin is told as one that it cannot have."""
+    """It falls as any body does, and its spin is reported as impossible."""
     spin = "vector3f physics:angularVelocity = (90, 0, 0)"
     physics, warnings = usda(locked(0, 7, spin, turn=QUARTER_ABOUT_Z))
     start = physics.rotations[0].copy()

@@ -1,4 +1,4 @@
-"""A second engine behind the protocol: an App runs on one that is written here in full."""
+"""A second engine behind the protocol: an App runs on an engine written here in full."""
 
 import numpy as np
 import pytest
@@ -53,7 +53,7 @@ class ConstantVelocity(PhysicsEngine):
         return np.zeros(3)
 
     def set_gravity(self, gravity):
-        """It has none."""
+        """Ignores it: the engine has no gravity."""
 
     @property
     def positions(self):

@@ -68,7 +68,7 @@ def test_variants_that_nobody_selects_count_each(tmp_path):
 
 @pytest.mark.parametrize("instanceable", ["", "instanceable = true\n "])
 def test_eight_times_ten_references_are_refused_at_once(tmp_path, instanceable):
-    """10^8 prims, shared or not: whoever walks the scene would meet each."""
+    """10^8 prims, shared or not: a traversal of the scene would meet each."""
     lines = ['def "A0" {\n}\n']
     for level in range(1, 9):
         inner = "".join(f'def "c{i}" (\n {instanceable}references = </A{level - 1}>\n) {{\n}}\n' for i in range(10))

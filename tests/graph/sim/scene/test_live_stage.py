@@ -1,4 +1,4 @@
-"""Edits of a stage that plays: refused, begun anew or compiled in place; transforms count at once."""
+"""Edits of a stage that plays: refused, restarted or compiled in place; transforms count at once."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The scopes of a reset: what begins anew, and what goes on."""
+"""The scopes of a reset: what starts again, and what continues."""
 
 from __future__ import annotations
 

@@ -99,7 +99,7 @@ def test_a_new_stage_has_the_time_codes_of_the_timeline():
 
 
 def test_the_stamp_of_a_frame_in_nanoseconds_finds_its_sample():
-    """1/60 s is stamped 16666667 ns, which is no sample's exact key, and for the newest one beyond it."""
+    """1/60 s is stamped 16666667 ns, which is not the exact key of a sample, and for the newest one beyond it."""
     with App(physics_hz=60, loop_hz=60) as app:
         app.play()
         app.update(10)

@@ -46,7 +46,7 @@ def test_the_timeline_starts_at_the_scene_s_start_and_goes_back_there_at_its_end
             app.update()
             times.append(line.current_time)
         assert times[:10] == times[10:20] == [Fraction(5 + k, 10) for k in range(1, 11)]  # 1.5 s is still shown
-        assert app.simulation.time == Fraction(21, 10)  # the physics clock knows no end
+        assert app.simulation.time == Fraction(21, 10)  # the physics clock goes on
         app.stop()
         assert line.current_time == Fraction(1, 2)
 
@@ -74,7 +74,7 @@ def test_without_looping_the_timeline_stops_at_the_scene_s_end(scene):
     "metadata",
     [
         "timeCodesPerSecond = 24",
-        "startTimeCode = 1",  # no end
+        "startTimeCode = 1",  # endless
         "startTimeCode = 0\nendTimeCode = 0",  # a still scene
         "startTimeCode = 1\nendTimeCode = 1",
     ],
