@@ -24,9 +24,9 @@ COMPRESSED = "rgb_h264"
 
 @dataclass(slots=True)
 class CameraPublisher:
-    """What a helper holds on to between attaching and detaching: the product, the writers, the annotator they read.
+    """What a helper keeps between attaching and detaching: the product, the writers, the annotator they read.
 
-    The annotator is attached only while somebody listens, so that nothing is computed for nobody.
+    The annotator is attached only while a topic has a subscriber, so that nothing is computed without need.
     """
 
     product: RenderProduct | None = None
@@ -103,7 +103,7 @@ NO_ENCODER = f"type {COMPRESSED} needs an H.264 encoder, which is not part of Ti
 def camera_helper(db: Database) -> bool:
     """Publish every frame of a camera's render product, as an image, a cloud, or detections.
 
-    Settings are read when the publisher is attached; a new product path attaches it anew. depth is in metres along the
+    Settings are read when the publisher is attached; a new product path attaches it again. depth is in metres along the
     view axis, infinite where nothing is; depth_pcl and boxes in space are in the optical frame (x right, y down,
     z forward), which is that of the camera in TF.
     """

@@ -99,7 +99,7 @@ def nodes(folder, what):
 
 @case("graph.values")
 def values(folder):
-    """Two durations and one type, which is none of the values."""
+    """Two durations and one type, which is not a value."""
     node = 'def OmniGraphNode "{}" {{\n token node:type = "omni.graph.action.Countdown"\n int inputs:duration = 3\n}}\n'
     return Asked(2, ("check", scene(folder, f'def OmniGraph "G" {{\n{node.format("a")}{node.format("b")}}}\n')))
 
