@@ -38,7 +38,7 @@ class PolledSensor:
         self.sensor.release(owner)
 
     def read(self) -> Frame | None:
-        """The newest frame, measured now if the time has moved since the last reading; None while there is none."""
+        """The newest frame, measured now if the time has moved since the last reading; None before the first."""
         app = self._app()
         tick = self.sensor.schedule.advance(app.rendering.time) if app is not None else None
         if tick is not None and isinstance(frame := self.sensor.render(tick), Frame):

@@ -33,7 +33,7 @@ def release(db: Database) -> None:
 
 
 def poll(db: Database, name: str, prim_type: str, channels: Iterable[str]) -> Frame | None:
-    """The newest frame of the sensor that a target input names; None while there is none, and when stopped.
+    """The newest frame of the sensor that a target input names; None before the first, and when stopped.
 
     Fails the node for a prim of another type and for one that describes no sensor.
     """
