@@ -89,7 +89,7 @@ def _arcs(node: Any) -> Iterator[tuple[Any, Any]]:
 
 
 def _conversion(prim: Any, ours: tuple[float, str] | None, theirs: tuple[float, str] | None) -> str:
-    """What a prim lacks that refers to a file in other units; "" if nothing."""
+    """What is missing on a prim that refers to a file in other units; "" if nothing."""
     if ours is None or theirs is None or any("unitsResolve" in str(name) for name in prim.GetPropertyNames()):
         return ""
     lacks, ratio = [], theirs[0] / ours[0]
