@@ -29,14 +29,15 @@ def radar_world(
     *,
     fidelity: Mapping[str, Any] = {},
     seed: int = 0,
+    path: str = RADAR,
     **keys: Any,
 ) -> Iterator[tuple[App, Any]]:
-    """An App with a radar of 60 Hz and gain 1 at /World/Radar, and its product; the rest as in a graph file."""
+    """An App with a radar of 60 Hz and gain 1, and its product; keys as in a graph file."""
     authored = {"omni:sensor:tickRate": 60, f"{WPM}antennaGainMode": "CONSTANT", **NARROW, **attributes}
     with App(None, physics_hz=60, loop_hz=60, fidelity=dict(fidelity), seed=seed) as app:
-        app.add_prims({**prims, RADAR: {"type": "OmniRadar", "attributes": authored, **keys}})
-        write_aux_level(app.stage.GetPrimAtPath(RADAR), "BASIC")
-        product = render_product(app, RADAR)
+        app.add_prims({**prims, path: {"type": "OmniRadar", "attributes": authored, **keys}})
+        write_aux_level(app.stage.GetPrimAtPath(path), "BASIC")
+        product = render_product(app, path)
         product.sensor.require("test", {"xyz", "azimuth", "elevation", "distance", "scalar", "rv_ms"}, ignore_aux=True)
         app.play()
         yield app, product

@@ -1,0 +1,175 @@
+"""Range, velocity and angles as frames give them: Doppler, ambiguity, cells, ghosts. Positive velocity recedes."""
+
+import math
+
+import numpy as np
+import pytest
+
+from tests.support.radar_scenes import SCAN, WPM, plate, radar_world, trihedral
+
+FOUR = {f"{WPM}cfarMode": "4D"}
+WIDE = {f"{SCAN}maxAzAngDeg": 75.0, f"{SCAN}raysPerDeg": 2.0}
+BALL = {"type": "Sphere", "radius": 0.3, "rigid_body": True}
+
+
+def strongest(product):
+    """Range, velocity, azimuth [deg] of the strongest detection."""
+    frame = product.frame
+    at = int(np.argmax(frame.channel("scalar")))
+    return tuple(float(frame.channel(name)[at]) for name in ("distance", "rv_ms", "azimuth"))
+
+
+def everything(product):
+    """Range, velocity, azimuth [deg], RCS [dBsm] of all detections."""
+    frame = product.frame
+    return np.stack([frame.channel(name) for name in ("distance", "rv_ms", "azimuth", "scalar")], 1).astype(float)
+
+
+@pytest.mark.parametrize("speed", [-10.0, 7.0, 0.5])
+def test_a_target_that_moves_away_has_positive_velocity(speed):
+    """The ball is cast after one step of 1/60 s; its velocity is its own, gravity acts across the line of sight."""
+    ball = {"/World/Ball": {**BALL, "translate": [20, 0, 0], "velocity": [speed, 0, 0]}}
+    with radar_world(ball) as (app, product):
+        app.update()
+        distance, velocity, _ = strongest(product)
+    assert velocity == pytest.approx(speed, abs=0.01)
+    assert distance == pytest.approx(20 - 0.3 + speed / 60, abs=5e-3)
+
+
+def test_nothing_moves_in_a_world_that_stands_still():
+    """Not by rounding: every velocity is 0."""
+    ground = {"type": "Plane", "translate": [0, 0, -1], "material": "gravel"}
+    prims = {**trihedral(0.1, 20.0), "/World/Ground": ground}
+    with radar_world(prims, WIDE) as (app, product):
+        app.update(steps=2)
+        velocities = everything(product)[:, 1]
+    assert len(velocities) > 1
+    assert not velocities.any()
+
+
+@pytest.mark.parametrize(
+    ("azimuth", "expected"), [(0.0, -10.0), (60.0, -5.0), (-40.0, -10 * math.cos(math.radians(40)))]
+)
+def test_a_radar_that_drives_sees_what_stands_come_by_the_cosine(azimuth, expected):
+    """10 m/s along x: -10 cos(azimuth) of a static ball in 20 m; a cell has 0.147 m/s, the value lies inside it."""
+    place = [20 * math.cos(math.radians(azimuth)), 20 * math.sin(math.radians(azimuth)), 0]
+    prims = {
+        "/World/Car": {"type": "Cube", "size": 0.1, "rigid_body": True, "velocity": [10, 0, 0]},
+        "/World/Ball": {"type": "Sphere", "radius": 0.3, "translate": place},
+        "/World/Car/Mount": {"type": "Xform"},
+    }
+    with radar_world(prims, WIDE, path="/World/Car/Radar", exclude=["/World/Car"]) as (app, product):
+        app.update()
+        _, velocity, seen = strongest(product)
+    # After one step the car is 1/6 m ahead, the ball at another angle.
+    beside, ahead = place[1], place[0] - 10 / 60
+    assert velocity == pytest.approx(-10 * ahead / math.hypot(beside, ahead), abs=0.02)
+    assert velocity == pytest.approx(expected, abs=0.1)
+    assert seen == pytest.approx(math.degrees(math.atan2(beside, ahead)), abs=0.3)
+
+
+def test_a_radar_on_an_arm_moves_as_the_arm_turns():
+    """1 rad/s about z with a lever of 2 m along y: it moves at -2 m/s along x, a ball ahead recedes at 2."""
+    prims = {
+        "/World/Arm": {"type": "Cube", "size": 0.1, "rigid_body": True, "angular_velocity": [0, 0, 57.29578]},
+        "/World/Ball": {"type": "Sphere", "radius": 0.3, "translate": [20, 2, 0]},
+    }
+    options = {"path": "/World/Arm/Radar", "exclude": ["/World/Arm"], "translate": [0, 2, 0]}
+    with radar_world(prims, **options) as (app, product):
+        app.update()
+        _, velocity, _ = strongest(product)
+    assert velocity == pytest.approx(2.0, abs=0.01)
+
+
+@pytest.mark.parametrize(("cycle", "limit", "seen"), [(0, 50.0, 40.0), (1, 55.0, 50.0), (2, 65.0, -60.0)])
+def test_a_velocity_beyond_the_limit_is_folded_differently_in_each_cycle(cycle, limit, seen):
+    """((v + v_m) mod 2 v_m) - v_m of v = -60 m/s."""
+    ball = {"/World/Ball": {**BALL, "translate": [40, 0, 0], "velocity": [-60, 0, 0]}}
+    with radar_world(ball, {f"{SCAN}maxVelMpsSequence": [50.0, 55.0, 65.0]}) as (app, product):
+        app.update(steps=cycle + 1)
+        _, velocity, _ = strongest(product)
+        assert product.frame.facts["maxVelMps"] == limit
+    assert velocity == pytest.approx(seen, abs=0.03)
+
+
+@pytest.mark.parametrize("distance", [10.05, 10.21, 17.77, 33.33])
+def test_values_of_cells_are_their_middles(distance):
+    """Range cells of 0.4 m: the middle is floor(R / 0.4) 0.4 + 0.2."""
+    with radar_world(plate(0.2, distance), {f"{SCAN}detValFromBinIdx": True}) as (app, product):
+        app.update()
+        seen, velocity, _ = strongest(product)
+    assert seen == pytest.approx(math.floor(distance / 0.4) * 0.4 + 0.2, abs=1e-5)
+    assert abs(velocity) <= 0.147 / 2
+
+
+@pytest.mark.parametrize(("second", "count"), [(10.3, 1), (10.9, 2)])
+def test_two_targets_are_two_where_their_cells_are(second, count):
+    """0.4 m cells begin at 10.0, 10.4, 10.8: 10.1 and 10.3 share one."""
+    prims = {}
+    for name, distance, side in (("A", 10.1, -0.4), ("B", second, 0.4)):
+        box = plate(0.1, distance)["/World/Plate"]
+        prims[f"/World/{name}"] = {**box, "translate": [distance, side, 0], "rotate": [0, 0, math.degrees(side / 10)]}
+    with radar_world(prims) as (app, product):
+        app.update()
+        near = everything(product)[:, 0]
+    assert len(near) == count
+
+
+def test_a_mirror_makes_ghosts_at_the_ways_of_its_image():
+    """Radar at 0, a rough ball at (10, 0), a mirror y = 3: the image is at (10, 6), 11.662 m away at 30.96 deg. Seen
+    are 10 m at 0, the ways there by one and back by the other, 10.831 m at 0 and at 30.96, and 11.662 m at 30.96; all
+    less the ball's radius of 0.05 m on each way."""
+    prims = {
+        "/World/Mirror": {"type": "Cube", "size": 1.0, "scale": [30, 0.01, 6], "translate": [10, 3.005, 0]},
+        "/World/Ball": {
+            "type": "Sphere",
+            "radius": 0.05,
+            "translate": [10, 0, 0],
+            "material": "calibration_lambertion",
+        },
+    }
+    attributes = {**FOUR, f"{SCAN}maxAzAngDeg": 45.0, f"{SCAN}rcsTuningCoefficients": [-200.0, 1.0, 0.0]}
+    attributes |= {f"{SCAN}cfarMinVal": 1e-30, f"{SCAN}cfarOffset": 0.0}
+    with radar_world(prims, attributes) as (app, product):
+        app.update()
+        found = everything(product)
+    for distance, azimuth in ((10.0, 0.0), (10.831, 0.0), (10.831, 30.96), (11.662, 30.96)):
+        near = (np.abs(found[:, 0] - distance) < 0.1) & (np.abs(found[:, 2] - azimuth) < 1.0)
+        assert near.any(), (distance, azimuth)
+
+
+def test_a_moving_target_moves_its_ghosts_by_half_the_rate_of_their_ways():
+    """The ball moves at +5 m/s along x: 5, (5 + 5 cos 30.96) / 2 = 4.644, 5 cos 30.96 = 4.287."""
+    prims = {
+        "/World/Mirror": {"type": "Cube", "size": 1.0, "scale": [30, 0.01, 6], "translate": [10, 3.005, 0]},
+        "/World/Ball": {
+            **BALL,
+            **{"radius": 0.05, "translate": [10 - 5 / 60, 0, 0], "velocity": [5, 0, 0]},
+            "material": "calibration_lambertion",
+        },
+    }
+    attributes = {**FOUR, f"{SCAN}maxAzAngDeg": 45.0, f"{SCAN}rcsTuningCoefficients": [-200.0, 1.0, 0.0]}
+    attributes |= {f"{SCAN}cfarMinVal": 1e-30, f"{SCAN}cfarOffset": 0.0}
+    with radar_world(prims, attributes) as (app, product):
+        app.update()
+        found = everything(product)
+    for distance, azimuth, velocity in (
+        (10.0, 0.0, 5.0),
+        (10.831, 0.0, 4.644),
+        (10.831, 30.96, 4.644),
+        (11.662, 30.96, 4.287),
+    ):
+        near = (np.abs(found[:, 0] - distance) < 0.1) & (np.abs(found[:, 2] - azimuth) < 1.0)
+        assert near.any(), (distance, azimuth)
+        best = found[near][np.argmax(found[near, 3])]
+        assert best[1] == pytest.approx(velocity, abs=0.05)
+
+
+@pytest.mark.parametrize(("distance", "kept"), [(102.0, True), (102.6, False)])
+def test_the_least_power_ends_the_range_of_a_target_of_one_square_metre(distance, kept):
+    """P lambda^2 / ((4 pi)^3 R^4) = 7e-17 W at R = 102.294 m; 4 pi A^2 / lambda^2 = 1 m^2 for a plate of this side."""
+    side = math.sqrt(3.9e-3 / math.sqrt(4 * math.pi))
+    attributes = {f"{SCAN}maxRangeM": 120.0, f"{SCAN}rcsTuningCoefficients": [-12.0, 1.0, 0.0]}
+    with radar_world(plate(side, distance), attributes) as (app, product):
+        app.update()
+        assert (product.frame.count == 1) is kept
