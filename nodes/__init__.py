@@ -432,6 +432,7 @@ TYPES: Mapping[str, tuple[str, ...]] = {
         "isaacsim.ros2.bridge.ROS2PublishObjectIdMap",
     ),
     "ros2.lidar_helper": ("isaacsim.ros2.bridge.ROS2RtxLidarHelper",),
+    "ros2.radar_helper": ("isaacsim.ros2.bridge.ROS2RtxRadarHelper",),
     "ros2.motion": (
         "isaacsim.ros2.bridge.ROS2PublishOdometry",
         "isaacsim.ros2.bridge.ROS2PublishRawTransformTree",

@@ -35,6 +35,10 @@ if TYPE_CHECKING:
     from .lidar.config import LidarConfig
     from .lidar.sensor import LidarSensor
     from .products import render_product
+    from .radar.authoring import Radar
+    from .radar.config import RadarConfig
+    from .radar.configs import SUPPORTED_RADAR_CONFIGS
+    from .radar.sensor import RadarSensor
     from .replicator import create_render_product, get_annotator
     from .runtime import Measurement, SensorRuntime
     from .sensor_types import SensorType, register_sensor_type, unregister_sensor_type
@@ -62,7 +66,11 @@ _HOMES = {
     "Modality": "gmo",
     "MotionCompensationState": "gmo",
     "OutputType": "gmo",
+    "Radar": "radar.authoring",
+    "RadarConfig": "radar.config",
+    "RadarSensor": "radar.sensor",
     "SUPPORTED_LIDAR_CONFIGS": "configs",
+    "SUPPORTED_RADAR_CONFIGS": "radar.configs",
     "SensorRuntime": "runtime",
     "SensorType": "sensor_types",
     "bind_material": "authoring",
@@ -87,7 +95,6 @@ _HOMES = {
 
 _INSTEAD = "are not built yet; use Lidar and LidarSensor, or register a sensor type of your own (register_sensor_type)"
 _NOT_BUILT = {
-    **dict.fromkeys(("Radar", "RadarSensor", "RadarConfig"), f"radars {_INSTEAD}"),
     **dict.fromkeys(("Acoustic", "AcousticSensor", "Ultrasonic", "UltrasonicSensor"), f"acoustic sensors {_INSTEAD}"),
     **dict.fromkeys(("Camera", "CameraSensor", "RtxCamera", "RtxCameraSensor", "CameraView"), f"cameras {_INSTEAD}"),
 }
@@ -95,6 +102,7 @@ _NOT_BUILT = {
 
 __all__ = [
     "SUPPORTED_LIDAR_CONFIGS",
+    "SUPPORTED_RADAR_CONFIGS",
     "AnnotatorType",
     "AuxType",
     "Channel",
@@ -112,6 +120,9 @@ __all__ = [
     "Modality",
     "MotionCompensationState",
     "OutputType",
+    "Radar",
+    "RadarConfig",
+    "RadarSensor",
     "SensorRuntime",
     "SensorType",
     "bind_material",

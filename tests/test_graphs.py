@@ -29,18 +29,22 @@ def test_an_example_checks_without_a_word_of_complaint(path):
     assert (done.returncode, done.stderr) == (0, "")
 
 
+EXTENT = {"arm": (150, 0.6), "radar_gate": (122, 122 / 240)}
+"""(physics steps, seconds) of 30 updates. The arm: 250 Hz by its model, a loop of 50 Hz; the product: two steps more."""
+
+
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
 def test_an_example_runs_and_everything_it_wires_speaks(path, tmp_path):
     done = graph("run", path, "--updates", 30, "--strict", "--json", "--out", tmp_path)
     assert done.returncode == 0, done.stderr
     report = json.loads(done.stdout)
     assert report["updates"] == 30
-    steps, seconds = {"arm": (150, 0.6)}.get(path.stem, (120, 0.5))  # the arm: 250 Hz by its model, a loop of 50 Hz
+    steps, seconds = EXTENT.get(path.stem, (120, 0.5))
     assert report["physics_steps"] == steps
     assert report["simulation_time"] == report["external_time"] == seconds
     assert all(sensor["frames"] and sensor["elements"] for sensor in report["sensors"].values())
     assert all(node["computes"] for name, node in report["nodes"].items() if name.endswith("tick"))
-    assert (tmp_path / "run.mcap").stat().st_size > 4_000
+    assert (tmp_path / "run.mcap").stat().st_size > 2_000
     assert json.loads((tmp_path / "report.json").read_text()) == report
 
 

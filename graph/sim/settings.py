@@ -46,6 +46,9 @@ BOXES_IN_WORLD = "/tickgraph/cameraBoxesInWorld"
 STOP_CLEARS_COMMANDS = "/tickgraph/stopClearsCommands"
 NODE_ERRORS_STOP = "/tickgraph/nodeErrorsStop"
 ID_MAP_EXTENSION = "/tickgraph/idMapExtension"
+RADAR_IGNORES_TICK_RATE = "/tickgraph/radarIgnoresTickRate"
+RADAR_NEEDS_MOTION_BVH = "/tickgraph/radarNeedsMotionBvh"
+MOTION_BVH = "/renderer/raytracingMotion/enabled"
 
 DEFAULTS: dict[str, Any] = {
     RATE_LIMIT_ENABLED: False,
@@ -89,6 +92,8 @@ DEFAULTS: dict[str, Any] = {
     STOP_CLEARS_COMMANDS: False,
     NODE_ERRORS_STOP: True,
     ID_MAP_EXTENSION: True,
+    RADAR_IGNORES_TICK_RATE: False,
+    RADAR_NEEDS_MOTION_BVH: False,
 }
 """Values of the `documented` profile (`graph.sim.timing.parity` has the other one).
 
@@ -97,6 +102,7 @@ DEFAULTS: dict[str, Any] = {
 
 KNOWN = (
     *DEFAULTS,
+    MOTION_BVH,
     "/rtx-transient/stableIds/enabled",
     "/app/sensors/nv/lidar/publishNormals",
     "/rtx/materialDb/nonVisualMaterialSemantics/prefix",

@@ -17,7 +17,6 @@ _SELECTION = "nobody selects prims here; name them"
 ABSENT = {
     "isaacsim.hsb.nodes.HSBCameraHelper": _VIDEO,
     "isaacsim.streaming.rtsp.RTSPCameraHelper": _VIDEO,
-    "isaacsim.ros2.bridge.ROS2RtxRadarHelper": "radars are not modelled here",
     "isaacsim.core.experimental.actuators.ArticulationActuators": "actuator models are MuJoCo's here; set the drives",
     "isaacsim.examples.ipc.SimpleReceiveExternalStepCpp": _EXTERNAL,
     "isaacsim.examples.ipc.SimpleReceiveExternalStepPy": _EXTERNAL,

@@ -38,6 +38,10 @@ _CAMERA = {
     "/World/Wall": "{type: Cube, translate: [4, 0, 0]}",
     "/World/Sky": "{type: DomeLight, attributes: {inputs:intensity: 1000}}",
 }
+_RADAR = {
+    "/World/Radar": '{type: OmniRadar, attributes: {"omni:sensor:tickRate": 10}}',
+    "/World/Wall": "{type: Cube, translate: [10, 0, 0]}",
+}
 _JOINT = (
     "schemas: [PhysicsDriveAPI:{drive}], attributes: {{physics:axis: Y, physics:body1: {body}, "
     "physics:localPos0: [0, 0, 1], physics:lowerLimit: 0, physics:upperLimit: {upper}, "
@@ -173,6 +177,7 @@ _PARTS: dict[str, Parts] = {
     ),
     "ROS2Publisher": Parts({"messagePackage": "geometry_msgs", "messageName": "Point", "x": 1.5}),
     "ROS2RtxLidarHelper": Parts(prims=_LIDAR, product=True),
+    "ROS2RtxRadarHelper": Parts(prims=_RADAR, product=True, sensor="/World/Radar"),
     "ROS2Subscriber": Parts({"messagePackage": "geometry_msgs", "messageName": "Point"}),
     "ScriptNode": Parts(needs="your leave to run its script: graph run --allow-scripts"),
     "SetPrimActive": Parts({"primTarget": THING}, {THING: "{type: Scope}"}),

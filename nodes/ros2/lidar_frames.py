@@ -38,7 +38,7 @@ def _points(frame: Frame) -> NDArray[np.float32]:
     import numpy as np
 
     points = frame.xyz
-    if not frame.config.skip_dropping_invalid_points:
+    if frame.modality != "LIDAR" or not frame.config.skip_dropping_invalid_points:
         return points
     return np.where(np.any(points, axis=1, keepdims=True), points, np.float32(np.nan))
 

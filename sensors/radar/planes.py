@@ -26,6 +26,13 @@ SPREAD = 1.0 / 8.0
 """Share of the squared angles to the neighbours that a face's normals are spread by: the lobes of faces at equal steps
 then add up to a curve without ripple (below 0.1 dB along one axis)."""
 
+ALIKE = 2e-3
+"""How far apart the normals of a hit and of its face may be: single precision of a small triangle that is far away."""
+
+MOST_ALIKE = 256
+"""Faces with nearly one normal that are looked at."""
+
+_AXIS = np.array([0.267261, 0.534522, 0.801784])
 _HASH = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9, 0x27D4EB2F165667C5], np.uint64)
 
 
@@ -47,6 +54,26 @@ class Faces:
     curved: np.ndarray
     spread: np.ndarray
     extent: np.ndarray
+
+    def nearest(self, normals: np.ndarray, points: np.ndarray) -> np.ndarray:
+        """The plane (k,) on which points (k, 3) [m] with about these normals lie; `NO_PLANE` where none is like them.
+
+        Those with nearly the normal are found along one axis, by sorting.
+        """
+        along = self.normal @ _AXIS
+        order = np.argsort(along)
+        place = normals @ _AXIS
+        low, high = (np.searchsorted(along[order], place + side) for side in (-ALIKE, ALIKE))
+        best, misfit = np.full(len(normals), NO_PLANE), np.full(len(normals), np.inf)
+        for step in range(min(int((high - low).max(initial=0)), MOST_ALIKE)):
+            row = np.flatnonzero(low + step < high)
+            plane = order[low[row] + step]
+            turn = np.einsum("ij,ij->i", normals[row], self.normal[plane])
+            away = np.einsum("ij,ij->i", points[row], self.normal[plane]) - self.offset[plane]
+            off = np.abs(away) + 10.0 * (1.0 - turn)
+            better = off < misfit[row]
+            best[row[better]], misfit[row[better]] = plane[better], off[better]
+        return best
 
 
 def faces_of(vertices: np.ndarray, triangles: np.ndarray) -> Faces:
@@ -218,17 +245,15 @@ class WorldPlanes:
         return self._numbers[1]
 
     def _matched(self, surface: int, body: int, normals: np.ndarray, points: np.ndarray) -> np.ndarray:
-        """The planes of a moving mesh that hits with these normals (k, 3) lie on."""
+        """The planes of a moving mesh that hits with these normals (k, 3) lie on, (k,) int32."""
         pose, faces = self._poses[body], self._faces[surface]
         local = normals.astype(np.float64) @ pose[:3, :3]
         places = (points - pose[:3, 3]) @ pose[:3, :3]
         height = np.einsum("ij,ij->i", local, places)
         keys = _hashed(np.rint(np.c_[local * 1e4, height * 2e3]).astype(np.int64))
         _, one, which = np.unique(keys, return_index=True, return_inverse=True)
-        turn = local[one] @ faces.normal.T
-        away = places[one] @ faces.normal.T - faces.offset
-        nearest = np.argmin(np.abs(away) + 10.0 * (1.0 - np.abs(turn)), axis=1)
-        return np.asarray(self._first[surface] + nearest[which], np.int32)
+        found = faces.nearest(local[one], places[one])[which]
+        return np.asarray(np.where(found != NO_PLANE, self._first[surface] + found, NO_PLANE), np.int32)
 
 
 def planes_of(world: CastWorld) -> WorldPlanes:

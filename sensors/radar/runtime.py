@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from graph.base.exact import shortest
 from graph.base.limits import check
+from graph.sim import settings as keys
 from graph.sim.geometry.surfaces import Mesh
-from graph.sim.renderer.schedule import Tick
+from graph.sim.renderer.schedule import EveryUpdate, Tick
 from sensors.frame import cartesian, spherical
 from sensors.gmo import ElementFlags
 from sensors.motion.velocities import surface_velocities
@@ -35,6 +38,8 @@ from .waves import Setting
 
 if TYPE_CHECKING:
     from pxr import Usd
+
+    from graph.sim.renderer.sensor import Schedule
 
 
 @dataclass(slots=True)
@@ -85,23 +90,39 @@ class RadarRuntime(SensorRuntime[RadarConfig]):
         self._custom = custom_frame(config.output_frame_of_reference, config.custom_frame_of_reference_trafo)
         self._fans: dict[int, _Fan] = {}
 
+    def schedule_for(self, moment: Fraction) -> Schedule:
+        """The ticks of its rate; every update where a setting, as the product does, ignores that."""
+        if self.rate and self._app.settings.get(keys.RADAR_IGNORES_TICK_RATE):
+            self._app.warn(
+                "radar-tick-rate-ignored",
+                self.path,
+                f"it renders in every update, not at {shortest(self.rate)} Hz: the setting "
+                f"{keys.RADAR_IGNORES_TICK_RATE} of the profile is on; gate what it publishes (IsaacSimulationGate)",
+            )
+            return EveryUpdate(moment)
+        return super().schedule_for(moment)
+
+    @property
+    def rule(self) -> str:
+        """One frame a tick, or in every update."""
+        return "every update" if isinstance(self.schedule, EveryUpdate) else super().rule
+
     def measure(self, tick: Tick) -> Measurement:
         """The detections of the scan whose turn it is."""
         number, cycle = self._frames % len(self.config.scans), self._frames // len(self.config.scans)
         scan = self.config.scans[number]
-        antenna = self._antenna(scan)
+        facts = {"sensorID": 0, "scanIdx": number, "cycleCnt": cycle, **limits(Grid.of(scan, cycle))}
+        if not self.channels():
+            return Measurement({}, 0, facts=facts)
         cube = self.cube(tick, number, cycle)
         noise = Noise(self._app.seed, self.path, self._frames)
-        found = detections(cube, scan, antenna, noise, four=self.config.cfar_mode == "4D")
-        facts = {"sensorID": 0, "scanIdx": number, "cycleCnt": cycle, **limits(cube.grid)}
+        found = detections(cube, scan, self._antenna(scan), noise, four=self.config.cfar_mode == "4D")
         return Measurement(self._arrays(found, scan, tick), len(found.rcs), facts=facts)
 
     def cube(self, tick: Tick, number: int = 0, cycle: int = 0) -> Cube:
         """What a scan receives in one of its cycles, in cells, before it is detected."""
         scan = self.config.scans[number]
         grid = Grid.of(scan, cycle)
-        if not self.channels():
-            return fill(grid, ())
         setting, fan = self._setting(tick, scan), self._fan(number)
         rotation, origin = setting.pose[:3, :3], setting.pose[:3, 3]
         fan.turn(rotation)

@@ -52,47 +52,52 @@ def arrivals(setting: Setting, tubes: Tubes, bundle: RayBundle, skip: np.ndarray
     """All that comes back along tubes, whose rays are those of the bundle; skip: as for `met_faces`."""
     for bounce, met in enumerate(met_faces(setting, tubes, bundle, skip), start=1):
         first = bounce == 1
-        for found in (_rough, _curved, _flat):
-            for one in found(setting, tubes, met, first):
-                one.bounces = bounce
-                yield one
+        found = [] if first else list(_again(setting, tubes, met))
+        seen = met if first else met.at(_in_sight(setting, met))
+        for law in (_rough, _curved, _flat):
+            found += law(setting, tubes, seen, first)
+        for one in found:
+            one.bounces = bounce
+            yield one
+
+
+def _again(setting: Setting, tubes: Tubes, met: Met) -> Iterator[Arrivals]:
+    """What rough faces send back along the way on which the wave came."""
+    met, sent = _rough_ones(setting, tubes, met)
+    waves, antenna = met.waves, setting.antenna
+    local = tubes.directions[:, waves.row]
+    speed = waves.rate if met.speed is None else waves.rate + (met.speed * waves.direction).sum(axis=0)
+    power = sent * antenna.gain(local[0]) ** 2 * met.cosine / met.way**2
+    yield _arrivals(met, met.way, speed, local, power)
 
 
 def _rough(setting: Setting, tubes: Tubes, met: Met, first: bool) -> Iterator[Arrivals]:
-    """Lambert's law: cross section 4 x share x area x cosines in and back.
-
-    Where faces lie before it, the way there serves as the way back too, and each way in the other order.
-    """
-    if not setting.reflections.scatters:
-        return
-    share = setting.reflections.diffuse(met.table)
-    met = met.at(np.flatnonzero(share > 0))
-    share = share[share > 0]
+    """What rough faces send straight back; where others lie before them, by the two ways in both orders."""
+    met, sent = _rough_ones(setting, tubes, met)
     waves, antenna = met.waves, setting.antenna
-    sent = antenna.receives * 4.0 * share * tubes.solid[waves.row] * np.abs(waves.field) ** 2
-    local = tubes.directions[:, waves.row]
-    if first:
-        power = sent * antenna.gain(local[0]) ** 2 * met.cosine / met.out**2
-        yield _arrivals(met, met.out, met.rate(), local, power)
-        return
-    again = sent * antenna.gain(local[0]) ** 2 * met.cosine / met.way**2
-    speed = waves.rate if met.speed is None else waves.rate + (met.speed * waves.direction).sum(axis=0)
-    yield _arrivals(met, met.way, speed, local, again)
-    rows = _back_ways(setting, met)
-    met, local, sent = met.at(rows), local[:, rows], sent[rows]
-    back = setting.pose[:3, :3].T @ met.back
-    leaving = -(met.normal * met.back).sum(axis=0)
+    local, back = tubes.directions[:, waves.row], setting.pose[:3, :3].T @ met.back
+    leaving = met.cosine if first else -(met.normal * met.back).sum(axis=0)
     power = sent * antenna.gain(local[0]) * antenna.gain(back[0]) * leaving / met.out**2
-    for direction in (back, local):
+    for direction in (local,) if first else (back, local):
         yield _arrivals(met, (met.way + met.out) / 2.0, met.rate(), direction, power)
+
+
+def _rough_ones(setting: Setting, tubes: Tubes, met: Met) -> tuple[Met, np.ndarray]:
+    """The faces that scatter by Lambert's law, and what each sends along its normal and receives at 1 m [W m^2].
+
+    Cross section 4 x share x area x cosines in and back.
+    """
+    share = setting.reflections.diffuse(met.table)
+    rows = np.flatnonzero(share > 0)
+    met, share = met.at(rows), share[rows]
+    waves = met.waves
+    return met, setting.antenna.receives * 4.0 * share * tubes.solid[waves.row] * np.abs(waves.field) ** 2
 
 
 def _curved(setting: Setting, tubes: Tubes, met: Met, first: bool) -> Iterator[Arrivals]:
     """Faces of curved surfaces: the integral of the lobe over all directions is pi x area, however wide it is."""
     planes = setting.planes
     met = met.at(np.flatnonzero((met.plane != NO_PLANE) & planes.curved[np.maximum(met.plane, 0)]))
-    if not first:
-        met = met.at(_back_ways(setting, met))
     if not len(met.way):
         return
     waves, antenna, plane = met.waves, setting.antenna, met.plane
@@ -128,14 +133,7 @@ def _flat(setting: Setting, tubes: Tubes, met: Met, first: bool) -> Iterator[Arr
     """Flat faces: each tube's field."""
     planes = setting.planes
     flat = (met.plane == NO_PLANE) | ~planes.curved[np.maximum(met.plane, 0)]
-    if first:
-        met = met.at(np.flatnonzero(flat & (met.cosine > MIRROR)))
-    else:
-        met = met.at(np.flatnonzero(flat))
-        met = met.at(_back_ways(setting, met))
-        middle = met.waves.direction + met.back
-        slope = -(met.normal * middle).sum(axis=0)
-        met = met.at(np.flatnonzero(slope > MIRROR * np.sqrt((middle**2).sum(axis=0))))
+    met = met.at(np.flatnonzero(flat & _mirrors(met, first)))
     if not len(met.way):
         return
     waves, antenna = met.waves, setting.antenna
@@ -156,13 +154,21 @@ def _flat(setting: Setting, tubes: Tubes, met: Met, first: bool) -> Iterator[Arr
     yield found
 
 
-def _back_ways(setting: Setting, met: Met) -> np.ndarray:
-    """Rows of what the radar sees straight: from the lit side, in front of it, nothing in between."""
+def _mirrors(met: Met, first: bool) -> np.ndarray:
+    """Whether the ways in and back are near those of a mirror."""
+    if first:
+        return np.asarray(met.cosine > MIRROR)
+    middle = met.waves.direction + met.back
+    return np.asarray(-(met.normal * middle).sum(axis=0) > MIRROR * np.sqrt((middle**2).sum(axis=0)))
+
+
+def _in_sight(setting: Setting, met: Met) -> np.ndarray:
+    """Rows that send something straight back: from the lit side, ahead of the radar, nothing in between."""
+    curved = setting.planes.curved[np.maximum(met.plane, 0)] & (met.plane != NO_PLANE)
+    sends = curved | _mirrors(met, False) | (setting.reflections.diffuse(met.table) > 0)
     ahead = (met.back * setting.pose[:3, 0][:, None]).sum(axis=0) > 0
-    rows = np.flatnonzero(ahead & ((met.normal * met.back).sum(axis=0) < 0))
-    if not len(rows):
-        return rows
-    return np.asarray(rows[in_sight(setting, met.out[rows], met.back[:, rows])])
+    rows = np.flatnonzero(sends & ahead & ((met.normal * met.back).sum(axis=0) < 0))
+    return rows[in_sight(setting, met.out[rows], met.back[:, rows])] if len(rows) else rows
 
 
 def _arrivals(

@@ -13,6 +13,8 @@ from sensors.channels import CHANNELS, Channel
 from sensors.prim import read_tick_rate
 from sensors.sensor_types import SensorType, register_sensor_type
 
+from .annotators import ANNOTATORS
+from .configs import author_config
 from .names import MODALITY, PRIM_TYPE
 from .prim import read_config
 
@@ -74,7 +76,9 @@ register_sensor_type(
         _runtime,
         modality=MODALITY,
         channels=(*(CHANNELS[name] for name in CHANNEL_NAMES), BOUNCES),
+        annotators=ANNOTATORS,
         check=_check,
+        author=author_config,
         facts=_facts,
         rows=_rows,
     )

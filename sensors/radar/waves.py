@@ -80,7 +80,7 @@ class Waves:
 
     def at(self, rows: np.ndarray) -> Waves:
         """Some of them."""
-        return Waves(*(getattr(self, each.name)[..., rows] for each in fields(Waves)))
+        return Waves(*(_rows(getattr(self, each.name), rows) for each in fields(Waves)))
 
 
 @dataclass(slots=True)
@@ -107,7 +107,7 @@ class Met:
         """Some of them."""
         found: dict[str, Any] = {each.name: getattr(self, each.name) for each in fields(Met)[1:]}
         for name, one in found.items():
-            found[name] = None if one is None else one[..., rows]
+            found[name] = None if one is None else _rows(one, rows)
         return Met(self.waves.at(rows), **found)
 
     def rate(self) -> np.ndarray:
@@ -258,6 +258,13 @@ def _cast_on(setting: Setting, waves: Waves) -> Hits:
     offsets = (waves.start + LIFT_M * waves.direction).T.astype(np.float32)
     bundle = RayBundle(setting.pose[:3, 3], table, offsets, setting.exclude)
     return setting.world.cast(bundle, setting.poses, normals=True)
+
+
+def _rows(array: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Some rows of (..., k); one value for all stays one."""
+    if array.strides[-1] == 0:
+        return np.broadcast_to(array[..., :1], (*array.shape[:-1], len(rows)))
+    return np.take(array, rows, axis=-1)
 
 
 def _mirrored(vectors: np.ndarray, normal: np.ndarray) -> np.ndarray:

@@ -101,6 +101,12 @@ DIFFERENCES: tuple[Difference, ...] = (
         "at stop the command inputs of controllers keep what is written on them, or become 0 (empty, of arrays)",
     ),
     Difference(keys.NODE_ERRORS_STOP, False, "a compute that raises stops the run, or is logged and the run goes on"),
+    Difference(keys.RADAR_IGNORES_TICK_RATE, True, "radars render at their tickRate, or in every update"),
+    Difference(
+        keys.RADAR_NEEDS_MOTION_BVH,
+        True,
+        "a radar can be created at any time, or raises a RuntimeError while /renderer/raytracingMotion/enabled is off",
+    ),
     Difference(
         keys.ID_MAP_EXTENSION,
         False,

@@ -439,6 +439,31 @@ def test_row_compute_that_raises(run, parity, settings, value):
     assert [warning.count for warning in app.warnings if warning.code == "compute-failed"] == [3]
 
 
+@both(keys.RADAR_IGNORES_TICK_RATE)
+def test_row_rate_of_a_radar(parity, settings, value):
+    from sensors import Radar, RadarSensor
+
+    given = {keys.FRAMES_LATER: False, keys.MOTION_BVH: True}
+    with App(parity=parity, settings={**given, **settings}, physics_hz=60, loop_hz=60) as app:
+        sensor = RadarSensor(Radar("/World/Radar", tick_rate=20.0, app=app))
+        app.play()
+        app.update(12)
+        assert sensor.render_product.frames >= 12 if value else sensor.render_product.frames == 4
+        assert ("radar-tick-rate-ignored" in {one.code for one in app.warnings}) is value
+
+
+@both(keys.RADAR_NEEDS_MOTION_BVH)
+def test_row_motion_bvh_of_a_radar(parity, settings, value):
+    from sensors import Radar
+
+    with App(parity=parity, settings=settings) as app:
+        if value:
+            with pytest.raises(RuntimeError, match="a radar needs Motion BVH"):
+                Radar("/World/Radar", app=app)
+            app.settings.set(keys.MOTION_BVH, True)
+        assert Radar("/World/Radar", app=app).paths == ["/World/Radar"]
+
+
 @both(keys.ID_MAP_EXTENSION)
 def test_row_ids_without_a_map_entry(tmp_path, parity, settings, value):
     from pxr import UsdGeom

@@ -1,0 +1,155 @@
+"""Publishes a radar's frames: attaches a writer to a render product once, then the frames publish themselves."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from graph.node import Attribute, Database, node_type
+
+from .lidar_frames import cloud_channels, frame_cloud
+from .lidar_writers import FrameWriter, stamps
+from .point_clouds import POINT_CLOUD
+from .profiles import offered_quality
+from .publishing import check_names, publisher_inputs, topic_name
+
+if TYPE_CHECKING:
+    from graph.sim.renderer.products import RenderProduct
+
+_FIELDS = {
+    "outputIntensity": "Intensity",
+    "outputTimestamp": "Timestamp",
+    "outputRadialVelocityMS": "RadialVelocityMS",
+}
+"""Input -> the quantity of `CLOUD_FIELDS` that it adds."""
+
+
+@dataclass(slots=True)
+class _Attached:
+    """What the node holds on to between attaching and stop."""
+
+    product: RenderProduct | None = None
+    writer: FrameWriter | None = None
+    channels: frozenset[str] = frozenset()
+    demanding: bool = False
+    view: Any = None
+    """The writer that draws the debug view."""
+
+
+def _detach(db: Database) -> None:
+    memory = db.memory
+    if memory.product is None:
+        return
+    _demand(db, False)
+    memory.product.writers[:] = [one for one in memory.product.writers if one is not memory.writer]
+    if memory.view is not None:
+        memory.view.detach()
+    memory.product = memory.writer = memory.view = None
+
+
+@node_type(
+    "isaacsim.ros2.bridge.ROS2RtxRadarHelper",
+    check=check_names,
+    inputs={
+        "execIn": Attribute("execution", "attaches the publisher to the product; later activations find it attached"),
+        "enabled": Attribute("bool", "if not, nothing is attached; what is attached goes on", default=True),
+        **publisher_inputs("radar_point_cloud", frame_id="sim_radar"),
+        "renderProductPath": Attribute("token", "path of the radar's render product", role="product"),
+        "resetSimulationTimeOnStop": Attribute(
+            "bool", "stamp with the time since play; if not, with the time that no stop resets", default=True
+        ),
+        "showDebugView": Attribute(
+            "bool", "draw each cloud into a PNG file, in the folder debug_view of the run's --out", default=False
+        ),
+        "useSystemTime": Attribute("bool", "stamp with the wall time of the last physics step", default=False),
+        "outputRadialVelocityMS": Attribute(
+            "bool", "add radial_velocity_ms [m/s], positive where a detection recedes; needs level BASIC", default=False
+        ),
+        "outputIntensity": Attribute("bool", "add intensity, the radar cross section [dBsm]", default=False),
+        "outputTimestamp": Attribute(
+            "bool", "add the absolute time of each detection [ns], in two words", default=False
+        ),
+    },
+    memory=_Attached,
+    release=_detach,
+)
+def rtx_radar_helper(db: Database) -> bool:
+    """Publish the detections of every frame of a radar's render product as PointCloud2.
+
+    The settings are read when the publisher is attached, once until stop; a new product path attaches it again. The
+    stamp is the time of the update that rendered the frame, to which its pose belongs.
+    """
+    inputs, memory = db.inputs, db.memory
+    if not inputs.enabled:
+        return False
+    path = inputs.renderProductPath
+    if not path:
+        db.warn("render-product-missing", "renderProductPath is empty; connect it to a render product")
+        return False
+    product = memory.product
+    if product is None or product.path != path or db.app.rendering.products.get(path) is not product:
+        _detach(db)
+        if not _attach(db, path):
+            return False
+    subscribed = db.app.bus.has_subscribers(memory.writer.topic)
+    if subscribed != memory.demanding:
+        _demand(db, subscribed)
+    return True
+
+
+def _attach(db: Database, path: str) -> bool:
+    from sensors.radar.names import PRIM_TYPE
+
+    app, inputs, memory = db.app, db.inputs, db.memory
+    product = app.rendering.products.get(path)
+    if product is None:
+        db.fail(f"there is no render product {path}; connect renderProductPath to one")
+    prim = app.stage.GetPrimAtPath(product.camera_path)
+    if not prim or prim.GetTypeName() != PRIM_TYPE:
+        db.warn("not-a-radar", f"{product.camera_path} is not a {PRIM_TYPE}; nothing is published")
+        return False
+    if inputs.useSystemTime and inputs.resetSimulationTimeOnStop:
+        db.warn(
+            "system-time-never-resets",
+            "useSystemTime stamps with wall time, which resetSimulationTimeOnStop cannot reset",
+        )
+    fields = tuple(name for option, name in _FIELDS.items() if getattr(inputs, option))
+    stamp = stamps(app, system_time=inputs.useSystemTime, reset_on_stop=inputs.resetSimulationTimeOnStop)
+    frame_id = inputs.frameId
+    memory.product, memory.channels, memory.demanding = product, cloud_channels(fields), False
+    memory.writer = FrameWriter(
+        app.bus,
+        topic_name(db, product.camera_path),
+        POINT_CLOUD,
+        stamp,
+        lambda frame, at: frame_cloud(frame, fields, at, frame_id),
+    )
+    app.bus.advertise(memory.writer.topic, POINT_CLOUD, db.path, offered_quality(db))
+    product.writers.append(memory.writer)
+    memory.view = _debug_view(db, product)
+    return True
+
+
+def _debug_view(db: Database, product: RenderProduct) -> Any:
+    """The writer that draws the frames, attached; None without a wish for it, or without a folder to draw into."""
+    from sensors.replicator import get_writer
+
+    if not db.inputs.showDebugView:
+        return None
+    folder = db.app.output_folder
+    if folder is None:
+        db.warn("debug-view-unavailable", "showDebugView draws into the run's folder; give the run one with --out")
+        return None
+    frame = db.app.stage.GetPrimAtPath(product.camera_path).GetAttribute("omni:sensor:WpmDmat:outputFrameOfReference")
+    options = {"doTransform": frame.Get() != "WORLD", "output_dir": folder / "debug_view"}
+    return get_writer("RtxRadarDebugDrawPointCloud", options, app=db.app).attach(product)
+
+
+def _demand(db: Database, wanted: bool) -> None:
+    """Requests the channels that the messages need, or withdraws the request."""
+    memory = db.memory
+    if wanted:
+        memory.product.sensor.require(db.path, memory.channels)
+    elif memory.demanding:
+        memory.product.sensor.release(db.path)
+    memory.demanding = wanted

@@ -1,0 +1,119 @@
+"""Radar and RadarSensor: created, wrapped, refused; the profile's two differences."""
+
+import numpy as np
+import pytest
+
+import sensors.replicator as rep
+from graph.sim import App
+from graph.sim import settings as keys
+from sensors import SUPPORTED_RADAR_CONFIGS, Radar, RadarSensor, parse_generic_model_output_data
+
+WPM = "omni:sensor:WpmDmat:"
+WALL = {"/World/Wall": {"type": "Cube", "size": 2.0, "translate": [11, 0, 0]}}
+
+
+@pytest.fixture
+def app():
+    with App(None, physics_hz=60, loop_hz=60) as app:
+        app.add_prims(WALL)
+        yield app
+
+
+def test_a_radar_is_created_placed_and_measures(app):
+    radar = Radar("/World/Car/Radar", aux_output_level="BASIC", tick_rate=20.0, translations=[1, 0, 0], app=app)
+    sensor = RadarSensor(radar, annotators=["generic-model-output"])
+    assert (sensor.radar, sensor.authoring_object, radar.paths, radar.tick_rate) == (radar, radar, [radar.path], 20)
+    assert sensor.get_data("generic-model-output")[0] is None
+    app.play()
+    app.update(steps=6)
+    data, _ = sensor.get_data("generic-model-output")
+    gmo = parse_generic_model_output_data(data)
+    assert (gmo.frameId, gmo.timestampNs) == (1, 100_000_000)
+    nearest = int(np.argmax(gmo.scalar))
+    assert gmo.z[nearest] == pytest.approx(9.0, abs=0.02)
+
+
+def test_names_of_attributes_bring_their_scan_configuration(app):
+    radar = Radar("/World/Radar", attributes={f"{WPM}scan:s002:maxRangeM": 300.0, f"{WPM}cfarMode": "4D"}, app=app)
+    assert [(scan.name, scan.max_range_m) for scan in radar.config.scans] == [("s001", 50.0), ("s002", 300.0)]
+    assert radar.config.cfar_mode == "4D"
+
+
+@pytest.mark.parametrize("name", ["IWRL6432AOP", *SUPPORTED_RADAR_CONFIGS])
+def test_a_shipped_configuration_by_name_and_path(app, name):
+    radar = Radar.create("/World/Radar", config=name, app=app)
+    assert radar.config.wave_length_mm == 4.955
+    assert len(radar.config.scans) == 1
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"aux_output_level": "EXTRA"}, "aux_output_level 'EXTRA' is not one of NONE, BASIC"),
+        ({"tick_rate": -1}, "tick_rate -1: give a rate in Hz"),
+        ({"config": "IWR"}, "there is no radar configuration 'IWR' in SUPPORTED_RADAR_CONFIGS"),
+        ({"config": "IWRL6432AOP", "usd_path": "a.usd"}, "give config or usd_path, not both"),
+        ({"config": "IWRL6432AOP", "variant": "x"}, "has no variants"),
+    ],
+)
+def test_what_cannot_be_is_a_value_error_in_a_line(app, options, message):
+    with pytest.raises(ValueError, match=message):
+        Radar.create("/World/Radar", app=app, **options)
+
+
+def test_wrapping_asks_for_type_and_schema(app):
+    app.stage.DefinePrim("/World/Lidar", "OmniLidar")
+    with pytest.raises(ValueError, match="/World/Lidar is a OmniLidar, not an OmniRadar"):
+        Radar("/World/Lidar", app=app)
+    with pytest.raises(ValueError, match="there is no annotator 'gmo'"):
+        RadarSensor("/World/Radar", annotators=["gmo"], app=app)
+
+
+def test_detections_are_drawn(app, tmp_path):
+    RadarSensor(Radar("/World/Radar", app=app))
+    product = next(iter(app.rendering.products.values()))
+    rep.writers.get("RtxRadarDebugDrawPointCloud", {"output_dir": tmp_path}, app=app).attach(product)
+    app.play()
+    app.update(steps=1)
+    assert [path.name for path in tmp_path.iterdir()] == ["World_Radar_000000.png"]
+
+
+def test_the_annotators_of_point_sensors_and_its_own_read_it(app):
+    sensor = RadarSensor(Radar("/World/Radar", aux_output_level="BASIC", app=app))
+    cloud = rep.get_annotator("IsaacExtractRTXSensorPointCloud", app=app).attach(sensor.render_product)
+    own = rep.get_annotator("IsaacCreateRTXRadarPointCloud", app=app).attach(sensor.render_product)
+    app.play()
+    app.update(steps=1)
+    data = cloud.get_data()
+    assert data["radialVelocityMS"].tolist() == [0.0] * len(data["data"])
+    assert np.linalg.norm(data["data"], axis=1) == pytest.approx(data["distance"], rel=1e-5)
+    told = own.get_data()
+    assert np.array_equal(told["data"], data["data"])
+    assert np.array_equal(told["rcs"], data["intensity"])
+    assert (told["info"]["scanIdx"], told["info"]["maxRangeM"], told["info"]["timestampNs"]) == (0, 50.0, 16_666_667)
+
+
+def test_the_product_needs_motion_bvh_to_create_a_radar_not_to_wrap_one():
+    with App(None, physics_hz=60, loop_hz=60, parity="isaacsim-6.0.1") as app:
+        with pytest.raises(
+            RuntimeError, match="/World/Radar: a radar needs Motion BVH; set /renderer/raytracingMotion"
+        ):
+            Radar("/World/Radar", app=app)
+        prim = app.stage.DefinePrim("/World/Radar", "OmniRadar")
+        assert prim.GetTypeName() == Radar("/World/Radar", app=app).prim_type
+        app.settings.set(keys.MOTION_BVH, True)
+        assert Radar("/World/Other", app=app).paths == ["/World/Other"]
+
+
+def test_the_product_renders_a_radar_in_every_update_with_a_warning():
+    frames = {}
+    for parity in ("documented", "isaacsim-6.0.1"):
+        with App(None, physics_hz=60, loop_hz=60, parity=parity) as app:
+            app.settings.set(keys.MOTION_BVH, True)
+            sensor = RadarSensor(Radar("/World/Radar", tick_rate=20.0, app=app))
+            app.play()
+            app.update(steps=12)
+            frames[parity] = sensor.render_product.frames
+            codes = [warning.code for warning in app.warnings]
+        assert ("radar-tick-rate-ignored" in codes) is (parity != "documented")
+    assert frames == {"documented": 4, "isaacsim-6.0.1": 11}  # the product delivers a frame one update later
