@@ -30,7 +30,7 @@ def test_an_example_checks_without_a_word_of_complaint(path):
 
 
 EXTENT = {"arm": (150, 0.6), "radar_gate": (122, 122 / 240)}
-"""(physics steps, seconds) of 30 updates. The arm: 250 Hz by its model, a loop of 50 Hz; the product: two steps more."""
+"""(physics steps, seconds) of 30 updates. The arm: 250 Hz by its model, a loop of 50 Hz; the product: 2 steps more."""
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
