@@ -49,7 +49,7 @@ class PrimPlan:
         if live is None or live.watch.collecting or self._app.when_playing == "recompile":
             return
         scratch = usd.Usd.Stage.CreateInMemory()
-        role = import_module("graph.sim.scene.roles").role_of(scratch.DefinePrim(path, kind))
+        role = import_module("graph.sim.live.roles").role_of(scratch.DefinePrim(path, kind))
         if role:
             raise OmniGraphError(
                 f"prim {path} ({role.strip()}) cannot come while the world plays; stop first, edit inside `with "

@@ -18,14 +18,14 @@ if TYPE_CHECKING:
     from .managers.physics_scene import PhysicsScene as PhysicsScene
     from .managers.physx_scene import PhysxGpuCfg as PhysxGpuCfg
     from .managers.physx_scene import PhysxScene as PhysxScene
+    from .managers.rendering import RenderingEvent as RenderingEvent
     from .managers.simulation_events import IsaacEvents as IsaacEvents
     from .managers.simulation_events import SimulationEvent as SimulationEvent
     from .messages.bus import CountingSink as CountingSink
     from .messages.bus import MemorySink as MemorySink
     from .messages.bus import MessageBus as MessageBus
     from .messages.recording import McapSink as McapSink
-    from .renderer.rendering import RenderingEvent as RenderingEvent
-    from .renderer.rendering import RenderProduct as RenderProduct
+    from .renderer.products import RenderProduct as RenderProduct
     from .renderer.schedule import Tick as Tick
     from .renderer.schedule import TickSchedule as TickSchedule
     from .scene.stage import register_schemas as register_schemas
@@ -46,8 +46,8 @@ _HOME = {
     "PhysxGpuCfg": "managers.physx_scene",
     "PhysxScene": "managers.physx_scene",
     "RealClock": "timing.wall_clock",
-    "RenderProduct": "renderer.rendering",
-    "RenderingEvent": "renderer.rendering",
+    "RenderProduct": "renderer.products",
+    "RenderingEvent": "managers.rendering",
     "RenderingManager": "managers.current",
     "Settings": "settings",
     "SimulationEvent": "managers.simulation_events",

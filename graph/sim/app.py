@@ -17,17 +17,17 @@ from . import settings as keys
 from .driver import Driver, StepCallback
 from .fidelity import Fidelity
 from .forwarding import forward
+from .live.reset import Reset, reset
 from .managers.loop_runner import LoopRunner
 from .managers.orchestrator import Orchestrator
+from .managers.rendering import Rendering
 from .managers.simulation_manager import ManagedSimulation
 from .messages.bus import MessageBus
 from .options import clock_rates, experience_settings, refuse_unavailable
 from .phases import Callback, Phases, Unsubscribe
 from .physics import MUJOCO
-from .renderer.rendering import Rendering
-from .scene.playing_world import WhenPlaying, checked_choice
+from .playing_world import WhenPlaying, checked_choice
 from .settings import Settings
-from .state.reset import Reset, reset
 from .timing.clocks import PhysicsClock
 from .timing.parity import apply_profile
 from .timing.run_loop import RunLoop
@@ -39,8 +39,8 @@ from .world import World, open_world
 if TYPE_CHECKING:
     from types import TracebackType
 
+    from .live.live_stage import LiveStage
     from .physics.protocol import EngineFactory, PhysicsEngine
-    from .scene.live_stage import LiveStage
     from .state.prim_poses import PrimPoses
 
 

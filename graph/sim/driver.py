@@ -22,8 +22,8 @@ from .update_loop import UpdateLoop
 from .world import World
 
 if TYPE_CHECKING:
+    from .managers.rendering import Rendering
     from .managers.simulation_manager import ManagedSimulation
-    from .renderer.rendering import Rendering
 
 StepCallback = Callable[[int, int], object]
 """Called after step i = 1, 2, ... of n as (i, n); False ends the steps."""

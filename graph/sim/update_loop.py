@@ -15,7 +15,7 @@ from .timing.timeline import Timeline
 from .world import World
 
 if TYPE_CHECKING:
-    from .renderer.rendering import Rendering
+    from .managers.rendering import Rendering
     from .simulation import Simulation
 
 

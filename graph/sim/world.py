@@ -11,16 +11,16 @@ from graph.base.errors import UserError
 from graph.base.shorten import listed
 
 from .fidelity import Fidelity
+from .live.editing import EditStage, Player, remove_prims
 from .physics import MUJOCO
-from .scene.editing import EditStage, Player, remove_prims
-from .scene.playing_world import WhenPlaying, checked_choice
+from .playing_world import WhenPlaying, checked_choice
 
 if TYPE_CHECKING:
     from contextlib import AbstractContextManager
 
     from .geometry.surfaces import Mesh, Plane
+    from .live.live_stage import LiveStage
     from .physics.protocol import EngineFactory, PhysicsEngine
-    from .scene.live_stage import LiveStage
     from .scene.stage import StageState, Warn
     from .state.prim_poses import PrimPoses
 
@@ -122,8 +122,8 @@ class World:
     def build(self) -> None:
         """Builds physics from the stage and binds Fabric to it; on failure the stage is restored."""
         from .damage import reading
+        from .live.live_stage import LiveStage
         from .physics import build_physics
-        from .scene.live_stage import LiveStage
         from .scene.stage import StageState, scene_name
 
         self._geometry = None

@@ -37,8 +37,8 @@ def read_contact_sensor(db: Database) -> None:
     The prim's `threshold` (least, most, in units of the stage) and `radius` (stage units; not above 0: all contacts)
     apply if authored: a force below the least counts as no contact, a force above the most reads as the most.
     """
-    from graph.sim.physics.inertial import attribute_of, body_of
     from graph.sim.physics.protocol import contact_force
+    from sensors.inertial import attribute_of, body_of
 
     outputs, app = db.outputs, db.app
     prim = sensor_prim(db, db.inputs.csPrim, "csPrim")

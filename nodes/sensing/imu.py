@@ -61,7 +61,7 @@ def read_imu(db: Database) -> None:
     The first compute after play starts the sensor; the first reading is that of the next physics step. Before it, and
     while the prim's `enabled` is false, the outputs are zero and execOut does not fire.
     """
-    from graph.sim.physics.inertial import InertialUnit, attribute_of, widths_of
+    from sensors.inertial import InertialUnit, attribute_of, widths_of
 
     inputs, outputs, memory, app = db.inputs, db.outputs, db.memory, db.app
     prim = sensor_prim(db, inputs.imuPrim, "imuPrim")

@@ -128,7 +128,7 @@ def _read(db: Database) -> _Rays:
     """The sensor that the input names. Fails the node if its ray attributes do not fit together."""
     import numpy as np
 
-    from graph.sim.physics.inertial import attribute_of
+    from sensors.inertial import attribute_of
 
     prim = sensor_prim(db, db.inputs.raycastSensorPrim, "raycastSensorPrim")
     path = str(prim.GetPath())

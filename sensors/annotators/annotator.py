@@ -13,7 +13,7 @@ from .types import AnnotatorType, Reading
 
 if TYPE_CHECKING:
     from graph.sim import App
-    from graph.sim.renderer.rendering import RenderProduct
+    from graph.sim.renderer.products import RenderProduct
 
 Product = Any
 """A render product, its path, or anything with a `path`."""

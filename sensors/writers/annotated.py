@@ -10,7 +10,7 @@ from sensors.annotators.registry import find_annotator
 
 if TYPE_CHECKING:
     from graph.sim import App
-    from graph.sim.renderer.rendering import RenderProduct
+    from graph.sim.renderer.products import RenderProduct
     from sensors.frame import Frame
 
 

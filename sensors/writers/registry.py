@@ -17,7 +17,7 @@ from .spec import DEBUG_DRAW, REGISTRY, Writer, WriterSpec
 
 if TYPE_CHECKING:
     from graph.sim import App
-    from graph.sim.renderer.rendering import RenderProduct
+    from graph.sim.renderer.products import RenderProduct
 
 
 def writer_specs() -> dict[str, WriterSpec]:

@@ -11,7 +11,7 @@ from typing import Any, cast
 from measure import Row, ratio, seconds
 
 from graph.sim import App
-from graph.sim.renderer.rendering import RenderProduct
+from graph.sim.renderer.products import RenderProduct
 from graph.sim.renderer.schedule import TickSchedule
 from graph.sim.renderer.sensor import Sensor
 

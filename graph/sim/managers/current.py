@@ -48,7 +48,7 @@ class SimulationManager(metaclass=_OfCurrentApp, part="simulation"):
 
 
 class RenderingManager(metaclass=_OfCurrentApp, part="rendering"):
-    """`app.rendering` of the current App: `graph.sim.renderer.rendering.Rendering` documents the calls."""
+    """`app.rendering` of the current App: `graph.sim.managers.rendering.Rendering` documents the calls."""
 
 
 class orchestrator(metaclass=_OfCurrentApp, part="orchestrator"):  # noqa: N801  (spelt as in omni.replicator.core)

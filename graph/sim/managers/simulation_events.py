@@ -13,8 +13,8 @@ from graph.base import exact
 from .callbacks import CallbackList, Event, Held, Registered, dropped_early
 
 if TYPE_CHECKING:
+    from graph.sim.live.deletions import Deletions
     from graph.sim.phases import Unsubscribe
-    from graph.sim.scene.deletions import Deletions
     from graph.sim.simulation import Simulation
     from graph.sim.world import World
 
@@ -170,6 +170,6 @@ class SimulationEvents:
             self._deletions.close()
             self._deletions = None
         if callbacks and self._watching:
-            from graph.sim.scene.deletions import Deletions
+            from graph.sim.live.deletions import Deletions
 
             self._deletions = Deletions(self._world.stage, callbacks)

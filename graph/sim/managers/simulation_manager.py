@@ -24,9 +24,10 @@ from .simulation_events import IsaacEvents, SimulationEvent, SimulationEvents
 from .simulation_setup import SimulationSetup
 
 if TYPE_CHECKING:
+    from graph.sim.live.animation import Animation
     from graph.sim.physics.protocol import PhysicsEngine
-    from graph.sim.renderer.rendering import Rendering
-    from graph.sim.scene.animation import Animation
+
+    from .rendering import Rendering
 
 _CHANGES: dict[Change, SimulationEvent] = {
     "pause": SimulationEvent.SIMULATION_PAUSED,
@@ -172,7 +173,7 @@ class ManagedSimulation:
 
     def build(self) -> None:
         """Builds the world and binds sensors to it; playing calls it."""
-        from graph.sim.scene.animation import animate
+        from graph.sim.live.animation import animate
 
         self._take_authored_rate()
         self._world.build()

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from graph import ComputeError
-from graph.sim.physics.inertial import InertialUnit
 from graph.testing import run_node
+from sensors.inertial import InertialUnit
 
 SENSOR = "/World/Box/Imu"
 

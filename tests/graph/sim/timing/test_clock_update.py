@@ -8,7 +8,7 @@ import pytest
 
 from graph.sim import App
 from graph.sim import settings as keys
-from graph.sim.renderer.rendering import NEW_FRAME
+from graph.sim.managers.rendering import NEW_FRAME
 from tests.support.noting_sensor import NotingSensor, add
 
 PRODUCT = "isaacsim-6.0.1"

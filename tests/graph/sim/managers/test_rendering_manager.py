@@ -10,7 +10,7 @@ import pytest
 
 from graph.sim import App, RenderingEvent
 from graph.sim import settings as keys
-from graph.sim.renderer.rendering import NEW_FRAME
+from graph.sim.managers.rendering import NEW_FRAME
 from tests.support.listeners import Listener
 from tests.support.noting_sensor import NotingLidar, NotingSensor, add
 

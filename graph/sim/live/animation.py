@@ -14,18 +14,16 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from graph.sim import transforms
+from graph.sim.scene.scan import Scan, scan_stage
+from graph.sim.scene.stage import Warn
 from graph.sim.transforms import Floats
 from graph.sim.usd import Usd, UsdGeom
 
-from .scan import Scan, scan_stage
-from .stage import Warn
-
 if TYPE_CHECKING:
     from graph.sim.phases import Phases
+    from graph.sim.playing_world import PlayingWorld
     from graph.sim.timing.clocks import PhysicsClock
     from graph.sim.timing.timeline import Timeline
-
-    from .playing_world import PlayingWorld
 
 BEFORE_OTHERS = -100
 """Order among the subscribers of a physics step: early, because the others read the prims' new poses."""

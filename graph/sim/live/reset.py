@@ -6,7 +6,8 @@ from enum import Flag, auto
 from typing import Protocol
 
 from graph.base.errors import RunError, UserError
-from graph.sim.scene.editing import Editable, EditStage, Player
+
+from .editing import Editable, EditStage, Player
 
 
 class Reset(Flag):

@@ -12,9 +12,8 @@ from graph.sim.transforms import Floats
 from graph.sim.usd import EARLIEST, UsdGeom, UsdPhysics
 
 if TYPE_CHECKING:
+    from graph.sim.playing_world import PlayingWorld
     from graph.sim.state.tensors import Tensors
-
-    from .playing_world import PlayingWorld
 
 _TARGETS = {"physics:targetPosition": "positions", "physics:targetVelocity": "velocities"}
 _VELOCITIES = ("physics:velocity", "physics:angularVelocity")

@@ -12,15 +12,15 @@ from graph.base import exact
 from graph.base.errors import RunError
 from graph.sim import settings as keys
 from graph.sim.forwarding import forward
-from graph.sim.managers.callbacks import CallbackList, Event, Held, Registered, dropped_early
-from graph.sim.managers.loop_runner import LoopRunner
+from graph.sim.renderer.products import RenderProduct
+from graph.sim.renderer.scheduler import SensorScheduler
 from graph.sim.settings import Settings
 from graph.sim.timing.clocks import PhysicsClock, checked_rate
 from graph.sim.timing.run_loop import RunLoop
 from graph.sim.timing.timeline import Timeline
 
-from .products import RenderProduct
-from .scheduler import SensorScheduler
+from .callbacks import CallbackList, Event, Held, Registered, dropped_early
+from .loop_runner import LoopRunner
 
 __all__ = ["NEW_FRAME", "FrameEvent", "RenderProduct", "Rendering", "RenderingEvent"]
 

@@ -11,10 +11,9 @@ from typing import Any
 import numpy as np
 
 from graph.sim import transforms
+from graph.sim.scene.scan import GRIPPER
 from graph.sim.transforms import Floats
 from graph.sim.usd import EARLIEST, Tf, Usd, UsdGeom, UsdPhysics
-
-from .scan import GRIPPER
 
 RESCALED = 1e-9
 """Least relative change of a prim's size that counts as a change."""

@@ -10,17 +10,17 @@ import numpy as np
 
 from graph.base.errors import RunError
 from graph.sim import transforms
+from graph.sim.scene.scan import scan_stage
 from graph.sim.state.tensors import Tensors
 from graph.sim.transforms import Floats
 from graph.sim.usd import EARLIEST, Usd, UsdGeom
 
 from .live_attributes import apply_live
 from .roles import StageRoles, role_of
-from .scan import scan_stage
 from .stage_watch import PROTOTYPE, StageWatch, describe
 
 if TYPE_CHECKING:
-    from .playing_world import PlayingWorld
+    from graph.sim.playing_world import PlayingWorld
 
 ADVICE = (
     'Undo it, or stop; to change the world while it plays, edit inside `with app.edit(when_playing="recompile"):` (or '

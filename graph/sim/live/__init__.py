@@ -1,0 +1,1 @@
+"""The stage while it plays: watched, edited, animated, reset."""
