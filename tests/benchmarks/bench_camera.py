@@ -1,0 +1,139 @@
+"""What a camera costs: whole App updates against the bare casts of the same rays at the same scenes.
+
+The scene is that of the lidar's table, 50,000 static triangles and 20 turning boxes; the camera turns with one of them,
+so that no cast can be kept. The baseline casts its rays at all that stands still and at all that moves.
+"""
+
+from __future__ import annotations
+
+import statistics
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+from bench_lidar import boxes
+from measure import Row, ratio, seconds
+from pxr import Gf, UsdGeom, UsdLux
+
+from graph.sim import App
+from graph.sim.geometry.collect import Mesh
+from graph.sim.libraries import import_open3d
+from sensors import render_product
+from sensors.camera.rays import CameraRays
+from sensors.prim import write_exclude
+
+TITLE = "Camera: 640 x 480; 50,000 static triangles with 20 turning boxes, the camera on one of them"
+MOUNT = "/World/Box0"
+SIZE = (640, 480)
+SEGMENTED = ("instance_id_segmentation", "instance_segmentation", "semantic_segmentation")
+
+
+def measure(quick: bool) -> Iterator[Row]:
+    """The ratios that the README quotes."""
+    rounds = 5 if quick else 25
+    for what, channels, bound in (
+        ("depth", ("distance_to_image_plane",), 1.25),
+        ("depth, normals, one segmentation", ("distance_to_image_plane", "normals", SEGMENTED[2]), 1.6),
+        ("colours, one sun with shadows", ("rgb",), 3.5),
+        (
+            "depth, normals, three segmentations, motion",
+            ("distance_to_camera", "normals", *SEGMENTED, "motion_vectors"),
+            None,
+        ),
+    ):
+        yield Row(f"{what}, against its casts", update_ratio(frozenset(channels), rounds), bound)
+    yield Row("16 depth cameras at 10 Hz in a 240 Hz loop, against every update", rate_ratio(rounds), 1 / 20)
+    yield Row("a camera that is not due, each update", idle_cost(rounds) * 1e6, 5.0, "us")
+
+
+def scene(loop_hz: int = 240) -> App:
+    """The scene of the lidar's table with a sun."""
+    app = boxes(loop_hz)
+    UsdLux.DistantLight.Define(app.stage, "/World/Sun").CreateIntensityAttr(3000.0)
+    UsdGeom.XformCommonAPI(app.stage.GetPrimAtPath("/World/Sun")).SetRotate(Gf.Vec3f(30, -35, 0))
+    return app
+
+
+def add_camera(app: App, number: int = 0, rate: float = 0.0, mount: str = MOUNT) -> Any:
+    """A camera of 60 deg on a box, which it does not see, looking outwards; and its render product."""
+    camera = UsdGeom.Camera.Define(app.stage, f"{mount}/BenchmarkCamera{number}")
+    camera.GetFocalLengthAttr().Set(18.147562)
+    camera.GetClippingRangeAttr().Set(Gf.Vec2f(0.01, 1e4))
+    prim = camera.GetPrim()
+    UsdGeom.XformCommonAPI(prim).SetRotate(Gf.Vec3f(80, 0, 13 * number))
+    prim.AddAppliedSchema("OmniSensorAPI")
+    prim.GetAttribute("omni:sensor:tickRate").Set(rate)
+    write_exclude(prim, (mount,))
+    return render_product(app, str(prim.GetPath()), SIZE)
+
+
+def update_ratio(channels: frozenset[str], rounds: int) -> float:
+    """Time of App updates of one physics step with an image each, over that of the casts in them."""
+    app = scene()
+    product = add_camera(app)
+    product.sensor.require("benchmark", channels)
+    app.play()
+    app.update(steps=5)
+    found = ratio(app.update, bare_casts(app, product), 3 * rounds)
+    app.close()
+    return found
+
+
+def bare_casts(app: App, product: Any) -> Callable[[], None]:
+    """Casts the rays of a camera at all that stands still, and at all that moves."""
+    open3d = import_open3d()
+    static, moving = open3d.t.geometry.RaycastingScene(), open3d.t.geometry.RaycastingScene()
+    for surface in app.geometry():
+        assert isinstance(surface, Mesh)
+        vertices = surface.vertices
+        if surface.body is not None:
+            pose = app.fabric.rigid_matrices([surface.body])[0]
+            vertices = vertices @ pose[:3, :3].T + pose[:3, 3]
+        if surface.path != MOUNT:
+            scene = static if surface.body is None else moving
+            scene.add_triangles(vertices.astype(np.float32), surface.triangles)
+    pose = product.sensor.pose()
+    bundle = CameraRays(product.sensor.config.lens).bundle(pose, frozenset(), grid=False)
+    bundle.start_at(pose[:3, 3].astype(np.float32))
+    tensor = open3d.core.Tensor.from_numpy(bundle.table)
+
+    def cast() -> None:
+        static.cast_rays(tensor)
+        moving.cast_rays(tensor)
+
+    return cast
+
+
+def rate_ratio(rounds: int) -> float:
+    """Time of updates of 16 cameras at 10 Hz in a 240 Hz loop, over that of the same at every update."""
+    apps = []
+    for rate in (10.0, 0.0):
+        app = scene()
+        for number in range(16):
+            add_camera(app, number, rate, f"/World/Box{number}").sensor.require(
+                "benchmark", {"distance_to_image_plane"}
+            )
+        app.play()
+        app.update(steps=24)
+        apps.append(app)
+    slow, every = apps
+    found = ratio(lambda: slow.update(steps=24), lambda: every.update(steps=24), max(3, rounds // 5), warm_up=1)
+    for app in apps:
+        app.close()
+    return found
+
+
+def idle_cost(rounds: int) -> float:
+    """Seconds that a camera of 0.5 Hz adds to an update in which it is not due."""
+    with_camera, without = scene(), scene()
+    add_camera(with_camera, rate=0.5).sensor.require("benchmark", {"distance_to_image_plane"})
+    costs = []
+    for app in (with_camera, without):
+        app.play()
+        app.update(steps=10)
+    for _ in range(max(3, rounds // 5)):
+        pairs = [(seconds(with_camera.update), seconds(without.update)) for _ in range(100)]
+        costs.append(statistics.median(a for a, _ in pairs) - statistics.median(b for _, b in pairs))
+    for app in (with_camera, without):
+        app.close()
+    return max(0.0, statistics.median(costs))
