@@ -7,6 +7,12 @@ import argparse
 from .arguments import add_nodes
 from .printing import say_json
 
+PRIM_TYPES = (
+    *("Xform", "Scope", "Cube", "Sphere", "Cylinder", "Cone", "Capsule", "Plane", "Mesh", "PhysicsScene"),
+    *("PhysicsFixedJoint", "PhysicsRevoluteJoint", "PhysicsPrismaticJoint", "PhysicsSphericalJoint"),
+)
+"""What an editor offers besides sensors; every other type stays legal."""
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the command's options."""
@@ -20,10 +26,16 @@ def run(args: argparse.Namespace) -> int:
     from graph.node import registry
     from graph.sim.fidelity import KNOBS
     from graph.sim.settings import DEFAULTS
+    from sensors.configs.catalog import assets
+    from sensors.sensor_types import sensor_types
 
     knobs = {name: knob.schema for name, knob in KNOBS.items()}
     settings = {path: {"default": value} for path, value in DEFAULTS.items()}
-    schema = json_schema(registry.all(), knobs, settings)
+    prims = {
+        "type": (*PRIM_TYPES, *sensor_types()),
+        "config": [asset.short_name for asset in assets()],
+    }
+    schema = json_schema(registry.all(), knobs, settings, prims)
     if args.tests:
         from graph.testing.schema import tests_schema
 

@@ -24,11 +24,13 @@ def json_schema(
     node_types: Iterable[NodeType] = (),
     knobs: Mapping[str, JsonSchema] | None = None,
     settings: Mapping[str, JsonSchema] | None = None,
+    prims: Mapping[str, Iterable[str]] | None = None,
 ) -> JsonSchema:
     """The schema (draft 2020-12) of graph files.
 
     With node types given, an editor completes types and their inputs; `knobs` and `settings` are the schemas of the
-    known keys of those sections. Third-party types, and settings that are not listed, stay legal.
+    known keys of those sections; `prims` offers values for keys of inline prims (`config`). Third-party types, and
+    settings and values that are not listed, stay legal.
     """
     schema = {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
@@ -43,6 +45,10 @@ def json_schema(
         _add_keys(schema["properties"]["fidelity"], knobs, others=False)
     if settings:
         _add_keys(schema["properties"]["settings"], settings, others=True)
+    for key, names in (prims or {}).items():
+        keys = schema["$defs"]["Scene"]["properties"]["prims"]["anyOf"][0]["additionalProperties"]["anyOf"][0]
+        about = keys["properties"][key]["description"]
+        keys["properties"][key] = {"description": about, "anyOf": [{"enum": [*names]}, {"type": "string"}]}
     return schema
 
 

@@ -104,6 +104,16 @@ def test_an_editor_finds_every_type_input_knob_and_setting(printed):
     assert "/rtx/hydra/supportMultiTickRate" in printed["properties"]["settings"]["anyOf"][0]["properties"]
 
 
+def test_an_editor_finds_sensor_configurations_and_prim_types_and_takes_others(printed):
+    prims = printed["$defs"]["Scene"]["properties"]["prims"]["anyOf"][0]["additionalProperties"]["anyOf"][0]
+    offered = {key: prims["properties"][key]["anyOf"][0]["enum"] for key in ("config", "type")}
+    assert {"OS1", "Example_Rotary", "XT32"} <= {*offered["config"]}
+    assert {"OmniLidar", "Cube", "PhysicsRevoluteJoint"} <= {*offered["type"]}
+    own = {"/L": {"type": "OmniLidar", "config": "my_profile.json"}, "/D": {"type": "DomeLight"}}
+    assert jsonschema.Draft202012Validator(printed).is_valid({"tickgraph": 1, "scene": {"prims": own}})
+    assert "anyOf" not in PRIM["properties"]["config"]
+
+
 def test_the_keys_of_prims_are_those_that_the_world_knows():
     from graph.sim.scene.prim_keys import KEYS
 
