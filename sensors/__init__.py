@@ -5,10 +5,15 @@ Names are loaded at their first use, so importing this package costs nothing.
 
 from __future__ import annotations
 
+from sys import modules as _modules
 from typing import TYPE_CHECKING, Any
 
-from graph.base.forwarding import forward as _forward
-from graph.base.lazy_names import lazy_names as _lazy_names
+try:
+    from graph.base.forwarding import forward as _forward
+    from graph.base.lazy_names import lazy_names as _lazy_names
+except ModuleNotFoundError as _error:
+    _file = _modules["graph"].__file__
+    raise ImportError(f'{_file} hides the package "graph" of TickGraph; rename it') from _error
 
 from .moved import MOVED as _MOVED
 

@@ -14,6 +14,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
     from typing import Any
 
+checked: list[bool] = []
+"""Holds one item when Python is known to find our packages, and not others of these names."""
+
 
 def lazy_names(
     package: str, homes: Mapping[str, str], missing: Mapping[str, str] | None = None
@@ -29,6 +32,9 @@ def lazy_names(
             raise ImportError(f"{package}.{name}: {missing[name]}", name=name)
         if name not in homes:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
+        if not checked:
+            import_module("graph.base.hidden").refuse_hidden_packages()
+            checked.append(True)
         module = import_module(f"{package}.{homes[name]}")
         value = module if homes[name] == name else getattr(module, name)
         setattr(modules[package], name, value)

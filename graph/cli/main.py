@@ -203,12 +203,14 @@ def _dispatch(arguments: list[str], debug: bool) -> int:
     command = COMMANDS[name]
     if settings and not command.settings:
         raise UserError(f"graph {name} builds no App and takes no settings; leave out --{next(iter(settings))}")
+    from graph.base.hidden import refuse_hidden_packages
     from graph.base.limits import raised
 
     from .arguments import limits_of
     from .safe_log import safe_log
 
     safe_log(debug)
+    refuse_hidden_packages()
     module = import_module(f"graph.cli.{command.module}")
     parser = _Parser(prog=f"graph {name}", description=f"{command.help[0].upper()}{command.help[1:]}.")
     parser.add_argument("--debug", action="store_true", help="show tracebacks")

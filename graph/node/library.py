@@ -7,8 +7,6 @@ from functools import cached_property
 from importlib import import_module
 from typing import Any, Protocol, cast
 
-from graph.base.errors import UserError
-
 
 class Renames(Protocol):
     """Names that types and attributes had in older files; see `nodes.catalog.renames`."""
@@ -28,14 +26,8 @@ class Library:
 
     @property
     def types(self) -> Mapping[str, tuple[str, ...]]:
-        """Type ids by the module that registers them. Raises UserError if another package of the same name hides it."""
-        package = import_module(self.package)
-        if not hasattr(package, "TYPES"):
-            raise UserError(
-                f'{package.__file__} hides the package "{self.package}" of TickGraph, which has the node types; '
-                "rename it"
-            )
-        types: Mapping[str, tuple[str, ...]] = package.TYPES
+        """Type ids by the module that registers them."""
+        types: Mapping[str, tuple[str, ...]] = import_module(self.package).TYPES
         return types
 
     @cached_property

@@ -65,15 +65,6 @@ def test_a_second_type_of_one_id_names_both_origins():
         declare("a.B", "doc", registry=registry)
 
 
-def test_a_module_of_the_users_that_hides_the_library_is_named(tmp_path):
-    (tmp_path / "nodes.py").write_text("")
-    program = f"import sys; sys.path[:0] = [{str(tmp_path)!r}, {str(ROOT)!r}]; from graph.cli.main import main; main()"
-    done = subprocess.run([sys.executable, "-c", program, "nodes"], capture_output=True, text=True)
-    assert done.stderr == (
-        f'graph: {tmp_path}/nodes.py hides the package "nodes" of TickGraph, which has the node types; rename it\n'
-    )
-
-
 def test_the_index_of_the_library_names_every_type_where_it_is_registered():
     """What a module registers and the index does not name cannot be found; so a new type goes into `nodes.TYPES`."""
     import nodes
