@@ -10,6 +10,7 @@ import pytest
 from graph.base.limits import LIMITS
 from graph.cli.main import COMMANDS, main
 from graph.sim.fidelity import KNOBS, Fidelity
+from graph.testing import run_graph
 from tests.support.places import ROOT
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -21,8 +22,9 @@ def blocks(language):
 
 
 PYTHON = blocks("python")
-[NODE] = [block for block in PYTHON if "@node_type" in block]
-"""The node that the README keeps in halve.py."""
+NODE, EVERY_NTH = (block for block in PYTHON if "@node_type" in block)
+"""The nodes that the README keeps in halve.py and every_nth.py."""
+GRAPH, ROBOT, COMMANDS_FILE, TESTS = blocks("yaml")
 
 
 @pytest.mark.parametrize("block", PYTHON, ids=[block.splitlines()[0] for block in PYTHON])
@@ -43,19 +45,46 @@ def test_every_python_block_runs_by_itself_beside_the_file_that_it_names(tmp_pat
 
 
 def test_the_graph_file_checks_and_runs(tmp_path):
-    graph, _ = blocks("yaml")
     file = tmp_path / "first.yaml"
-    file.write_text(graph)
+    file.write_text(GRAPH)
     assert main(["check", str(file)]) == 0
     assert main(["run", str(file), "--updates", "30", "--strict"]) == 0
 
 
 def test_the_test_file_passes(tmp_path, capsys):
-    _, tests = blocks("yaml")
     file = tmp_path / "counts.test.yaml"
-    file.write_text(tests)
+    file.write_text(TESTS)
     assert main(["test", str(file)]) == 0
     assert "1 passed, 0 failed" in capsys.readouterr().out
+
+
+def test_the_robot_drives_as_it_is_told(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "robot.yaml").write_text(ROBOT)
+    (tmp_path / "commands.yaml").write_text(COMMANDS_FILE)
+    assert main(["check", "robot.yaml"]) == 0
+    assert main(["run", "robot.yaml", "--play", "commands.yaml", "--out", "out/robot", "--strict"]) == 0
+    trace = run_graph("robot.yaml", updates=240, play=["commands.yaml"])
+    # 0.5 m/s from 0.5 s to 4 s are 1.75 m, less what it takes to start.
+    assert trace.value("odometry.position")[0] == pytest.approx(1.75, abs=0.15)
+    assert trace.value("odometry.linearVelocity")[0] == pytest.approx(0.5, abs=0.01)
+
+
+def test_the_node_with_memory_passes_on_every_third_trigger_and_refuses_a_count_of_0(tmp_path):
+    file = tmp_path / "every_nth.py"
+    file.write_text(EVERY_NTH)
+    case = (
+        "  {name}:\n    node: example.EveryNth\n    inputs: {{n: {n}}}\n    pulses: {{execIn: [0..8]}}\n"
+        "    updates: 9\n"
+    )
+    (tmp_path / "nth.test.yaml").write_text(
+        "tickgraph_tests: 1\ncases:\n"
+        + case.format(name="third", n=3)
+        + "    expect: {fired: {execOut: [2, 5, 8]}}\n"
+        + case.format(name="none", n=0)
+        + "    expect: {error: {message: give it 1 or more, exit: 1, update: 0}}\n"
+    )
+    assert main(["test", str(tmp_path / "nth.test.yaml"), "--nodes", str(file)]) == 0
 
 
 @pytest.mark.parametrize("command", COMMANDS)
