@@ -52,7 +52,16 @@ def compile_scene(
         kinematic = tuple(body.path for body in bodies if body.kinematic)
         compiled = Compiled(model, bodies, scene.joints(), kinematic, (), scene.start)
     _place_roots(scene, compiled.model)
-    return replace(compiled, flexes=scene.flexes)
+    return replace(compiled, flexes=scene.flexes, geom_paths=_geom_paths(scene, compiled.model))
+
+
+def _geom_paths(scene: MjcfScene, model: Any) -> dict[int, str]:
+    """The prims of the scene's geoms by their numbers in a model: bodies and geoms that were added come after them."""
+    own, paths = scene.model, {}
+    for body in range(own.nbody):
+        first, there = int(own.body_geomadr[body]), int(model.body_geomadr[body])
+        paths |= {there + number: scene.paths.geoms[first + number] for number in range(int(own.body_geomnum[body]))}
+    return paths
 
 
 def _place_roots(scene: MjcfScene, model: Any) -> None:

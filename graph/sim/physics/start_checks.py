@@ -24,7 +24,8 @@ def tell_start(physics: PhysicsEngine, warn: Warn) -> None:
     """Warns about the initial state of a world that has just been built: `bodies-overlap`, `velocity-not-possible`."""
     overlaps = sorted(_overlaps(physics).items(), key=lambda item: (item[1], item[0]))
     for (first, second), distance in overlaps[:1]:
-        others = f", and so do {len(overlaps) - 1:,} other pairs" if len(overlaps) > 1 else ""
+        more = len(overlaps) - 1
+        others = f", and so {'does 1 other pair' if more == 1 else f'do {more:,} other pairs'}" if more else ""
         warn(
             "bodies-overlap",
             first,

@@ -329,7 +329,7 @@ class MujocoEngine(PhysicsEngine):
     def colliders(self) -> list[tuple[str, str]]:
         """For each geom, the paths of its collider and of its body (empty: static)."""
         if self._colliders is None:
-            self._colliders = colliders_of(self.model, self.body_paths)
+            self._colliders = colliders_of(self.model, self.body_paths, self.compiled.geom_paths)
         return self._colliders
 
     def contacts(self) -> protocol.Contacts:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -89,10 +89,10 @@ def contacts_of(physics: MujocoEngine) -> Contacts:
     )
 
 
-def colliders_of(model: Any, body_paths: Sequence[str]) -> list[tuple[str, str]]:
-    """For each geom, the paths of its collider and of its body (empty: static)."""
+def colliders_of(model: Any, body_paths: Sequence[str], known: Mapping[int, str]) -> list[tuple[str, str]]:
+    """For each geom, the paths of its collider and of its body (empty: static). known: paths of geoms by number."""
     out = []
     for geom, body in enumerate(model.geom_bodyid.tolist()):
-        path = model.geom(geom).name.rpartition("#")[0]
+        path = known.get(geom) or model.geom(geom).name.rpartition("#")[0]
         out.append((path, body_paths[body - 1] if 0 < body <= len(body_paths) else ""))
     return out

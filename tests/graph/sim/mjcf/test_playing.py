@@ -183,3 +183,28 @@ def test_a_body_on_a_joint_cannot_be_placed(quadruped):
             code == "mjcf-body-held" and where == "/World/arm"
             for code, where in ((w.code, w.where) for w in app.warnings)
         )
+
+
+OVERLAPPING = """<mujoco><worldbody>
+<geom name="floor" type="plane" size="5 5 .1"/>
+<body name="crate" pos="0 0 0.05"><freejoint/><geom type="box" size=".2 .2 .2"/><geom name="lid" size=".1" pos="0 0 2"/>
+</body></worldbody></mujoco>"""
+
+
+@pytest.mark.parametrize("added", [False, True])
+def test_contacts_name_the_prims_of_geoms_and_so_do_overlaps(tmp_path, added):
+    # The crate's lower side is at 0.05 - 0.2 = -0.15 m. What is added comes behind the model's own geoms and bodies.
+    (tmp_path / "m.xml").write_text(OVERLAPPING)
+    box = "/World/Box: {type: Cube, size: 0.4, translate: [3, 0, 0.19], rigid_body: true}"
+    prims = f"  prims: {{{box}}}\n" if added else ""
+    (tmp_path / "m.yaml").write_text(f"tickgraph: 1\nscene:\n  mjcf: m.xml\n{prims}")
+    with App.from_file(tmp_path / "m.yaml") as app:
+        app.play()
+        found = app.physics.contacts()
+        pairs = {("/World/floor", "/World/crate/geom1")} | ({("/World/floor", "/World/Box")} if added else set())
+        assert set(found.pairs) == pairs
+        [told] = [one for one in app.warnings if one.code == "bodies-overlap"]
+        assert (told.where, told.message.partition(" when")[0]) == (
+            "/World/crate",
+            "it and /World/floor overlap by 0.15 m",
+        )

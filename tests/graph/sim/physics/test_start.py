@@ -24,7 +24,7 @@ def test_only_the_deepest_pair_is_named_and_the_others_are_counted(world):
     prims = {f"/{name}": {**BALL, "translate": [x, 0, 5]} for name, x in (("A", 0), ("B", 0.8), ("C", 1.5))}
     _, _, warnings = world(prims)
     assert codes(warnings) == [("bodies-overlap", "/B")]
-    assert "/C overlap by 0.3 m when play begins, and so do 1 other pairs" in warnings[0][2]
+    assert "/C overlap by 0.3 m when play begins, and so does 1 other pair" in warnings[0][2]
 
 
 def test_a_body_that_rests_on_or_slightly_in_the_ground_is_not_told(world):
