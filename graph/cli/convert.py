@@ -12,9 +12,9 @@ from typing import Any
 
 from graph.base.errors import UserError
 from graph.base.shorten import listed
-from graph.spec.file_spec import FileSpec, GraphSpec, Note
+from graph.spec.file_spec import GraphSpec, Note
 
-from .arguments import add_allow, add_nodes
+from .arguments import add_allow, add_nodes, add_skip_outside
 from .printing import note_line, tell
 
 _FORMATS = {".yaml": "yaml", ".yml": "yaml", ".json": "json", ".usda": "usd", ".usd": "usd", ".usdc": "usd"}
@@ -26,18 +26,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("target", metavar="OUT", help="file to write (or overwrite); its name's ending says the format")
     add_nodes(parser)
     add_allow(parser)
+    add_skip_outside(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     """Runs the command."""
     if Path(args.target).resolve() == Path(args.source).resolve():
         raise UserError(f"{args.target} is the file to convert; name another one to write")
-    for note in convert(args.source, args.target, allow=args.allow):
+    for note in convert(args.source, args.target, allow=args.allow, skip_outside=args.skip_outside):
         tell(note_line(note))
     return 0
 
 
-def convert(source: str, target: str, *, allow: Sequence[Path] = ()) -> tuple[Note, ...]:
+def convert(source: str, target: str, *, allow: Sequence[Path] = (), skip_outside: bool = False) -> tuple[Note, ...]:
     """Writes the graph file `source` as `target`, in the format of its extension; returns warnings.
 
     If anything is wrong nothing is written: raises UserError with every problem of the file itself. Graphs are not
@@ -52,7 +53,7 @@ def convert(source: str, target: str, *, allow: Sequence[Path] = ()) -> tuple[No
     from graph.files import examine
     from graph.session.partial_compile import without_untyped
 
-    examined = examine(source, allow=allow)
+    examined = examine(source, allow=allow, skip_outside=skip_outside)
     if examined.problems or examined.spec is None:
         raise UserError(examined.problems)
     spec = without_untyped(examined.spec)
@@ -64,7 +65,10 @@ def convert(source: str, target: str, *, allow: Sequence[Path] = ()) -> tuple[No
         document, comments, text = _of_text(source)
     moved = _relocated(document, Path(source).absolute().parent, folder)
     if kind == "usd":
-        _write_usd(Path(target), spec, moved, comments, folder, allow)
+        from graph.usd_files.writing import layer_of
+
+        layer = layer_of(spec, moved, folder, comments, allow=allow, skip_outside=skip_outside)
+        _write_usd(Path(target), layer)
     else:
         from graph.files.writing import json_document, yaml_document
 
@@ -125,17 +129,7 @@ def _relocated(document: Mapping[str, Any], old: Path, new: Path) -> dict[str, A
     return relocated(document, old, new)
 
 
-def _write_usd(
-    target: Path,
-    spec: FileSpec,
-    document: Mapping[str, Any],
-    comments: Mapping[str, str],
-    folder: Path,
-    allow: Sequence[Path],
-) -> None:
-    from graph.usd_files.writing import layer_of
-
-    layer = layer_of(spec, document, folder, comments, allow=allow)
+def _write_usd(target: Path, layer: Any) -> None:
     if target.suffix.lower() == ".usda":
         _write(target, layer.ExportToString().encode())
         return

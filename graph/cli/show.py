@@ -6,7 +6,7 @@ import argparse
 
 from graph.base.errors import UserError
 
-from .arguments import add_allow, add_nodes
+from .arguments import add_allow, add_nodes, add_skip_outside
 from .printing import note_line, problem_line, say, tell
 
 
@@ -23,6 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--values", action="store_true", help="show the values of inputs in pictures too")
     add_nodes(parser)
     add_allow(parser)
+    add_skip_outside(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -32,7 +33,7 @@ def run(args: argparse.Namespace) -> int:
 
     from . import drawing
 
-    examined = examine(args.file, allow=args.allow)
+    examined = examine(args.file, allow=args.allow, skip_outside=args.skip_outside)
     if examined.spec is None:
         raise UserError(examined.problems)
     spec = without_unknown_types(examined.spec) if args.skip_unknown else examined.spec

@@ -23,16 +23,18 @@ from .values import from_usd
 from .variables import VARIABLE, variable_name
 
 
-def scene_graphs(path: Path, allow: Iterable[Path] = ()) -> list[RawGraph]:
+def scene_graphs(path: Path, allow: Iterable[Path] = (), *, skip_outside: bool = False) -> list[RawGraph]:
     """The graphs in the scene itself; empty for a missing file.
 
-    Opens the scene as a run does (see `open_stage`): only with files below its own folder or one of `allow`.
+    Opens the scene as a run does (see `open_stage`): only with files below its own folder or one of `allow`;
+    skip_outside: without those elsewhere.
     """
     from graph.sim.scene.stage import open_stage
 
     if not path.is_file():
         return []
-    return read_graphs(open_stage(path, [path.parent, *allow], lambda *_: None), lambda *_: None)
+    stage = open_stage(path, [path.parent, *allow], lambda *_: None, skip_outside=skip_outside)
+    return read_graphs(stage, lambda *_: None)
 
 
 class Hiding:

@@ -36,14 +36,16 @@ def layer_of(
     documentation: Mapping[str, str] | None = None,
     registry: Registry = DEFAULT,
     allow: Iterable[Path] = (),
+    *,
+    skip_outside: bool = False,
 ) -> Any:
     """An anonymous layer (`Sdf.Layer`) with the content of the file.
 
     other_keys: the file's keys beside its graphs, as plain data. folder: where the layer will be saved; the scene
     becomes a sublayer relative to it. documentation: comments by place (see `graph.files.comments`); those of the file,
     of a graph or node become documentation of the layer or the prim. allow: further folders in which the scene may have
-    files. Graphs that the scene has and the file does not are hidden (see `hiding`). Raises UserError if two graphs or
-    nodes would need one prim.
+    files; skip_outside: what lies elsewhere is left out. Graphs that the scene has and the file does not are hidden
+    (see `hiding`). Raises UserError if two graphs or nodes would need one prim.
     """
     from graph.sim.usd import Sdf
 
@@ -66,7 +68,7 @@ def layer_of(
         for graph in spec.graphs:
             _instances(layer, graph)
     if spec.scene.usd is not None:
-        Hiding(layer, spec).hide(scene_graphs(spec.scene.usd, allow))
+        Hiding(layer, spec).hide(scene_graphs(spec.scene.usd, allow, skip_outside=skip_outside))
     roots = [prim.name for prim in layer.rootPrims]
     if roots:
         layer.defaultPrim = roots[0]

@@ -127,3 +127,24 @@ def test_sensors_that_tick_faster_than_the_loop_are_told(warnings):
     # The example turns ten times a second: 8 updates a second give 40 of the 50 frames in five seconds.
     told = warnings(clock="physics_hz: 8, loop_hz: 8")
     assert told["sensor-faster-than-loop", "/World/Lidar"].startswith("10 of 50 ticks are passed over")
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [("check",), ("show",), ("explain",), ("run", "--updates", "1"), ("convert", "b.yaml"), ("convert", "b.usda")],
+)
+def test_every_command_runs_with_what_its_line_about_files_outside_says(folder, graph, arguments):
+    (folder / "own").mkdir()
+    (folder / "part.usda").write_text('#usda 1.0\n(defaultPrim = "P")\ndef Cube "P" {}\n')
+    (folder / "own" / "a.usda").write_text(
+        '#usda 1.0\n(\n metersPerUnit = 1\n upAxis = "Z"\n)\ndef Xform "W" (references = @../part.usda@) {}\n'
+    )
+    command, *rest = arguments
+    refused = graph(command, "own/a.usda", *rest)
+    assert refused.code == 2
+    assert refused.err.splitlines()[-1].endswith("; to run without it: --skip-outside")
+    skipped = graph(command, "own/a.usda", *rest, "--skip-outside")
+    assert skipped.code == 0
+    assert "part.usda" in skipped.err + skipped.out
+    words = refused.err.splitlines()[-1].partition("folder: ")[2].partition(";")[0].split()
+    assert graph(command, "own/a.usda", *rest, *words).code == 0
