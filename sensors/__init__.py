@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from .annotators.types import AnnotatorType
     from .authoring import bind_material, exclude
     from .callbacks import on_frame
+    from .camera.authoring import CameraView, RtxCamera
+    from .camera.sensor import CameraSensor, TiledCameraSensor
     from .channels import Channel
     from .gmo import (
         AuxType,
@@ -56,6 +58,8 @@ if TYPE_CHECKING:
 _HOMES = {
     "AnnotatorType": "annotators.types",
     "AuxType": "gmo",
+    "CameraSensor": "camera.sensor",
+    "CameraView": "camera.authoring",
     "Channel": "channels",
     "CoordsType": "gmo",
     "Corrupted": "wrappers",
@@ -74,10 +78,12 @@ _HOMES = {
     "Radar": "radar.authoring",
     "RadarConfig": "radar.config",
     "RadarSensor": "radar.sensor",
+    "RtxCamera": "camera.authoring",
     "SUPPORTED_LIDAR_CONFIGS": "configs",
     "SUPPORTED_RADAR_CONFIGS": "radar.configs",
     "SensorRuntime": "runtime",
     "SensorType": "sensor_types",
+    "TiledCameraSensor": "camera.sensor",
     "bind_material": "authoring",
     "create_render_product": "replicator",
     "exclude": "authoring",
@@ -101,7 +107,6 @@ _HOMES = {
 _INSTEAD = "are not built yet; use Lidar and LidarSensor, or register a sensor type of your own (register_sensor_type)"
 _NOT_BUILT = {
     **dict.fromkeys(("Acoustic", "AcousticSensor", "Ultrasonic", "UltrasonicSensor"), f"acoustic sensors {_INSTEAD}"),
-    **dict.fromkeys(("Camera", "CameraSensor", "RtxCamera", "RtxCameraSensor", "CameraView"), f"cameras {_INSTEAD}"),
 }
 """Names of what is still to come, and why they are not there."""
 
@@ -110,6 +115,8 @@ __all__ = [
     "SUPPORTED_RADAR_CONFIGS",
     "AnnotatorType",
     "AuxType",
+    "CameraSensor",
+    "CameraView",
     "Channel",
     "CoordsType",
     "Corrupted",
@@ -128,8 +135,10 @@ __all__ = [
     "Radar",
     "RadarConfig",
     "RadarSensor",
+    "RtxCamera",
     "SensorRuntime",
     "SensorType",
+    "TiledCameraSensor",
     "bind_material",
     "create_render_product",
     "exclude",

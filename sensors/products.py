@@ -71,10 +71,10 @@ def _follow_prim(app: App, product: RenderProduct) -> None:
     ends = [app.on(event, refresh) for event in ("play", "sensors_edited")]
 
 
-def product_name(prim_path: str, resolution: tuple[int, int]) -> str:
-    """rtx_sensor_ and eight hexadecimal digits that depend only on the prim and the resolution."""
+def product_name(prim_path: str, resolution: tuple[int, int], word: str = "rtx_sensor") -> str:
+    """The word, _ and eight hexadecimal digits that depend on the prim and the resolution alone."""
     digest = hashlib.blake2b(f"{prim_path} {resolution}".encode(), digest_size=4)
-    return f"rtx_sensor_{digest.hexdigest()}"
+    return f"{word}_{digest.hexdigest()}"
 
 
 def remove_product(app: App, product: RenderProduct) -> None:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from .annotators.annotator import Annotator, split_data
 from .annotators.registry import find_annotator
 from .annotators.specs import ANNOTATORS
 from .errors import SensorValueError
-from .products import render_product
+from .products import product_name, render_product
 from .writers import WRITERS, AttachedWriter, Writer, WriterSpec, find_writer, writer_specs
 
 if TYPE_CHECKING:
@@ -17,10 +17,15 @@ if TYPE_CHECKING:
     from graph.sim.renderer.products import RenderProduct
 
 
-def check_names(annotators: Iterable[str], writers: Iterable[str]) -> None:
-    """Raises SensorValueError for an unknown short name of an annotator or writer, before anything is authored."""
+def check_names(
+    annotators: Iterable[str], writers: Iterable[str], table: Mapping[str, Mapping[str, Any]] = ANNOTATORS
+) -> None:
+    """Raises SensorValueError for an unknown short name of an annotator or writer, before anything is authored.
+
+    table: the annotators by their short names.
+    """
     for name in annotators:
-        _check_annotator(name, ANNOTATORS)
+        _check_annotator(name, table)
     for name in writers:
         _writer_spec(name, WRITERS)
 
@@ -32,6 +37,11 @@ class RenderedSensor:
     and a ValueError) for unknown names and prims.
     """
 
+    annotator_specs: ClassVar[Mapping[str, dict[str, Any]]] = ANNOTATORS
+    """Its annotators by their short names."""
+    product_word: ClassVar[str] = "rtx_sensor"
+    """What the names of its render products begin with."""
+
     def __init__(
         self,
         app: App,
@@ -42,9 +52,9 @@ class RenderedSensor:
     ) -> None:
         self.path = path
         self._app = app
-        self._annotator_table: dict[str, dict[str, Any]] = dict(ANNOTATORS)
+        self._annotator_table: dict[str, dict[str, Any]] = dict(self.annotator_specs)
         self._writer_table = dict(WRITERS)
-        self._product = render_product(app, path, resolution)
+        self._product = render_product(app, path, resolution, product_name(path, resolution, self.product_word))
         self._annotators: dict[str, Annotator] = {}
         self._writers: dict[str, AttachedWriter] = {}
         self.attach_annotators(annotators)

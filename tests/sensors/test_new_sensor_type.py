@@ -403,7 +403,7 @@ def test_an_installed_package_brings_its_sensor_type_by_an_entry_point(tmp_path)
 
 @pytest.mark.parametrize(
     ("name", "what"),
-    [("Acoustic", "acoustic sensors"), ("RtxCamera", "cameras")],
+    [("Acoustic", "acoustic sensors"), ("AcousticSensor", "acoustic sensors")],
 )
 def test_a_sensor_that_is_not_built_yet_is_an_import_error_with_its_reason(name, what):
     with pytest.raises(ImportError, match=f"sensors.{name}: {what} are not built yet; use Lidar"):
