@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -58,7 +58,8 @@ class Grid:
     def place(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Where values (4, k) lie: rows of those in the grid (m,), their cells (m,) int64, they themselves, folded."""
         values = values.copy()
-        values[1] = folded(values[1], self.velocity.high)
+        if values[1].any():
+            values[1] = folded(values[1], self.velocity.high)
         if self.wraps_angles:
             for row, cells in ((2, self.azimuth), (3, self.height)):
                 values[row] = np.mod(values[row] - cells.low, cells.high - cells.low) + cells.low
@@ -68,16 +69,28 @@ class Grid:
         for at, cells in zip(index, self.axes, strict=True):
             inside &= (at >= 0) & (at < cells.count)
         rows = np.flatnonzero(inside)
-        number = np.ravel_multi_index([at[rows] for at in index], self.shape) if len(rows) else rows
-        return rows, number, values[:, rows]
+        if len(rows) < len(inside):
+            index, values = [at[rows] for at in index], values[:, rows]
+        return rows, self.number(index), values
+
+    def number(self, index: Sequence[np.ndarray]) -> np.ndarray:
+        """Numbers (k,) of cells by their places on the axes; those of one velocity lie together."""
+        ranges, _, azimuths, heights = self.shape
+        return np.asarray(((index[1] * ranges + index[0]) * azimuths + index[2]) * heights + index[3])
+
+    def index(self, cell: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Places on the axes of cells by their numbers."""
+        ranges, velocities, azimuths, heights = self.shape
+        at = np.unravel_index(cell, (velocities, ranges, azimuths, heights))
+        return at[1], at[0], at[2], at[3]
 
 
 @dataclass(frozen=True, slots=True)
 class Cube:
     """Cells that hold power; k of them, in rising order.
 
-    cell: (k,) int64, numbers in `grid.shape`. power: (k,) [W]. values: (4, k), where in its cell the power lies: range
-    [m], velocity [m/s], sines of azimuth and elevation. bounces: (k,) faces on the way of its strongest part.
+    cell: (k,) int64, their numbers in the grid. power: (k,) [W]. values: (4, k), where in its cell each has its power:
+    range [m], velocity [m/s], sines of azimuth and elevation. bounces: (k,) faces on the way of its strongest part.
     """
 
     grid: Grid
@@ -88,8 +101,8 @@ class Cube:
 
     @property
     def index(self) -> tuple[np.ndarray, ...]:
-        """(4, k): place of each cell on the axes."""
-        return np.unravel_index(self.cell, self.grid.shape)
+        """Place of each cell on the axes, (k,) each."""
+        return self.grid.index(self.cell)
 
 
 def fill(grid: Grid, found: Iterable[Arrivals]) -> Cube:

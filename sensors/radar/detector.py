@@ -71,8 +71,9 @@ def detections(cube: Cube, scan: ScanConfig, antenna: Antenna, noise: Noise, *, 
 
 def range_velocity(cube: Cube, noise: np.ndarray | None = None) -> np.ndarray:
     """Power over all angles [W], (range cells, velocity cells) float64; noise: of the same shape, added."""
-    shape = cube.grid.shape
-    total = np.bincount(cube.cell // (shape[2] * shape[3]), cube.power, shape[0] * shape[1]).reshape(shape[:2])
+    ranges, velocities, azimuths, heights = cube.grid.shape
+    pair = cube.cell // (azimuths * heights)
+    total = np.ascontiguousarray(np.bincount(pair, cube.power, ranges * velocities).reshape(velocities, ranges).T)
     return total if noise is None else total + noise
 
 
@@ -86,29 +87,27 @@ def _of_map(cube: Cube, scan: ScanConfig, noise: Noise) -> Cube:
     pair = cube.cell // (shape[2] * shape[3])
     order = np.lexsort((-cube.power, pair))
     first = order[np.flatnonzero(np.diff(pair[order], prepend=-1))]
-    kept = first[found.reshape(-1)[pair[first]]]
-    cells = _some(cube, kept)
+    at = tuple(axis[first] for axis in cube.index[:2])
+    cells = _some(cube, first[found[at]])
     if added is None:
         return cells
-    found.reshape(-1)[pair[first]] = False
+    found[at] = False
     return _with_alarms(cells, found, power, noise)
 
 
 def _with_alarms(cells: Cube, found: np.ndarray, power: np.ndarray, noise: Noise) -> Cube:
     """Adds cells that hold noise alone."""
-    pair = np.flatnonzero(found)
-    grid = cells.grid
-    count = grid.shape[2] * grid.shape[3]
-    angle = np.minimum((noise.uniform("angles", len(pair)) * count).astype(np.int64), count - 1)
-    cell = pair * count + angle
-    index = np.unravel_index(cell, grid.shape)
+    grid, pair = cells.grid, np.nonzero(found)
+    azimuths, heights = grid.shape[2:]
+    angle = noise.uniform("angles", len(pair[0])) * azimuths * heights
+    index = (*pair, *np.divmod(np.minimum(angle.astype(np.int64), azimuths * heights - 1), heights))
     values = np.stack([axis.centre(at) for axis, at in zip(grid.axes, index, strict=True)])
     return Cube(
         grid,
-        np.concatenate((cells.cell, cell)),
-        np.concatenate((cells.power, power.reshape(-1)[pair])),
+        np.concatenate((cells.cell, grid.number(index))),
+        np.concatenate((cells.power, power[pair])),
         np.concatenate((cells.values, values), axis=1),
-        np.concatenate((cells.bounces, np.zeros(len(pair), np.uint8))),
+        np.concatenate((cells.bounces, np.zeros(len(pair[0]), np.uint8))),
     )
 
 
@@ -118,14 +117,15 @@ def _of_cube(cube: Cube, scan: ScanConfig, noise: Noise) -> Cube:
     Noise is a mean level in every cell, and a random part in those that hold power: cells without are not drawn.
     """
     axes = (
-        Axis(scan.cfar_rn_t, scan.cfar_rn_g),
         Axis(scan.cfar_vn_t, scan.cfar_vn_g, wraps=True),
+        Axis(scan.cfar_rn_t, scan.cfar_rn_g),
         Axis(scan.cfar_azn_t, scan.cfar_azn_g, wraps=cube.grid.wraps_angles),
         Axis(scan.cfar_eln_t, scan.cfar_eln_g),
     )
     added = noise.power("cells", (len(cube.cell),), scan.cfar_noise_mean, scan.cfar_noise_sdev)
     power = cube.power if added is None else cube.power + added
-    level = sparse_noise_level(cube.cell, cube.power, cube.grid.shape, axes) + scan.cfar_noise_mean
+    ranges, velocities, *angles = cube.grid.shape
+    level = sparse_noise_level(cube.cell, cube.power, (velocities, ranges, *angles), axes) + scan.cfar_noise_mean
     return _some(cube, np.flatnonzero((power > scan.cfar_offset * level) & (power >= scan.cfar_min_val)))
 
 

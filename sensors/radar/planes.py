@@ -192,6 +192,11 @@ class WorldPlanes:
         self._numbers: tuple[np.ndarray, np.ndarray] | None = None
 
     @property
+    def columns(self) -> np.ndarray:
+        """The normals by axis, (3, p)."""
+        return np.ascontiguousarray(self.normal.T)
+
+    @property
     def bodies(self) -> np.ndarray:
         """The poses (b, 4, 4) of the bodies that the planes are placed for."""
         return self._poses

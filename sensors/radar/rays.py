@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-FEW = 1024
+FEW = 400
 """A mesh that fewer rays of the fan may meet gets rays of its own."""
 
 MOST_EACH = 16_384
 LEAST_EACH = 64
-SHARE = 2
+SHARE = 4
 """All meshes together get at most one ray for so many of the fan."""
 
 
@@ -20,7 +21,8 @@ class Tubes:
     """Rays as tubes that fill a solid angle, in the sensor frame; n of them.
 
     directions: (3, n) float64 unit. width, height: (n,) angles across and up [rad]. solid: (n,) solid angles [sr].
-    owner: (n,) int32, the only surface whose hits count, or -1 for all.
+    owner: (n,) int32, the only surface whose hits count, or -1 for all. leads: (n,) bool, the rays that are followed on
+    after a reflection, each for `stride` x `stride` of them.
     """
 
     directions: np.ndarray
@@ -28,6 +30,16 @@ class Tubes:
     height: np.ndarray
     solid: np.ndarray
     owner: np.ndarray
+    leads: np.ndarray
+    stride: int = 1
+
+    def thinned(self) -> Tubes:
+        """The tubes of the rays that lead, as wide as what each stands for; numbered as all are."""
+        if self.stride == 1:
+            return self
+        wide = self.stride
+        width, height, solid = self.width * wide, self.height * wide, self.solid * wide**2
+        return Tubes(self.directions, width, height, solid, self.owner, self.leads)
 
     def tangents(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Unit vectors (3, k) across (growing azimuth) and up of some rays."""
@@ -37,7 +49,15 @@ class Tubes:
         return np.stack((-y / level, x / level, zero)), np.stack((-z * x / level, -z * y / level, level))
 
 
-def grid(azimuth: tuple[float, float], elevation: tuple[float, float], across: int, up: int, owner: int = -1) -> Tubes:
+def grid(
+    azimuth: tuple[float, float],
+    elevation: tuple[float, float],
+    across: int,
+    up: int,
+    *,
+    owner: int = -1,
+    stride: int = 1,
+) -> Tubes:
     """Equal steps of azimuth and elevation [rad] between two ends; the middle of each is a ray."""
     da, de = (azimuth[1] - azimuth[0]) / across, (elevation[1] - elevation[0]) / up
     a = np.tile(azimuth[0] + (np.arange(across) + 0.5) * da, up)
@@ -49,13 +69,16 @@ def grid(azimuth: tuple[float, float], elevation: tuple[float, float], across: i
         np.full(len(a), de),
         da * (np.sin(e + de / 2) - np.sin(e - de / 2)),
         np.full(len(a), owner, np.int32),
+        np.tile(np.arange(across) % stride == 0, up) & np.repeat(np.arange(up) % stride == 0, across),
+        stride,
     )
 
 
 def joined(parts: list[Tubes]) -> Tubes:
     """Several bundles as one."""
-    names = ("directions", "width", "height", "solid", "owner")
-    return Tubes(*(np.concatenate([getattr(part, name) for part in parts], axis=-1) for name in names))
+    names = ("directions", "width", "height", "solid", "owner", "leads")
+    found: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts], axis=-1) for name in names}
+    return Tubes(**found)
 
 
 def windows(
@@ -94,5 +117,5 @@ def finer(found: list[tuple[int, tuple[float, float], tuple[float, float]]], ray
     for number, azimuth, elevation in found:
         wide, tall = azimuth[1] - azimuth[0], elevation[1] - elevation[0]
         across = int(np.clip(round(float(np.sqrt(each * wide / tall))), 1, each))
-        parts.append(grid(azimuth, elevation, across, max(1, each // across), number))
+        parts.append(grid(azimuth, elevation, across, max(1, each // across), owner=number))
     return joined(parts)

@@ -42,6 +42,11 @@ if TYPE_CHECKING:
     from graph.sim.renderer.sensor import Schedule
 
 
+STRIDE = 2
+"""After a reflection every so many rays of the fan are followed on, across and up: what is far off by then is small, or
+has rays of its own."""
+
+
 @dataclass(slots=True)
 class _Fan:
     """The rays of a scan, ready to cast: the tubes, their table and its columns in the world's axes."""
@@ -167,7 +172,7 @@ class RadarRuntime(SensorRuntime[RadarConfig]):
             scan = self.config.scans[number]
             across, up = scan.grid(self._app.fidelity.radar_rays)
             limit = scan.azimuth_limit
-            tubes = grid((-limit, limit), scan.elevations, across, up)
+            tubes = grid((-limit, limit), scan.elevations, across, up, stride=STRIDE)
             count = len(tubes.solid)
             self._fans[number] = _Fan(
                 tubes,

@@ -27,6 +27,11 @@ MIRROR = 0.7
 from the mirror reflection, and what it gives beyond is far below the lobe."""
 
 
+WIDEST = 6.0
+"""Turns of phase over a tube up to which it counts for a flat face: inside a face wider ones cancel to nothing, and an
+edge they cannot resolve."""
+
+
 @dataclass(slots=True)
 class Arrivals:
     """Single contributions to what is received, k of them.
@@ -52,6 +57,8 @@ def arrivals(setting: Setting, tubes: Tubes, bundle: RayBundle, skip: np.ndarray
     """All that comes back along tubes, whose rays are those of the bundle; skip: as for `met_faces`."""
     for bounce, met in enumerate(met_faces(setting, tubes, bundle, skip), start=1):
         first = bounce == 1
+        if bounce == 2:
+            tubes = tubes.thinned()
         found = [] if first else list(_again(setting, tubes, met))
         seen = met if first else met.at(_in_sight(setting, met))
         for law in (_rough, _curved, _flat):
@@ -73,13 +80,29 @@ def _again(setting: Setting, tubes: Tubes, met: Met) -> Iterator[Arrivals]:
 
 def _rough(setting: Setting, tubes: Tubes, met: Met, first: bool) -> Iterator[Arrivals]:
     """What rough faces send straight back; where others lie before them, by the two ways in both orders."""
+    if first:
+        yield from _rough_first(setting, tubes, met)
+        return
     met, sent = _rough_ones(setting, tubes, met)
     waves, antenna = met.waves, setting.antenna
     local, back = tubes.directions[:, waves.row], setting.pose[:3, :3].T @ met.back
-    leaving = met.cosine if first else -(met.normal * met.back).sum(axis=0)
+    leaving = -(met.normal * met.back).sum(axis=0)
     power = sent * antenna.gain(local[0]) * antenna.gain(back[0]) * leaving / met.out**2
-    for direction in (local,) if first else (back, local):
+    for direction in (back, local):
         yield _arrivals(met, (met.way + met.out) / 2.0, met.rate(), direction, power)
+
+
+def _rough_first(setting: Setting, tubes: Tubes, met: Met) -> Iterator[Arrivals]:
+    """The same where nothing lies before: for most rays of most worlds, so no array is taken apart."""
+    if not setting.reflections.scatters:
+        return
+    row, antenna = met.waves.row, setting.antenna
+    share = setting.reflections.diffuse(met.table)
+    strength = tubes.solid * antenna.gain(tubes.directions[0]) ** 2 * (4.0 * antenna.receives)
+    power = share * strength[row] * met.cosine / met.way**2
+    sines = tubes.directions[1] / np.maximum(np.hypot(tubes.directions[0], tubes.directions[1]), 1e-12)
+    velocity = np.broadcast_to(0.0, len(row)) if met.speed is None else met.rate()
+    yield Arrivals(met.way, velocity, sines[row], tubes.directions[2][row], power)
 
 
 def _rough_ones(setting: Setting, tubes: Tubes, met: Met) -> tuple[Met, np.ndarray]:
@@ -133,7 +156,12 @@ def _flat(setting: Setting, tubes: Tubes, met: Met, first: bool) -> Iterator[Arr
     """Flat faces: each tube's field."""
     planes = setting.planes
     flat = (met.plane == NO_PLANE) | ~planes.curved[np.maximum(met.plane, 0)]
-    met = met.at(np.flatnonzero(flat & _mirrors(met, first)))
+    flat &= _mirrors(met, first)
+    if first:
+        size = np.maximum(tubes.width, tubes.height)[met.waves.row]
+        steep = met.way * size * (2.0 / setting.antenna.wavelength) * np.sqrt(1.0 - np.minimum(met.cosine, 1.0) ** 2)
+        flat &= steep < WIDEST * met.cosine
+    met = met.at(np.flatnonzero(flat))
     if not len(met.way):
         return
     waves, antenna = met.waves, setting.antenna

@@ -62,15 +62,13 @@ class Setting:
 class Waves:
     """Tubes before a stretch of their way; k of them, vectors (3, k) float64 in the world's axes, from the radar [m].
 
-    row: of the tube. start, direction: of the stretch. first: the direction in which it left. across, up: the tube's
-    tangents, mirrored as it was. travelled: [m]. field: what the faces left of it, complex. key: (k,) uint64, of the
-    faces. rate: of the way [m/s].
+    row: of the tube. start, direction: of the stretch. across, up: the tube's tangents, mirrored as it was. travelled:
+    [m]. field: what the faces left of it, complex. key: (k,) uint64, of the faces. rate: of the way [m/s].
     """
 
     row: np.ndarray
     start: np.ndarray
     direction: np.ndarray
-    first: np.ndarray
     across: np.ndarray
     up: np.ndarray
     travelled: np.ndarray
@@ -87,14 +85,14 @@ class Waves:
 class Met:
     """Faces that waves meet: k of them, vectors (3, k).
 
-    way: [m] in. point: where, from the radar [m]. back: unit from the radar to it, out: [m] of that. normal: towards
+    length: [m] of the stretch, way: in all. back: unit from the radar to it, out: [m] of that. normal: towards
     where the wave comes from. table: place in the reflection tables. speed: of the point as the radar sees it [m/s],
     None where nothing moves.
     """
 
     waves: Waves
+    length: np.ndarray
     way: np.ndarray
-    point: np.ndarray
     back: np.ndarray
     out: np.ndarray
     plane: np.ndarray
@@ -109,6 +107,11 @@ class Met:
         for name, one in found.items():
             found[name] = None if one is None else _rows(one, rows)
         return Met(self.waves.at(rows), **found)
+
+    @property
+    def point(self) -> np.ndarray:
+        """Where, (3, k), from the radar [m]."""
+        return np.asarray(self.waves.start + self.waves.direction * self.length)
 
     def rate(self) -> np.ndarray:
         """Half the rate (k,) [m/s] of the way in and straight back."""
@@ -130,7 +133,7 @@ def met_faces(setting: Setting, tubes: Tubes, bundle: RayBundle, skip: np.ndarra
     direction = setting.pose[:3, :3] @ tubes.directions[:, row]
     zero = np.broadcast_to(0.0, (3, len(row)))
     waves = Waves(
-        *(row, zero, direction, direction, zero, zero, zero[0]),
+        *(row, zero, direction, zero, zero, zero[0]),
         *(np.broadcast_to(np.complex64(1), len(row)), np.broadcast_to(np.uint64(0), len(row)), zero[0]),
     )
     for bounce in range(1, setting.bounces + 1):
@@ -173,7 +176,7 @@ def _meet(setting: Setting, waves: Waves, hits: Hits, row: np.ndarray, *, straig
     planes = setting.planes
     plane = planes.of_hits(hits, row, lambda some: near[:, some].T + origin)
     known = plane != NO_PLANE
-    normal = planes.normal[np.maximum(plane, 0)].T
+    normal = np.stack([np.take(column, np.maximum(plane, 0)) for column in planes.columns])
     height = planes.offset[np.maximum(plane, 0)] - origin @ normal
     if not known.all():
         assert hits.normals is not None
@@ -185,35 +188,31 @@ def _meet(setting: Setting, waves: Waves, hits: Hits, row: np.ndarray, *, straig
         height = height - _dot(normal, waves.start)
     with np.errstate(divide="ignore", invalid="ignore"):
         length = height / slope
-    way = waves.travelled + length
+    way = length if straight else waves.travelled + length
     keep = np.flatnonzero((np.abs(slope) > GRAZING) & (length > 0) & (way < 2 * setting.reach))
-    waves, way, length = waves.at(keep), way[keep], length[keep]
-    plane, slope = plane[keep], slope[keep]
-    point = waves.direction * length if straight else waves.start + waves.direction * length
-    out = length if straight else np.sqrt(_dot(point, point))
-    back = waves.direction if straight else point / np.maximum(out, 1e-9)
-    surface = hits.surfaces(row[keep])
+    if len(keep) < len(way):
+        waves, plane, row, normal = waves.at(keep), plane[keep], row[keep], normal[:, keep]
+        length, way, slope = length[keep], way[keep], slope[keep]
+    out, back = length, waves.direction
+    if not straight:
+        point = waves.start + waves.direction * length
+        out = np.sqrt(_dot(point, point))
+        back = point / np.maximum(out, 1e-9)
+    surface = hits.surfaces(row)
     cosine = np.abs(slope)
-    return Met(
-        waves,
-        way,
-        point,
-        back,
-        out,
-        plane,
-        normal[:, keep] * -np.sign(slope),
-        cosine,
-        setting.reflections.index(surface, cosine),
-        _speeds(setting, surface, point),
-    )
+    normal *= -np.sign(slope)
+    table = setting.reflections.index(surface, cosine)
+    met = Met(waves, length, way, back, out, plane, normal, cosine, table, None)
+    met.speed = _speeds(setting, surface, met)
+    return met
 
 
-def _speeds(setting: Setting, surface: np.ndarray, point: np.ndarray) -> np.ndarray | None:
-    measured = setting.velocities(surface, lambda: point.astype(np.float32), setting.pose[:3, 3], setting.poses)
+def _speeds(setting: Setting, surface: np.ndarray, met: Met) -> np.ndarray | None:
+    measured = setting.velocities(surface, lambda: met.point.astype(np.float32), setting.pose[:3, 3], setting.poses)
     if measured is None:
         return None
     rows, speeds = measured
-    found = np.zeros(point.shape)
+    found = np.zeros((3, len(surface)))
     found[:, rows] = speeds.T
     return found
 
@@ -221,9 +220,10 @@ def _speeds(setting: Setting, surface: np.ndarray, point: np.ndarray) -> np.ndar
 def _reflected(setting: Setting, tubes: Tubes, met: Met, *, first: bool) -> Waves:
     """Waves after flat faces, as far as they are not too faint."""
     left = met.waves.field * setting.reflections.coherent(met.table)
-    keep = np.flatnonzero(
-        (np.abs(left) > FAINTEST) & (met.plane != NO_PLANE) & ~setting.planes.curved[np.maximum(met.plane, 0)]
-    )
+    flat = (met.plane != NO_PLANE) & ~setting.planes.curved[np.maximum(met.plane, 0)]
+    if first:
+        flat &= tubes.leads[met.waves.row]
+    keep = np.flatnonzero(flat & (np.abs(left) > FAINTEST))
     met = met.at(keep)
     waves = met.waves
     across, up = tangents(setting, tubes, waves, first=first)
@@ -235,7 +235,6 @@ def _reflected(setting: Setting, tubes: Tubes, met: Met, *, first: bool) -> Wave
         waves.row,
         met.point,
         direction,
-        waves.first,
         _mirrored(across, met.normal),
         _mirrored(up, met.normal),
         met.way,
