@@ -232,7 +232,7 @@ class Fidelity:
     radar_rays: Annotated[
         int | None,
         Knob(
-            "rays of a radar's fan; what is small gets finer ones on top, a quarter as many at most. Default: raysPerDeg",
+            "rays of a radar's fan; finer ones over what is small come on top, a quarter at most. Default: raysPerDeg",
             cost="proportional",
             error="fewer: edges of what is lit are cut to whole rays, fields over their footprints are less exact",
             read_by=_RADAR,
