@@ -11,8 +11,8 @@ def custom_frame(frame_of_reference: str, trafo: Sequence[float]) -> np.ndarray 
     """(4, 4) from the sensor frame to the CUSTOM one, or None for other frames.
 
     trafo: customFrameOfReferenceTrafo, x, y, z [m], roll, pitch, yaw [deg]: the sensor's pose in the custom frame,
-    turned about x, then y, then z of that frame; without it the custom frame is the sensor's. (Which way round the
-    original takes it is not public.)
+    rotated about x, then y, then z of that frame; without it the custom frame is the sensor's. (The direction that the
+    original uses is not public.)
     """
     if frame_of_reference != "CUSTOM":
         return None

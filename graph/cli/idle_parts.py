@@ -25,7 +25,7 @@ def product_makers(nodes: Iterable[Node]) -> list[Node]:
 
 
 def product_of(node: Node) -> str:
-    """The path of the render product that a node gives; "" while it has given none."""
+    """The path of the render product that a node gives; "" before it has given one."""
     return str(node.get(f"outputs:{node.type.outputs_as('product')[0]}") or "")
 
 

@@ -19,10 +19,10 @@ class SafeFormatter(logging.Formatter):
 
 
 def safe_log(debug: bool = False) -> None:
-    """What is logged and nobody else handles goes to stderr as printable lines.
+    """Prints log records that no other handler takes on stderr, as printable lines.
 
-    Libraries' own warnings (numpy's of overflow and the like) name lines of source, not of the user's file: they are
-    kept quiet unless `debug`. Who computes says what is wrong with a result.
+    Libraries' own warnings (numpy's of overflow and others) name lines of source code, not of the user's file: they are
+    hidden unless `debug`. The computing code reports what is wrong with a result.
     """
     if logging.lastResort is not None:
         logging.lastResort.setFormatter(SafeFormatter())

@@ -31,8 +31,8 @@ from .polling import Poll, poll, release
 def read_light_beam(db: Database) -> None:
     """Cast the beams of a light curtain at the newest physics step: from minRange on, at what lidars see.
 
-    A beam that hits nothing ends minRange + maxRange from the sensor. A disabled sensor and a stopped timeline give no
-    reading.
+    A beam that hits nothing ends minRange + maxRange from the sensor. With a disabled sensor or a stopped timeline
+    there is no reading.
     """
     import numpy as np
 

@@ -16,7 +16,9 @@ from graph.sim.transforms import Floats
 
 @dataclass(frozen=True)
 class Binding:
-    """Which body each of some prims follows (-1: none), by row and path, and its matrix in that body's rigid frame."""
+    """The body that each of some prims follows (-1: none), by row and path, and its matrix in that body's rigid
+    frame.
+    """
 
     bodies: NDArray[np.intp]
     names: tuple[str, ...]

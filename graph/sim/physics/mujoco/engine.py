@@ -333,7 +333,7 @@ class MujocoEngine(PhysicsEngine):
         return self._colliders
 
     def contacts(self) -> protocol.Contacts:
-        """The contacts that carried load in the last step."""
+        """The contacts with forces in the last step."""
         return contacts_of(self)
 
     def triggered(self) -> dict[str, tuple[str, ...]]:
