@@ -58,7 +58,7 @@ def test_the_test_file_passes(tmp_path, capsys):
     assert "1 passed, 0 failed" in capsys.readouterr().out
 
 
-def test_the_robot_drives_as_it_is_told(tmp_path, monkeypatch):
+def test_the_robot_drives_as_commanded(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "robot.yaml").write_text(ROBOT)
     (tmp_path / "commands.yaml").write_text(COMMANDS_FILE)

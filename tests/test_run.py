@@ -170,7 +170,7 @@ BAD_EDITS = {
 
 
 @pytest.mark.parametrize("mistake", BAD_EDITS)
-def test_a_users_mistake_is_told_with_its_place_and_nothing_is_written(mistake, tmp_path, small, capsys):
+def test_a_users_mistake_is_reported_with_its_place_and_nothing_is_written(mistake, tmp_path, small, capsys):
     old, new, expected = BAD_EDITS[mistake]
     assert old in SMALL
     small.write_text(SMALL.replace(old, new, 1))
@@ -182,7 +182,7 @@ def test_a_users_mistake_is_told_with_its_place_and_nothing_is_written(mistake, 
     assert not (tmp_path / "out").exists()
 
 
-def test_all_mistakes_of_a_file_are_told_at_once(small, capsys):
+def test_all_mistakes_of_a_file_are_reported_at_once(small, capsys):
     text = SMALL
     for mistake in ("unknown node type", "unknown config", "unknown prim key"):
         old, new, _ = BAD_EDITS[mistake]
@@ -225,7 +225,7 @@ def test_a_namespace_that_ros_does_not_allow_is_found_where_a_bad_topic_is(small
         assert "cloud.inputs:nodeNamespace: '1abc' is not a ROS 2 namespace" in error
 
 
-def test_a_path_that_is_none_is_one_line_of_ours_and_none_of_usds(small, capfd):
+def test_an_invalid_path_gives_one_line_of_ours_and_no_line_of_usd(small, capfd):
     small.write_text(SMALL.replace("cameraPrim: /World/Lidar", 'cameraPrim: "/Wo-rld/a b"'))
     for command in ("check", "explain", "run"):
         assert main([command, str(small)]) == 2
@@ -235,7 +235,7 @@ def test_a_path_that_is_none_is_one_line_of_ours_and_none_of_usds(small, capfd):
         )
 
 
-def test_a_camera_prim_that_is_no_sensor_is_found_before_anything_is_written(tmp_path, small, capsys):
+def test_a_camera_prim_that_is_not_a_sensor_is_found_before_anything_is_written(tmp_path, small, capsys):
     small.write_text(SMALL.replace("cameraPrim: /World/Lidar", "cameraPrim: /World/Ball"))
     assert main(["run", str(small), "--updates", "3", "--out", str(tmp_path / "out")]) == 2
     error = capsys.readouterr().err
@@ -361,7 +361,7 @@ def test_output_that_cannot_be_written_is_one_line():
     assert (done.returncode, done.stderr) == (1, "graph: No space left on device\n")
 
 
-def test_a_sensor_that_sees_nothing_is_said_so(tmp_path, capsys):
+def test_a_sensor_that_sees_nothing_is_reported_so(tmp_path, capsys):
     nothing_to_see = [line for line in SMALL.splitlines() if "Ground" not in line and "Ball" not in line]
     file = tmp_path / "empty.yaml"
     file.write_text("\n".join(nothing_to_see))

@@ -53,7 +53,7 @@ def test_a_type_has_the_attributes_types_and_defaults_of_the_original(node_type)
     assert node_type.version == FACTS[node_type.id]["version"]
 
 
-def test_a_type_that_the_table_lacks_says_where_its_attributes_are_documented():
+def test_a_type_missing_in_the_table_says_where_its_attributes_are_documented():
     more = {one.id for one in ALL} - set(FACTS)
     assert more == {type_id for type_id, reasons in DEVIATIONS.items() if "source" in reasons}
 

@@ -39,7 +39,7 @@ TYPES = [one for one in registry.all() if path_inputs(one)]
 
 
 @pytest.mark.parametrize("node_type", TYPES, ids=lambda one: one.id)
-def test_a_path_that_is_none_prints_nothing_of_usds_own(world, capfd, node_type):
+def test_an_invalid_path_prints_nothing_of_usds_own(world, capfd, node_type):
     needed = {name: value for name, value in ALSO.items() if _asked_for(node_type.inputs.get(name))}
     triggers = [name for name, attribute in node_type.inputs.items() if attribute.type == "execution"]
     text = json.dumps(

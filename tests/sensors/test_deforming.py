@@ -77,7 +77,7 @@ def test_a_continuous_scan_sees_cloth_where_it_is_in_the_middle_of_each_span():
             assert last == pytest.approx(7 - k + 1 / 16, abs=1e-4)
 
 
-def test_a_sheet_flies_on_when_the_world_is_compiled_anew():
+def test_a_sheet_flies_on_when_the_world_is_compiled_again():
     wall = [(8.0, y, z) for y in np.linspace(-2, 2, 5) for z in np.linspace(0, 4, 5)]
     ball = {"/World/Ball": {"type": "Sphere", "radius": 0.2, "translate": [0, 50, 9], "rigid_body": True}}
     app, sensor = scene(ball, mesh("PhysxDeformableSurfaceAPI", wall, FACES, "vector3f physics:velocity = (-10, 0, 0)"))

@@ -46,7 +46,7 @@ def app():
 
 
 @pytest.mark.parametrize("name", [channel.name for channel in POINT_CHANNELS])
-def test_a_channel_is_worked_out_once_a_frame_when_somebody_asks_and_never_else(app, made, name):
+def test_a_requested_channel_is_computed_once_a_frame_and_never_otherwise(app, made, name):
     product = rep.create_render_product("/World/Lidar", app=app)
     owner = Consumer("test")
     app.play()

@@ -163,7 +163,7 @@ def test_wrong_arguments_are_named(options, message):
         PointCloudDrawing(**options)
 
 
-def test_an_argument_that_the_writer_does_not_have_is_told_with_what_is_near():
+def test_an_argument_that_the_writer_does_not_have_is_reported_with_what_is_near():
     with weightless() as app:
         lidar = Lidar.create("/World/Lidar", config="RPLIDAR_S2E", app=app)
         writer = rep.writers.get("RtxSensorDebugDrawPointCloud").initialize(colour=WHITE)

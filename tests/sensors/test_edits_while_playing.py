@@ -67,7 +67,7 @@ def test_the_next_tick_hits_a_wall_where_fabric_has_it_now(world):
     assert scan(app, sensor) == pytest.approx(5, abs=0.01)
 
 
-def test_a_wall_that_is_moved_in_every_update_is_no_new_scene(world):
+def test_a_wall_that_is_moved_in_every_update_is_not_a_new_scene(world):
     app, sensor = world
     for number in range(3):
         app.stage.GetPrimAtPath("/World/Far").GetAttribute("xformOp:translate").Set(Gf.Vec3d(10 - number, 0, 1))
@@ -80,7 +80,7 @@ def test_a_wall_that_is_moved_in_every_update_is_no_new_scene(world):
     assert ahead(sensor) == pytest.approx(7, abs=0.01)
 
 
-def test_a_reset_of_time_begins_the_first_scan_anew(world):
+def test_a_reset_of_time_begins_the_first_scan_again(world):
     app, sensor = world
     app.update(15)
     app.reset("time")

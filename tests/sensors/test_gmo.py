@@ -215,6 +215,6 @@ def test_a_stable_id_map_gives_paths_without_trailing_space():
 
 
 @pytest.mark.parametrize("buffer", [None, np.zeros(2, np.uint8), np.full(20, 255, np.uint8)])
-def test_a_buffer_that_is_no_map_warns(buffer):
+def test_a_buffer_that_is_not_a_map_warns(buffer):
     with pytest.warns(RuntimeWarning, match="empty StableIdMap"):
         assert parse_stable_id_map_data(buffer) == {}

@@ -61,7 +61,7 @@ def test_an_empty_map_and_one_of_the_originals_have_no_second_table():
 @pytest.mark.parametrize(
     "buffer", [np.full(20, 255, np.uint8), np.zeros(3, np.uint8), b"\1", np.zeros(8), object(), 2**60]
 )
-def test_what_is_no_map_warns_and_is_empty(buffer):
+def test_what_is_not_a_map_warns_and_is_empty(buffer):
     with pytest.warns(RuntimeWarning, match="empty StableIdMap"):
         assert parse_stable_id_map_data(buffer, resolve_all=True) == {}
 

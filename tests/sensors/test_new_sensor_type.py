@@ -237,7 +237,7 @@ def test_what_its_type_does_not_declare_is_refused_with_a_name_that_is_near(file
     assert message in capsys.readouterr().err
 
 
-def test_keys_of_sensors_take_it_and_refuse_what_is_no_sensor_naming_it(file, capsys):
+def test_keys_of_sensors_take_it_and_refuse_what_is_not_a_sensor_naming_it(file, capsys):
     excluding = json.loads(json.dumps(FILE))
     excluding["scene"]["prims"][PROBE] |= {"exclude": "/World/Ball", "aux_output_level": "BASIC"}
     file.write_text(json.dumps(excluding))
@@ -288,7 +288,7 @@ def test_what_it_does_not_measure_is_refused_by_name(app):
     assert product.sensor.consumers() == {}
 
 
-def test_its_attributes_count_anew_at_each_play(app):
+def test_its_attributes_count_again_at_each_play(app):
     product = rep.create_render_product(PROBE)
     annotator = rep.get_annotator("Temperature").attach(product)
     app.stage.GetPrimAtPath(PROBE).GetAttribute("omni:sensor:tickRate").Set(60.0)

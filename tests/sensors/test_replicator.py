@@ -377,7 +377,7 @@ def test_a_writer_may_be_a_class_with_annotators_of_its_own(app):
     assert [stamp for _, stamp, _ in other.seen] == [0, 100_000_000]
 
 
-def test_a_writer_without_write_and_one_that_is_no_class_are_told(app):
+def test_a_writer_without_write_and_one_that_is_not_a_class_are_reported(app):
     class Silent(rep.Writer):
         annotators = ("GenericModelOutput",)
 

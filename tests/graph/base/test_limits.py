@@ -38,7 +38,7 @@ def test_a_limit_is_changed_for_what_runs_inside_alone():
         ("lidar.bins", "many", "'many' is not a number"),
     ],
 )
-def test_a_limit_that_cannot_be_is_told(name, value, said):
+def test_a_limit_that_cannot_be_is_reported(name, value, said):
     with pytest.raises(ValueError, match=said), limits.raised({name: value}):
         pass
 

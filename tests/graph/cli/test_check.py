@@ -114,7 +114,7 @@ graphs:
 """
 
 
-def test_a_flat_scan_of_a_3d_lidar_is_told_before_anything_runs(folder, graph):
+def test_a_flat_scan_of_a_3d_lidar_is_reported_before_anything_runs(folder, graph):
     (folder / "tall.yaml").write_text(FLAT.format(config="XT32", parity="documented"))
     (folder / "flat.yaml").write_text(FLAT.format(config="Example_Rotary_2D", parity="documented"))
     (folder / "product.yaml").write_text(FLAT.format(config="XT32", parity="isaacsim-6.0.1"))
@@ -131,7 +131,7 @@ def test_a_flat_scan_of_a_3d_lidar_is_told_before_anything_runs(folder, graph):
     assert graph("check", "product.yaml").code == 0  # logs it at run time, and goes on
 
 
-def test_a_prim_where_a_render_product_belongs_is_told(folder, graph):
+def test_a_prim_where_a_render_product_belongs_is_reported(folder, graph):
     text = FLAT.format(config="Example_Rotary_2D", parity="documented")
     text = text.replace("flat: IsaacCompute", "flat: {type: IsaacCompute").replace(
         "FlatScan\n", "FlatScan, inputs: {renderProductPath: /World/Lidar}}\n"
@@ -192,7 +192,7 @@ MISMATCHES = {
 
 
 @pytest.mark.parametrize("ends", MISMATCHES)
-def test_types_that_cannot_meet_are_told_with_the_node_that_leads_from_one_to_the_other(folder, graph, ends):
+def test_types_that_cannot_meet_are_reported_with_the_node_that_leads_from_one_to_the_other(folder, graph, ends):
     source, output, target, entry = ends
     (folder / "m.yaml").write_text(
         f"tickgraph: 1\ngraphs:\n  /G:\n    nodes: {{a: {source}, b: {target}}}\n"
@@ -214,7 +214,7 @@ UNFIT = {
 
 
 @pytest.mark.parametrize("node", UNFIT)
-def test_a_value_that_an_open_input_cannot_take_is_told_with_what_it_takes(folder, graph, node):
+def test_a_value_that_an_open_input_cannot_take_is_reported_with_what_it_takes(folder, graph, node):
     (folder / "u.yaml").write_text(
         f"tickgraph: 1\ngraphs: {{/G: {{evaluator: push, nodes: {{n: {{type: {node}}}}}}}}}\n"
     )

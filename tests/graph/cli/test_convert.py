@@ -207,7 +207,7 @@ def test_a_saved_scene_becomes_a_graph_file_over_that_scene(source, graph):
     )
 
 
-def test_compounds_become_nodes_of_the_graph_and_that_is_said(source, graph):
+def test_compounds_become_nodes_of_the_graph_and_that_is_reported(source, graph):
     inner = 'def OmniGraphNode "add" {\ntoken node:type = "omni.graph.nodes.Add"\n}\n'
     (source / "saved.usda").write_text(
         '#usda 1.0\ndef OmniGraph "G" {\ntoken evaluator:type = "execution"\n'
@@ -232,7 +232,7 @@ def test_compounds_become_nodes_of_the_graph_and_that_is_said(source, graph):
         (("a.yaml", "nowhere/b.json"), "nowhere/b.json: there is no folder"),
     ],
 )
-def test_wrong_use_is_told_and_writes_nothing(source, graph, arguments, message):
+def test_wrong_use_is_reported_and_writes_nothing(source, graph, arguments, message):
     before = sorted(path.name for path in source.iterdir())
     result = graph("convert", *arguments)
     assert result.code == 2
@@ -240,7 +240,7 @@ def test_wrong_use_is_told_and_writes_nothing(source, graph, arguments, message)
     assert sorted(path.name for path in source.iterdir()) == before
 
 
-def test_two_things_that_would_be_one_prim_are_told(folder, graph):
+def test_two_things_that_would_be_one_prim_are_reported(folder, graph):
     (folder / "a.yaml").write_text("tickgraph: 1\ngraphs: {/A: {nodes: {b: OnTick}}, /A/b: {nodes: {c: OnTick}}}\n")
     result = graph("convert", "a.yaml", "b.usda")
     assert result.code == 2

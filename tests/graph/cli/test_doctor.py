@@ -41,7 +41,7 @@ def test_json_lists_every_finding_with_its_state(quick_imports, capsys):
     assert {finding["state"] for finding in report["findings"]} <= {"ok", "warn"}
 
 
-def test_import_times_are_numbers_in_json_and_the_heavy_ones_are_said_to_come_on_first_use(monkeypatch, capsys):
+def test_import_times_are_numbers_in_json_and_the_heavy_ones_are_reported_to_come_on_first_use(monkeypatch, capsys):
     monkeypatch.setattr(doctor, "IMPORTS", {"pxr.Usd": ("usd-core",), "networkx": ("networkx",)})
     assert run_doctor("--json") == 0
     found = {finding["name"]: finding for finding in json.loads(capsys.readouterr().out)["findings"]}

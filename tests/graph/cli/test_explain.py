@@ -172,7 +172,7 @@ graphs:
 """
 
 
-def test_each_sensor_is_told_with_its_rule_and_the_unused_ones_last(explain):
+def test_each_sensor_is_reported_with_its_rule_and_the_unused_ones_last(explain):
     told = explain(SENSORS)
     assert [(sensor["path"], sensor.get("rule")) for sensor in told["sensors"]] == [
         ("/World/Whole", "whole"),
@@ -203,7 +203,7 @@ def test_each_sensor_is_told_with_its_rule_and_the_unused_ones_last(explain):
         ("settings: {/app/player/playSimulations: false}",),
     ],
 )
-def test_what_is_told_is_what_a_run_does(options, folder, graph, explain):
+def test_the_explanation_is_what_a_run_does(options, folder, graph, explain):
     told = explain("\n".join((SENSORS.rstrip(), *options)) + "\n")
     ran = json.loads(graph("run", "a.yaml", "--json").out)
     planned = {
@@ -250,7 +250,7 @@ def test_timeline_time_is_found_behind_arithmetic(explain):
     assert "gets read.time" in traps(told)["timeline-stamp", "/World/G/clock.inputs:timeStamp"]
 
 
-def test_simulation_time_is_no_trap(explain):
+def test_simulation_time_is_not_a_trap(explain):
     text = CLOCK.replace("read: ReadTime", "read: IsaacReadSimulationTime")
     assert (
         traps(explain(text + "      - tick.tick -> clock.execIn\n      - read.simulationTime -> clock.timeStamp\n"))
@@ -282,7 +282,7 @@ def test_a_chain_does_not_depend_on_an_order(explain):
     assert "fan-out-order" not in {code for code, _ in traps(told)}
 
 
-def test_a_product_that_comes_too_late_is_told(explain):
+def test_a_product_that_comes_too_late_is_reported(explain):
     told = explain(SENSORS.replace("duration: 3", "duration: 1000"))
     assert [sensor["path"] for sensor in told["sensors"] if sensor["product"]] == [
         "/World/Whole",
@@ -345,7 +345,7 @@ def test_a_long_run_is_counted_only_through_its_first_updates(folder, graph):
     assert "  frames    16,666 in the first 100,000 updates\n" in out
 
 
-def test_a_node_that_fails_is_a_trap_and_the_rest_is_told_all_the_same(folder, graph):
+def test_a_node_that_fails_is_a_trap_and_the_rest_is_reported_all_the_same(folder, graph):
     bad = ONE.replace("inputs: {cameraPrim: /World/Lidar}", "inputs: {renderProductPrim: /Render/None}")
     (folder / "a.yaml").write_text(HEAD + bad.replace("duration: 5", "duration: 1"))
     result = graph("explain", "a.yaml")
@@ -386,7 +386,9 @@ def test_the_product_s_profile_tells_its_warm_up_cap_and_late_frames(folder, gra
         ("loop_hz: 60", ["--/app/player/playSimulations=false"], 0, None),
     ],
 )
-def test_the_ratio_to_wall_time_is_told_and_slow_motion_is_a_trap(folder, graph, explain, clock, options, speed, code):
+def test_the_ratio_to_wall_time_is_reported_and_slow_motion_is_a_trap(
+    folder, graph, explain, clock, options, speed, code
+):
     told = explain(clocked(clock), *options)
     assert told["clocks"]["sim_per_wall"] == speed
     found = {"slow-motion", "fast-forward", "catch-up-cap", "rate-limit-alone"} & {name for name, _ in traps(told)}
@@ -421,7 +423,7 @@ def test_a_scene_that_ends_before_the_run_does_is_a_trap(folder, explain, end, d
         assert f"begins anew at 0 s, {times} times in this run" in found["timeline-loops"]
 
 
-def test_what_is_told_without_multi_tick_rendering(folder, graph, explain):
+def test_the_explanation_without_multi_tick_rendering(folder, graph, explain):
     told = explain(clocked("physics_hz: 60"), "--/rtx/hydra/supportMultiTickRate=false")
     assert told["clocks"]["multi_tick"] is False
     assert "multi-tick rendering is off" in graph("explain", "a.yaml", "--/rtx/hydra/supportMultiTickRate=false").out

@@ -34,7 +34,7 @@ BOTH = "/World/G/odom, /World/G/tree"
     ],
     ids=["one topic", "moving and static", "another frame", "another tree"],
 )
-def test_a_frame_with_two_parents_is_told_once(folder, graph, target, more, where):
+def test_a_frame_with_two_parents_is_reported_once(folder, graph, target, more, where):
     (folder / "a.yaml").write_text(HEAD + TREE % (target, more) + CONNECTIONS)
     told = [line for line in graph("run", "a.yaml", "--updates", "5").err.splitlines() if "tf-two-parents" in line]
     assert told == ([f"warning tf-two-parents: {where}: {SAID % BOTH}"] if where else [])

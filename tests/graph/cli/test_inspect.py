@@ -53,7 +53,7 @@ def test_it_tells_header_channels_and_hits_of_the_first_frame(room, graph):
     )
 
 
-def test_channels_above_the_level_say_what_they_need_and_hits_are_told_all_the_same(room, graph):
+def test_channels_above_the_level_say_what_they_need_and_hits_are_reported_all_the_same(room, graph):
     found = told(graph, room)
 
     assert found["header"]["auxType"] == "NONE"
@@ -110,7 +110,7 @@ def test_the_text_has_a_line_for_each_channel(room, graph):
         (["--updates", "3"], 1, "no frame in 3 updates: at 10 Hz its first scan ends at 0.1 s; give --updates 6"),
     ],
 )
-def test_what_cannot_be_shown_is_told_in_one_line(room, graph, arguments, code, message):
+def test_what_cannot_be_shown_is_reported_in_one_line(room, graph, arguments, code, message):
     result = graph("inspect", room, *arguments)
 
     assert (result.code, result.out) == (code, "")

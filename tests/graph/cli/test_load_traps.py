@@ -49,11 +49,11 @@ def test_a_sound_file_has_no_traps(warnings):
     assert warnings() == {}
 
 
-def test_an_empty_frame_is_told(warnings):
+def test_an_empty_frame_is_reported(warnings):
     assert set(warnings(inputs=', frameId: ""')) == {("frame-empty", "/World/Graph/cloud.inputs:frameId")}
 
 
-def test_a_sensor_inside_a_solid_is_told_unless_it_excludes_it(warnings):
+def test_a_sensor_inside_a_solid_is_reported_unless_it_excludes_it(warnings):
     # The wall reaches from x = 5 to x = 7.
     told = warnings(x=5.1)
     assert set(told) == {("sensor-in-solid", "/World/Lidar")}
@@ -63,7 +63,7 @@ def test_a_sensor_inside_a_solid_is_told_unless_it_excludes_it(warnings):
 
 
 @pytest.mark.parametrize("command", ["check", "explain"])
-def test_two_message_types_on_one_topic_are_told(command, warnings):
+def test_two_message_types_on_one_topic_are_reported(command, warnings):
     nodes = "clock: {type: ROS2PublishClock, inputs: {topicName: /points}}"
     wires = "- tick.tick -> clock.execIn\n      - time.simulationTime -> clock.timeStamp"
     told = warnings(nodes=nodes, wires=wires, command=command)
@@ -74,7 +74,7 @@ def test_two_message_types_on_one_topic_are_told(command, warnings):
     assert ("topic-of-two-types", "/points") not in warnings(nodes=nodes.replace("/points", "clock"), wires=wires)
 
 
-def test_a_node_that_nothing_starts_is_told(warnings):
+def test_a_node_that_nothing_starts_is_reported(warnings):
     assert set(warnings(nodes="wait: Countdown")) == {("node-never-runs", "a.yaml:14:7")}
 
 
@@ -100,13 +100,13 @@ def test_quantities_that_nobody_knows_are_an_error(folder, graph):
     )
 
 
-def test_a_rate_that_is_a_time_step_is_told_with_the_rate_to_write(warnings):
+def test_a_rate_that_is_a_time_step_is_reported_with_the_rate_to_write(warnings):
     told = warnings(clock="physics_hz: 0.004, loop_hz: 60")
     assert told["rate-below-1", "a.yaml:6:1"].endswith("for a time step of 0.004 s write 250")  # 1 / 0.004
     assert ("physics-slower-than-loop", "clock") in told  # of 300 updates none has a step
 
 
-def test_inputs_that_a_type_cannot_do_without_are_told(warnings):
+def test_inputs_that_a_type_cannot_do_without_are_reported(warnings):
     nodes = "motors: {type: IsaacArticulationController, inputs: {jointNames: [a]}}"
     wires = "- tick.tick -> motors.execIn"
     assert warnings(nodes=nodes, wires=wires) == {
@@ -118,12 +118,12 @@ def test_inputs_that_a_type_cannot_do_without_are_told(warnings):
     assert warnings(nodes=nodes.replace("jointNames: [a]", "robotPath: /World/Wall"), wires=wires) == {}
 
 
-def test_a_lidar_that_ticks_faster_than_it_turns_is_told(warnings):
+def test_a_lidar_that_ticks_faster_than_it_turns_is_reported(warnings):
     told = warnings(more=', attributes: {"omni:sensor:tickRate": 20}')
     assert set(told) == {("lidar-partial-scan", "/World/Lidar")}
 
 
-def test_sensors_that_tick_faster_than_the_loop_are_told(warnings):
+def test_sensors_that_tick_faster_than_the_loop_are_reported(warnings):
     # The example turns ten times a second: 8 updates a second give 40 of the 50 frames in five seconds.
     told = warnings(clock="physics_hz: 8, loop_hz: 8")
     assert told["sensor-faster-than-loop", "/World/Lidar"].startswith("10 of 50 ticks are passed over")

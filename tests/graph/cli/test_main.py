@@ -163,7 +163,7 @@ def test_python_dash_m_graph_is_the_command():
     assert result.stderr == 'graph: there is no command "rnu"; did you mean "run"?\n'
 
 
-def test_a_reader_that_went_away_is_no_traceback():
+def test_a_reader_that_went_away_gives_no_traceback():
     result = subprocess.run(
         f"{sys.executable} -m graph --help | head -c 1 > /dev/null; {sys.executable} -m graph schema | head -c 1",
         shell=True,
@@ -174,7 +174,7 @@ def test_a_reader_that_went_away_is_no_traceback():
     assert result.stderr == ""
 
 
-def test_a_character_that_the_terminal_lacks_is_escaped():
+def test_a_character_that_the_terminal_cannot_show_is_escaped():
     code = "from graph.cli.main import main; import sys; sys.exit(main(['k\\u00e4se']))"
     result = python(code, env={"PYTHONIOENCODING": "ascii", "PATH": ""})
     assert result.stderr.startswith('graph: there is no command "k\\xe4se"')

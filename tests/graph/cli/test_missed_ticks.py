@@ -49,7 +49,7 @@ def test_a_sensor_faster_than_the_loop_is_warned_of(graph, folder):
     assert "warning sensor-faster-than-loop: /World/Lidar: 30 of 60 ticks are passed over: " in ran.err
 
 
-def test_a_schedule_that_is_kept_is_no_fault(graph, folder):
+def test_a_schedule_that_is_kept_is_not_a_fault(graph, folder):
     (folder / "kept.yaml").write_text(FILE.format(rate=20, physics=240))
     ran = graph("run", "kept.yaml", "--updates", 30, "--strict")
     assert (ran.code, ran.err) == (0, "")

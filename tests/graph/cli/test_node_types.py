@@ -126,7 +126,7 @@ def test_an_unknown_type_gets_a_suggestion(types, graph):
     assert result.err == 'graph: no node type "Wiat"; did you mean "Wait"?\n'
 
 
-def test_dynamic_attributes_are_told_apart():
+def test_dynamic_attributes_are_distinguished():
     one = NodeType("a.B", dynamic_inputs={"input{n}": Attribute("any", "more")})
     assert node_type_as_dict(one)["dynamic"] == {
         "inputs": {"input{n}": {"type": "any", "default": None, "doc": "more"}},

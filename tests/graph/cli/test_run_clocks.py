@@ -79,7 +79,7 @@ def test_the_profile_is_a_key_of_the_file_and_each_difference_an_option(run, par
     assert run(f"parity: {parity}", "--updates", "60", "--/tickgraph/warmUpSteps=5")["physics_steps"] == 65
 
 
-def test_a_misspelt_difference_is_told(folder, graph):
+def test_a_misspelt_difference_is_reported(folder, graph):
     (folder / "a.yaml").write_text(FILE.format(clock="parity: isaacsim-6.0.1"))
     result = graph("run", "a.yaml", "--updates", "1", "--/tickgraph/warmUpStep=5")
     assert 'did you mean "/tickgraph/warmUpSteps"?' in result.err

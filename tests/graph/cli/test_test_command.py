@@ -30,7 +30,7 @@ def test_the_tests_of_the_examples_pass(graph):
     assert result.out.splitlines()[-1] == f"{len(result.out.splitlines()) - 1} passed, 0 failed"
 
 
-def test_expected_against_got_is_told_with_the_line(graph, tests):
+def test_expected_against_got_is_reported_with_the_line(graph, tests):
     result = graph("test", "a.test.yaml")
     assert result.code == 1
     out = [line.partition(" (0")[0] for line in result.out.splitlines()]
@@ -93,7 +93,7 @@ def test_a_mistake_in_one_file_stops_all_before_anything_runs(graph, tests):
         ([], "graph test: the following arguments are required: FILE; see graph test --help"),
     ],
 )
-def test_wrong_arguments_are_told(graph, tests, arguments, message):
+def test_wrong_arguments_are_reported(graph, tests, arguments, message):
     (tests / "empty").mkdir()
     (tests / "a.yaml").write_text("tickgraph: 1\n")
     result = graph("test", *arguments)

@@ -107,7 +107,7 @@ def test_connecting_what_is_connected_changes_nothing(control):
     assert len(graph.spec.connections) == 1
 
 
-def test_everything_wrong_with_an_edit_is_told_at_once(control):
+def test_everything_wrong_with_an_edit_is_reported_at_once(control):
     edit = {
         K.CREATE_NODES: [("sum", "test.Sum"), ("bad", "test.Smu"), ("inc", "test.Inc")],
         K.SET_VALUES: [("inc.inputs:x", 1), ("bad.inputs:a", 1)],
@@ -258,7 +258,7 @@ MISTAKES = [
 
 
 @pytest.mark.parametrize(("commands", "message"), MISTAKES, ids=[text[:40] for _, text in MISTAKES])
-def test_a_mistake_is_told_and_nothing_changes(control, commands, message):
+def test_a_mistake_is_reported_and_nothing_changes(control, commands, message):
     graph, *_ = made(control, {K.CREATE_NODES: [("tick", "test.Tick"), ("step", "test.Step"), ("inc", "test.Inc")]})
     before, nodes = graph.spec, dict(graph.nodes)
     good = {K.CREATE_NODES: [("new", "test.Inc")]}
@@ -270,7 +270,7 @@ def test_a_mistake_is_told_and_nothing_changes(control, commands, message):
     assert graph.nodes == nodes
 
 
-def test_all_mistakes_of_an_edit_are_told_with_their_places(control):
+def test_all_mistakes_of_an_edit_are_reported_with_their_places(control):
     with pytest.raises(OmniGraphError) as caught:
         made(
             control,

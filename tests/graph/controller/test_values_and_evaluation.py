@@ -59,7 +59,7 @@ def test_nodes_attributes_and_graphs_are_found_by_all_their_names(control):
         (lambda c: c.delete_graph("/World/H"), "there is no graph"),
     ],
 )
-def test_what_is_not_there_is_said(control, look_up, message):
+def test_what_is_not_there_is_reported(control, look_up, message):
     with pytest.raises(OmniGraphError, match=message.replace("?", r"\?")):
         look_up(control)
 

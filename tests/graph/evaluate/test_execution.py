@@ -189,7 +189,7 @@ def test_an_execution_loop_without_a_latent_node_ends_with_the_nodes_that_go_rou
         run(graph, playing)
 
 
-def test_a_runaway_is_told_the_way_that_goes_on_in_the_next_update(build, playing):
+def test_a_runaway_names_the_way_that_goes_on_in_the_next_update(build, playing):
     graph = build({"tick": "test.Tick", "a": "test.Step"}, ["tick.tick -> a.execIn", "a.execOut -> a.execIn"])
     graph.step_limit = 1000
     hint = r"lead the loop through SendCustomEvent and OnCustomEvent, which go on in the next update, or use ForLoop"
@@ -224,7 +224,7 @@ def test_a_loop_that_enters_itself_from_its_body_is_a_runaway_too(build, playing
         run(graph, playing)
 
 
-def test_a_long_loop_is_no_runaway_for_what_its_body_does(build, playing):
+def test_a_long_loop_is_not_a_runaway_for_what_its_body_does(build, playing):
     graph = build(
         {
             "tick": "test.Tick",
@@ -299,7 +299,7 @@ def test_a_loop_of_no_pass_goes_straight_to_its_end(build, playing, journal, tim
     assert journal.take() == ["tick", "end"]
 
 
-def test_an_input_that_is_no_finite_number_is_named_where_python_gives_up():
+def test_an_input_that_is_not_a_finite_number_is_named_where_python_gives_up():
     registry = Registry()
 
     @node_type("test.Sine", inputs={"x": Attribute("double[]", "angles")}, registry=registry)

@@ -91,7 +91,7 @@ def test_values_set_on_the_graph_reach_every_instance(robots):
         graph.instance("/C")
 
 
-def test_what_instances_cannot_have_is_told(robots, library, make_spec):
+def test_what_instances_cannot_have_is_reported(robots, library, make_spec):
     with pytest.raises(UserError, match='has no variable "sped", which /A sets; did you mean "speed"'):
         robots({"/A": {"sped": 1.0}})
     with pytest.raises(UserError, match="speed"):

@@ -51,7 +51,7 @@ def test_sleeping_nodes_compute_in_file_order(build, journal, playing):
     assert journal == ["first", "second", "tick"]
 
 
-def test_interrupts_start_a_sleeping_node_anew(build, playing):
+def test_interrupts_start_a_sleeping_node_again(build, playing):
     graph = waiting(build)
     graph.interrupts = True
     # A new trigger in every update: it never comes to its end.

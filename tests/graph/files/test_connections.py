@@ -46,7 +46,7 @@ def test_every_form_of_a_connection(text, expected):
         ("", 'connection "" has no arrow; '),
     ],
 )
-def test_what_is_wrong_with_a_connection_is_said(text, reason):
+def test_what_is_wrong_with_a_connection_is_reported(text, reason):
     with pytest.raises(ValueError, match="^" + re.escape(reason)):
         parse(text)
     assert not re.search(PATTERN, text)

@@ -82,7 +82,7 @@ def test_what_the_loader_refuses_does_not_fit_the_schema(validator, tree):
         {"a": {"type": "omni.graph.action.Countdown", "inputs": {"duration": 1.5}}},
     ],
 )
-def test_values_of_known_inputs_are_told(printed, nodes):
+def test_values_of_known_inputs_are_described(printed, nodes):
     assert not jsonschema.Draft202012Validator(printed).is_valid({"tickgraph": 1, "graphs": {"/G": {"nodes": nodes}}})
 
 

@@ -46,7 +46,7 @@ def test_a_missing_file_is_named_with_its_nearest_neighbour(folder):
     assert problems("nowhere/x.yaml") == ["nowhere/x.yaml: no such file"]
 
 
-def test_a_folder_is_no_file(folder):
+def test_a_folder_is_not_a_file(folder):
     (folder / "sub.yaml").mkdir()
     assert problems("sub.yaml") == ["sub.yaml is a folder; name a graph file (.yaml, .json or .usda) in it"]
 
@@ -69,7 +69,7 @@ def test_a_pipe_is_refused_without_being_opened(folder):
         ("notes.txt", "a graph file ends in .yaml, .yml, .json, .usda, .usd or .usdc"),
     ],
 )
-def test_other_files_are_told_apart(folder, name, reason):
+def test_other_files_are_distinguished(folder, name, reason):
     write(folder, SMALL, name)
     assert problems(name) == [f"{name}: {reason}"]
 

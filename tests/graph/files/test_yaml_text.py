@@ -81,7 +81,7 @@ def test_aliases_share_the_value_of_their_anchor():
     assert problems == []
 
 
-def test_an_anchor_may_be_set_anew():
+def test_an_anchor_may_be_set_again():
     assert tree("a: &x 1\nb: *x\nc: &x 2\nd: *x\n")[0] == {"a": 1, "b": 1, "c": 2, "d": 2}
 
 

@@ -184,7 +184,7 @@ def test_what_of_kit_is_not_there_is_named(installed, line, message):
         ("carb", "No module named 'carb'; of Kit's modules TickGraph has only omni.graph.core: do without it"),
     ],
 )
-def test_what_its_compute_cannot_import_is_told_with_what_to_do(installed, name, message):
+def test_what_its_compute_cannot_import_is_reported_with_what_to_do(installed, name, message):
     python = f"def compute(db):\n    import {name}\n"
     with pytest.raises(ComputeError, match=re.escape(message)):
         run_node(installed({"OgnPulse.ogn": PULSE, "OgnPulse.py": python}).get("Pulse"))
@@ -281,7 +281,9 @@ def test_each_broken_file_has_a_warning(installed, caplog):
     ]
 
 
-def test_a_graph_runs_beside_a_broken_package_which_is_told_where_a_type_of_a_package_is_asked_for(installed, tmp_path):
+def test_a_graph_runs_beside_a_broken_package_which_is_reported_where_a_type_of_a_package_is_asked_for(
+    installed, tmp_path
+):
     installed({"OgnScale.ogn": "[[[", "OgnPulse.ogn": PULSE, "OgnPulse.py": PULSE_PY})
     (tmp_path / "g.yaml").write_text("tickgraph: 1\ngraphs: {/G: {nodes: {c: OnTick}}}\n")
     done = command(tmp_path, "check", "g.yaml")

@@ -313,7 +313,7 @@ def test_order_is_file_order_where_dependencies_leave_a_choice():
     assert dependency_order(5, [[], [0], [], [2], []]) == [1, 0, 3, 2, 4]
 
 
-def test_cycles_are_told_apart_and_what_lies_behind_them_is_left_out():
+def test_cycles_are_distinguished_and_what_lies_behind_them_is_left_out():
     readers = [[1], [2], [0, 3], [4], [], [6], [5]]
     assert dependency_order(7, readers) == []
     assert cycles(7, readers, most=9) == [[0, 1, 2], [5, 6]]
@@ -326,7 +326,7 @@ def test_a_hundred_thousand_nodes_are_ordered_without_recursion():
     assert dependency_order(count, readers) == list(range(count))[::-1]
 
 
-def test_a_thousand_mistakes_are_told_without_delay(library, make_spec):
+def test_a_thousand_mistakes_are_reported_without_delay(library, make_spec):
     nodes = {f"node{i}": f"test.Inx{i}" if i % 2 else "test.Inc" for i in range(1000)}
     found = problems(library, make_spec(nodes, [f"nose{i}.y -> node{i}.a" for i in range(1000)]))
     assert len(found) == 1500

@@ -81,7 +81,7 @@ def test_messages_come_in_the_order_of_their_times(tmp_path):
         ("a.txt", "", "messages are played from .mcap, .db3, .yaml, .json and .jsonl files and rosbag2 folders"),
     ],
 )
-def test_what_is_wrong_is_said_with_its_place(tmp_path, monkeypatch, name, text, message):
+def test_what_is_wrong_is_reported_with_its_place(tmp_path, monkeypatch, name, text, message):
     monkeypatch.chdir(tmp_path)
     write(tmp_path, name, text)
     with pytest.raises(UserError) as refused:
@@ -140,7 +140,7 @@ def test_a_bare_db3_file_is_played(tmp_path):
     assert [entry.load().data for entry in source] == ["a", "b"]
 
 
-def test_folders_and_databases_that_are_no_recordings_are_one_line(tmp_path, monkeypatch):
+def test_folders_and_databases_that_are_not_recordings_are_one_line(tmp_path, monkeypatch):
     import sqlite3
 
     monkeypatch.chdir(tmp_path)

@@ -114,7 +114,7 @@ def test_a_run_that_fails_leaves_a_whole_trace(trace):
     assert sorted(unfinished) == ["simulation_graphs", "update 0"]
 
 
-def test_a_trace_that_cannot_be_written_is_told_before_anything_runs(tmp_path, capsys):
+def test_a_trace_that_cannot_be_written_is_reported_before_anything_runs(tmp_path, capsys):
     file = tmp_path / "small.yaml"
     file.write_text(FILE)
     assert main(["run", str(file), "--trace", str(tmp_path)]) == 2

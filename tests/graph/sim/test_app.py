@@ -402,7 +402,7 @@ def test_get_dt_prefers_the_rate_limit_where_it_is_on():
 
 
 @pytest.mark.parametrize("dt", [0, -1])
-def test_set_dt_refuses_what_is_no_step(dt):
+def test_set_dt_refuses_what_is_not_a_step(dt):
     with App() as app, pytest.raises(ValueError, match="above 0"):
         app.rendering.set_dt(dt)
 

@@ -97,7 +97,7 @@ def test_all_bad_knobs_are_reported_with_their_marks():
     assert [str(problem.mark) for problem in caught.value.problems] == ["g.yaml:1:1", "g.yaml:4:1"]
 
 
-def test_a_warning_is_said_once_and_counted(caplog):
+def test_a_warning_is_reported_once_and_counted(caplog):
     warnings = WarningList()
     for where in ("/a", "/b", "/a"):
         warnings.add("lidar-partial-scan", where, "tick rate 20, scan rate 10")

@@ -37,7 +37,7 @@ def test_an_option_without_a_value_says_how_to_write_it():
 
 
 @pytest.mark.parametrize("path", ["", "/", "/a//b", "/a/ b"])
-def test_what_is_no_path(path):
+def test_what_is_not_a_path(path):
     with pytest.raises(UserError, match="not a path"):
         Settings().set(path, 1)
 
@@ -138,7 +138,7 @@ def test_a_misspelt_known_setting_is_recognised():
     assert suggestion("/rtx-transient/stableIds/enable") == "/rtx-transient/stableIds/enabled"
 
 
-def test_misspelt_settings_are_told_also_where_they_are_set_later():
+def test_misspelt_settings_are_reported_also_where_they_are_set_later():
     settings = Settings({"/app/player/playSimulation": False, "/exts/my.tool/size": 1})
     told = []
     settings.on_misspelt(lambda path, known: told.append((path, known)))

@@ -43,7 +43,7 @@ def test_a_number_of_steps_is_a_whole_one(app, call, steps, message):
 
 
 @pytest.mark.parametrize("call", CALLS.values(), ids=CALLS)
-def test_no_steps_are_no_mistake_and_fewer_are(app, call):
+def test_no_steps_are_not_mistake_and_fewer_are(app, call):
     call(app, 0)
     with pytest.raises(ValueError, match=r"^steps -1: give 0 or more$"):
         call(app, -1)

@@ -62,7 +62,7 @@ def test_an_old_id_has_a_new_one_and_a_sentence(registry, old, new):
     assert f'"{new}"' in sentence
 
 
-def test_no_twin_is_said_to_run_that_is_not_there(registry):
+def test_no_twin_is_reported_to_run_that_is_not_there(registry):
     assert migrated_type("omni.isaac.ros_bridge.ROS1RosMaster", registry) == (
         "omni.isaac.ros_bridge.ROS1RosMaster",
         None,

@@ -52,7 +52,7 @@ def test_different_values(wanted, got, message):
     assert message in difference(wanted, got, None, 1e-9)
 
 
-def test_what_an_attribute_cannot_hold_is_told():
+def test_what_an_attribute_cannot_hold_is_reported():
     message = difference("fast", 1.5, TYPES["double"], 1e-9)
     assert message.startswith('expected "fast", which cannot be: ')
     assert message.endswith("; got 1.5")

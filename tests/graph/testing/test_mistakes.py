@@ -169,7 +169,7 @@ MISTAKES = {
 
 
 @pytest.mark.parametrize("mistake", MISTAKES)
-def test_a_mistake_is_told_with_its_place(mistake, run_tests, graph_file):
+def test_a_mistake_is_reported_with_its_place(mistake, run_tests, graph_file):
     text, message = MISTAKES[mistake]
     problems = run_tests(text).problems
     assert len(problems) == 1, problems
@@ -177,7 +177,7 @@ def test_a_mistake_is_told_with_its_place(mistake, run_tests, graph_file):
     assert problems[0].startswith("small.test.yaml:")
 
 
-def test_a_case_of_nothing_is_told(run_tests):
+def test_a_case_of_nothing_is_reported(run_tests):
     [problem] = run_tests("cases: {it: {}}\n").problems
     assert problem == (
         'small.test.yaml:2:9: case "it": names neither graph nor node, and no graph file of this name stands beside; '
@@ -185,7 +185,7 @@ def test_a_case_of_nothing_is_told(run_tests):
     )
 
 
-def test_all_mistakes_are_told_at_once(run_tests, graph_file):
+def test_all_mistakes_are_reported_at_once(run_tests, graph_file):
     problems = run_tests(
         """\
         cases:
@@ -215,12 +215,12 @@ def test_all_mistakes_are_told_at_once(run_tests, graph_file):
         (b"\xff\xfea", "UTF-16"),
     ],
 )  # fmt: skip
-def test_what_is_no_test_file_is_told(text, message, tmp_path):
+def test_what_is_not_a_test_file_is_reported(text, message, tmp_path):
     file = parse_cases(text, "a.test.yaml", tmp_path / "a.test.yaml")
     assert any(message in str(problem) for problem in file.problems), file.problems
 
 
-def test_a_missing_file_is_told(tmp_path):
+def test_a_missing_file_is_reported(tmp_path):
     from graph.testing.cases import read_cases
 
     [problem] = read_cases(tmp_path / "no.test.yaml").problems

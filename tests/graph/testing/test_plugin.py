@@ -39,7 +39,7 @@ def project(tmp_path):
     return SimpleNamespace(folder=folder, run=run)
 
 
-def test_each_case_is_an_item_and_a_failure_is_told_by_its_line(project):
+def test_each_case_is_an_item_and_a_failure_is_reported_by_its_line(project):
     (project.folder / "small.test.yaml").write_text(TESTS)
     done = project.run("-v")
     assert done.code == 1
@@ -51,7 +51,7 @@ def test_each_case_is_an_item_and_a_failure_is_told_by_its_line(project):
     assert "1 passed, 1 deselected" in project.run("-k", "finishes and not late").out
 
 
-def test_mistakes_of_a_file_are_told_when_it_is_collected(project):
+def test_mistakes_of_a_file_are_reported_when_it_is_collected(project):
     (project.folder / "small.test.yaml").write_text(TESTS.replace("fired", "fird"))
     done = project.run()
     assert done.code == 2

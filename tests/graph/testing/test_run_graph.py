@@ -146,7 +146,7 @@ def test_a_failure_is_raised_or_kept_with_what_came_before():
         ),
     ],
 )
-def test_wrong_references_are_told(options, message):
+def test_wrong_references_are_reported(options, message):
     with pytest.raises(UserError) as caught:
         run_graph(HELD_BACK, **{"updates": 5, **options})
     assert message in str(caught.value)
@@ -168,7 +168,7 @@ def test_firings_and_values_are_not_mixed_up():
         trace.values("wait.finished")
 
 
-def test_all_problems_of_a_text_are_told():
+def test_all_problems_of_a_text_are_reported():
     with pytest.raises(UserError) as caught:
         run_graph(HELD_BACK.replace("Countdown", "Cuontdown").replace("tick.tick ->", "tock.tick ->"))
     assert len(caught.value.problems) == 2

@@ -77,7 +77,7 @@ def test_connected_inputs_count_as_connected_and_get_their_values_all_the_same(r
     assert (trace.value("known"), trace.value("read"), trace.values("y")) == (True, False, [1.0, 2.0])
 
 
-def test_it_behaves_as_playing_unless_told_otherwise(run, library):
+def test_it_behaves_as_playing_by_default(run, library):
     @node_type("test.Plays", outputs={"playing": Attribute("bool", ""), "t": Attribute("double", "")}, registry=library)
     def plays(db):
         db.outputs.playing = db.context.is_playing
@@ -117,7 +117,7 @@ def test_variables_and_interrupts(run, library):
     assert restarted.fired("finished") == [3]
 
 
-def test_mistakes_in_the_test_are_told(run):
+def test_mistakes_in_the_test_are_reported(run):
     with pytest.raises(UserError, match=r'no node type "test.Wiat"; did you mean "test.Wait"'):
         run("test.Wiat")
     with pytest.raises(UserError, match=r'has no input "update"; did you mean "updates"'):

@@ -263,7 +263,7 @@ def test_a_node_whose_source_is_gone_does_nothing_and_the_run_goes_on(usda, caps
     assert '/G/speed: the graph has no variable "gone"' in told.err
 
 
-def test_an_old_id_is_told_once_with_how_many_more_there_are(usda):
+def test_an_old_id_is_reported_once_with_how_many_more_there_are(usda):
     old = "omni.isaac.core_nodes.IsaacReadSimulationTime"
     loaded = load_graph(usda(graph_text("".join(a_node(name, old) for name in "abc"))))
     [(code, _, message)] = loaded.spec.notes

@@ -244,7 +244,7 @@ def test_a_union_that_refuses_a_type_says_the_way_or_what_it_takes(source, targe
 
 
 @pytest.mark.parametrize(("source", "target"), [("execution", "numerics"), ("int", "numerics"), ("int", "any")])
-def test_no_way_is_told_to_a_union_that_takes_it_or_into_execution(source, target):
+def test_no_way_is_reported_to_a_union_that_takes_it_or_into_execution(source, target):
     assert way_between(TYPES[source], parse_type(target)) == ""
 
 

@@ -66,7 +66,7 @@ def test_a_variable_that_is_written_in_the_graph_fires_in_the_next_evaluation():
     assert fired == [0, 1, 2]
 
 
-def test_a_variable_that_is_missing_is_said():
+def test_a_variable_that_is_missing_is_reported():
     spec = GraphSpec(
         "/G", (NodeSpec("on", "OnVariableChange", {"variableName": "sped"}),), variables={"speed": VariableSpec("int")}
     )

@@ -30,7 +30,7 @@ def test_on_tick_fires_in_every_update_by_default():
 
 
 @pytest.mark.parametrize(("only_playback", "fired"), [(True, []), (False, [0, 1])])
-def test_on_tick_ignores_updates_without_playback_if_told(only_playback, fired):
+def test_on_tick_ignores_updates_without_playback_on_request(only_playback, fired):
     trace = run_node("OnTick", inputs={"onlyPlayback": only_playback}, updates=2, playing=False)
     assert trace.fired("tick") == fired
 

@@ -132,7 +132,7 @@ def test_compare_names_where_an_unlike_value_comes_from():
 
 
 @pytest.mark.parametrize("role", ["foo", "", "*", 5, of("token", "colour")])
-def test_to_double_refuses_a_role_that_is_none_as_a_mistake_in_the_file(role):
+def test_to_double_refuses_an_unknown_role_as_a_mistake_in_the_file(role):
     text = (
         "tickgraph: 1\ngraphs:\n  /G:\n    evaluator: push\n    nodes:\n"
         "      d: {type: ToDouble, inputs: {value: {type: double, value: 1.0}, role: ROLE}}\n"

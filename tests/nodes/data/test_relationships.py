@@ -97,7 +97,7 @@ def test_a_place_is_written_and_read_again(world, stage):
     assert np.allclose(run_node("ReadPrimLocalTransform", inputs=inputs, app=app).value("value"), place)
 
 
-def test_a_place_that_is_none_fails(world, cube):
+def test_an_invalid_place_fails(world, cube):
     for value, message in (
         (np.diag([1, 1, 0, 1]).tolist(), "is not a place"),
         ([[1, 0, 0, 0], [1, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]], "is sheared"),
@@ -127,7 +127,7 @@ def test_settings_are_read_and_written(world):
     assert app.settings.get("/my/number") == 7.0
 
 
-def test_a_setting_that_nobody_set_is_said_so(world):
+def test_a_setting_that_nobody_set_is_reported_so(world):
     trace = run_node("ReadSetting", inputs={"settingPath": "/my/nothing"}, app=world())
     assert [one.code for one in trace.warnings] == ["setting-unset"]
     with pytest.raises(ComputeError, match="has settings below it"):

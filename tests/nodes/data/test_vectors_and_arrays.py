@@ -126,7 +126,7 @@ def test_a_variable_that_the_graph_does_not_have_is_an_error():
             run_node(name, variables={"gain": ("double", 2.5)}, inputs={"value": 1.0} if name[0] == "W" else {})
 
 
-def test_a_graph_in_the_making_may_lack_the_variable_until_it_runs():
+def test_an_unfinished_graph_needs_the_variable_only_when_it_runs():
     spec = GraphSpec("/G", (NodeSpec("read", "ReadVariable", {"variableName": "gain"}),), evaluator="push")
     [graph] = compile_graphs([replace(spec, unfinished=True)])
     with pytest.raises(ComputeError, match='the graph has no variable "gain"'):

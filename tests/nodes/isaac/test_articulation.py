@@ -50,7 +50,7 @@ def test_index_0_alone_means_joint_0_alone(cart):
     assert abs(found["right_joint"]) < 0.1
 
 
-def test_nan_leaves_a_joint_at_what_it_was_told_before(cart):
+def test_nan_leaves_a_joint_at_its_last_command(cart):
     commands = {0: [1.0, 1.0], 30: [math.nan, 4.0]}
     found = speeds(cart(), velocityCommand=lambda update: commands[0 if update < 30 else 30])
     assert found == pytest.approx({"left_joint": 1.0, "right_joint": 4.0}, rel=0.02)
@@ -77,7 +77,7 @@ def test_a_command_of_wrong_width_fails_and_nothing_is_sent(cart):
         ({"targetPrim": []}, "no robot; set targetPrim or robotPath"),
     ],
 )
-def test_a_joint_or_robot_that_is_not_there_is_said(cart, inputs, message):
+def test_a_joint_or_robot_that_is_not_there_is_reported(cart, inputs, message):
     with pytest.raises(ComputeError, match=message):
         speeds(cart(), **inputs)
 

@@ -19,7 +19,7 @@ def test_without_a_world_simulation_time_is_that_of_the_updates():
     ]
 
 
-def test_a_stop_resets_simulation_time_unless_told_otherwise(world):
+def test_a_stop_resets_simulation_time_by_default(world):
     app = world(physics_hz=100, loop_hz=50)
     run_node("IsaacReadSimulationTime", updates=5, app=app)
     app.stop()

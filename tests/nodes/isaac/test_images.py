@@ -13,7 +13,7 @@ def once(node, **inputs):
 
 
 @pytest.mark.parametrize("kind", ["IsaacConvertRGBAToRGB", "IsaacConvertDepthToPointCloud"])
-def test_no_image_yet_is_nothing_to_convert_and_no_source_is_told(kind):
+def test_no_image_yet_is_nothing_to_convert_and_no_source_is_reported(kind):
     trace = run_node(kind, pulses={"execIn": [0]}, connect={"dataPtr": "uint64"}, inputs={"dataPtr": 0})
     assert (trace.fired("execOut"), trace.warnings) == ([], [])
     trace = run_node(kind, pulses={"execIn": [0]})
@@ -62,7 +62,7 @@ def test_alpha_is_left_out():
         ({"encoding": "rgb8"}, 'encoding is "rgb8"; only rgba8 can be converted'),
     ],
 )
-def test_what_cannot_be_converted_is_said(inputs, message):
+def test_what_cannot_be_converted_is_reported(inputs, message):
     given = {"dataPtr": handle(np.zeros(16, np.uint8)), "width": 2, "height": 2, **inputs}
     with pytest.raises(ComputeError, match=message):
         once("IsaacConvertRGBAToRGB", **given)

@@ -68,6 +68,6 @@ def test_accelerations_are_differences_over_simulation_time(chassis):
         ([], "chassisPrim names 0 prims"),
     ],
 )
-def test_what_is_no_chassis_is_said(chassis, prim, message):
+def test_what_is_not_a_chassis_is_reported(chassis, prim, message):
     with pytest.raises(ComputeError, match=message):
         odometry(chassis(), 1, prim)

@@ -65,7 +65,7 @@ def test_a_file_elsewhere_is_refused_also_through_a_link(allowed, path):
         read(allowed, path)
 
 
-def test_what_is_no_text_is_refused(allowed):
+def test_what_is_not_a_text_is_refused(allowed):
     with pytest.raises(ComputeError, match=r"raw\.bin is not UTF-8 text"):
         read(allowed, "raw.bin")
 

@@ -66,7 +66,7 @@ def test_an_evaluation_between_two_steps_leaves_it_silent(running):
     assert graph.nodes["count"].get("count") == 4
 
 
-def test_a_direct_step_counts_and_a_second_play_begins_anew(running):
+def test_a_direct_step_counts_and_a_second_play_begins_again(running):
     app, graph = running(COUNTED, FIRES)
     app.play()
     app.simulation.step(steps=3)

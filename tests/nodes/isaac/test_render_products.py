@@ -61,7 +61,7 @@ def test_a_given_product_is_used(lidar, world):
         ({"renderProductPrim": "/Render/Gone"}, "there is no render product /Render/Gone"),
     ],
 )
-def test_what_cannot_be_rendered_is_said(lidar, world, inputs, message):
+def test_what_cannot_be_rendered_is_reported(lidar, world, inputs, message):
     lidar()
     with pytest.raises(ComputeError, match=message):
         create(world(), **inputs)

@@ -101,7 +101,7 @@ def test_names_that_override_are_resolved_to_prim_names(arm):
         (f"{ROOT}/shoulder", "/World/Arm/shoulder is not a robot: no articulation root is there or below it"),
     ],
 )
-def test_what_has_no_joints_to_name_is_said(arm, robot, message):
+def test_what_has_no_joints_to_name_is_reported(arm, robot, message):
     with pytest.raises(ComputeError, match=message):
         run_node("IsaacJointNameResolver", inputs={"robotPath": robot}, pulses={"execIn": [0]}, app=arm())
 

@@ -83,7 +83,7 @@ def test_a_sensor_set_on_a_viewport_renders_and_stays_through_a_new_size(lidar, 
         ({"cameraPrim": ["/World/Ahead"]}, "a Cube is not a sensor"),
     ],
 )
-def test_a_camera_that_cannot_be_set_is_said(lidar, world, inputs, message):
+def test_a_camera_that_cannot_be_set_is_reported(lidar, world, inputs, message):
     camera = lidar()
     app = world()
     path = once(app, "IsaacGetViewportRenderProduct").value("renderProductPath")
@@ -131,7 +131,7 @@ def test_a_disabled_attachment_stops_the_product(product_prim, world):
         (["/World/Lidar"], "/World/Lidar is not a RenderProduct prim"),
     ],
 )
-def test_what_is_no_product_is_said(product_prim, world, prims, message):
+def test_what_is_not_a_product_is_reported(product_prim, world, prims, message):
     with pytest.raises(ComputeError, match=message):
         once(world(), "IsaacAttachHydraTexture", renderProductPrim=prims)
 

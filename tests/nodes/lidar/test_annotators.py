@@ -266,7 +266,7 @@ def test_demand_and_handles_end_with_a_stop(lidar, world, runner):
         ({"intensitiesData": [1]}, "intensitiesData has 1 values for 2 beams"),
     ],
 )
-def test_a_row_that_is_no_scan_is_refused(world, changes, message):
+def test_a_row_that_is_not_a_scan_is_refused(world, changes, message):
     row = {"horizontalFov": 90, "horizontalResolution": 45, "numRows": 1, "numCols": 2, "linearDepthData": [1.0, -1.0]}
     with pytest.raises(ComputeError, match=message):
         run_node("ROS2PublishLaserScan", inputs=row | changes, pulses={"execIn": [0]}, app=world())

@@ -35,7 +35,7 @@ def test_without_a_folder_it_warns_once_and_writes_nothing(world, tmp_path, monk
         ({"beamWidth": -1.0}, "width is a length of 0 m or more"),
     ],
 )
-def test_what_cannot_be_drawn_is_told_in_a_line(world, tmp_path, wrong, message):
+def test_what_cannot_be_drawn_is_reported_in_a_line(world, tmp_path, wrong, message):
     app = world()
     app.output_folder = tmp_path
     with pytest.raises(ComputeError, match=message):

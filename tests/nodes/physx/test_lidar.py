@@ -81,7 +81,7 @@ def test_nothing_nearer_than_minrange_is_seen_and_depth_counts_from_the_sensor(l
     assert np.allclose(trace.value("linearDepthData"), [3, 3, 4, 4])
 
 
-def test_a_hit_at_maxrange_or_farther_is_no_point(lidar):
+def test_a_hit_at_maxrange_or_farther_is_not_a_point(lidar):
     trace = read(lidar(**{**QUARTERS, "minRange": 2.5, "maxRange": 3.0}), "IsaacReadLidarPointCloud")
     assert trace.fired("execOut") == [0]
     assert len(trace.value("data")) == 0
@@ -128,7 +128,7 @@ def test_a_disabled_lidar_gives_nothing(lidar):
         ("horizontalResolution", 1e-6, "the limit is 10,000,000 rays; raise it with --limit lidar.rays=N"),
     ],
 )
-def test_what_no_lidar_has_is_told_in_a_line(lidar, attribute, value, wrong):
+def test_what_no_lidar_has_is_reported_in_a_line(lidar, attribute, value, wrong):
     with pytest.raises(ComputeError, match=wrong):
         read(lidar(**{attribute: value}), "IsaacReadLidarBeams")
 

@@ -76,11 +76,11 @@ def test_a_disabled_curtain_gives_no_reading(curtain):
         ({"curtainLength": -1.0}, "give 0 or more"),
     ],
 )
-def test_what_no_curtain_has_is_told_in_a_line(curtain, attributes, wrong):
+def test_what_no_curtain_has_is_reported_in_a_line(curtain, attributes, wrong):
     with pytest.raises(ComputeError, match=wrong):
         read(curtain(**attributes))
 
 
-def test_a_prim_of_another_type_is_told(curtain):
+def test_a_prim_of_another_type_is_reported(curtain):
     with pytest.raises(ComputeError, match="/World/Wall is a Cube; give the path of a IsaacLightBeamSensor prim"):
         read(curtain(), "/World/Wall")

@@ -55,7 +55,7 @@ def test_prims_are_placed_between_two_spheres_given_in_any_order(balls, radii):
     assert 1.0 <= found.min() < 1.2 < 1.4 < found.max() <= 1.5
 
 
-def test_every_activation_places_anew_and_equal_seeds_alike(balls):
+def test_every_activation_places_again_and_equal_seeds_alike(balls):
     first = sample(balls(seed=3), "OgnSampleInSphere", 2)
     assert not np.allclose(first[0], first[1])
     assert np.array_equal(first, sample(balls(seed=3), "OgnSampleInSphere", 2))
@@ -93,7 +93,7 @@ def test_a_body_is_moved_in_physics_too(stage, world):
         ({"radius": -1.0}, "a radius is -1; give a positive one"),
     ],
 )
-def test_what_cannot_be_placed_is_said(balls, stage, inputs, message):
+def test_what_cannot_be_placed_is_reported(balls, stage, inputs, message):
     stage.DefinePrim("/World/Looks", "Material")
     with pytest.raises(ComputeError, match=message):
         sample(balls(), "OgnSampleInSphere", **inputs)

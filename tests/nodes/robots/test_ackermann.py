@@ -91,6 +91,6 @@ def test_a_ramp_takes_one_step_and_ignores_tiny_ones(current, target, result):
 
 
 @pytest.mark.parametrize("name", ["wheelBase", "frontWheelRadius", "backWheelRadius"])
-def test_a_length_that_is_not_set_is_said(name):
+def test_a_length_that_is_not_set_is_reported(name):
     with pytest.raises(ComputeError, match=f"input {name} is 0 m; give it a positive length"):
         drive(**{name: 0.0})

@@ -126,7 +126,7 @@ def test_a_second_play_starts_with_a_still_belt(belt):
     assert speed(carry(app, 30, enabled=False)) == pytest.approx(0, abs=1e-6)
 
 
-def test_the_discrete_integrator_gives_way_and_that_is_said(belt):
+def test_the_discrete_integrator_gives_way_and_that_is_reported(belt):
     inputs = {"conveyorPrim": [BELT], "velocity": 1.0}
     app = belt(integrator="discrete")
     trace = run_node("IsaacConveyor", inputs=inputs, pulses={"onStep": range(3)}, updates=3, app=app)
@@ -143,6 +143,6 @@ def test_a_texture_that_is_to_move_is_warned_of_once(belt):
     ("prims", "message"),
     [([], "conveyorPrim names 0 prims"), (["/World"], "/World is not a rigid body; give it a RigidBodyAPI")],
 )
-def test_what_is_no_belt_is_said(belt, prims, message):
+def test_what_is_not_a_belt_is_reported(belt, prims, message):
     with pytest.raises(ComputeError, match=message):
         carry(belt(), 1, conveyorPrim=prims)

@@ -100,7 +100,7 @@ def test_positions_and_speeds_may_be_given_per_joint(hand):
         ({"openPosition": [1.0, 2.0, 3.0]}, "openPosition has 3 entries for 2 joints"),
     ],
 )
-def test_what_is_no_gripper_is_said(hand, inputs, message):
+def test_what_is_not_a_gripper_is_reported(hand, inputs, message):
     with pytest.raises(ComputeError, match=message):
         grip(hand(), {"open": [0]}, 1, **inputs)
 

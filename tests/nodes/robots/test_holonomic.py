@@ -79,7 +79,7 @@ def test_gains_and_limits():
         ),
     ],
 )
-def test_what_is_no_platform_is_said(inputs, message):
+def test_what_is_not_a_platform_is_reported(inputs, message):
     with pytest.raises(ComputeError, match=message):
         drive([1, 0, 0], **inputs)
 
@@ -137,7 +137,7 @@ def test_the_centre_may_be_another_prim_and_both_be_given_as_paths(platform, wor
         ({"robotPrim": ["/World/Gone"]}, "there is no prim /World/Gone"),
     ],
 )
-def test_a_robot_that_is_not_there_is_said(platform, world, inputs, message):
+def test_a_robot_that_is_not_there_is_reported(platform, world, inputs, message):
     with pytest.raises(ComputeError, match=message):
         setup(world(), **inputs)
 
@@ -150,7 +150,7 @@ def test_a_robot_without_wheels_is_a_warning(platform, world):
     ]
 
 
-def test_what_has_wheel_attributes_and_is_no_revolute_joint_is_said(platform, world):
+def test_what_has_wheel_attributes_and_is_not_a_revolute_joint_is_reported(platform, world):
     from pxr import Sdf
 
     body = platform.GetPrimAtPath("/World/Bot/body")

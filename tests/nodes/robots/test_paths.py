@@ -43,7 +43,7 @@ def test_a_goal_is_reached_in_place_and_heading():
     assert reached([1, 2, 0], -90) == [True, False]
 
 
-def test_a_goal_is_taken_over_when_it_is_said_to_have_changed():
+def test_a_goal_is_taken_over_when_it_is_reported_to_have_changed():
     trace = run("CheckGoal2D", 3, currentPosition=[5, 0, 0], target=[5, 0, 0], targetChanged=lambda update: update == 1)
     assert [one.tolist() for one in trace.values("reachedGoal")] == [[False, True], [True, True], [True, True]]
     assert trace.fired("execOut") == [0, 1, 2]
@@ -187,6 +187,6 @@ def test_without_a_path_nothing_is_computed():
         ({"pathArrays": [1.0, 2.0, 3.0]}, "pathArrays has 3 numbers; it holds speeds, x, y and headings"),
     ],
 )
-def test_what_cannot_be_followed_is_said(inputs, message):
+def test_what_cannot_be_followed_is_reported(inputs, message):
     with pytest.raises(ComputeError, match=message):
         follow(**inputs)

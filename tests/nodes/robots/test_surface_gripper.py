@@ -136,6 +136,6 @@ def test_a_disabled_node_does_nothing(cup):
     assert app.physics.gripper(CUP).status == "Open"
 
 
-def test_what_is_no_gripper_is_said(cup):
+def test_what_is_not_a_gripper_is_reported(cup):
     with pytest.raises(ComputeError, match="/World/Box: no surface gripper is there"):
         run_node("SurfaceGripper", inputs={"SurfaceGripper": ["/World/Box"]}, pulses={"Close": [0]}, app=cup())

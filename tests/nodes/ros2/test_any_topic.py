@@ -80,12 +80,12 @@ def test_what_one_node_of_a_graph_says_another_hears_in_the_same_update(run_file
     assert app.graphs["/G"].nodes["hear"].computes == 2
 
 
-def test_a_subscriber_in_the_run_is_somebody_to_publish_for(run_file):
+def test_a_subscriber_in_the_run_makes_the_publisher_publish(run_file):
     text = PAIR.format(type="messagePackage: std_msgs, messageName: String", fields="data: hello", read="data")
     assert run_file(text, 3, heard=False).bus.topics["/talk"].messages == 3 - 1
 
 
-def test_nothing_is_made_for_nobody(stage):
+def test_no_message_is_made_without_a_subscriber(stage):
     from graph.sim import App
 
     with App(stage) as app:
@@ -101,14 +101,14 @@ def test_nothing_is_made_for_nobody(stage):
         ("data: hello", "dat", 'outputs:dat is not a field of std_msgs/msg/String; did you mean "data"?'),
     ],
 )
-def test_fields_that_are_not_there_are_told_when_the_file_is_loaded(run_file, fields, read, message):
+def test_fields_that_are_not_there_are_reported_when_the_file_is_loaded(run_file, fields, read, message):
     text = PAIR.format(type="messagePackage: std_msgs, messageName: String", fields=fields, read=read)
     with pytest.raises(UserError) as refused:
         run_file(text, 1)
     assert message in str(refused.value)
 
 
-def test_a_type_that_is_not_there_is_told_when_the_file_is_loaded(run_file):
+def test_a_type_that_is_not_there_is_reported_when_the_file_is_loaded(run_file):
     text = PAIR.format(type="messagePackage: std_msgs, messageName: Sting", fields="data: hello", read="data")
     with pytest.raises(UserError) as refused:
         run_file(text, 1)

@@ -154,7 +154,7 @@ def test_compressed_pictures_are_refused_in_one_line(app):
         helper(app, "rgb_h264")
 
 
-def test_a_product_of_a_lidar_is_told_and_publishes_nothing(app):
+def test_a_product_of_a_lidar_is_reported_and_publishes_nothing(app):
     app.stage.DefinePrim("/World/Lidar", "OmniLidar")
     path = render_product(app, "/World/Lidar").path
     trace = run_node("ROS2CameraHelper", inputs={"renderProductPath": path}, pulses={"execIn": [0]}, app=app)
@@ -217,7 +217,7 @@ def test_a_stereo_pair_has_its_baseline_in_the_right_projection(app):
     assert left.r.tolist() == pytest.approx([1, 0, 0, 0, 1, 0, 0, 0, 1], abs=1e-9)
 
 
-def test_a_pair_of_two_sizes_is_told_and_publishes_nothing(app):
+def test_a_pair_of_two_sizes_is_reported_and_publishes_nothing(app):
     path = render_product(app, CAMERA, (32, 24)).path
     trace = helper(app, node="ROS2CameraInfoHelper", renderProductPathRight=path)
     assert "stereo-unlike" in {warning.code for warning in trace.warnings}

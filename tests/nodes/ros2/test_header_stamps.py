@@ -189,6 +189,6 @@ def test_a_laser_scan_carries_the_time_of_its_first_ray(drive, motion, header):
     ("motion", "time", "codes"),
     [("frozen", True, ["frozen-times-nominal"]), ("frozen", False, []), ("continuous", True, [])],
 )
-def test_times_of_a_frozen_lidar_that_moves_are_said_to_be_nominal(drive, motion, time, codes):
+def test_times_of_a_frozen_lidar_that_moves_are_reported_to_be_nominal(drive, motion, time, codes):
     app = drive(10, motion=motion, time=time, updates=3)
     assert [one.code for one in app.warnings if one.code == "frozen-times-nominal"] == codes

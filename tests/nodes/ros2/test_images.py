@@ -119,7 +119,7 @@ def test_labels_that_do_not_add_up_stop_the_run(world, inputs, message):
 
 
 @pytest.mark.parametrize("packed", [False, True])
-def test_object_ids_are_told_with_their_prims(world, packed):
+def test_object_ids_are_published_with_their_prims(world, packed):
     from sensors.surfaces.ids import pack_stable_id_map
 
     app, paths = world(), {5: "/World/A", 2**100: "/World/B"}

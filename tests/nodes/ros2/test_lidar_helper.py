@@ -108,7 +108,7 @@ def test_every_beam_of_a_solid_state_laser_scan_has_its_true_bearing(lidar, worl
     assert scan.ranges[ahead] == pytest.approx(4 / np.cos(bearing[ahead]), abs=1e-3)
 
 
-def test_firings_without_a_return_that_are_kept_are_no_points_at_the_origin(stage, lidar, world):
+def test_firings_without_a_return_that_are_kept_are_not_points_at_the_origin(stage, lidar, world):
     from sensors.lidar.names import PREFIX
 
     lidar()

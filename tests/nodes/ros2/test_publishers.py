@@ -113,7 +113,7 @@ def test_the_environment_can_be_left_out_of_it(monkeypatch):
     assert run_node("ROS2Context", inputs={"useDomainIDEnvVar": False}).value("context") == 1
 
 
-def test_a_domain_that_is_no_number_is_refused(monkeypatch):
+def test_a_domain_that_is_not_a_number_is_refused(monkeypatch):
     monkeypatch.setenv("ROS_DOMAIN_ID", "seven")
     with pytest.raises(ComputeError, match="ROS_DOMAIN_ID is 'seven'"):
         run_node("ROS2Context")

@@ -62,7 +62,7 @@ def test_without_the_level_the_velocity_is_left_out_with_a_warning(app):
     assert any(warning.code == "aux-level-too-low" for warning in app.warnings)
 
 
-def test_a_product_of_something_else_is_told_and_publishes_nothing(app):
+def test_a_product_of_something_else_is_reported_and_publishes_nothing(app):
     app.stage.DefinePrim("/World/Lidar", "OmniLidar")
     path = render_product(app, "/World/Lidar").path
     trace = run_node(HELPER, inputs={"renderProductPath": path}, pulses={"execIn": [0]}, updates=2, app=app)

@@ -98,7 +98,7 @@ def test_odometry_has_pose_and_twist_in_their_frames(world, plain):
         ({"robotFront": [-1, 0, 0], "publishRawVelocities": True}, [1, 2, 3]),
     ],
 )
-def test_velocities_are_told_along_front_left_and_up(world, plain, inputs, linear):
+def test_velocities_are_published_along_front_left_and_up(world, plain, inputs, linear):
     app = world()
     once("ROS2PublishOdometry", app, linearVelocity=[1, 2, 3], **inputs)
     found = plain(app, "/odom")[0]["twist"]["twist"]["linear"]
@@ -160,7 +160,7 @@ def test_ackermann_commands_go_out(world, plain):
     "kind", ["JointState", "Odometry", "RawTransformTree", "Imu", "AckermannDrive", "Image", "CompressedImage",
              "CameraInfo", "SemanticLabels", "ObjectIdMap"],
 )  # fmt: skip
-def test_publishers_do_nothing_for_nobody(stage, kind):
+def test_publishers_do_nothing_without_a_subscriber(stage, kind):
     """Not even look at their inputs, which are wrong for some here."""
     from graph.sim import App
 

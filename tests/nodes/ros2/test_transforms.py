@@ -141,6 +141,6 @@ def test_given_frames_are_published_as_they_are(world):
         ({"childFrames": ["a"], "parentFrames": ["b"]}, "have 1, 1, 0, 0 entries; they must agree"),
     ],
 )
-def test_what_cannot_be_published_is_said(world, inputs, message):
+def test_what_cannot_be_published_is_reported(world, inputs, message):
     with pytest.raises(ComputeError, match=message):
         publish(world(), **inputs)

@@ -52,7 +52,7 @@ def test_a_falling_box_touches_nothing(box):
 @pytest.mark.parametrize(
     ("threshold", "found"), [((20, 100), (False, 0)), ((10, 15), (True, 15)), ((0, 100), (True, 19.62))]
 )
-def test_a_force_below_the_threshold_is_none_and_one_above_reads_as_the_most(box, threshold, found):
+def test_a_force_below_the_threshold_reads_zero_and_one_above_reads_as_the_most(box, threshold, found):
     trace = touch(box(threshold=threshold))
     assert (trace.value("inContact"), trace.value("value")) == (found[0], pytest.approx(found[1], rel=1e-3))
 
@@ -76,7 +76,7 @@ def test_a_sensor_that_is_off_reads_nothing(box):
     ("prims", "message"),
     [(["/World/Ground"], "/World/Ground: it is on no rigid body"), ([], "input csPrim names 0 prims")],
 )
-def test_a_sensor_without_body_is_said(box, prims, message):
+def test_a_sensor_without_body_is_reported(box, prims, message):
     with pytest.raises(ComputeError, match=message):
         touch(box(), 1, prims)
 
@@ -141,7 +141,7 @@ def test_a_disabled_effort_sensor_reads_nothing(lift):
         (["/World/Gone"], "there is no prim /World/Gone"),
     ],
 )
-def test_what_is_no_joint_is_said(lift, prims, message):
+def test_what_is_not_a_joint_is_reported(lift, prims, message):
     with pytest.raises(ComputeError, match=message):
         run(lift(), "IsaacReadEffortSensor", prims, 1)
 

@@ -117,7 +117,7 @@ def test_on_a_body_that_is_held_it_feels_gravity_and_no_motion(stage, box):
     assert read(app, 3).value("linAcc").tolist() == [0, 0, 9.81]
 
 
-def test_a_second_play_starts_anew(box):
+def test_a_second_play_starts_again(box):
     app = box()
     read(app, 5)
     app.stop()
@@ -132,7 +132,7 @@ def test_a_second_play_starts_anew(box):
         (["/World/Ground"], "/World/Ground: it is on no rigid body; put it on one, or below"),
     ],
 )
-def test_what_is_no_sensor_is_said(box, prims, message):
+def test_what_is_not_a_sensor_is_reported(box, prims, message):
     with pytest.raises(ComputeError, match=message):
         read(box(), 2, imuPrim=prims)
 

@@ -60,7 +60,7 @@ def test_each_ray_tells_how_far_it_goes_and_what_it_hits(sensor):
     assert np.allclose(trace.value("beamEndPoints"), [[4, 0, 1], [0, 2, 1], [0, 0, 51]])
 
 
-def test_hits_are_told_in_the_axes_of_the_sensor_unless_asked_otherwise(sensor):
+def test_hits_are_given_in_the_axes_of_the_sensor_by_default(sensor):
     """Turned to the left, the sensor has the left wall ahead of it and the other one at its right."""
     trace = read(sensor(directions=[AHEAD, (0, -1, 0)], turn=90.0))
     assert np.allclose(trace.value("hitPositions").reshape(-1, 3), [[2, 0, 0], [0, -4, 0]], atol=1e-6)

@@ -59,7 +59,7 @@ def test_commands_come_in(world):
 
 
 @pytest.mark.parametrize("kind", ["Clock", "JointState", "Odometry", "Imu"])
-def test_nothing_is_sent_to_nobody(stage, kind):
+def test_no_message_is_sent_without_a_subscriber(stage, kind):
     from graph.sim import App
 
     with App(stage) as app:

@@ -61,7 +61,7 @@ def test_schemas_and_attributes_make_a_lens(app):
         ),
     ],
 )
-def test_what_cannot_be_is_told_in_a_line(app, make, message):
+def test_what_cannot_be_is_reported_in_a_line(app, make, message):
     add_camera(app, "/World/Plain", (8, 8))
     with pytest.raises(ValueError, match=message):
         make(app)

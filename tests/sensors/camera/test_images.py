@@ -253,7 +253,7 @@ def test_threads_and_other_cameras_change_no_byte():
         ("clippingRange", Gf.Vec2f(2, 1), r"clippingRange is \(2.0, 1.0\); give the nearest and the farthest distance"),
     ],
 )
-def test_a_prim_that_no_camera_can_be_is_told_in_a_line(attribute, value, message):
+def test_a_prim_that_no_camera_can_be_is_reported_in_a_line(attribute, value, message):
     with App(None) as app:
         add_camera(app)
         prim = app.stage.GetPrimAtPath("/World/Camera")

@@ -151,7 +151,7 @@ def test_a_fisheye_sees_behind_itself():
         ("Ftheta", "model", "lut", "model is 'lut'; there are opencvPinhole, opencvFisheye, ftheta, kannalaBrandtK3"),
     ],
 )
-def test_a_lens_that_cannot_be_is_told_in_a_line(model, attribute, value, message):
+def test_a_lens_that_cannot_be_is_reported_in_a_line(model, attribute, value, message):
     with App(None) as app:
         add_camera(app)
         prim = app.stage.GetPrimAtPath("/World/Camera")

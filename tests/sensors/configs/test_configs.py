@@ -89,13 +89,13 @@ def test_an_unknown_variant_lists_the_variants():
 
 
 @pytest.mark.parametrize("config", [0, True, 1.5, None, ["OS1"], {"OS1": 1}])
-def test_a_config_that_is_no_text_is_told(config):
+def test_a_config_that_is_not_a_text_is_reported(config):
     with pytest.raises(UserError, match="a lidar config is text"):
         load(config)
 
 
 @pytest.mark.parametrize("variant", [0, True, ["OS1_REV6_32ch10hz512res"]])
-def test_a_variant_that_is_neither_text_nor_choices_is_told(variant):
+def test_a_variant_that_is_neither_text_nor_choices_is_reported(variant):
     with pytest.raises(UserError, match="a variant is text"):
         load("OS1", variant)
 
@@ -194,7 +194,7 @@ def test_a_bad_profile_says_which_field(change, message):
         parse_profile({"profile": {**PROFILE["profile"], **change}}, "mine")
 
 
-def test_every_problem_of_a_profile_is_told_at_its_line_and_column(tmp_path):
+def test_every_problem_of_a_profile_is_reported_at_its_line_and_column(tmp_path):
     path = tmp_path / "bad.json"
     path.write_text(
         """{
@@ -232,7 +232,7 @@ def test_every_problem_of_a_profile_is_told_at_its_line_and_column(tmp_path):
     assert all(p.mark.file == str(path) for p in caught.value.problems)
 
 
-def test_a_profile_of_too_many_rays_is_told_at_the_profile(tmp_path):
+def test_a_profile_of_too_many_rays_is_reported_at_the_profile(tmp_path):
     path = tmp_path / "bad.json"
     state = '{"azimuthDeg": [0], "elevationDeg": [0]}'
     rates = '"scanRateBaseHz": 1, "reportRateBaseHz": 99999999'
@@ -274,7 +274,7 @@ def test_a_profile_of_several_states_ranges_and_offsets_is_honoured(tmp_path):
 
 
 @pytest.mark.parametrize("text", ["", "[1]", "{", '{"profile": 3}', "\x00", "[" * 100_000])
-def test_a_file_that_is_no_profile_is_one_clear_error(tmp_path, text):
+def test_a_file_that_is_not_a_profile_is_one_clear_error(tmp_path, text):
     path = tmp_path / "bad.json"
     path.write_text(text)
 

@@ -186,6 +186,6 @@ def test_a_product_alone_is_a_name_and_a_set_left_out_takes_what_fits():
         ("os1", None, r"did you mean OS1"),
     ],
 )
-def test_a_wrong_variant_is_told_what_is_near_it(name, variant, message):
+def test_a_wrong_variant_gets_similar_names_suggested(name, variant, message):
     with pytest.raises(UserError, match=message):
         find(name, variant)

@@ -81,7 +81,7 @@ def test_wrong_arguments_are_value_errors_and_user_errors(app, options, message)
         ({"config": "OS1", "variant": 3}, "/World/Lidar: variant 3 is not a name, or a mapping"),
     ],
 )
-def test_what_is_no_name_is_told(app, options, message):
+def test_what_is_not_a_name_is_reported(app, options, message):
     with pytest.raises(ValueError, match=message):
         Lidar.create("/World/Lidar", **options)
 
@@ -154,7 +154,7 @@ def test_wrapping_without_a_tick_rate_warns_when_it_is_not_the_scan_rate(app):
     assert app.warnings.codes() == ["lidar-partial-scan"]
 
 
-def test_configs_author_their_scan_rate_unless_told_otherwise(app):
+def test_configs_author_their_scan_rate_by_default(app):
     assert Lidar.create("/World/A", config="picoScan150").tick_rate == 20
     assert Lidar.create("/World/B", config="picoScan150", tick_rate=10.0).tick_rate == 10
     assert Lidar.create("/World/C", config="OS1", variant="OS1_REV6_32ch20hz512res").tick_rate == 20

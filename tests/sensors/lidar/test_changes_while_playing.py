@@ -63,6 +63,6 @@ def test_a_tick_rate_written_while_playing_counts_from_the_next_update():
 
 
 @pytest.mark.parametrize("rate", ["abc", True, -1, float("nan")])
-def test_a_tick_rate_that_is_no_rate_is_refused_in_a_line(rate):
+def test_a_tick_rate_that_is_not_a_rate_is_refused_in_a_line(rate):
     with App() as app, pytest.raises(SensorValueError, match=r"^tick_rate .*: give a rate in Hz, or 0"):
         Lidar.create("/World/Lidar", config="Example_Rotary", tick_rate=rate, app=app)

@@ -62,7 +62,7 @@ def test_firings_of_different_ticks_are_sorted_by_time_and_then_by_emitter():
     assert pattern.tick_id.tolist() == [3, 0, 0, 1, 1, 2, 2, 3]  # the last tick's late firing wraps into the next turn
 
 
-def test_a_firing_rate_that_is_no_multiple_gives_whole_ticks_and_an_idle_rest():
+def test_a_firing_rate_that_is_not_a_multiple_gives_whole_ticks_and_an_idle_rest():
     pattern = firing_pattern(lidar(scan_rate_base_hz=Fraction(10), pattern_firing_rate_hz=Fraction(35)))
 
     assert pattern.tick_id.tolist() == [0, 1, 2]  # floor(3.5)
@@ -173,7 +173,7 @@ def test_an_interval_longer_than_a_turn_keeps_its_last_turn():
     assert turns.slices(Fraction(0), Fraction(35, 100)) == [(2, slice(2, 4)), (3, slice(0, 2))]
 
 
-def test_patterns_of_many_turns_are_worked_out_anew_where_keeping_them_takes_too_much(monkeypatch):
+def test_patterns_of_many_turns_are_worked_out_again_where_keeping_them_takes_too_much(monkeypatch):
     monkeypatch.setattr("sensors.lidar.turns.MOST_KEPT_RAYS", 2)
     states = tuple(EmitterState(azimuth_deg=[0.0], elevation_deg=[float(angle)]) for angle in range(5))
     turns = Turns(lidar(scan_rate_base_hz=Fraction(10), pattern_firing_rate_hz=Fraction(10), emitter_states=states))

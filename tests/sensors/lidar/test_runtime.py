@@ -420,7 +420,7 @@ def test_play_after_stop_gives_the_bytes_of_the_first_play():
         assert run() == run()
 
 
-def test_only_what_somebody_asks_for_is_computed():
+def test_only_requested_channels_are_computed():
     with weightless() as app:
         add_box(app, "/World/Room", 20.0, (0, 0, 0))
         product = add_lidar(app, channels={"xyz"})

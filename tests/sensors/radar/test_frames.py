@@ -71,7 +71,7 @@ def test_scans_take_turns_in_the_order_of_their_names():
         ({"omni:sensor:frameRate": [10, 0]}, "give n, d above 0 for n / d Hz"),
     ],
 )
-def test_what_no_radar_can_have_is_told_in_a_line(tmp_path, capsys, attributes, message):
+def test_what_no_radar_can_have_is_reported_in_a_line(tmp_path, capsys, attributes, message):
     file = tmp_path / "radar.json"
     file.write_text(
         json.dumps({"tickgraph": 1, "scene": {"prims": {RADAR: {"type": "OmniRadar", "attributes": attributes}}}})

@@ -161,7 +161,7 @@ def test_moving_meshes_are_hit_where_they_are_now(offset, ordered, shape):
     np.testing.assert_allclose(second.distance, [np.inf, 4.5, np.inf], atol=1e-2)
 
 
-def test_moving_meshes_share_one_scene_and_are_told_apart():
+def test_moving_meshes_share_one_scene_and_are_distinguished():
     shapes = [sphere(0.5, 30), sphere(0.5, 20)]
     meshes = [mesh(shapes[i % 2], f"/World/B{i}/m", f"/World/B{i}") for i in range(6)]
     poses = np.stack([pose_at(5 * math.cos(i), 5 * math.sin(i), 0.0, turn=i) for i in range(6)])
@@ -294,7 +294,7 @@ def test_rays_that_keep_still_are_cast_twice_at_what_does_and_then_no_more(casts
     assert whole == [1, 1, 0, 0, 0]
 
 
-def test_rays_that_turn_or_start_elsewhere_or_miss_out_something_are_cast_anew(casts):
+def test_rays_that_turn_or_start_elsewhere_or_miss_out_something_are_cast_again(casts):
     world = CastWorld([mesh(box(20.0)), mesh(box(1.0, (5.0, 0.0, 0.0)), "/World/Pole")])
     rays = bundle((0, 0, 0), fan())
     rays.memory = RayMemory()

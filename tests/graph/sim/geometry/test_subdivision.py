@@ -134,7 +134,7 @@ def test_a_mesh_is_its_cage_unless_the_run_or_the_mesh_wants_it_refined():
     assert extent(stage, True) == (1.0, 12)
 
 
-def test_creases_on_the_stage_count_and_those_that_do_not_fit_are_said():
+def test_creases_on_the_stage_count_and_those_that_do_not_fit_are_reported():
     stage = open_stage()
     mesh_on_a_stage(stage, creaseIndices=[4, 5, 7, 6, 4], creaseLengths=[5], creaseSharpnesses=[10.0], holeIndices=[1])
     (part,) = collect_geometry(stage, 1e-2, refine=True)

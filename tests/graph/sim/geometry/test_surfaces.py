@@ -49,7 +49,7 @@ def test_splines_begin_and_end_where_usd_says(basis, wrap, ends):
     assert (along.min(), along.max()) == pytest.approx(ends)
 
 
-def test_points_are_spheres_and_curves_without_widths_are_said():
+def test_points_are_spheres_and_curves_without_widths_are_reported():
     stage = open_stage()
     points = UsdGeom.Points.Define(stage, "/Points")
     points.CreatePointsAttr([(0, 0, 0), (5, 0, 0)])
@@ -205,7 +205,7 @@ def test_points_of_an_instancer_that_make_no_sense_are_left_out_and_said():
         ([(1, 0, 0), (2, 1, 3), (3, 2, 6.001)], False),
     ],
 )
-def test_faces_without_an_area_alone_are_said(points, said):
+def test_faces_without_an_area_alone_are_reported(points, said):
     stage = open_stage()
     mesh = UsdGeom.Mesh.Define(stage, "/M")
     mesh.CreatePointsAttr(points)
@@ -215,7 +215,7 @@ def test_faces_without_an_area_alone_are_said(points, said):
     assert [message for _, _, message in warnings] == ["its faces have no area; nothing can hit it"] * said
 
 
-def test_what_a_skeleton_deforms_is_said():
+def test_what_a_skeleton_deforms_is_reported():
     stage = open_stage()
     mesh = UsdGeom.Mesh.Define(stage, "/M")
     mesh.CreatePointsAttr([(0, 0, 0), (1, 0, 0), (0, 1, 0)])

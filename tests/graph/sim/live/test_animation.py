@@ -122,7 +122,7 @@ def test_what_does_not_count_from_its_parent_stays():
         assert distance(app, (0, 20, 0), (0, -1, 0)) == pytest.approx(10.5)
 
 
-def test_samples_that_nothing_plays_are_said():
+def test_samples_that_nothing_plays_are_reported():
     stage = stage_with_a_mover(ball=(0, 50, 5))
     op = UsdGeom.Xformable(stage.GetPrimAtPath("/World/Ball")).GetOrderedXformOps()[0]
     op.Set((0, 50, 5), 0)

@@ -195,7 +195,7 @@ def test_what_is_hidden_or_shown_rays_see_at_once():
     assert "/World/Wall" in {one.path for one in app.geometry()}
 
 
-def test_physics_attributes_wait_for_the_next_play_and_that_is_said():
+def test_physics_attributes_wait_for_the_next_play_and_that_is_reported():
     app = playing()
     UsdPhysics.MassAPI.Apply(app.stage.GetPrimAtPath("/World/Ball"))
     with pytest.raises(RunError, match="PhysicsMassAPI"):

@@ -290,7 +290,7 @@ def test_step_delta_time_0_holds_the_timeline():
         assert app.simulation.get_num_physics_steps() == 1
 
 
-def test_step_delta_time_in_fixed_stepping_is_said_to_be_ignored():
+def test_step_delta_time_in_fixed_stepping_is_reported_to_be_ignored():
     with App(settings={keys.FIXED_STEPPING: True}) as app:
         app.orchestrator.step(delta_time=0.25)
         assert app.timeline.current_time == Fraction(1, 60)

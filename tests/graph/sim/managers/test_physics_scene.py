@@ -42,7 +42,7 @@ def test_physics_scene_value_error_if_the_prim_is_of_another_type():
 
 
 @pytest.mark.parametrize("path", ["Scene", "", "/", "/a b", "/A.size"])
-def test_physics_scene_value_error_for_what_is_no_path(path):
+def test_physics_scene_value_error_for_what_is_not_a_path(path):
     with App(), pytest.raises(ValueError, match="is not a prim path"):
         PhysicsScene(path)
 
@@ -189,7 +189,7 @@ def test_set_steps_per_second(parity, rate):
         assert app.simulation.steps_per_second == Fraction(str(rate))
 
 
-def test_trap_17_a_live_change_to_0_keeps_the_rate_and_is_said():
+def test_trap_17_a_live_change_to_0_keeps_the_rate_and_is_reported():
     with App() as app:
         scene = PhysicsScene("/PhysicsScene")
         app.play()
@@ -338,7 +338,7 @@ def test_physx_scene_defaults_and_what_is_kept_on_the_prim(name, default, value,
         assert "PhysxSceneAPI" in applied_schemas(scene.prim)
 
 
-def test_what_changes_nothing_here_is_said():
+def test_what_changes_nothing_here_is_reported():
     with App() as app:
         PhysxScene("/PhysicsScene").set_broadphase_type("MBP")
         assert app.warnings.codes() == ["physics-setting-stored"]

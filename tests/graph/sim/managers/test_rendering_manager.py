@@ -250,7 +250,7 @@ def test_trap_11_bound_methods_are_weak_and_end_with_their_object():
         assert "callback-dropped" not in app.warnings.codes()
 
 
-def test_trap_11_a_callback_that_goes_before_it_was_ever_called_is_said():
+def test_trap_11_a_callback_that_goes_before_it_was_ever_called_is_reported():
     with App() as app:
         app.rendering.register_callback(NEW_FRAME, callback=Listener().listen)
         gc.collect()

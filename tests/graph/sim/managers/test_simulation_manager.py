@@ -133,7 +133,7 @@ def test_trap_3_a_dt_is_exact_or_truncated_to_whole_steps_per_second(parity, rat
         assert app.simulation.steps_per_second == rate
 
 
-def test_a_rate_that_is_no_whole_number_is_kept_on_the_stage_as_a_time_step():
+def test_a_rate_that_is_not_a_whole_number_is_kept_on_the_stage_as_a_time_step():
     with App() as app:
         app.simulation.setup_simulation(dt=Fraction(2, 199))
         assert app.simulation.steps_per_second == Fraction(199, 2)
@@ -418,7 +418,7 @@ def test_setup_at_the_end_of_the_warm_up_started_right_after_paused_resumed_stop
         assert heard[5:] == ["SIMULATION_SETUP", "SIMULATION_STARTED"]
 
 
-def test_the_events_are_told_with_an_event():
+def test_the_events_are_reported_with_an_event():
     with App() as app:
         heard = []
         app.simulation.register_callback(heard.append, SimulationEvent.SIMULATION_STARTED)
@@ -650,7 +650,7 @@ def test_a_callback_that_raises_at_play_leaves_the_world_stopped():
 # -- default callbacks ---------------------------------------------------------------------------------------------
 
 
-def test_trap_12_warm_start_alone_turns_the_other_three_off_and_it_is_said():
+def test_trap_12_warm_start_alone_turns_the_other_three_off_and_it_is_reported():
     with App() as app:
         app.simulation.enable_default_callbacks(enable_warm_start=True)
         assert app.simulation.get_default_callback_status() == {

@@ -94,7 +94,7 @@ def test_a_damaged_chunk_in_the_middle_stays_outside_the_index(recorded, tmp_pat
 
 
 @pytest.mark.parametrize("content", [b"", MAGIC[:5], b"tickgraph: 1\n" * 10])
-def test_what_is_no_recording_is_the_users_error_and_stays(tmp_path, content):
+def test_what_is_not_a_recording_is_the_users_error_and_stays(tmp_path, content):
     path = tmp_path / "other.mcap"
     path.write_bytes(content)
     with pytest.raises(UserError, match="not an MCAP recording"):

@@ -70,7 +70,7 @@ def test_sources_are_merged_by_time_ties_in_their_order():
         assert [what for _, what in heard_per_update(app, 3)] == ["at 0.01", "at 0.02", "second"]
 
 
-def test_every_play_begins_anew_and_a_pause_holds_the_messages():
+def test_every_play_begins_again_and_a_pause_holds_the_messages():
     with App() as app:
         Player(app, [MemorySource(entries(0.01, 0.05))])
         app.play()
@@ -175,7 +175,7 @@ def test_types_that_only_the_recording_knows_come_from_it(tmp_path):
 
 
 @pytest.mark.parametrize("content", [None, b"", b"no mcap at all", b"\x89MCAP0\r\n" + b"\x00" * 40])
-def test_a_file_that_is_no_recording_is_refused_in_one_line(tmp_path, content):
+def test_a_file_that_is_not_a_recording_is_refused_in_one_line(tmp_path, content):
     path = tmp_path / "x.mcap"
     if content is not None:
         path.write_bytes(content)

@@ -41,7 +41,7 @@ def test_a_subscription_gets_what_came_earlier_in_the_same_update_and_nothing_ol
     assert taken(bus.listen("/a", "t")) == ["new"]
 
 
-def test_an_offer_is_only_made_where_somebody_listens():
+def test_an_offer_is_made_only_with_a_listener():
     bus, made = MessageBus(), []
     sink = MemorySink()
     bus.subscribe(sink)
@@ -79,7 +79,7 @@ def test_a_subscription_makes_a_topic_wanted_until_it_ends():
     assert not bus.has_subscribers("/a")
 
 
-def test_a_topic_has_one_type_whoever_comes_first():
+def test_a_topic_has_one_type_in_any_order_of_clients():
     bus = MessageBus()
     bus.listen("/a", "t", owner="/G/listen")
     with pytest.raises(RunError, match="topic /a: /G/send sends u, but /G/listen expects t; rename"):

@@ -41,7 +41,7 @@ def test_names_become_those_that_prims_may_have(opened, name, prim):
     assert scene.stage.GetPrimAtPath(f"/World/{prim}") or scene.paths.bodies[1].startswith("/World/body")
 
 
-def test_equal_names_are_told_apart_bodies_first(opened):
+def test_equal_names_are_distinguished_bodies_first(opened):
     text = (
         "<worldbody><geom name='x' size='1'/><site name='x'/><body name='x'><joint name='x'/><geom name='xx' size='1'/>"
     )
@@ -124,7 +124,7 @@ def test_joints_say_their_axis_ends_and_limits(opened):
     assert list(turn.TransformDir(Gf.Vec3d(1, 0, 0))) == pytest.approx([0, np.sqrt(0.5), np.sqrt(0.5)], abs=1e-6)
 
 
-def test_keys_that_the_model_decides_are_told(quadruped, tmp_path):
+def test_keys_that_the_model_decides_are_reported(quadruped, tmp_path):
     (tmp_path / "g.yaml").write_text(
         "tickgraph: 1\nscene:\n  mjcf: scene.xml\n  prims:\n    /World/torso: {mass: 3.0, rigid_body: true}\n"
         "    /World/torso/Lidar: {type: OmniLidar, config: Example_Rotary, translate: [0, 0, 0.2]}\n"

@@ -61,7 +61,7 @@ def test_a_keyframe_is_where_it_starts_before_and_after_play(quadruped):
         assert np.abs(np.subtract(*mirrored(app, model, data))).max() <= 1e-12
 
 
-def test_an_unknown_keyframe_is_told_with_those_there_are(quadruped):
+def test_an_unknown_keyframe_is_reported_with_those_there_are(quadruped):
     from graph.sim.mjcf.scene import open_mjcf
 
     with pytest.raises(UserError, match=r"has no keyframe 'hme'; it has home"):

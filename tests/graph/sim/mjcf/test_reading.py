@@ -29,7 +29,7 @@ def test_nested_includes_are_looked_for_below_the_main_file_and_then_beside_the_
     assert scene.paths.geoms == ("/World/main", "/World/beside")
 
 
-def test_a_file_that_includes_itself_is_told(model, tmp_path):
+def test_a_file_that_includes_itself_is_reported(model, tmp_path):
     (tmp_path / "a.xml").write_text("<x>\n  <include file='a.xml'/>\n</x>")
     (line,) = problems(model("<include file='a.xml'/>"))
     assert line.endswith("a.xml:2:3: include: a.xml is included already; a file may be so once")
@@ -118,13 +118,13 @@ def test_what_mujoco_refuses_is_one_line_with_its_place(model, text, line):
     assert "\n" not in told
 
 
-def test_a_mistake_in_an_included_file_is_told_there(model, tmp_path):
+def test_a_mistake_in_an_included_file_is_reported_there(model, tmp_path):
     (tmp_path / "part.xml").write_text("<x>\n<worldbody>\n  <geom typ='box'/>\n</worldbody></x>")
     (line,) = problems(model("<option/>\n<include file='part.xml'/>"))
     assert line.endswith("part.xml:3:3: geom: unrecognized attribute: 'typ'")
 
 
-def test_a_mistake_in_an_attached_model_is_told_there(model, tmp_path):
+def test_a_mistake_in_an_attached_model_is_reported_there(model, tmp_path):
     (tmp_path / "arm.xml").write_text(
         "<mujoco model='arm'>\n<worldbody>\n<body name='b'>\n<geom typ='box'/></body></worldbody></mujoco>"
     )
@@ -134,7 +134,7 @@ def test_a_mistake_in_an_attached_model_is_told_there(model, tmp_path):
     assert "arm.xml:4:1: " in line
 
 
-def test_a_urdf_and_other_files_are_told_apart(model):
+def test_a_urdf_and_other_files_are_distinguished(model):
     assert problems(model("<mujoco/>").with_name("none.xml")) == [
         f"{model('<mujoco/>').with_name('none.xml')}: no such MJCF file"
     ]
@@ -189,7 +189,7 @@ def test_attaching_models_that_attach_models_is_counted(model, tmp_path):
     assert "elements of it, above" in problems(tmp_path / "m0.xml")[0]
 
 
-def test_a_model_that_attaches_itself_is_told(tmp_path):
+def test_a_model_that_attaches_itself_is_reported(tmp_path):
     (tmp_path / "m.xml").write_text("<mujoco><asset><model name='m' file='m.xml'/></asset></mujoco>")
     assert "m.xml attaches itself" in problems(tmp_path / "m.xml")[0]
 

@@ -250,7 +250,7 @@ def test_a_joint_written_child_first_turns_the_same_way(world):
         assert physics.articulation("/J").velocities == pytest.approx([math.pi / 2])
 
 
-def test_a_body_out_of_its_joint_is_put_there_and_it_is_said(world):
+def test_a_body_out_of_its_joint_is_put_there_and_it_is_reported(world):
     prims = pendulum(0)
     prims["/Bob"]["translate"] = [0.5, 0, 2]
     physics, _, warnings = world(prims)
@@ -313,7 +313,7 @@ def test_two_fixed_joints_between_two_bodies_are_one_weld(world):
     assert warnings == []
 
 
-def test_what_is_wrong_with_a_joint_is_said(world):
+def test_what_is_wrong_with_a_joint_is_reported(world):
     body = {"/A": {"type": "Cube", "size": 0.1, "rigid_body": True}}
     for wrong, code, said in (
         (joint("Revolute", "/A", "/A"), "bad-joint", "ties /A to itself"),

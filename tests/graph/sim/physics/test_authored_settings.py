@@ -90,7 +90,7 @@ def test_settings_that_ask_for_the_same_are_one_line_at_the_first_of_them():
     assert message.endswith("; so does physxCollision:restOffset")
 
 
-def test_values_that_ask_for_what_happens_anyway_are_not_told():
+def test_values_that_ask_for_what_happens_anyway_are_not_reported():
     assert not told(
         body(
             "bool physxRigidBody:enableCCD = 0",
@@ -115,7 +115,7 @@ def test_a_setting_on_a_prim_where_it_does_not_count_says_where_it_would():
     ]
 
 
-def test_a_drive_of_an_axis_that_the_joint_does_not_have_is_told():
+def test_a_drive_of_an_axis_that_the_joint_does_not_have_is_reported():
     text = body() + (
         'def PhysicsRevoluteJoint "J" (prepend apiSchemas = ["PhysicsDriveAPI:linear"])\n'
         "{ rel physics:body1 = </A>\n float drive:linear:physics:stiffness = 5\n}\n"
@@ -125,12 +125,12 @@ def test_a_drive_of_an_axis_that_the_joint_does_not_have_is_told():
     assert message.endswith("this joint has no axis linear; write angular in its place")
 
 
-def test_a_misspelt_name_is_told_with_the_one_that_was_meant():
+def test_a_misspelt_name_is_reported_with_the_one_that_was_meant():
     ((_, message),) = told(body("float physxRigidBody:linearDampng = 1"))
     assert message.endswith('did you mean "physxRigidBody:linearDamping"?')
 
 
-def test_a_schema_without_attributes_is_told_too():
+def test_a_schema_without_attributes_is_reported_too():
     ((where, message),) = told(body(apis=("PhysxVehicleAPI",)))
     assert where == "/A"
     assert message.startswith("PhysxVehicleAPI is kept on the prim and changes nothing: vehicles are not simulated")

@@ -126,7 +126,7 @@ def test_links_of_an_articulation_without_self_collisions_pass_through(grouped):
     assert warnings == []
 
 
-def test_many_groups_are_told_apart_up_to_the_masks_there_are(grouped):
+def test_many_groups_are_distinguished_up_to_the_masks_there_are(grouped):
     def author(stage):
         for number in range(40):
             stage.DefinePrim(f"/X{number}")
@@ -139,7 +139,7 @@ def test_many_groups_are_told_apart_up_to_the_masks_there_are(grouped):
     assert np.isfinite(z).all()
 
 
-def test_several_scenes_are_said(grouped):
+def test_several_scenes_are_reported(grouped):
     scenes = {"/S1": {"type": "PhysicsScene"}, "/S2": {"type": "PhysicsScene"}}
     _, warnings = grouped(lambda stage: None, scenes)
     assert [(code, where) for code, where, _ in warnings] == [("several-physics-scenes", "/S1")]

@@ -227,7 +227,7 @@ def test_a_scene_of_one_material_needs_no_pairs(world):
     assert not physics.friction.switching
 
 
-def test_a_mad_material_is_said(world):
+def test_a_mad_material_is_reported(world):
     bad = {"physics:dynamicFriction": -1.0, "physics:restitution": 2.0}
     prims = {"/M": {"type": "Material", "schemas": ["PhysicsMaterialAPI"], "attributes": bad}}
     _, _, warnings = world({**prims, "/A": {**BLOCK, "rigid_body": True, **of("/M")}})

@@ -199,7 +199,7 @@ FACE = "int[] faceVertexCounts = [3]\nint[] faceVertexIndices = [0, 1, 2]"
         ("Mesh", "PhysxDeformableSurfaceAPI", f"{ONE}\n{FACE}", "bad-deformable", "do not fit"),
     ],
 )
-def test_what_cannot_deform_is_said_and_stays(usda, kind, schema, values, code, said):
+def test_what_cannot_deform_is_reported_and_stays(usda, kind, schema, values, code, said):
     text = f'def {kind} "W" (prepend apiSchemas = ["{schema}"]) {{\n{values}\n}}'
     physics, warnings = usda(text)
     assert physics is None

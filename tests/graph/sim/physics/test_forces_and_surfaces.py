@@ -163,7 +163,7 @@ def test_a_kinematic_body_with_a_velocity_is_a_belt_as_in_physx(usda):
     assert warnings == []
 
 
-def test_a_surface_without_colliders_is_told(usda):
+def test_a_surface_without_colliders_is_reported(usda):
     _, warnings = usda(body(SPEED, apis=["PhysxSurfaceVelocityAPI"]))
     assert [code for code, *_ in warnings] == ["bad-surface-velocity"]
 
@@ -219,14 +219,14 @@ def test_a_body_that_may_turn_about_one_axis_turns_about_that_of_the_world(usda)
     assert warnings == []
 
 
-def test_locks_that_cannot_be_had_are_told(usda):
+def test_locks_that_cannot_be_had_are_reported(usda):
     joint = 'def PhysicsRevoluteJoint "J" { rel physics:body1 = </A>\n}\n'
     for text in (locked(1) + joint, locked(1, 0, KINEMATIC) + body(name="B"), locked(0, 2)):
         _, warnings = usda(text)
         assert [code for code, *_ in warnings if code != "body-without-volume"] == ["physics-setting-stored"]
 
 
-def test_a_locked_body_keeps_its_state_when_the_world_is_compiled_anew():
+def test_a_locked_body_keeps_its_state_when_the_world_is_compiled_again():
     lines = ("vector3f physics:velocity = (1, 0, 0)", "vector3f physics:angularVelocity = (0, 0, 90)")
     with App(stage_of(FREE + locked(4, 3, *lines) + body(name="B", at=(0, 5, 0)))) as app:
         app.play()

@@ -346,7 +346,7 @@ def test_of_a_loop_the_joint_with_limits_or_a_drive_keeps_its_coordinate(usda):
     assert np.abs(physics.positions[c, 1:]).max() < 1e-6
 
 
-def test_what_a_joint_leaves_out_is_said(usda):
+def test_what_a_joint_leaves_out_is_reported(usda):
     _, warnings = usda(body("A") + joint("Fixed", body0="/B", more="float physics:breakForce = 100") + body("B"))
     assert [(code, where) for code, where, _ in warnings] == [("break-force", "/J")]
     _, warnings = usda(
@@ -366,7 +366,7 @@ def test_armature_slows_what_a_torque_turns(usda):
 
 
 @pytest.mark.parametrize("mass", ["-1", "nan", "inf"])
-def test_a_mass_that_is_none_is_said_and_counts_as_not_written(usda, mass):
+def test_an_invalid_mass_is_reported_and_counts_as_not_written(usda, mass):
     physics, warnings = usda(body("A", mass=mass, inertia=(0, 0, 0)))
     assert [(code, where) for code, where, _ in warnings if code == "bad-mass"] == [("bad-mass", "/A.physics:mass")]
     assert physics.model.body_mass[1] == 1.0  # nothing else gives it one

@@ -59,7 +59,7 @@ def test_dry_friction_takes_its_effort_from_what_moves(usda, line):
     assert warnings == []
 
 
-def test_the_friction_coefficient_of_physx_is_taken_as_an_effort_and_that_is_told(usda):
+def test_the_friction_coefficient_of_physx_is_taken_as_an_effort_and_that_is_reported(usda):
     """7 N m of drive, 3 N m of friction, 0.5 kg m2: 8 rad/s2."""
     lines = joint(
         "Revolute", "float physxJoint:jointFriction = 3", *motor("angular", 7), apis=["PhysicsDriveAPI:angular"]
@@ -121,7 +121,7 @@ def test_a_free_body_never_goes_nor_turns_faster_than_its_top_speeds(usda):
     assert warnings == []
 
 
-def test_damping_and_top_speeds_of_a_body_that_a_joint_holds_are_told(usda):
+def test_damping_and_top_speeds_of_a_body_that_a_joint_holds_are_reported(usda):
     lines = ("float physxRigidBody:linearDamping = 0.5", "float physxRigidBody:maxLinearVelocity = 5")
     _, warnings = usda(body("A", *lines, apis=["PhysxRigidBodyAPI"]) + joint("Revolute"))
     assert [(code, where) for code, where, _ in warnings] == [
@@ -163,7 +163,7 @@ def test_an_axis_of_a_d6_has_a_state_of_its_own(usda):
 
 
 @pytest.mark.parametrize("name", ["newton:friction", "newton:damping", "physxJoint:maxJointVelocity"])
-def test_a_number_of_a_joint_that_is_none_is_told(usda, name):
+def test_an_invalid_number_of_a_joint_is_reported(usda, name):
     physics, warnings = usda(SCENE + body() + joint("Revolute", f"float {name} = nan"))
     assert [(code, where) for code, where, _ in warnings] == [("bad-joint", f"/J.{name}")]
     assert np.isfinite(physics.model.dof_damping).all()

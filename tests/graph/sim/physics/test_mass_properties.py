@@ -29,7 +29,7 @@ def test_the_inertia_of_a_flat_body_is_not_rounded_to_a_ball(usda, written):
     assert warnings == []
 
 
-def test_an_inertia_that_no_body_has_is_told(usda):
+def test_an_inertia_that_no_body_has_is_reported(usda):
     """0.1 + 0.2 < 0.31: the mean of the three is (0.1 + 0.2 + 0.31) / 3."""
     physics, warnings = usda(body("float3 physics:diagonalInertia = (0.1, 0.2, 0.31)"))
     assert moments(physics) == pytest.approx([0.61 / 3] * 3, rel=1e-6)
@@ -47,7 +47,7 @@ def test_an_inertia_that_no_body_has_is_told(usda):
         ("float physics:density = nan", "density", "is nan, not a number from 0"),
     ],
 )
-def test_a_mass_property_that_is_no_number_is_told_and_counts_as_not_written(usda, line, name, message):
+def test_a_mass_property_that_is_not_a_number_is_reported_and_counts_as_not_written(usda, line, name, message):
     physics, warnings = usda(body(line))
     told = [(where, text) for code, where, text in warnings if code == "bad-mass"]
     name = f"physics:{name}"

@@ -95,7 +95,7 @@ def test_gravity_can_be_switched_off():
     assert physics.positions[0, 2] == pytest.approx(1)
 
 
-def test_wrong_values_of_the_scene_are_said_and_left():
+def test_wrong_values_of_the_scene_are_reported_and_left():
     wrong = {"mjc:option:integrator": ("Token", "heun"), "mjc:option:iterations": ("Int", 0)}
     wrong |= {"mjc:option:tolerance": ("Double", -1.0)}
     physics, warnings = built(wrong)
@@ -118,12 +118,12 @@ def test_every_solver_option_has_a_knob():
         assert f"physics.{name}" in KNOBS
 
 
-def test_no_collisions_between_steps_is_said():
+def test_no_collisions_between_steps_is_reported():
     _, warnings = built({"physxScene:enableCCD": ("Bool", True)})
     assert [code for code, *_ in warnings] == ["no-continuous-collision"]
 
 
-def test_a_lone_body_with_a_gripper_is_told_what_it_holds_nothing_of(world):
+def test_a_lone_body_with_a_gripper_can_hold_nothing_and_that_is_no_error(world):
     gripper = {"type": "IsaacSurfaceGripper"}
     physics, _, _ = world({**GROUND, **BALL, "/Grip": gripper})
     assert physics.gripper("/Grip").status == "Open"

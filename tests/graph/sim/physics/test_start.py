@@ -11,7 +11,7 @@ def codes(warnings):
     return [(code, where) for code, where, _ in warnings]
 
 
-def test_bodies_inside_each_other_are_told_with_their_depth(world):
+def test_bodies_inside_each_other_are_reported_with_their_depth(world):
     """Balls of radius 0.5 m, 0.8 m apart: 2 * 0.5 - 0.8 = 0.2 m."""
     apart = {"/A": {**BALL, "translate": [0, 0, 5]}, "/B": {**BALL, "translate": [0.8, 0, 5]}}
     _, _, warnings = world(apart)
@@ -27,7 +27,7 @@ def test_only_the_deepest_pair_is_named_and_the_others_are_counted(world):
     assert "/C overlap by 0.3 m when play begins, and so does 1 other pair" in warnings[0][2]
 
 
-def test_a_body_that_rests_on_or_slightly_in_the_ground_is_not_told(world):
+def test_a_body_that_rests_on_or_slightly_in_the_ground_is_not_reported(world):
     for height in (0.5, 0.495):
         _, _, warnings = world({**GROUND, "/A": {**BALL, "translate": [0, 0, height]}})
         assert warnings == []
@@ -58,7 +58,7 @@ def PhysicsFixedJoint "J" {{
 """
 
 
-def test_a_velocity_that_a_fixed_joint_forbids_is_told(usda):
+def test_a_velocity_that_a_fixed_joint_forbids_is_reported(usda):
     still = "vector3f physics:velocity = (0, 0, 0)"
     physics, warnings = usda(PAIR.format(first=still, second="vector3f physics:velocity = (1, 0, 0)"))
     assert codes(warnings) == [("velocity-not-possible", "/B")]
@@ -66,7 +66,7 @@ def test_a_velocity_that_a_fixed_joint_forbids_is_told(usda):
     assert physics.velocities() == pytest.approx(0)
 
 
-def test_velocities_that_fit_a_fixed_joint_are_not_told(usda):
+def test_velocities_that_fit_a_fixed_joint_are_not_reported(usda):
     """A turns about Z at 1 rad/s and moves at (0, 2, 0): B, 1 m along X, moves at (0, 3, 0)."""
     spin = "vector3f physics:angularVelocity = (0, 0, 57.29577951308232)"
     _, warnings = usda(
@@ -109,7 +109,7 @@ def test_a_joint_passes_its_limit_by_at_most_its_way_in_one_step(usda, hz, speed
     assert abs(physics.data.qvel[0] * 57.29577951308232) < 0.3 * speed  # it hardly comes back
 
 
-def test_a_limit_that_is_no_number_is_told_and_counts_as_none(usda):
+def test_a_limit_that_is_not_a_number_is_reported_and_counts_as_none(usda):
     physics, warnings = usda(HINGE.format(speed=360, upper="nan"))
     assert codes(warnings) == [("bad-joint", "/J.physics:upperLimit")]
     steps(physics, 240)
@@ -134,7 +134,7 @@ def PhysicsPrismaticJoint "J" (prepend apiSchemas = ["PhysicsDriveAPI:linear"]) 
     ("name", "value"),
     [("stiffness", "inf"), ("damping", "inf"), ("stiffness", "3.4e38"), ("damping", "-1"), ("targetPosition", "inf")],
 )
-def test_a_gain_that_no_engine_can_use_is_told_and_the_body_falls(usda, name, value):
+def test_a_gain_that_no_engine_can_use_is_reported_and_the_body_falls(usda, name, value):
     """0 is taken, so that after 0.25 s at 240 Hz the body has fallen g dt2 n (n + 1) / 2 = 0.3117 m."""
     physics, warnings = usda(DRIVE.format(line=f"float drive:linear:physics:{name} = {value}"))
     assert codes(warnings) == [("bad-joint", f"/J.drive:linear:physics:{name}")]
@@ -143,7 +143,7 @@ def test_a_gain_that_no_engine_can_use_is_told_and_the_body_falls(usda, name, va
 
 
 @pytest.mark.parametrize("force", ["inf", "3.4028235e38"])
-def test_a_joint_that_never_breaks_is_not_told(usda, force):
+def test_a_joint_that_never_breaks_is_not_reported(usda, force):
     _, warnings = usda(DRIVE.format(line=f"float physics:breakForce = {force}\n float physics:breakTorque = {force}"))
     assert warnings == []
 
@@ -156,7 +156,7 @@ def test_a_joint_that_never_breaks_is_not_told(usda, force):
         ("vector3f physics:gravityDirection = (0, nan, 0)", "gravityDirection"),
     ],
 )
-def test_gravity_that_is_no_number_is_told_and_that_of_the_earth_acts(usda, line, name):
+def test_gravity_that_is_not_a_number_is_reported_and_that_of_the_earth_acts(usda, line, name):
     text = DRIVE.format(line="") + f'def PhysicsScene "S" {{ {line}\n}}\n'
     physics, warnings = usda(text)
     assert codes(warnings) == [("bad-gravity", f"/S.physics:{name}")]
@@ -165,7 +165,7 @@ def test_gravity_that_is_no_number_is_told_and_that_of_the_earth_acts(usda, line
 
 
 @pytest.mark.parametrize("turn", ["(nan, 0, 0, 0)", "(0, 0, 0, 0)"])
-def test_a_frame_of_a_joint_that_is_none_is_told(usda, turn):
+def test_a_frame_of_a_joint_that_is_none_is_reported(usda, turn):
     _, warnings = usda(DRIVE.format(line=f"quatf physics:localRot0 = {turn}"))
     assert [code for code, *_ in warnings] == ["bad-joint"]
 

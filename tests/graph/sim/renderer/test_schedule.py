@@ -169,7 +169,7 @@ def test_an_unbound_schedule_is_never_due_by_steps():
     assert TickSchedule(Fraction(10)).due_step == NEVER
 
 
-def test_a_rate_of_zero_is_no_tick_schedule():
+def test_a_rate_of_zero_is_not_a_tick_schedule():
     with pytest.raises(ValueError, match="above 0 Hz"):
         TickSchedule(Fraction(0))
 

@@ -183,7 +183,7 @@ def played(tmp_path):
         yield app
 
 
-def test_the_scene_brings_its_own_rate_and_only_choices_of_another_engine_are_told(played):
+def test_the_scene_brings_its_own_rate_and_only_choices_of_another_engine_are_reported(played):
     assert played.simulation.get_num_physics_steps() == 480
     assert {(warning.code, warning.where) for warning in played.warnings} == {
         ("physics-setting-stored", "/World/physicsScene.physxScene:broadphaseType"),

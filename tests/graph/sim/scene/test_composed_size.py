@@ -80,7 +80,7 @@ def test_eight_times_ten_references_are_refused_at_once(tmp_path, instanceable):
     assert time.process_time() - started < 5
 
 
-def test_many_variants_of_one_model_are_no_multitude(tmp_path):
+def test_many_variants_of_one_model_are_not_multitude(tmp_path):
     """As official assets are: 40 variants, each a reference to the same 1,000 prims, in 30 copies of the model."""
     parts = "".join(f'def "p{i}" {{\n}}\n' for i in range(1000))
     variants = "".join(f'"v{i}" (references = </Parts>) {{\n}}\n' for i in range(40))

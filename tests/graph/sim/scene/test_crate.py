@@ -23,7 +23,7 @@ def crate(tmp_path):
     return tmp_path / "a.usdc"
 
 
-def test_the_largest_table_or_value_is_told(crate):
+def test_the_largest_table_or_value_is_reported(crate):
     assert crate_entries(crate) == 3000  # the array: 101 paths and some hundred bytes of texts are fewer
 
 

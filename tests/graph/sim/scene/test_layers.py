@@ -250,7 +250,7 @@ def test_a_layer_that_is_there_and_broken_is_an_error_with_its_line_and_who_asks
     assert len(error.value.problems) == 1
 
 
-def test_what_is_no_usd_file_by_its_name_is_left_out_like_what_is_missing(tmp_path):
+def test_what_is_not_a_usd_file_by_its_name_is_left_out_like_what_is_missing(tmp_path):
     (tmp_path / "model.obj").write_text("v 0 0 0\n")
     warnings = Warnings()
     assert open_stage(write(tmp_path / "a.usda", 'def "W" (references = @./model.obj@) {}\n'), warn=warnings)
@@ -333,7 +333,7 @@ def test_a_sublayer_that_is_referenced_too_has_its_own_variables_there(tmp_path)
         ("`${X}`", "the variable expression `${X}` gives 3, which is not a path"),
     ],
 )
-def test_an_expression_that_gives_no_path_is_told_as_one(tmp_path, expression, said):
+def test_an_expression_that_gives_no_path_is_reported_as_one(tmp_path, expression, said):
     warnings = Warnings()
     text = VARIABLES.format("int64 X = 3") + f'def "W" (references = @{expression}@) {{}}\n'
     open_stage(write(tmp_path / "a.usda", text), warn=warnings)

@@ -30,7 +30,7 @@ def test_time_codes_that_make_no_sense_are_refused_with_the_file(tmp_path, rate)
         open_stage(scene(tmp_path, meta=f"timeCodesPerSecond = {rate}"))
 
 
-def test_all_that_is_wrong_with_the_metadata_is_said_at_once(tmp_path):
+def test_all_that_is_wrong_with_the_metadata_is_reported_at_once(tmp_path):
     file = tmp_path / "a.usda"
     file.write_text('#usda 1.0\n(\n metersPerUnit = -1\n upAxis = "X"\n timeCodesPerSecond = 0\n)\n')
     with pytest.raises(UserError) as caught:
@@ -100,7 +100,7 @@ def test_cycles_and_references_to_nothing_are_one_line(tmp_path, body):
         ('metersPerUnit = 0.01\n upAxis = "Y"', ""),
     ],
 )
-def test_units_that_the_scene_does_not_author_are_said_once(tmp_path, meta, said):
+def test_units_that_the_scene_does_not_author_are_reported_once(tmp_path, meta, said):
     file = tmp_path / "a.usda"
     file.write_text(f"#usda 1.0\n({meta}\n)\n{CUBE}")
     _, warnings = opened(file)
@@ -158,7 +158,7 @@ def test_the_same_fault_of_many_prims_is_one_line():
     assert message.endswith("; the same holds for /M1, /M2, /M3 and 2 more")
 
 
-def test_values_of_another_type_are_no_traceback(tmp_path):
+def test_values_of_another_type_are_not_traceback(tmp_path):
     body = 'def Mesh "M"\n{\n float points = 3\n string faceVertexCounts = "a"\n}\n'
     parts, warnings = opened(scene(tmp_path, body))
     assert parts == ()
@@ -191,7 +191,7 @@ def test_metadata_of_another_type_are_named(tmp_path):
         ("Plane", "", 0),
     ],
 )
-def test_an_axis_that_is_none_plays_as_z(tmp_path, kind, size, top):
+def test_an_invalid_axis_plays_as_z(tmp_path, kind, size, top):
     """A ball of radius 1 from above rests on the top: 1 + half the height, plus the radius of the capsule's cap."""
     body = f'def {kind} "Thing" (prepend apiSchemas = ["PhysicsCollisionAPI"])\n{{\n token axis = "Q"\n {size}\n}}\n'
     body += 'def Sphere "Ball" (prepend apiSchemas = ["PhysicsCollisionAPI", "PhysicsRigidBodyAPI"])\n{\n'
@@ -275,7 +275,7 @@ def Xform "Resolved" (references = @part.usda@)
 """
 
 
-def test_references_in_other_units_are_said_once_a_file_where_nothing_makes_up_for_it(tmp_path):
+def test_references_in_other_units_are_reported_once_a_file_where_nothing_makes_up_for_it(tmp_path):
     (tmp_path / "part.usda").write_text(PART)
     (tmp_path / "same.usda").write_text(PART.replace("0.01", "1").replace('"Y"', '"Z"'))
     file = tmp_path / "a.usda"

@@ -37,7 +37,7 @@ def test_an_orientation_is_w_x_y_z_and_need_not_be_of_unit_length():
     assert list(local.Transform((1, 0, 0))) == pytest.approx([0, 1, 0])
 
 
-def test_shapes_collide_unless_told_not_to_and_bodies_take_mass_and_speed():
+def test_shapes_collide_by_default_and_bodies_take_mass_and_speed():
     stage = authored(
         {
             "/A": {
@@ -128,7 +128,7 @@ def test_a_sensors_configuration_comes_first_and_attributes_win():
     assert [str(path) for path in lidar.GetRelationship("tickgraph:exclude").GetTargets()] == ["/Mount"]
 
 
-def test_what_a_configuration_refuses_is_said_at_its_key():
+def test_what_a_configuration_refuses_is_reported_at_its_key():
     def configure(prim, config, variant):
         raise UserError(f"there is no lidar configuration {config!r}")
 
@@ -273,7 +273,7 @@ def test_nothing_is_added_below_an_instance():
     ]
 
 
-def test_a_key_that_ends_an_attribute_s_name_is_told_where_that_is_written():
+def test_a_key_that_ends_an_attribute_s_name_is_reported_where_that_is_written():
     with pytest.raises(UserError) as caught:
         author_prims(
             open_stage(),
@@ -297,6 +297,6 @@ def test_a_quaternion_of_any_length_is_the_same_rotation(parts):
 
 
 @pytest.mark.parametrize("name", ["", ":", "a:", "a b", "1"])
-def test_what_cannot_be_the_name_of_an_attribute_is_told(name):
+def test_what_cannot_be_the_name_of_an_attribute_is_reported(name):
     with pytest.raises(UserError, match="this cannot be the name of an attribute"):
         authored({"/A": {"type": "Cube", "attributes": {name: 1}}})

@@ -155,7 +155,7 @@ def test_joints_are_read_placed_and_driven(pendulum):
     assert abs(state.joint_efforts[0]) == pytest.approx(9.81 * np.sin(state.joint_positions[0]), rel=1e-3)
 
 
-def test_what_cannot_be_set_is_said_and_nothing_changes(app, pendulum):
+def test_what_cannot_be_set_is_reported_and_nothing_changes(app, pendulum):
     app.play()
     pendulum.play()
     with pytest.raises(RunError, match="/Bar: a joint holds this body"):

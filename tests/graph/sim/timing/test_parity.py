@@ -114,7 +114,7 @@ def test_the_documented_profile_is_the_default():
         }
 
 
-def test_every_difference_is_a_difference_and_is_told():
+def test_every_difference_is_a_difference_and_is_reported():
     assert all(one.product != one.documented and one.doc for one in DIFFERENCES)
     assert len({one.setting for one in DIFFERENCES}) == len(DIFFERENCES)
 
@@ -151,7 +151,7 @@ def test_row_steps_per_second_from_a_dt(parity, settings, value, dt, exact, whol
 
 
 @both(keys.TRUNCATE_STEPS)
-def test_row_steps_per_second_a_rate_that_is_no_whole_number(parity, settings, value):
+def test_row_steps_per_second_a_rate_that_is_not_a_whole_number(parity, settings, value):
     with App(physics_hz=59.94, parity=parity, settings=settings) as app:
         assert app.simulation.steps_per_second == (59 if value else Fraction(5994, 100))
         assert [warning.code for warning in app.warnings] == (["physics-rate-truncated"] if value else [])

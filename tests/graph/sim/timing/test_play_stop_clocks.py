@@ -252,7 +252,7 @@ def test_changes_wait_for_the_next_update_or_a_commit():
         assert app.timeline.is_paused()
 
 
-def test_a_silent_commit_is_known_as_such_while_it_is_told():
+def test_a_silent_commit_is_known_as_such_while_it_is_reported():
     from graph.sim.settings import Settings
     from graph.sim.timing.timeline import Timeline
 

@@ -87,7 +87,7 @@ def test_a_scene_that_names_no_span_plays_on(scene, metadata):
 
 
 @pytest.mark.parametrize("end", ["-5", "nan", "inf"])
-def test_time_codes_that_end_before_they_start_are_said_and_ignored(scene, end):
+def test_time_codes_that_end_before_they_start_are_reported_and_ignored(scene, end):
     with App(scene(f"startTimeCode = 3\nendTimeCode = {end}")) as app:
         (warning,) = app.warnings
         assert warning.code == "time-range-ignored"

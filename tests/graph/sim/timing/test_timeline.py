@@ -39,7 +39,7 @@ def test_changes_wait_for_commit():
     assert (line.is_playing(), changes) == (True, ["play"])
 
 
-def test_each_transition_is_told_once_and_in_order():
+def test_each_transition_is_reported_once_and_in_order():
     changes = []
     line = timeline(changes)
     for change in (line.pause, line.play, line.play, line.pause, line.pause, line.play, line.stop, line.stop):
