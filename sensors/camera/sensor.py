@@ -41,7 +41,7 @@ ANNOTATORS: dict[str, dict[str, Any]] = {
 class CameraSensor(RenderedSensor):
     """Renders a camera: `CameraSensor("/World/Camera", resolution=(480, 640), annotators=["rgb"])`.
 
-    resolution: height and width. Pixels are made square: the height of the film is authored anew. Annotators: rgb,
+    resolution: height and width. Pixels are made square: the height of the film is authored again. Annotators: rgb,
     rgba, distance_to_camera, distance_to_image_plane, normals, motion_vectors, semantic_, instance_ and
     instance_id_segmentation, bounding_box_2d_tight, bounding_box_2d_loose, bounding_box_3d, pointcloud. The render
     product exists from now on; if it was made while playing, until the stop. Raises SensorValueError (a UserError and a
