@@ -1,6 +1,7 @@
 """Who may know whom: the arrows between the packages, and what an import may load."""
 
 import ast
+import functools
 import itertools
 import re
 import subprocess
@@ -61,8 +62,13 @@ def imports_of(name, path, top_level_only=False, for_types=False):
         for child in ast.iter_child_nodes(node):
             visit(child)
 
-    visit(ast.parse(path.read_text(encoding="utf8")))
+    visit(tree_of(path))
     return found
+
+
+@functools.cache
+def tree_of(path):
+    return ast.parse(path.read_text(encoding="utf8"))
 
 
 def layer(name):
@@ -128,6 +134,33 @@ def test_no_module_imports_itself_in_a_circle():
                 modules.add_edge(name, target)
     circles = [sorted(part) for part in networkx.strongly_connected_components(modules) if len(part) > 1]
     assert circles == []
+
+
+def test_a_circle_of_files_stays_in_its_folder():
+    """Imports at any depth, those for types alone too: an engine and its parts know each other, rooms do not."""
+    modules = networkx.DiGraph()
+    for name, path in MODULES.items():
+        for target, _ in imports_of(name, path, for_types=True):
+            if target in MODULES and target != name:
+                modules.add_edge(name, target)
+    circles = [sorted(part) for part in networkx.strongly_connected_components(modules) if len(part) > 1]
+    assert [part for part in circles if len({MODULES[name].parent for name in part}) > 1] == []
+
+
+def test_the_rooms_of_the_world_stand_above_each_other():
+    """Two know each other: faces that a graph file writes are checked as triangles."""
+    rooms = networkx.DiGraph()
+    for name, path in MODULES.items():
+        for target, _ in imports_of(name, path, for_types=True):
+            if world_room(name) and world_room(target) and world_room(name) != world_room(target):
+                rooms.add_edge(world_room(name), world_room(target))
+    circles = [sorted(part) for part in networkx.strongly_connected_components(rooms) if len(part) > 1]
+    assert circles == [["geometry", "scene"]]
+
+
+def world_room(name):
+    """The folder of `graph.sim` in which a module lies, else its own name there; "" outside and for the package."""
+    return name.split(".")[2] if name.startswith("graph.sim.") else ""
 
 
 def room(name):

@@ -26,8 +26,8 @@ from .messages.bus import MessageBus
 from .options import clock_rates, experience_settings, refuse_unavailable
 from .phases import Callback, Phases, Unsubscribe
 from .physics import MUJOCO
-from .playing_world import WhenPlaying, checked_choice
 from .settings import Settings
+from .state.playing_world import WhenPlaying, checked_choice
 from .timing.clocks import PhysicsClock
 from .timing.parity import apply_profile
 from .timing.run_loop import RunLoop

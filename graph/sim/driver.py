@@ -49,7 +49,9 @@ class Driver:
         switches_mode: bool,
     ) -> None:
         self.timeline, self.run_loop, self.settings, self.warn = timeline, run_loop, settings, world.warn
-        self.updates = UpdateLoop(world, simulation.steps, rendering, timeline, run_loop, bus, phases)
+        self.updates = UpdateLoop(
+            world, simulation.steps, rendering.scheduler, rendering.hand_over, timeline, run_loop, bus, phases
+        )
         self.loop = LoopRunner(run_loop, settings)
         """Manual mode and step size of the run loop."""
         self._world, self._simulation, self._rendering, self._bus = world, simulation, rendering, bus

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from time import perf_counter
 from typing import TYPE_CHECKING
 
@@ -15,18 +16,22 @@ from .timing.timeline import Timeline
 from .world import World
 
 if TYPE_CHECKING:
-    from .managers.rendering import Rendering
+    from .renderer.scheduler import SensorScheduler
     from .simulation import Simulation
 
 
 class UpdateLoop:
-    """Runs the updates of one App. Subscribers of a phase must not call it."""
+    """Runs the updates of one App. Subscribers of a phase must not call it.
+
+    hand_over: gives the frames of an update to callbacks and writers.
+    """
 
     def __init__(
         self,
         world: World,
         simulation: Simulation,
-        rendering: Rendering,
+        scheduler: SensorScheduler,
+        hand_over: Callable[[], None],
         timeline: Timeline,
         run_loop: RunLoop,
         bus: MessageBus,
@@ -39,8 +44,8 @@ class UpdateLoop:
         """Whether the end of the run was requested (by a node ExitApplication); no update follows."""
         self.closed = False
         """Whether the App is closed, so that no update can run."""
-        self._world, self._simulation, self._rendering = world, simulation, rendering
-        self._scheduler = rendering.scheduler
+        self._world, self._simulation, self._scheduler = world, simulation, scheduler
+        self._give_frames = hand_over
         self._timeline, self._bus = timeline, bus
         self._timeline_state, self._timeline_phase = phases["timeline_state"], phases["timeline"]
         self._physics_phase, self._graphs_phase = phases["physics"], phases["simulation_graphs"]
@@ -153,7 +158,7 @@ class UpdateLoop:
         began, io = perf_counter(), bus.io_seconds
         for callback in self._frames_phase.before:
             callback()
-        self._rendering.hand_over()
+        self._give_frames()
         for callback in self._frames_phase.after:
             callback()
         self._graph_s += perf_counter() - began - (bus.io_seconds - io)

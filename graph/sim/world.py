@@ -13,7 +13,7 @@ from graph.base.shorten import listed
 from .fidelity import Fidelity
 from .live.editing import EditStage, Player, remove_prims
 from .physics import MUJOCO
-from .playing_world import WhenPlaying, checked_choice
+from .state.playing_world import WhenPlaying, checked_choice
 
 if TYPE_CHECKING:
     from contextlib import AbstractContextManager

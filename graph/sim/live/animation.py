@@ -21,7 +21,7 @@ from graph.sim.usd import Usd, UsdGeom
 
 if TYPE_CHECKING:
     from graph.sim.phases import Phases
-    from graph.sim.playing_world import PlayingWorld
+    from graph.sim.state.playing_world import PlayingWorld
     from graph.sim.timing.clocks import PhysicsClock
     from graph.sim.timing.timeline import Timeline
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
 from graph.base.errors import RunError, UserError
-from graph.sim.playing_world import WhenPlaying
+from graph.sim.state.playing_world import WhenPlaying
 
 if TYPE_CHECKING:
     from contextlib import AbstractContextManager

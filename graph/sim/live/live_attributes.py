@@ -12,7 +12,7 @@ from graph.sim.transforms import Floats
 from graph.sim.usd import EARLIEST, UsdGeom, UsdPhysics
 
 if TYPE_CHECKING:
-    from graph.sim.playing_world import PlayingWorld
+    from graph.sim.state.playing_world import PlayingWorld
     from graph.sim.state.tensors import Tensors
 
 _TARGETS = {"physics:targetPosition": "positions", "physics:targetVelocity": "velocities"}

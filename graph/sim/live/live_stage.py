@@ -20,7 +20,7 @@ from .roles import StageRoles, role_of
 from .stage_watch import PROTOTYPE, StageWatch, describe
 
 if TYPE_CHECKING:
-    from graph.sim.playing_world import PlayingWorld
+    from graph.sim.state.playing_world import PlayingWorld
 
 ADVICE = (
     'Undo it, or stop; to change the world while it plays, edit inside `with app.edit(when_playing="recompile"):` (or '

@@ -18,7 +18,7 @@ from graph.sim.usd import Tf, Usd
 
 if TYPE_CHECKING:
     from graph.sim.phases import Phases
-    from graph.sim.playing_world import PlayingWorld
+    from graph.sim.state.playing_world import PlayingWorld
 
     from .scene import MjcfScene
 

@@ -12,8 +12,9 @@ import numpy as np
 from graph.base import exact
 from graph.base.errors import UserError
 from graph.sim import transforms
-from graph.sim.physics.model import Body, Joint, JointKind
+from graph.sim.physics.model import Body, Joint, JointKind, Volume, WorldModel
 from graph.sim.physics.mujoco.library import mujoco
+from graph.sim.physics.solver import SolverOptions
 from graph.sim.scene.stage import Warn, ignore_warning, register_schemas
 from graph.sim.transforms import Floats
 from graph.sim.usd import EARLIEST, UsdGeom
@@ -151,6 +152,14 @@ class MjcfScene:
         prim = self.stage.GetPrimAtPath(self.paths.bodies[number])
         if prim:
             set_transform(prim, translate=pose[:3, 3].tolist(), orient=transforms.quaternion(pose[:3, :3]).tolist())
+
+    def compiled(
+        self, world: WorldModel, dt: Fraction, options: SolverOptions, warn: Warn, volumes: dict[Any, Volume]
+    ) -> Any:
+        """The model with time step `dt` [s] and the additions of `world`; see `playing.compile_scene`."""
+        from .playing import compile_scene
+
+        return compile_scene(self, world, dt, options, warn, volumes)
 
     def bodies(self) -> tuple[Body, ...]:
         """The model's bodies in its order, in their initial poses."""

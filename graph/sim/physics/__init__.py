@@ -13,11 +13,10 @@ from graph.sim.scene.stage import Warn, ignore_warning
 
 if TYPE_CHECKING:
     from graph.sim.fidelity import Fidelity
-    from graph.sim.mjcf.scene import MjcfScene
     from graph.sim.scene.scan import Scan
 
     from .model import WorldModel
-    from .protocol import EngineFactory, PhysicsEngine
+    from .protocol import EngineFactory, ModelScene, PhysicsEngine
 
 
 class Mujoco:
@@ -33,7 +32,7 @@ class Mujoco:
         meters_per_unit: float,
         fidelity: Fidelity | None,
         warn: Warn,
-        mjcf: MjcfScene | None,
+        mjcf: ModelScene | None,
     ) -> PhysicsEngine:
         """The MuJoCo engine of a world.
 
@@ -58,7 +57,7 @@ def build_physics(
     engine: EngineFactory = MUJOCO,
     warn: Warn = ignore_warning,
     scan: Scan | None = None,
-    mjcf: MjcfScene | None = None,
+    mjcf: ModelScene | None = None,
 ) -> PhysicsEngine | None:
     """An engine with the stage's dynamics and steps of `dt` [s], in the state of the stage; None if nothing can move.
 

@@ -22,10 +22,10 @@ from graph.sim.transforms import Floats
 
 if TYPE_CHECKING:
     from graph.sim.fidelity import Fidelity
-    from graph.sim.mjcf.scene import MjcfScene
 
     from .articulation import Articulation
-    from .model import BodyForce, Joint, WorldModel
+    from .model import BodyForce, Joint, Volume, WorldModel
+    from .solver import SolverOptions
 
 Rows = NDArray[np.intp]
 """(n,) row numbers."""
@@ -284,6 +284,22 @@ class PhysicsEngine(Protocol):
         """Frees the engine's memory; only snapshots may be read afterwards."""
 
 
+class ModelScene(Protocol):
+    """A model that the stage mirrors (`graph.sim.mjcf.scene.MjcfScene`)."""
+
+    @property
+    def moves(self) -> bool:
+        """Whether anything in it can move."""
+
+    def settle(self, warn: Warn) -> None:
+        """Takes over the places that the stage gives to the roots of the model."""
+
+    def compiled(
+        self, world: WorldModel, dt: Fraction, options: SolverOptions, warn: Warn, volumes: dict[Any, Volume]
+    ) -> Any:
+        """The model with time step `dt` [s] and the additions of `world`, as MuJoCo's engine takes it."""
+
+
 class EngineFactory(Protocol):
     """Makes an engine: `App(physics=FACTORY)`. A class that derives from `PhysicsEngine` can be a factory itself."""
 
@@ -299,7 +315,7 @@ class EngineFactory(Protocol):
         meters_per_unit: float,
         fidelity: Fidelity | None,
         warn: Warn,
-        mjcf: MjcfScene | None,
+        mjcf: ModelScene | None,
     ) -> PhysicsEngine:
         """The engine of a world, in the world's initial state, with steps of `dt` [s].
 

@@ -15,7 +15,7 @@ from graph.sim.transforms import Floats
 if TYPE_CHECKING:
     from graph.sim.physics.articulation import Articulation
     from graph.sim.physics.protocol import Contacts, PhysicsEngine, Snapshot
-    from graph.sim.playing_world import PlayingWorld
+    from graph.sim.state.playing_world import PlayingWorld
 
 Which = Sequence[str] | str | None
 """Some bodies or joints: paths or a pattern such as `/World/Box_*`; None: all of them."""

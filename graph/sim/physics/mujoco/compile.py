@@ -33,7 +33,7 @@ from .triggers import GROUP
 
 if TYPE_CHECKING:
     from graph.sim.fidelity import Fidelity
-    from graph.sim.mjcf.scene import MjcfScene
+    from graph.sim.physics.protocol import ModelScene
 
 Start = Callable[[Any, Any], None]
 """Puts a model's data into the initial state of its scene."""
@@ -77,7 +77,7 @@ class Base:
     start: Start | None = None
 
 
-def compiler_of(fidelity: Fidelity | None, mjcf: MjcfScene | None) -> Callable[[WorldModel, Fraction, Warn], Compiled]:
+def compiler_of(fidelity: Fidelity | None, mjcf: ModelScene | None) -> Callable[[WorldModel, Fraction, Warn], Compiled]:
     """The compiler of a world and of its later versions; shapes are measured once for all of them."""
     volumes: dict[Shape, Volume] = {}
 
@@ -85,9 +85,8 @@ def compiler_of(fidelity: Fidelity | None, mjcf: MjcfScene | None) -> Callable[[
         options = chosen(fidelity).over(world.options)
         if mjcf is None:
             return compile_world(world, dt, options, warn, volumes=volumes)
-        from graph.sim.mjcf.playing import compile_scene
-
-        return compile_scene(mjcf, world, dt, options, warn, volumes)
+        compiled: Compiled = mjcf.compiled(world, dt, options, warn, volumes)
+        return compiled
 
     return compiled_world
 

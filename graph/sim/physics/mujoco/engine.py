@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,7 @@ from .compile import Compiled
 from .contacts import Contacts
 from .deformables import Deformables
 from .drives import Drives
+from .flexes import Flexes
 from .forces import colliders_of, contacts_of
 from .grippers import WeldGripper
 from .initial_state import set_initial_state
@@ -35,9 +36,6 @@ from .snapshot import Motion, MujocoSnapshot
 from .speed_limits import SpeedLimits
 from .surfaces import Surfaces
 from .triggers import triggered
-
-if TYPE_CHECKING:
-    from graph.sim.mjcf.flexes import Flexes
 
 Compile = Callable[[WorldModel, Fraction, Warn], Compiled]
 """Makes the model of a world, with this time step."""
@@ -89,8 +87,6 @@ class MujocoEngine(PhysicsEngine):
         self._bounces = Bounces(self.model, compiled.restitution) if compiled.restitution else None
         self.deformables: Deformables | Flexes = Deformables(self.model, compiled.softs)
         if compiled.flexes:
-            from graph.sim.mjcf.flexes import Flexes
-
             self.deformables = Flexes(self, compiled.flexes, self.deformables)
         self._speeds = SpeedLimits(self.model, compiled)
         numbers = {path: number + 1 for path, number in self._index.items()}

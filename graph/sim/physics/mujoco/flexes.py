@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from graph.sim.physics.mujoco.library import mujoco
 from graph.sim.transforms import Floats
 
+from .library import mujoco
+
 if TYPE_CHECKING:
-    from graph.sim.physics.mujoco.deformables import Deformables
-    from graph.sim.physics.mujoco.engine import MujocoEngine
+    from .deformables import Deformables
+    from .engine import MujocoEngine
 
 
 class Flexes:
