@@ -55,7 +55,7 @@ COMMANDS = {
     "sensors": Command("list sensor configurations, or describe one with its variants", "sensors"),
     "new": Command("write a commented graph file to start from", "new"),
     "convert": Command("write a graph file in another format: yaml, json, usda", "convert"),
-    "show": Command("draw the graphs of a file", "show"),
+    "show": Command("draw the graphs of a file; a file without graphs is an error", "show"),
     "inspect": Command("show one frame of a sensor: header, channels, what was hit", "inspect", settings=True),
     "recover": Command("rebuild the index of a recording that was not finished", "recover"),
     "explain": Command("tell what ticks when, who consumes what, and where traps lie", "explain", settings=True),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from functools import partial
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -153,14 +154,18 @@ class GraphRunner:
             for graph, entries in self._stages.after_frames:
                 activations = [(node, port) for node, port, name in entries if node.get(name) == product.path]
                 if activations:
-                    self._context.frame_time = product.frame.reference
-                    try:
-                        graph.evaluate(self._context, activations)
-                    finally:
-                        self._context.frame_time = None
+                    self._evaluate_at(graph, product.frame.reference, activations)
         for graph, entries in self._stages.after_frames if new else ():
             if not entries and runs_by_itself(graph):
-                graph.evaluate(self._context)
+                self._evaluate_at(graph, max(product.frame.reference for product in new))
+
+    def _evaluate_at(self, graph: Graph, frame_time: Fraction, activations: Sequence[tuple[Node, str]] = ()) -> None:
+        """Evaluates a graph for a frame of this time [s]."""
+        self._context.frame_time = frame_time
+        try:
+            graph.evaluate(self._context, activations)
+        finally:
+            self._context.frame_time = None
 
     def _played(self) -> None:
         self._instance_prims()

@@ -22,7 +22,8 @@ def gpu_interop_render_product_entry(db: Database) -> bool:
     app = db.context.app
     if app is None or not app.rendering.new_frames:
         return False
-    db.outputs.hydraTime = float(app.external_time)
-    db.outputs.simTime = app.simulation.get_simulation_time()
+    newest = max(product.frame.reference for product in app.rendering.new_frames)
+    db.outputs.hydraTime = float(newest)
+    db.outputs.simTime = app.simulation.of_frame(newest, "simulation")
     db.fire("exec")
     return True

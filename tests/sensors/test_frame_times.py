@@ -134,3 +134,34 @@ graphs:
         found = gate.get("outputs:rationalTimeNumerator"), gate.get("outputs:rationalTimeDenominator")
         assert found == (1, 10)
         assert app.graphs["/World/Frames"].nodes["time"].get("outputs:simulationTime") == 0.1
+
+
+def test_clocks_of_a_graph_that_any_frame_starts_give_the_time_of_that_frame(tmp_path):
+    file = tmp_path / "g.yaml"
+    file.write_text(
+        """\
+tickgraph: 1
+scene:
+  prims:
+    /World/Room: {type: Cube, size: 10.0}
+    /World/Lidar: {type: OmniLidar, config: Example_Rotary_2D}
+clock: {physics_hz: 240, loop_hz: 24}
+graphs:
+  /World/Make:
+    nodes:
+      tick: OnPlaybackTick
+      product: {type: IsaacCreateRenderProduct, inputs: {cameraPrim: /World/Lidar}}
+    connections: [tick.tick -> product.execIn]
+  /World/Frames:
+    pipeline_stage: post_render
+    nodes:
+      entry: GpuInteropRenderProductEntry
+      time: IsaacReadSimulationTimeAnnotator
+    connections: [entry.exec -> time.execIn]
+"""
+    )
+    with App.from_file(file) as app:
+        app.play()
+        app.update(3)  # to 0.125 s; the scan is of the state of step 24, at 0.1 s
+        nodes = app.graphs["/World/Frames"].nodes
+        assert nodes["time"].get("outputs:simulationTime") == nodes["entry"].get("outputs:simTime") == 0.1

@@ -54,3 +54,15 @@ def test_the_entry_of_a_saved_pipeline_fires_for_new_frames(world, lidar):
     trace = run_node("GpuInteropRenderProductEntry", updates=14, app=app, phase="post_render_graphs")
     assert trace.fired("exec") != []
     assert trace.value("simTime") == pytest.approx(trace.value("hydraTime"))
+
+
+def test_the_entry_gives_the_time_of_the_frame_not_that_of_its_update(world, lidar):
+    # A tick at 0.1 s lies in the third update of 1/24 s, which ends at 0.125 s: the scan shows step 24 of 240 Hz.
+    from sensors import render_product
+
+    path = lidar()
+    app = world(physics_hz=240, loop_hz=24)
+    render_product(app, path)
+    trace = run_node("GpuInteropRenderProductEntry", updates=4, app=app, phase="post_render_graphs")
+    assert trace.fired("exec") == [2]
+    assert (trace.value("simTime"), trace.value("hydraTime")) == (0.1, 0.1)
