@@ -3,8 +3,11 @@
 import json
 import subprocess
 import sys
+from typing import Any
 
 import pytest
+from rosbags.highlevel import AnyReader
+from rosbags.typesys import Stores, get_typestore
 
 from tests.support.places import ROOT
 
@@ -29,8 +32,9 @@ def test_an_example_checks_without_a_word_of_complaint(path):
     assert (done.returncode, done.stderr) == (0, "")
 
 
-EXTENT = {"arm": (150, 0.6), "radar_gate": (122, 122 / 240)}
-"""(physics steps, seconds) of 30 updates. The arm: 250 Hz by its model, a loop of 50 Hz; the product: 2 steps more."""
+EXTENT = {"arm": (150, 0.6), "zero_delay": (30, 0.5), "radar_gate": (122, 122 / 240)}
+"""(physics steps, seconds) of 30 updates. The arm: 250 Hz by its model, a loop of 50 Hz; zero delay: one step an
+update; the product: 2 steps more."""
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
@@ -46,6 +50,18 @@ def test_an_example_runs_and_everything_it_wires_speaks(path, tmp_path):
     assert all(node["computes"] for name, node in report["nodes"].items() if name.endswith("tick"))
     assert (tmp_path / "run.mcap").stat().st_size > 2_000
     assert json.loads((tmp_path / "report.json").read_text()) == report
+
+
+def test_without_delay_pictures_and_transforms_of_an_update_carry_one_stamp(tmp_path):
+    assert graph("run", ROOT / "graphs" / "zero_delay.yaml", "--updates", 5, "--out", tmp_path).returncode == 0
+    stamps: dict[str, list[int]] = {}
+    with AnyReader([tmp_path / "run.mcap"], default_typestore=get_typestore(Stores.ROS2_JAZZY)) as reader:
+        for connection, _, data in reader.messages():
+            message: Any = reader.deserialize(data, connection.msgtype)
+            stamp = (message.transforms[0] if connection.topic == "/tf" else message).header.stamp
+            stamps.setdefault(connection.topic, []).append(stamp.sec * 10**9 + stamp.nanosec)
+    exact = [round(10**9 * (k + 1) / 60) for k in range(5)]  # update k ends at (k + 1) / 60 s
+    assert stamps == dict.fromkeys(("/tf", "/depth", "/camera_info"), exact)
 
 
 def test_the_script_of_annotators_prints_a_line_for_each_and_draws(tmp_path):

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 from graph.session.graph_checks import idle_nodes
 from graph.session.link_checks import link_notes, nobody_consumes
+from graph.session.missed_ticks import missed_ticks
 
 from .explain_topics import planned_topics
 from .idle_parts import latent_retriggered, product_not_made
-from .missed_ticks import missed_ticks
 
 if TYPE_CHECKING:
     from graph.evaluate import Node

@@ -7,11 +7,11 @@ from itertools import islice
 from typing import TYPE_CHECKING
 
 from graph.base.errors import UserError
+from graph.session.missed_ticks import missed_ticks
 
 from .explain_clocks import Step, plan_updates, updates_of
 from .explain_sensors import planned_ticks
 from .explain_traps import Trap, clock_traps, wiring_traps
-from .missed_ticks import missed_ticks
 
 if TYPE_CHECKING:
     from graph.evaluate import Node

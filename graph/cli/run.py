@@ -74,6 +74,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Runs the command; returns its exit code."""
     from graph.session.message_sources import open_sources, play_into, warn_unheard
+    from graph.session.missed_ticks import missed_in_run
     from graph.session.open import open_session
     from graph.sim.messages.bus import CountingSink
 
@@ -81,7 +82,6 @@ def run(args: argparse.Namespace) -> int:
     from .explain_traps import clock_traps
     from .frames import FrameSink
     from .idle_parts import idle_in_run
-    from .missed_ticks import missed_in_run
     from .report import build_report
     from .silent_outputs import warn_of_blind_sensors
 

@@ -13,6 +13,7 @@ from graph.base.errors import Problem, RunError, UserError
 from graph.evaluate import Graph
 from graph.node.context import Context, WarningLog
 from graph.node.registry import DEFAULT, Registry
+from graph.session.missed_ticks import missed_in_run
 from graph.session.partial_compile import compile_file
 from graph.session.runner import INTERRUPTS_OFF
 from graph.spec.file_spec import FileSpec, GraphSpec, PipelineStage
@@ -120,6 +121,9 @@ def run_graph(
             if not catch:
                 raise
         finally:
+            if world:
+                for note in missed_in_run(world.app):
+                    world.app.warn(*note)
             trace.warnings = list(warnings)
     return trace
 

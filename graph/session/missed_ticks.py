@@ -1,4 +1,4 @@
-"""The sentence about ticks that a sensor missed, and why; `graph explain`, `graph run` and `--strict` share it."""
+"""The sentence about ticks that a sensor missed, and why: of `graph explain`, `graph run`, `--strict` and tests."""
 
 from __future__ import annotations
 
