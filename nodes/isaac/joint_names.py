@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 from graph.node import Attribute, Database, node_type
 from graph.sim.scene.prim_paths import prim_at
-from nodes.ros2.transform_trees import NAME_OVERRIDE
+
+from .transform_trees import NAME_OVERRIDE
 
 
 @dataclass(slots=True)

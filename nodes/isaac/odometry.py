@@ -94,7 +94,7 @@ def body_velocities(pose: NDArray[np.float64], motion: NDArray[np.float64]) -> N
 
 def _body(db: Database) -> str:
     """The path of the rigid body of chassisPrim. Fails the node if it does not exist."""
-    from nodes.ros2.transform_trees import links_of
+    from .transform_trees import links_of
 
     app, targets = db.app, db.inputs.chassisPrim
     if len(targets) != 1:

@@ -3,27 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
 from graph.base.errors import RunError
 from graph.base.exact import NANOSECONDS
+from nodes.isaac.transform_trees import FrameTransform
 
 MOST_SECONDS = 2**31 - 1
 """Seconds of a `builtin_interfaces/Time`, an int32."""
 CLOCK = "rosgraph_msgs/msg/Clock"
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
-
-
-@dataclass(frozen=True, slots=True)
-class FrameTransform:
-    """The pose of frame `child` in frame `parent`: translation x, y, z [m] and rotation quaternion x, y, z, w."""
-
-    parent: str
-    child: str
-    translation: tuple[float, float, float]
-    rotation: tuple[float, float, float, float]
 
 
 def stamp(nanoseconds: int) -> Any:

@@ -8,8 +8,9 @@ from typing import Any
 
 from graph.node import Attribute, Database, node_type
 from nodes.isaac.clocks import stamp_ns
+from nodes.isaac.transform_trees import FrameTransform
 
-from .messages import TRANSFORMS, FrameTransform, transforms
+from .messages import TRANSFORMS, transforms
 from .publishing import TIME_STAMP, Publisher, check_names, publisher_inputs, subscribed_topic
 from .robot_messages import ACKERMANN, IMU, ODOMETRY, ackermann, imu, odometry
 

@@ -8,10 +8,10 @@ from functools import partial
 from graph.node import Attribute, Database, node_type
 from graph.sim.scene.prim_paths import prim_at
 from nodes.isaac.clocks import stamp_ns
+from nodes.isaac.transform_trees import FrameTransform, TransformTree, edges_of
 
-from .messages import TRANSFORMS, FrameTransform, transforms
+from .messages import TRANSFORMS, transforms
 from .publishing import TIME_STAMP, Publisher, check_names, publisher_inputs, subscribed_topic
-from .transform_trees import TransformTree, edges_of
 
 GIVEN = "one per transform; with childFrames set, the node publishes these instead of prims"
 

@@ -3,8 +3,9 @@ import math
 import numpy as np
 import pytest
 
+from nodes.isaac.transform_trees import FrameTransform
 from nodes.ros2.laser_scans import laser_scan
-from nodes.ros2.messages import FrameTransform, clock, stamp, transforms
+from nodes.ros2.messages import clock, stamp, transforms
 
 
 @pytest.mark.parametrize(

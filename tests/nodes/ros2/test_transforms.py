@@ -30,7 +30,7 @@ def robot(stage):
 
 
 def edges(stage, parent, *targets):
-    from nodes.ros2.transform_trees import edges_of
+    from nodes.isaac.transform_trees import edges_of
 
     return [(one.parent_frame, one.child_frame) for one in edges_of(stage, parent, targets)]
 

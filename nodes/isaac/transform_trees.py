@@ -6,10 +6,18 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from .messages import FrameTransform
-
 WORLD = "world"
 NAME_OVERRIDE = "isaac:nameOverride"
+
+
+@dataclass(frozen=True, slots=True)
+class FrameTransform:
+    """The pose of frame `child` in frame `parent`: translation x, y, z [m] and rotation quaternion x, y, z, w."""
+
+    parent: str
+    child: str
+    translation: tuple[float, float, float]
+    rotation: tuple[float, float, float, float]
 
 
 @dataclass(frozen=True, slots=True)
