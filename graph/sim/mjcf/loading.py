@@ -12,6 +12,7 @@ import numpy as np
 
 from graph.base.errors import Mark, Problem, UserError
 from graph.sim.physics.mujoco.library import mujoco
+from graph.sim.physics.mujoco.memory import give_memory
 from graph.sim.scene.stage import Warn
 
 from .files import Document, shown
@@ -30,6 +31,7 @@ def load(document: Document, warn: Warn) -> tuple[Any, Any]:
         try:
             spec = mujoco.MjSpec.from_string(document.text, include=document.models, assets=document.assets)
             _name_all(spec)
+            give_memory(spec, len(spec.bodies))
             model = spec.compile()
         except (ValueError, mujoco.FatalError) as error:
             raise UserError(_problem(document, str(error))) from error

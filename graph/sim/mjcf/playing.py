@@ -14,6 +14,7 @@ from graph.sim.physics.model import Volume, WorldModel
 from graph.sim.physics.mujoco.compile import Base, Compiled, compile_world, write_options
 from graph.sim.physics.mujoco.geoms import Shape
 from graph.sim.physics.mujoco.library import mujoco
+from graph.sim.physics.mujoco.memory import state_of
 from graph.sim.physics.solver import SolverOptions
 from graph.sim.scene.stage import Warn
 
@@ -76,7 +77,7 @@ def _place_roots(scene: MjcfScene, model: Any) -> None:
             first = int(model.jnt_qposadr[joint])
             model.qpos0[first : first + 3] = pose[:3, 3]
             model.qpos0[first + 3 : first + 7] = transforms.quaternion(pose[:3, :3])
-    mujoco.mj_setConst(model, mujoco.MjData(model))
+    mujoco.mj_setConst(model, state_of(model))
 
 
 def _grown(scene: MjcfScene) -> Any:

@@ -14,6 +14,7 @@ from graph.base.errors import UserError
 from graph.sim import transforms
 from graph.sim.physics.model import Body, Joint, JointKind, Volume, WorldModel
 from graph.sim.physics.mujoco.library import mujoco
+from graph.sim.physics.mujoco.memory import forward, state_of
 from graph.sim.physics.solver import SolverOptions
 from graph.sim.scene.stage import Warn, ignore_warning, register_schemas
 from graph.sim.transforms import Floats
@@ -45,10 +46,10 @@ class MjcfScene:
         self._last: dict[int, Floats] = {}
         self.listeners: list[Any] = []
         """Callbacks that USD itself holds only weakly."""
-        data = mujoco.MjData(self.model)
+        data = state_of(self.model)
         if self.key is not None:
             mujoco.mj_resetDataKeyframe(self.model, data, self.key)
-        mujoco.mj_forward(self.model, data)
+        forward(self.model, data)
         self.flexes = {path: (flex_name(self.model, n), _vertices(self.model, data, n)) for n, path in self._meshes()}
         """Soft parts by their prims: name in the model, initial vertices (n, 3) [m]."""
         self.stage = mirror(self.model, data, self.paths, warn)
@@ -80,7 +81,7 @@ class MjcfScene:
         The initial state is the chosen keyframe, else the reference pose, with the bodies that users have moved in
         their places, and with the controls of the stage.
         """
-        source = mujoco.MjData(self.model)
+        source = state_of(self.model)
         if self.key is not None:
             mujoco.mj_resetDataKeyframe(self.model, source, self.key)
         carry_state(self.model, source, model, data)

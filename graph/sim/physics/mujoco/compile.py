@@ -28,6 +28,7 @@ from .contacts import add_pairs, plan_contacts
 from .deformables import add_soft
 from .geoms import Grip, Meshes, Shape, add_geom, compiled, measured, new_spec, still
 from .library import mujoco
+from .memory import give_memory
 from .restitution import NO_RESTITUTION, Restitution
 from .triggers import GROUP
 
@@ -37,14 +38,6 @@ if TYPE_CHECKING:
 
 Start = Callable[[Any, Any], None]
 """Puts a model's data into the initial state of its scene."""
-
-
-CROWD, CROWD_MEMORY, BODY_MEMORY = 1000, 2 << 30, 128 << 10
-"""MuJoCo's own estimate of memory for contacts grows with the square of the number of bodies: above this number, a
-model gets at least this many bytes, and so many for each body (resting boxes use 24 KiB).
-
-Unused memory is not taken from the system.
-"""
 
 
 @dataclass(frozen=True)
@@ -149,8 +142,7 @@ def compile_world(
     for joint in joints:
         if joint.drive is not None:
             add_drive(spec, joint)
-    if spec.memory < 0 and len(forest.branches) > CROWD:
-        spec.memory = max(CROWD_MEMORY, len(forest.branches) * BODY_MEMORY)
+    give_memory(spec, len(forest.branches))
     model = compiled(spec)
     bodies = tuple(branch.body for branch in forest.branches)
     _damp(model, bodies)

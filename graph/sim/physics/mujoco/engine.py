@@ -29,6 +29,7 @@ from .grippers import WeldGripper
 from .initial_state import set_initial_state
 from .joints import Joints
 from .library import mujoco
+from .memory import state_of
 from .monitor import Monitor
 from .motors import Motors
 from .restitution import Bounces
@@ -63,7 +64,7 @@ class MujocoEngine(PhysicsEngine):
     def _load(self, compiled: Compiled, warn: Warn) -> None:
         self.compiled = compiled
         self.model = compiled.model
-        self.data = mujoco.MjData(compiled.model)
+        self.data = state_of(compiled.model)
         self.body_paths = tuple(body.path for body in compiled.bodies)
         self.kinematic = frozenset(compiled.kinematic)
         self.joints = compiled.joints

@@ -10,6 +10,7 @@ import numpy as np
 from graph.sim.transforms import Floats
 
 from .library import mujoco
+from .memory import state_of
 
 if TYPE_CHECKING:
     from .deformables import Deformables
@@ -26,7 +27,7 @@ class Flexes:
     def __init__(self, physics: MujocoEngine, starts: Mapping[str, tuple[str, Floats]], others: Deformables) -> None:
         self._physics, self._starts, self._others = physics, starts, others
         self._model = physics.model
-        self._aside = mujoco.MjData(self._model)
+        self._aside = state_of(self._model)
         kind = mujoco.mjtObj.mjOBJ_FLEX
         self._numbers = {path: mujoco.mj_name2id(self._model, kind, name) for path, (name, _) in starts.items()}
 

@@ -9,7 +9,7 @@ import numpy as np
 from graph.sim.physics.model import Joint
 from graph.sim.transforms import Floats
 
-from .library import mujoco
+from .memory import forward
 
 if TYPE_CHECKING:
     from .engine import MujocoEngine
@@ -44,7 +44,7 @@ def set_initial_state(engine: MujocoEngine) -> None:
             data.qvel[model.joint(joint.model_name).dofadr[0]] = joint.initial_velocity
     engine.deformables.start(data)
     engine.drives.apply(data)
-    mujoco.mj_forward(model, data)
+    forward(model, data)
 
 
 def _start_joint(engine: MujocoEngine, joint: Joint, velocities: Velocities) -> None:

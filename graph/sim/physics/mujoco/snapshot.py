@@ -10,6 +10,7 @@ from graph.sim.physics.protocol import Snapshot
 from graph.sim.transforms import Floats
 
 from .library import mujoco
+from .memory import state_of
 
 State = tuple[Floats, Floats, Floats, Floats]
 """Coordinates, their velocities, and positions and quaternions of kinematic bodies."""
@@ -39,7 +40,7 @@ class Motion:
         if self._model is None:
             return np.zeros((self._count, 6))
         if self._data is None:
-            self._data = mujoco.MjData(self._model)
+            self._data = state_of(self._model)
         data = self._data
         data.qpos[:], data.qvel[:], data.mocap_pos[:], data.mocap_quat[:] = state
         return body_velocities(self._model, data, self._count)

@@ -10,6 +10,7 @@ from graph.sim.transforms import Floats
 
 from .deformables import Deformables
 from .library import mujoco
+from .memory import forward
 from .snapshot import body_velocities
 
 if TYPE_CHECKING:
@@ -58,7 +59,7 @@ class Leaving:
                 physics._grippers[path].take_over(gripper, welds)
         physics.forces.step(data)
         warm = data.qacc_warmstart.copy()
-        mujoco.mj_forward(model, data)
+        forward(model, data)
         data.qacc_warmstart[:] = warm
 
     def _body(self, model: Any, data: Any, old: int, new: int, kept: bool) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from graph.base.errors import UserError
+from graph.cli.main import main
 from graph.sim import App
 from graph.sim.physics.mujoco.library import mujoco
 from graph.sim.scene.prims import author_prims
@@ -208,3 +209,20 @@ def test_contacts_name_the_prims_of_geoms_and_so_do_overlaps(tmp_path, added):
             "/World/crate",
             "it and /World/floor overlap by 0.15 m",
         )
+
+
+CROWD = "".join(
+    f'<body pos="{i % 40} {i // 40} 0.2"><freejoint/><geom type="box" size=".1 .1 .1"/></body>' for i in range(1200)
+)
+
+
+def test_a_crowd_of_boxes_gets_memory_for_its_contacts_and_too_little_is_one_line(tmp_path, capsys):
+    """MuJoCo's own estimate for 1,200 free boxes is several GiB; with 1 MiB it cannot even look for contacts."""
+    (tmp_path / "g.json").write_text('{"tickgraph": 1, "scene": {"mjcf": "m.xml"}}')
+    for size, code, said in (("", 0, ""), ('<size memory="1M"/>', 2, "1 MiB for the contacts of 1,200 bodies")):
+        world = f'<worldbody><geom type="plane" size="50 50 1"/>{CROWD}</worldbody>'
+        (tmp_path / "m.xml").write_text(f"<mujoco>{size}{world}</mujoco>")
+        assert main(["run", str(tmp_path / "g.json"), "--updates", "1"]) == code
+        error = capsys.readouterr().err
+        assert said in error
+        assert error.count("\n") == (code > 0), error
