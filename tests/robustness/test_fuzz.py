@@ -13,9 +13,11 @@ def test_spoiled_files_of_every_kind_end_in_a_line(request):
     assert found.done == count
 
 
-@pytest.mark.parametrize(("seed", "case"), [(4, 1717), (4, 2331), (4, 5893), (4, 7727), (5, 4533)])
+@pytest.mark.parametrize(
+    ("seed", "case"), [(4, 1717), (4, 2331), (4, 5893), (4, 7727), (5, 4533), (42, 1357), (42, 2777), (44, 1913)]
+)
 def test_cases_that_once_got_through_no_longer_do(seed, case):
-    """A layer that names prims without specs, values beyond the end of a binary layer, a value of no known type."""
+    """Prims without specs, values beyond the end of a binary layer, no known type, paths that are not a tree."""
     assert fuzz(seed=seed, first=case, count=1).failures == []
 
 

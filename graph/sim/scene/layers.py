@@ -24,6 +24,7 @@ from graph.base.errors import Problem, UserError
 from graph.base.shorten import listed
 
 from .crate import crate_entries
+from .crate_paths import has_path_tree
 from .diagnostics import quiet
 from .expressions import Variables, as_key, evaluated, stack_variables
 from .layer_text import MAX_NESTING, SCENE_SUFFIXES, depth, longest_text, may_compose, written_prims
@@ -342,6 +343,8 @@ def _refused(path: Path, wanted_by: str) -> str | None:
         entries = crate_entries(real)
         if entries > limits.most("usd.entries"):
             return f"{path} says that it has {entries:,} entries{by}; {limits.allowed('usd.entries')}"
+        if not has_path_tree(real):
+            return f"{path} is damaged{by}: its table of paths is not a tree; repair it"
         deep = depth(real) > MAX_NESTING
     except (OSError, RuntimeError, EOFError, zipfile.BadZipFile, zlib.error) as error:
         return f"{path} cannot be read: {error}"

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from graph.base.errors import Problem, UserError
-from graph.sim.usd import Gf, Pcp, Tf, Usd, UsdGeom
+from graph.sim.usd import Gf, Pcp, Tf, Usd, UsdGeom, Vt
 
 from .stage import Warn, meters_per_unit, scene_name, up_axis
 
@@ -125,7 +125,9 @@ def repair_transforms(stage: Any, warn: Warn) -> None:
     for prim in stage.TraverseAll():
         if not prim.HasAttribute("xformOpOrder"):
             continue
-        order = prim.GetAttribute("xformOpOrder").Get() or ()
+        order = prim.GetAttribute("xformOpOrder").Get()
+        if not isinstance(order, Vt.TokenArray):  # of a prim without a place, or nothing
+            continue
         bad = [op for op in order if not _known(prim, op)]
         if bad:
             prim.GetAttribute("xformOpOrder").Set([op for op in order if op not in bad])

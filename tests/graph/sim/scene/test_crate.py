@@ -2,11 +2,13 @@
 
 import struct
 
+import lz4.block
 import pytest
 
 from graph.base import limits
 from graph.base.errors import UserError
 from graph.sim.scene.crate import crate_entries
+from graph.sim.scene.crate_paths import has_path_tree
 from graph.sim.scene.stage import open_stage
 from graph.sim.usd import Sdf
 
@@ -50,4 +52,46 @@ def test_a_table_of_contents_larger_than_the_file_is_refused_unread(crate):
     crate.write_bytes(data)
     assert crate_entries(crate) == 2**27 * 32
     with pytest.raises(UserError, match=r"a\.usdc says that it has 4,294,967,296 entries"):
+        open_stage(crate)
+
+
+def jumps_of(crate):
+    """Where the packed jumps of a file's paths lie, and their size: the third list of the section PATHS."""
+    data = crate.read_bytes()
+    table = struct.unpack_from("<Q", data, 16)[0]
+    for number in range(struct.unpack_from("<Q", data, table)[0]):
+        name, start, _ = struct.unpack_from("<16sqq", data, table + 8 + 32 * number)
+        if name.startswith(b"PATHS"):
+            place = start + 16
+            for _ in range(3):
+                size = struct.unpack_from("<Q", data, place)[0]
+                place += 8 + size
+            return place - size, size
+    return None
+
+
+@pytest.mark.parametrize("count", [0, 1, 2, 300, 70_000])
+def test_the_paths_of_a_whole_layer_are_a_tree(tmp_path, count):
+    layer = Sdf.Layer.CreateAnonymous()
+    with Sdf.ChangeBlock():
+        for number in range(count):
+            Sdf.CreatePrimInLayer(layer, f"/P{number % 7}/Q{number // 7}" + "/R" * (number % 3))
+    layer.Export(str(tmp_path / "a.usdc"))
+    assert has_path_tree(tmp_path / "a.usdc")
+
+
+def test_a_table_whose_entries_meet_is_refused_before_usd_walks_it(crate):
+    """Each of 102 entries has a child behind it and a sibling two on: as many ways to the last as Fibonacci's 101st."""
+    place, size = jumps_of(crate)
+    # A jump of 2, and after it differences of 0, the commonest: code 1 is a byte, code 0 the commonest.
+    count = 102
+    plain = struct.pack("<i", 0) + bytes([1]) + bytes((2 * count + 7) // 8 - 1) + bytes([2])
+    packed = b"\0" + lz4.block.compress(plain, store_size=False)
+    data = bytearray(crate.read_bytes())
+    assert len(packed) <= size
+    data[place : place + len(packed)] = packed
+    struct.pack_into("<Q", data, place - 8, len(packed))
+    crate.write_bytes(data)
+    assert not has_path_tree(crate)
+    with pytest.raises(UserError, match=r"a\.usdc is damaged: its table of paths is not a tree; repair it$"):
         open_stage(crate)
