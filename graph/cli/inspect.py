@@ -233,7 +233,8 @@ def _array(name: str, array: Any) -> dict[str, Any]:
     from sensors.channels import CHANNELS
 
     unit = CHANNELS[name].unit if name in CHANNELS else ""
-    return {"dtype": str(array.dtype), "shape": list(array.shape), "unit": unit}
+    dtype = "record" if array.dtype.names else str(array.dtype)
+    return {"dtype": dtype, "shape": list(array.shape), "unit": unit}
 
 
 def _values(name: str, array: Any) -> dict[str, Any]:
@@ -248,9 +249,10 @@ def _values(name: str, array: Any) -> dict[str, Any]:
         return {"distinct": len(set(numbers)), "first": [f"{number:#034x}" for number in numbers[:FIRST_VALUES]]}
     if name in CHANNELS and CHANNELS[name].image:
         array = array.reshape(-1, *array.shape[2:])
+    if array.dtype.names:
+        rows = array[:FIRST_VALUES]
+        return {"first": [{field: _short(row[field].tolist()) for field in array.dtype.names} for row in rows]}
     first = [_short(value) for value in array[:FIRST_VALUES].tolist()]
-    if array.dtype.names:  # a list of records
-        return {"first": first}
     finite = array[np.isfinite(array)]
     if not finite.size:
         return {"first": first}

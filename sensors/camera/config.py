@@ -10,6 +10,7 @@ from graph.base.errors import UserError
 
 from .lens import Lens, ParallelLens
 from .lens_models import distorting_lens
+from .shutter import RollingShutter, read_shutter
 
 if TYPE_CHECKING:
     from pxr import Usd
@@ -27,7 +28,7 @@ class CameraConfig:
 
     lens: at that size. near, far: distances from the image plane [m] that it shows. The other numbers are those of the
     prim, in its units: focal length, apertures (width, height) and their offsets in tenths of a stage unit,
-    focus_distance in stage units. exposure: what linear light is multiplied with.
+    focus_distance in stage units. exposure: what linear light is multiplied with. shutter: None exposes all at once.
     """
 
     lens: Lens
@@ -40,6 +41,7 @@ class CameraConfig:
     f_stop: float
     clipping: tuple[float, float]
     exposure: float = 1.0
+    shutter: RollingShutter | None = None
 
     @property
     def size(self) -> tuple[int, int]:
@@ -70,6 +72,7 @@ def read_config(prim: Usd.Prim, size: tuple[int, int], meters_per_unit: float) -
         attributes.number("fStop"),
         (near, far),
         _exposure(attributes),
+        read_shutter(prim),
     )
 
 

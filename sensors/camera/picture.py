@@ -11,6 +11,7 @@ from sensors.raycast.world import CastWorld
 
 from .config import CameraConfig
 from .lights import Lighting, light_prims, read_lighting
+from .line_exposure import LineExposure
 from .materials import Looks, read_looks
 from .rays import CameraRays
 from .shading import radiance
@@ -48,7 +49,9 @@ class Pictures:
         """How many rays each pixel has."""
         return len(self._places)
 
-    def radiance(self, app: App, view: View, pose: np.ndarray, state: Any, world: CastWorld) -> np.ndarray:
+    def radiance(
+        self, app: App, view: View, pose: np.ndarray, state: Any, world: CastWorld, lines: LineExposure | None = None
+    ) -> np.ndarray:
         """(n, 3) float32 [nit] of each pixel, linear. view: through the middles, with normals if that is all."""
         looks, lighting = looks_of(app, world), self._lighting(app, world, pose, state)
         if self._shadows is None or self._shadows.world is not world:
@@ -59,7 +62,7 @@ class Pictures:
             self._rays = [CameraRays(self._config.lens, place) for place in self._places]
         total = np.zeros((len(view.depth), 3), np.float32)
         for rays in self._rays:
-            seen = look(world, rays, self._config, pose, state, self._exclude, normals=True)
+            seen = look(world, rays, self._config, pose, state, self._exclude, normals=True, lines=lines)
             total += radiance(seen, looks, lighting, self._shadows, state)
         return np.asarray(total / np.float32(self.samples))
 

@@ -62,6 +62,23 @@ class CameraRays:
             bundle.grid = self.grid()
         return bundle
 
+    def line_bundle(
+        self, pose: np.ndarray, poses: np.ndarray, line_of: np.ndarray, exclude: frozenset[str]
+    ) -> RayBundle:
+        """The rays, each from the pose of its line: poses (lines, 4, 4) [m], line_of (n,); pose: (4, 4), near them."""
+        rotations, origin = poses[:, :3, :3].astype(np.float32), pose[:3, 3]
+        for axis in range(3):
+            column = self._world[axis]
+            np.multiply(self._local[0], np.take(rotations[:, axis, 0], line_of), out=column)
+            for other in (1, 2):
+                column += self._local[other] * np.take(rotations[:, axis, other], line_of)
+            self._table[:, 3 + axis] = column
+        self._turned_by, self._rotation = b"", pose[:3, :3]
+        offsets = np.take((poses[:, :3, 3] - origin).astype(np.float32), line_of, axis=0)
+        if self._origins is not None:
+            offsets += np.einsum("nij,nj->ni", np.take(rotations, line_of, axis=0), self._origins)
+        return RayBundle(origin, self._table, offsets, exclude, columns=self._world)
+
     def grid(self) -> RayGrid:
         """The directions sorted by azimuth and elevation, as of the last bundle."""
         if self._grid is None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,6 +16,7 @@ from .boxes import boxes_of
 from .channels import BOX, HDR, INSTANCE, LABELLED, LOOSE, RGB, SEMANTIC, TIGHT
 from .config import CameraConfig, read_config
 from .entities import PixelNumbers, entities_of
+from .line_exposure import LineExposure
 from .motion import Instant, motion_vectors
 from .names import PRIM_TYPE
 from .picture import Pictures
@@ -35,7 +37,8 @@ BOXES = frozenset({TIGHT, LOOSE, BOX})
 class CameraRuntime(SensorRuntime[CameraConfig]):
     """The sensor of a Camera prim at the size of its render product.
 
-    A frame shows the state of its update. Its arrays are images (height, width) or (height, width, n), the first row on
+    A frame shows the state of its update; with a rolling shutter the last line does, and those before it what was then.
+    Its arrays are images (height, width) or (height, width, n), the first row on
     top; `count` is the number of pixels. Raises UserError for a prim that is not a camera or cannot be one, and for a
     product without pixels or with too many.
     """
@@ -54,7 +57,22 @@ class CameraRuntime(SensorRuntime[CameraConfig]):
         samples = self._app.fidelity.camera_samples
         rays = self.config.lens.width * self.config.lens.height * samples
         check("camera.rays", rays, f"{self.path}: camera.samples {samples:,} make {rays:,} rays an image")
+        if self.config.shutter is not None:
+            self.look_back(2 * self.config.shutter.duration(self.config.size))
         self._pictures = Pictures(self.path, self.config, self.exclude, samples)
+
+    def interval(self, tick: Tick) -> tuple[Fraction, Fraction]:
+        """The instant of the update; of a rolling shutter the exposure of all lines, which ends then."""
+        shutter = self.config.shutter
+        if shutter is None:
+            return super().interval(tick)
+        return max(Fraction(0), tick.time - shutter.duration(self.config.size)), tick.time
+
+    def _lines(self, tick: Tick) -> LineExposure | None:
+        shutter = self.config.shutter
+        if shutter is None or self.history is None:
+            return None
+        return LineExposure(shutter, self.config.size, self.history, self.path, tick.time)
 
     def reset(self) -> None:
         """Forgets where everything was."""
@@ -72,16 +90,17 @@ class CameraRuntime(SensorRuntime[CameraConfig]):
                 self._rays = CameraRays(config.lens)
             world = cast_world(app)
             normals = "normals" in wanted or (bool(wanted & LIT) and self._pictures.samples == 1)
-            view = look(world, self._rays, config, pose, tick.poses, self.exclude, normals=normals)
+            lines = self._lines(tick)
+            view = look(world, self._rays, config, pose, tick.poses, self.exclude, normals=normals, lines=lines)
             images = self._images(view, tick)
             if wanted & LIT:
-                images += self._lit(self._pictures.radiance(app, view, pose, tick.poses, world))
+                images += self._lit(self._pictures.radiance(app, view, pose, tick.poses, world, lines))
             arrays = {name: array.reshape(height, width, *array.shape[1:]) for name, array in images}
             if wanted & BOXES:
                 labelled = dict(images).get(LABELLED)
                 numbers = self._numbered(view, LABELLED) if labelled is None else labelled
                 arrays |= boxes_of(app, view, config, tick.poses, numbers, wanted)
-        return Measurement(arrays, width * height, (pose, pose))
+        return Measurement(arrays, width * height, None if self.history is not None else (pose, pose))
 
     def _images(self, view: View, tick: Tick) -> list[tuple[str, np.ndarray]]:
         """The channels in demand, each with a row for every pixel."""

@@ -11,6 +11,7 @@ from sensors.raycast.rays import NOTHING, Hits, RayBundle
 from sensors.raycast.world import CastWorld
 
 from .config import CameraConfig
+from .line_exposure import LineExposure
 from .rays import CameraRays
 
 
@@ -51,10 +52,18 @@ def look(
     exclude: frozenset[str],
     *,
     normals: bool,
+    lines: LineExposure | None = None,
 ) -> View:
-    """Casts the rays of a camera at `pose` (4, 4) float64 [m] into the world in a state `poses`."""
-    bundle = rays.bundle(pose, exclude, grid=bool(len(world.moving_surfaces) or world.soft))
-    hits = world.cast(bundle, poses, normals=normals)
+    """Casts the rays of a camera at `pose` (4, 4) float64 [m] into the world in a state `poses`.
+
+    lines: of a rolling shutter; then `pose` and `poses` are those of the end of its last line.
+    """
+    if lines is None:
+        bundle = rays.bundle(pose, exclude, grid=bool(len(world.moving_surfaces) or world.soft))
+        hits = world.cast(bundle, poses, normals=normals)
+    else:
+        bundle = rays.line_bundle(pose, lines.poses(), lines.line_of(), exclude)
+        hits = lines.cast(world, bundle, normals=normals)
     distance = hits.distance
     if rays.dark is not None:
         _forget(hits, rays.dark)
