@@ -17,7 +17,7 @@ SOURCES := graph nodes sensors tests graphs
 .DELETE_ON_ERROR:
 
 run: system-libraries $(VENV)/run.stamp
-	$(BIN)/graph run graphs/yard.yaml --out out/yard
+	$(BIN)/graph run graphs/yard.yaml --out out/yard --preview
 
 test: system-libraries $(VENV)/dev.stamp
 	$(BIN)/python -m pytest --numprocesses auto $(PYTEST)

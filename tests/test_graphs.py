@@ -140,7 +140,6 @@ def test_the_yards_sensors_deliver_what_their_schedules_say(yard_run):
     report, _ = yard_run
     assert report["updates"] == 300
     assert report["physics_steps"] == 1200
-    # The flat scan and the scan buffer are deprecated types, shown here since existing graphs have them.
     assert {warning["code"] for warning in report["warnings"]} == set()
     top, front = report["sensors"][TOP], report["sensors"][FRONT]
     assert (top["tick_rate"], top["frames"], top["first_frame_ns"], top["last_frame_ns"]) == (10, 50, 0, 4_900_000_000)
@@ -180,6 +179,7 @@ def test_the_yards_recording_opens_and_its_clouds_decode(yard_run):
     assert counts["/top/points"] == 50
     assert counts["/front/points"] == counts["/front/scan"] == counts["/front/extracted"] == 98
     assert counts["/clock"] == counts["/tf"] == 300
+    assert counts["/radar/points"] == counts["/camera/rgb"] == counts["/camera/camera_info"] == 50
     assert counts["/tf_static"] == 1
 
 

@@ -18,11 +18,12 @@ from typing import TYPE_CHECKING, Any
 
 from graph.base.errors import RunError, UserError
 from graph.base.exact import duration as exact_duration
+from graph.base.exact import rate
 from graph.base.limits import check
 
 from .arguments import add_allow, add_nodes, add_play, add_skip_outside
 from .interrupts import between_updates
-from .printing import say, say_json, tell
+from .printing import counted, say, say_json, tell
 from .safe_log import SafeFormatter
 
 if TYPE_CHECKING:
@@ -48,6 +49,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     length.add_argument("--updates", type=int, metavar="N", help="run N app updates")
     length.add_argument("--duration", metavar="S", help="run S seconds of updates (default: the file's, else 5)")
     parser.add_argument("--out", type=Path, metavar="DIR", help="write report.json and the recording into DIR")
+    parser.add_argument(
+        "--preview",
+        nargs="?",
+        const="1",
+        metavar="HZ",
+        help="write pictures of what each sensor sees into DIR/preview, HZ times a simulated second (default 1)",
+    )
     parser.add_argument("--trace", type=Path, metavar="FILE", help="write a trace for ui.perfetto.dev to FILE (JSON)")
     add_play(parser)
     parser.add_argument("--set", action="append", default=[], metavar="NODE.ATTR=VALUE", help="override a node's input")
@@ -77,6 +85,7 @@ def run(args: argparse.Namespace) -> int:
     from graph.session.missed_ticks import missed_in_run
     from graph.session.open import open_session
     from graph.sim.messages.bus import CountingSink
+    from sensors.writers.preview import Previews
 
     from .explain_clocks import MOST_PLANNED_UPDATES, plan_updates
     from .explain_traps import clock_traps
@@ -102,6 +111,8 @@ def run(args: argparse.Namespace) -> int:
     )
     app = session.app
     updates = _number_of_updates(args, session)
+    preview = _preview_rate(args)
+    pictures: Previews | None = None
     counter, frames = CountingSink(), FrameSink()
     output: Output | None = None
     report: Report | None = None
@@ -125,6 +136,9 @@ def run(args: argparse.Namespace) -> int:
                     output = _output(args, session, held)
                     cleanup.callback(output.sink.close)
                     app.bus.subscribe(output.sink)
+                    if preview:
+                        pictures = Previews(app, args.out / "preview", preview)
+                        cleanup.callback(pictures.close)
                 if args.trace:
                     _trace(session, args.trace, tracing)
                 try:
@@ -156,6 +170,8 @@ def run(args: argparse.Namespace) -> int:
                 failures += [output.failure] if output.failure else []
             except RunError as error:
                 failures.append(error)
+    if pictures is not None and pictures.files:
+        lines.append(f"wrote {counted(len(pictures.files), 'pictures')} into {pictures.files[0].parent}")
     _print(args, report, lines)
     for failure in failures[1:]:
         if str(failure) != str(failures[0]):
@@ -171,6 +187,21 @@ def run(args: argparse.Namespace) -> int:
     for line in faults:
         tell(f"strict: {line}")
     return 1 if faults else 0
+
+
+def _preview_rate(args: argparse.Namespace) -> Fraction | None:
+    """Pictures a simulated second [Hz], or None. Raises UserError for a rate that cannot be, or without a folder."""
+    if args.preview is None:
+        return None
+    if not args.out:
+        raise UserError("--preview writes into the folder of --out; give one: --out DIR --preview")
+    try:
+        hertz = rate(args.preview)
+        if hertz <= 0:
+            raise ValueError("pictures need a rate above 0")
+        return hertz
+    except ValueError as error:
+        raise UserError(f"--preview {args.preview}: {error}; give a number of Hz, such as 1") from None
 
 
 def _print(args: argparse.Namespace, report: Report, lines: list[str]) -> None:

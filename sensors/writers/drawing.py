@@ -84,6 +84,7 @@ class Drawing:
             self._shown = (sensor if self._center is None else self._center, self._scale or self._pixels[0] / 20.0)
             return
         low, high = np.quantile(places, (KEPT, 1.0 - KEPT), axis=0)
+        low, high = np.minimum(low, sensor), np.maximum(high, sensor)
         if self._center is None:
             self._center = (low + high) / 2
         if self._scale is None:
@@ -116,16 +117,6 @@ class Drawing:
                 picture[:, place] = GRID
             else:
                 picture[place] = GRID
-
-    def _write(self, picture: np.ndarray, file: Path) -> None:
-        from PIL import Image
-
-        try:
-            file.parent.mkdir(parents=True, exist_ok=True)
-            Image.fromarray(picture).save(file, format="PNG", compress_level=6)
-        except OSError as error:
-            reason = error.strerror or error
-            raise RunError(f"draw-point-cloud: {file}: {reason}; give an output_dir that can be written") from error
 
 
 class PointCloudDrawing(Drawing):
@@ -162,7 +153,7 @@ class PointCloudDrawing(Drawing):
         picture = self.draw(frame)
         file = self.folder / f"{file_stem(frame.sensor_path, 'cloud')}_{frame.frame_id:06d}.png"
         if self._writes:
-            self._write(picture, file)
+            write_png(picture, file, "draw-point-cloud", "an output_dir")
         return file
 
     def draw(self, frame: Frame) -> np.ndarray:
@@ -211,7 +202,7 @@ class RayDrawing(Drawing):
         """Draws rays as `draw` does; returns the path of the picture. Raises RunError if it cannot be written."""
         file = self.folder / f"{self._name}_{self._count:06d}.png"
         self._count += 1
-        self._write(self.draw(starts, ends, color, width), file)
+        write_png(self.draw(starts, ends, color, width), file, "draw-rays", "an output_dir")
         return file
 
     def draw(self, starts: np.ndarray, ends: np.ndarray, color: Sequence[float], width: float) -> np.ndarray:
@@ -231,6 +222,18 @@ class RayDrawing(Drawing):
         for line in np.stack([*self._pixel(first)[::-1], *self._pixel(last)[::-1]], axis=1).tolist():
             pen.line(line, fill=painted, width=wide)
         return np.asarray(image)
+
+
+def write_png(picture: np.ndarray, file: Path, who: str, what: str) -> None:
+    """Writes a picture, (height, width, 3) uint8. Raises RunError that names who draws, and what is to be changed."""
+    from PIL import Image
+
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        Image.fromarray(picture).save(file, format="PNG", compress_level=6)
+    except OSError as error:
+        reason = error.strerror or error
+        raise RunError(f"{who}: {file}: {reason}; give {what} that can be written") from error
 
 
 def file_stem(path: str, otherwise: str) -> str:

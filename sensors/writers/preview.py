@@ -1,0 +1,84 @@
+"""Pictures of what the sensors of a run see: at a rate, a PNG of each sensor's latest frame."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sensors.callbacks import on_frame
+from sensors.sensor_types import sensor_type
+
+from .drawing import PointCloudDrawing, file_stem, write_png
+
+if TYPE_CHECKING:
+    from graph.sim import App
+    from graph.sim.renderer.products import RenderProduct
+    from sensors.frame import Frame
+
+FEW, SMALL_M, LARGE_M = 2000, 0.05, 0.4
+"""Points of a cloud of fewer than `FEW` are drawn with a side of `LARGE_M`, others with `SMALL_M`."""
+BEFORE_RENDERING = -1000
+
+
+class Previews:
+    """Writes `<folder>/<sensor>_<frame>.png` of every sensor of an App, `rate` times a simulated second.
+
+    Cameras: their colours. Sensors that measure points: those points in the world, seen from above; all pictures of a
+    sensor show the same part of the world. Other sensors: nothing. A picture shows the first frame at or after its
+    time; the sensor computes what the pictures need in every frame until `close`. The first picture replaces those of
+    an earlier run. Raises RunError from an update in which a picture cannot be written.
+    """
+
+    def __init__(self, app: App, folder: Path, rate: Fraction) -> None:
+        self.files: list[Path] = []
+        """What was written, in order."""
+        self._app, self._folder, self._period = app, folder, 1 / rate
+        self._seen: set[str] = set()
+        self._ends: list[Callable[[], None]] = [app.on("render", self._follow_new, BEFORE_RENDERING)]
+
+    def close(self) -> None:
+        """Ends the pictures."""
+        while self._ends:
+            self._ends.pop()()
+
+    def _follow_new(self) -> None:
+        for product in self._app.rendering.products.values():
+            if product.path not in self._seen and product.camera_path:
+                self._seen.add(product.path)
+                self._follow(product)
+
+    def _follow(self, product: RenderProduct) -> None:
+        kind = sensor_type(product.sensor.type_name)
+        channel = next((name for name in ("rgb", "xyz") if kind and name in kind.measures), None)
+        if channel is None:
+            return
+        drawing: PointCloudDrawing | None = None
+        due = Fraction(0)
+
+        def draw(frame: Frame) -> None:
+            nonlocal due, drawing
+            if frame.reference < due:
+                return
+            due = (frame.reference // self._period + 1) * self._period
+            if channel == "rgb":
+                picture = np.asarray(frame.channel("rgb"))[..., :3]
+            else:
+                drawing = drawing or PointCloudDrawing(size=LARGE_M if frame.count < FEW else SMALL_M)
+                picture = drawing.draw(frame)
+            file = self._folder / f"{file_stem(frame.sensor_path, 'sensor')}_{frame.frame_id:06d}.png"
+            if not self.files:
+                self._remove_earlier()
+            write_png(picture, file, "preview", "an output folder")
+            self.files.append(file)
+
+        self._ends.append(on_frame(product, draw, channels=(channel,), app=self._app))
+
+    def _remove_earlier(self) -> None:
+        for file in self._folder.glob("*_[0-9][0-9][0-9][0-9][0-9][0-9].png"):
+            with suppress(OSError):
+                file.unlink()
