@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from graph.base.errors import UserError
+from graph.base.suggest import did_you_mean
 from graph.spec.file_spec import FileSpec, GraphSpec
 
 
@@ -24,8 +25,11 @@ def override_inputs(spec: FileSpec, overrides: Mapping[str, str]) -> FileSpec:
             if name in (node.name, f"{graph.path}/{node.name}")
         ]
         if len(found) != 1:
-            which = "no node has that name" if not found else "several graphs have such a node; give its whole path"
-            raise UserError(f"--set {target}: {which}")
+            known = [node.name for graph in graphs for node in graph.nodes]
+            near = f"no node has that name{did_you_mean(name, known)}"
+            raise UserError(
+                f"--set {target}: {'several graphs have such a node; give its whole path' if found else near}"
+            )
         [(g, n)] = found
         attribute = attribute.removeprefix("inputs:")
         if _is_connected(graphs[g], graphs[g].nodes[n].name, attribute):

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from graph.base.errors import Mark, Problem, UserError
-from graph.base.suggest import closest
 from graph.node.at_load import NodeAtLoad
 from graph.node.context import Warn
 from graph.spec.file_spec import FileSpec, NodeSpec, Note
@@ -105,7 +104,7 @@ def missing_targets(
     Graphs and render products are excluded: they are created when the file runs. flawed: an inline prim of the file is
     wrong, so that it, or one below it, may be missing for that reason.
     """
-    from graph.sim.scene.prim_paths import is_prim_path
+    from graph.sim.scene.prim_paths import is_prim_path, near_prim
 
     graph_paths = {graph.path for graph in graphs}
     problems = []
@@ -122,25 +121,10 @@ def missing_targets(
                 ):
                     continue
                 else:
-                    wrong = f"there is no prim {target} on the stage{_near_prim(stage, target)}"
+                    wrong = f"there is no prim {target} on the stage{near_prim(stage, target)}"
                 message = f"{node.path}.inputs:{name}: {wrong}"
                 problems.append(Problem(message, author.input_marks.get(name, author.mark)))
     return problems
-
-
-def _near_prim(stage: Usd.Stage, path: str) -> str:
-    """A suggestion for the path of a missing prim: its first missing name is compared with those that are there."""
-    parent = stage.GetPseudoRoot()
-    for name in path.strip("/").split("/"):
-        child = parent.GetChild(name)
-        if not child:
-            near = closest(name, (one.GetName() for one in parent.GetChildren()))
-            if near is None:
-                break
-            wrong, right = (str(parent.GetPath().AppendChild(one)) for one in (name, near))
-            return f'; did you mean "{path.replace(wrong, right, 1)}"?'
-        parent = child
-    return "; correct the path"
 
 
 def unrenderable_cameras(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Graph]) -> list[Problem]:

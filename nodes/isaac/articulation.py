@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from graph.base.errors import RunError
-from graph.node import Attribute, Database, node_type
+from graph.base.suggest import did_you_mean
+from graph.node import Attribute, Database, NodeAtLoad, node_type
 
 NAN = "an empty array leaves them all alone, NaN leaves one joint alone"
 
@@ -32,10 +33,27 @@ def robot_at(db: Database, path: str) -> Any:
         db.lack(str(error))
 
 
+def _check(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
+    """Joint names that no joint on the stage has; joints with several axes go by `name:axis`."""
+    from graph.sim.scene.scan import GIVEN
+    from graph.sim.usd import Usd, UsdPhysics
+
+    if "jointNames" not in node.given:
+        return
+    known: set[str] = set()
+    for prim in node.stage.Traverse(Usd.TraverseInstanceProxies()):
+        if prim.IsA(UsdPhysics.Joint):
+            known |= {prim.GetName(), str(prim.GetAttribute(GIVEN).Get() or prim.GetName())}
+    for name in node.db.inputs.jointNames if known else ():
+        if name.partition(":")[0] not in known and name not in known:
+            yield "jointNames", f'no joint on the stage is called "{name}"{did_you_mean(name, known)}'
+
+
 @node_type(
     "isaacsim.core.nodes.IsaacArticulationController",
     version=1,
     needs=(("targetPrim", "robotPath"),),
+    check=_check,
     inputs={
         "execIn": Attribute("execution", "applies the commands"),
         "targetPrim": Attribute("target", "the articulation's root prim; used where robotPath is empty", optional=True),
@@ -83,11 +101,14 @@ def articulation_controller(db: Database) -> bool:
     articulation.set_targets(*commands.values(), joints=joints)
     if not memory.checked and (len(inputs.positionCommand) or len(inputs.velocityCommand)):
         memory.checked = True
-        idle = [articulation.joint_names[joint] for joint in joints if not articulation.driven[joint]]
+        told = {"positions": len(inputs.positionCommand) > 0, "velocities": len(inputs.velocityCommand) > 0}
+        deaf = articulation.deaf(**told)
+        idle = [articulation.joint_names[joint] for joint in joints if deaf[joint]]
         if idle:
             db.warn(
                 "joint-without-drive",
-                f"{', '.join(idle)} of {path} have no drive; position and velocity commands do nothing",
+                f"{', '.join(idle)} of {path} do not follow {' or '.join(one for one in told if told[one])}: give each "
+                "a drive (PhysicsDriveAPI) with stiffness for positions, damping for velocities",
             )
     return True
 

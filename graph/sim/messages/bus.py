@@ -97,6 +97,10 @@ class MessageBus:
         """Whether a subscription receives this topic (sinks do not count)."""
         return topic_name(topic) in self._subscriptions
 
+    def listened(self) -> list[str]:
+        """The topics that subscriptions receive."""
+        return [*self._subscriptions]
+
     def publish(self, topic: str, type_name: str, message: Any, stamp_ns: int, *, sent_ns: int | None = None) -> None:
         """Gives `message` to every sink, stamped with simulation time [ns]; `sent_ns` replaces the clock's time."""
         known = self.topics.get(topic)

@@ -150,7 +150,9 @@ class Player:
             if not any(bus.is_listened_to(topic) for topic in topics):
                 listed = ", ".join(sorted(topics)[:5]) or "no topics"
                 more = f" and {len(topics) - 5} more" if len(topics) > 5 else ""
-                silent.append((source.name, f"nobody listened to any of its topics: {listed}{more}"))
+                heard = ", ".join(sorted(bus.listened())[:5])
+                instead = f"; subscribers listen to {heard}" if heard else ""
+                silent.append((source.name, f"nobody listened to any of its topics: {listed}{more}{instead}"))
         return silent
 
     def close(self) -> None:

@@ -86,6 +86,17 @@ class Articulation:
         """(J,) which joints have a drive; position and velocity targets of the others have no effect."""
         return self.engine.driven(self._now.rows)
 
+    def deaf(self, *, positions: bool, velocities: bool) -> NDArray[np.bool_]:
+        """(J,) which joints ignore such targets: those without a drive, or whose drive has a gain of 0 for them.
+
+        A drive follows positions by its stiffness and velocities by its damping.
+        """
+        drives = [self.engine.joints[row].drive for row in self._now.rows]
+        gains = [
+            drive is None or bool((positions and drive.stiffness) or (velocities and drive.damping)) for drive in drives
+        ]
+        return ~(self.driven & np.array(gains, dtype=np.bool_))
+
     @property
     def positions(self) -> Floats:
         """(J,) joint positions [rad or stage units]."""

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from graph.sim import transforms
+from graph.sim.scene.prim_paths import near_prim
 from graph.sim.scene.scan import JointPrim, Scan
 from graph.sim.scene.stage import Warn
 from graph.sim.transforms import Floats
@@ -71,7 +72,8 @@ def _joint(scan: Scan, prim: JointPrim, warn: Warn) -> Joint | None:
     kind = next(kind for schema, kind in _KINDS if prim.prim.IsA(schema))
     for target in prim.targets:
         if target is not None and not scan.stage.GetPrimAtPath(target):
-            warn("bad-joint", prim.path, f"there is no prim {target}; that end of the joint is tied to the world")
+            near = near_prim(scan.stage, target)
+            warn("bad-joint", prim.path, f"there is no prim {target}; that end is tied to the world{near}")
     frames = _frame(scan, prim, 0, first), _frame(scan, prim, 1, second)
     if not all(np.isfinite(frame).all() for frame in frames):
         warn("bad-joint", prim.path, "localPos or localRot is not finite; the joint is left out")

@@ -5,6 +5,8 @@ from __future__ import annotations
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
+from graph.base.suggest import closest
+
 if TYPE_CHECKING:
     from pxr import Usd
 
@@ -22,3 +24,18 @@ def prim_at(stage: Usd.Stage, path: str) -> Usd.Prim:
     from graph.sim.usd import Usd
 
     return stage.GetPrimAtPath(path) if is_prim_path(path) else Usd.Prim()
+
+
+def near_prim(stage: Usd.Stage, path: str) -> str:
+    """A suggestion for the path of a missing prim: its first missing name is compared with those that are there."""
+    parent = stage.GetPseudoRoot()
+    for name in path.strip("/").split("/"):
+        child = parent.GetChild(name)
+        if not child:
+            near = closest(name, (one.GetName() for one in parent.GetChildren()))
+            if near is None:
+                break
+            wrong, right = (str(parent.GetPath().AppendChild(one)) for one in (name, near))
+            return f'; did you mean "{path.replace(wrong, right, 1)}"?'
+        parent = child
+    return "; correct the path"

@@ -3,6 +3,7 @@ import math
 import pytest
 
 from graph import ComputeError
+from graph.session.open import build_parts
 from graph.testing import run_node
 from tests.support.fixed_robots import define_cart
 
@@ -96,3 +97,42 @@ def test_a_command_to_a_joint_without_drive_warns(stage, cart):
     inputs = {"targetPrim": "/World/Cart", "velocityCommand": [1.0, 1.0]}
     trace = run_node("IsaacArticulationController", inputs=inputs, pulses={"execIn": range(3)}, updates=3, app=app)
     assert [(one.code, one.count) for one in trace.warnings] == [("joint-without-drive", 1)]
+
+
+@pytest.mark.parametrize(
+    ("gain", "command", "follows"),
+    [
+        ("damping", "velocityCommand", True),
+        ("stiffness", "positionCommand", True),
+        ("stiffness", "velocityCommand", False),
+        ("damping", "positionCommand", False),
+    ],
+)
+def test_a_command_that_the_drives_gains_ignore_warns(gain, command, follows, stage, cart):
+    for name in ("left_joint", "right_joint"):
+        prim = stage.GetPrimAtPath(f"/World/Cart/{name}")
+        for attribute in ("stiffness", "damping"):
+            prim.GetAttribute(f"drive:angular:physics:{attribute}").Set(1.0 if attribute == gain else 0.0)
+    inputs = {"targetPrim": "/World/Cart", command: [1.0, 1.0]}
+    trace = run_node("IsaacArticulationController", inputs=inputs, pulses={"execIn": [0]}, updates=1, app=cart())
+    assert [one.code for one in trace.warnings] == ([] if follows else ["joint-without-drive"])
+
+
+def test_a_joint_name_that_the_stage_does_not_have_is_a_mistake_of_the_file(tmp_path):
+    text = """\
+tickgraph: 1
+scene:
+  prims:
+    /World/Arm: {type: Cube, rigid_body: true}
+    /World/hinge: {type: PhysicsRevoluteJoint, attributes: {physics:body1: /World/Arm}}
+graphs:
+  /World/G:
+    nodes:
+      go: {type: IsaacArticulationController, inputs: {targetPrim: /World, jointNames: [hinge, hinje]}}
+"""
+    (tmp_path / "a.yaml").write_text(text)
+    problems = build_parts(tmp_path / "a.yaml").problems
+    assert [one.message for one in problems] == [
+        '/World/G/go.inputs:jointNames: no joint on the stage is called "hinje"; did you mean "hinge"?'
+    ]
+    assert (problems[0].mark.line, problems[0].mark.column) == (9, 76)
