@@ -237,6 +237,17 @@ def test_what_its_type_does_not_declare_is_refused_with_a_name_that_is_near(file
     assert message in capsys.readouterr().err
 
 
+def test_an_attribute_that_is_declared_with_no_type_of_usd_is_told(tmp_path, capsys):
+    sensors.unregister_sensor_type("Thermometer")
+    sensors.register_sensor_type(SensorType("Thermometer", ThermometerRuntime, attributes={"ground": "dubble"}))
+    path = tmp_path / "probe.json"
+    scene = {"prims": {"/World/Probe": {"type": "Thermometer", "attributes": {"ground": 1}}}}
+    path.write_text(json.dumps({"tickgraph": 1, "scene": scene, "graphs": {}}))
+    assert main(["check", str(path)]) == 2
+    told = "/World/Probe: attributes: ground: its sensor type declares it as 'dubble'; declare a USD type"
+    assert told in capsys.readouterr().err
+
+
 def test_keys_of_sensors_take_it_and_refuse_what_is_not_a_sensor_naming_it(file, capsys):
     excluding = json.loads(json.dumps(FILE))
     excluding["scene"]["prims"][PROBE] |= {"exclude": "/World/Ball", "aux_output_level": "BASIC"}

@@ -114,7 +114,10 @@ def _property(prim: Any, name: str, declared: Mapping[str, str]) -> Any:
     if existing:
         return existing
     if name in declared:
-        return prim.CreateAttribute(name, Sdf.ValueTypeNames.Find(declared[name]))
+        kind = Sdf.ValueTypeNames.Find(declared[name])
+        if not kind:
+            raise ValueError(f"its sensor type declares it as {declared[name]!r}; declare a USD type such as 'double'")
+        return prim.CreateAttribute(name, kind)
     if name.split(":")[:2] == ["material", "binding"]:  # its schema does not list its properties: purposes are free
         apply_schema(prim, "MaterialBindingAPI")
         return prim.CreateRelationship(name, custom=False)
