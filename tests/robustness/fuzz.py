@@ -282,6 +282,8 @@ def main() -> int:
             found.add(part)
             for case, what in part.failures:
                 print(f"case {case}: {what}", flush=True)
+            if found.done // 1000 > (found.done - part.done) // 1000:
+                print(f"{found.done:,} files, {len(found.failures)} failures so far", file=sys.stderr, flush=True)
     codes = ", ".join(f"{count:,} ended with {code}" for code, count in sorted(found.codes.items()))
     print(f"{found.done:,} files in {time.monotonic() - started:.0f} s: {codes}; {len(found.failures)} failures")
     return 1 if found.failures else 0
