@@ -50,7 +50,6 @@ class Mallinfo(ctypes.Structure):
 
     _fields_ = [(name, ctypes.c_size_t) for name in ("arena", "ordblks", "smblks", "hblks", "hblkhd", "usmblks")]
     _fields_ += [(name, ctypes.c_size_t) for name in ("fsmblks", "uordblks", "fordblks", "keepcost")]
-    ]
 
 
 def allocated():
