@@ -18,6 +18,9 @@ except ModuleNotFoundError as _error:
 from .moved import MOVED as _MOVED
 
 if TYPE_CHECKING:
+    from .acoustic.authoring import SUPPORTED_ACOUSTIC_CONFIGS, Acoustic
+    from .acoustic.config import AcousticConfig
+    from .acoustic.sensor import AcousticSensor
     from .annotators.specs import register_annotator_spec, unregister_annotator_spec
     from .annotators.types import AnnotatorType
     from .authoring import bind_material, exclude
@@ -56,6 +59,9 @@ if TYPE_CHECKING:
     SUPPORTED_LIDAR_CONFIGS: dict[str, list[Any]]
 
 _HOMES = {
+    "Acoustic": "acoustic.authoring",
+    "AcousticConfig": "acoustic.config",
+    "AcousticSensor": "acoustic.sensor",
     "AnnotatorType": "annotators.types",
     "AuxType": "gmo",
     "CameraSensor": "camera.sensor",
@@ -79,6 +85,7 @@ _HOMES = {
     "RadarConfig": "radar.config",
     "RadarSensor": "radar.sensor",
     "RtxCamera": "camera.authoring",
+    "SUPPORTED_ACOUSTIC_CONFIGS": "acoustic.authoring",
     "SUPPORTED_LIDAR_CONFIGS": "configs",
     "SUPPORTED_RADAR_CONFIGS": "radar.configs",
     "SensorRuntime": "runtime",
@@ -104,15 +111,13 @@ _HOMES = {
     "writers": "writers",
 }
 
-_INSTEAD = "are not built yet; use Lidar and LidarSensor, or register a sensor type of your own (register_sensor_type)"
-_NOT_BUILT = {
-    **dict.fromkeys(("Acoustic", "AcousticSensor", "Ultrasonic", "UltrasonicSensor"), f"acoustic sensors {_INSTEAD}"),
-}
-"""Names of what is still to come, and why they are not there."""
-
 __all__ = [
+    "SUPPORTED_ACOUSTIC_CONFIGS",
     "SUPPORTED_LIDAR_CONFIGS",
     "SUPPORTED_RADAR_CONFIGS",
+    "Acoustic",
+    "AcousticConfig",
+    "AcousticSensor",
     "AnnotatorType",
     "AuxType",
     "CameraSensor",
@@ -159,4 +164,4 @@ __all__ = [
 
 _forward(_MOVED)
 
-__getattr__, __dir__ = _lazy_names(__name__, _HOMES, _NOT_BUILT)
+__getattr__, __dir__ = _lazy_names(__name__, _HOMES)

@@ -9,7 +9,7 @@ from graph.base.suggest import did_you_mean
 
 from .errors import SensorValueError
 from .prim import write_exclude
-from .sensor_types import NOT_YET, sensor_types
+from .sensor_types import sensor_types
 
 if TYPE_CHECKING:
     from graph.sim import App
@@ -49,7 +49,7 @@ def exclude(sensor: Any, paths: str | Iterable[str], *, app: App | None = None) 
     stage = (app or App.current()).stage
     path = str(getattr(sensor, "path", sensor))
     prim = stage.GetPrimAtPath(path)
-    if not prim or prim.GetTypeName() not in {*sensor_types(), *NOT_YET}:
+    if not prim or prim.GetTypeName() not in sensor_types():
         raise SensorValueError(f"{path} is not a sensor prim; give the path of one")
     listed = (paths,) if isinstance(paths, str) else tuple(map(str, paths))
     for target in listed:

@@ -16,11 +16,15 @@ def custom_frame(frame_of_reference: str, trafo: Sequence[float]) -> np.ndarray 
     """
     if frame_of_reference != "CUSTOM":
         return None
+    return pose_of(trafo[:3], trafo[3:]) if len(trafo) else np.eye(4)
+
+
+def pose_of(position: Sequence[float], rotation: Sequence[float]) -> np.ndarray:
+    """(4, 4) of a position [m] and roll, pitch, yaw [deg], turned about x, then y, then z of the outer frame."""
+    roll, pitch, yaw = rotation
     out = np.eye(4)
-    if len(trafo):
-        *position, roll, pitch, yaw = trafo
-        out[:3, :3] = _about(2, yaw) @ _about(1, pitch) @ _about(0, roll)
-        out[:3, 3] = position
+    out[:3, :3] = _about(2, yaw) @ _about(1, pitch) @ _about(0, roll)
+    out[:3, 3] = position
     return out
 
 

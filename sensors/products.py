@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from graph.sim.scene.prim_paths import prim_at
 
 from .errors import SensorValueError
-from .sensor_types import NOT_YET, sensor_type, sensor_types
+from .sensor_types import sensor_type, sensor_types
 
 if TYPE_CHECKING:
     from pxr import Usd
@@ -96,8 +96,6 @@ def sensor_problem(stage: Usd.Stage, prim_path: str) -> str | None:
         return None
     if kind := sensor_type(name):
         return f"{prim_path}: a {name} is not rendered; {kind.read_by} reads it without a render product"
-    if name in NOT_YET:
-        return f"{prim_path}: {NOT_YET[name]} are not available yet; {' and '.join(known)} prims are"
     return f"{prim_path}: a {name or 'typeless prim'} is not a sensor; give the path of an {' or '.join(known)}"
 
 

@@ -30,11 +30,9 @@ BUILT_IN = (
     "sensors.camera.sensor_type",
     "sensors.radar.sensor_type",
     "sensors.physx.sensor_types",
+    "sensors.acoustic.sensor_type",
 )
 """Modules that register the shipped types."""
-
-NOT_YET = {"OmniAcoustic": "acoustic sensors"}
-"""Types of sensor prims that cannot be rendered yet -> what they are called."""
 
 _LOG = logging.getLogger("tickgraph.warnings")
 

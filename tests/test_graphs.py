@@ -64,6 +64,17 @@ def test_without_delay_pictures_and_transforms_of_an_update_carry_one_stamp(tmp_
     assert stamps == dict.fromkeys(("/tf", "/depth", "/camera_info"), exact)
 
 
+def test_the_script_of_the_acoustic_sensor_prints_the_echoes_of_each_way():
+    """A post 1.5 m ahead of mount 0 hides the wall from it. The other way is that of a wall at sqrt(3^2 + 0.25^2) m."""
+    done = subprocess.run(
+        [sys.executable, ROOT / "graphs" / "acoustic.py"], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    lines = dict(line.split(": ", 1) for line in done.stdout.splitlines())
+    assert lines["mount 0 to 0"].startswith("1.50 m")
+    assert "3.01 m" in lines["mount 0 to 1"]
+
+
 def test_the_script_of_annotators_prints_a_line_for_each_and_draws(tmp_path):
     done = subprocess.run(
         [sys.executable, ROOT / "graphs" / "annotators.py", tmp_path],

@@ -18,18 +18,13 @@ checked: list[bool] = []
 """Holds one item when Python is known to find our packages, and not others of these names."""
 
 
-def lazy_names(
-    package: str, homes: Mapping[str, str], missing: Mapping[str, str] | None = None
-) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
+def lazy_names(package: str, homes: Mapping[str, str]) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
     """The `__getattr__` and the `__dir__` of a package.
 
     homes: each public name and its module in the package; a module that is public itself has its own name there.
-    missing: names that users expect and that are not there, each with the reason: an ImportError says it.
     """
 
     def get(name: str) -> Any:
-        if missing and name in missing:
-            raise ImportError(f"{package}.{name}: {missing[name]}", name=name)
         if name not in homes:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
         if not checked:

@@ -50,6 +50,7 @@ LIMITS: dict[str, Limit] = {
         10_000_000, "rays", "the fan of a radar's scan; finer rays over what is small in it come on top"
     ),
     "radar.cells": Limit(20_000_000, "cells", "of range and velocity together, a scan configuration of a radar"),
+    "acoustic.rays": Limit(1_000_000, "rays", "the fan of a mount of an acoustic sensor"),
     "lidar.bins": Limit(10_000, "spans", "a scan of lidar.motion continuous"),
     "camera.rays": Limit(10_000_000, "rays", "an image, with the samples of each pixel"),
     "graph.steps": Limit(5_000_000, "computes", "a graph in one evaluation, the passes of all its loops together"),

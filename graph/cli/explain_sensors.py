@@ -28,9 +28,9 @@ RULES = {
 def sensors_of(app: App, seen: Observed, steps: Sequence[Step]) -> list[dict[str, Any]]:
     """Every sensor prim in stage order, once for each of its render products; rendered ones first."""
     from graph.sim.usd import Usd
-    from sensors.sensor_types import NOT_YET, sensor_types
+    from sensors.sensor_types import sensor_types
 
-    known = {*sensor_types(), *NOT_YET}
+    known = sensor_types()
     rendered, others = [], []
     for prim in app.stage.Traverse(Usd.TraverseInstanceProxies()):
         if prim.GetTypeName() not in known:

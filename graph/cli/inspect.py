@@ -214,9 +214,10 @@ def _channels(gmo: Any, app: App, product: RenderProduct) -> dict[str, Any]:
     from sensors.sensor_types import sensor_types
 
     measures = sensor_types()[product.sensor.type_name].measures
-    units = dict.fromkeys("xyz", "m")
-    if gmo.elementsCoordsType.name == "SPHERICAL":
-        units |= {"x": "deg", "y": "deg"}
+    units = {
+        "CARTESIAN": {"x": "m", "y": "m", "z": "m"},
+        "SPHERICAL": {"x": "deg", "y": "deg", "z": "m"},
+    }.get(gmo.elementsCoordsType.name, {})
     found = {}
     for name in (*ELEMENT_ARRAYS, *(name for name in AUX_ARRAYS if name in measures)):
         array = getattr(gmo, name)

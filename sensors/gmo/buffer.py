@@ -25,6 +25,7 @@ from .layout import (
     OTHER_ARRAYS,
     OTHER_SCALARS,
     VERSION,
+    XYZ_CHANNELS,
     CoordsType,
     FrameOfReference,
     LidarAuxHas,
@@ -71,8 +72,8 @@ def _sources(frame: Frame) -> dict[str, np.ndarray]:
     found = {name: frame.arrays[name] for name in ("timeOffsetNs", "scalar", "flags") if name in frame.arrays}
     if frame.coords == "CARTESIAN":
         return found | {name: frame.xyz[:, axis] for axis, name in enumerate("xyz")}
-    angles = zip("xyz", ("azimuth", "elevation", "distance"), strict=True)
-    return found | {name: frame.arrays[channel] for name, channel in angles if channel in frame.arrays}
+    parts = zip("xyz", XYZ_CHANNELS[frame.coords], strict=True)
+    return found | {name: frame.arrays[channel] for name, channel in parts if channel in frame.arrays}
 
 
 def _place(buffer: np.ndarray, offset: int, dtype: np.dtype[Any], source: np.ndarray) -> None:

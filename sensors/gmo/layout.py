@@ -167,13 +167,17 @@ ENUM_FIELDS = {
     "elementsCoordsType": CoordsType,
     "filledAuxMembers": LidarAuxHas,
 }
-BASE_CHANNELS = frozenset({"azimuth", "elevation", "distance", "scalar", "timeOffsetNs", "flags"})
-CARTESIAN_CHANNELS = frozenset({"xyz", "scalar", "timeOffsetNs", "flags"})
+XYZ_CHANNELS = {
+    "SPHERICAL": ("azimuth", "elevation", "distance"),
+    "CARTESIAN": ("xyz",),
+    "NOT_APPLICABLE": ("txMount", "rxMount", "wayChannel"),
+}
+"""What x, y and z hold, by the kind of coordinates; NOT_APPLICABLE: those of an acoustic sensor."""
 
 
 def channels_for(level: AuxLevel, coords: str) -> frozenset[str]:
     """The channels in a buffer of this auxiliary level, if all are filled."""
-    base = CARTESIAN_CHANNELS if coords == "CARTESIAN" else BASE_CHANNELS
+    base = frozenset({*XYZ_CHANNELS[coords], "scalar", "timeOffsetNs", "flags"})
     return base | {name for name in AUX_ARRAYS if CHANNELS[name].level <= level}
 
 

@@ -205,6 +205,14 @@ def radar_cells(folder):
     return Asked(ScanConfig().cells(), radar(folder))
 
 
+@case("acoustic.rays")
+def acoustic_rays(folder):
+    """Half a ray for each degree of 90 x 60."""
+    fan = {"omni:sensor:WpmAcoustic:raysPerDeg": 0.5, "omni:sensor:WpmAcoustic:elSpanDeg": 60.0}
+    prim = {"type": "OmniAcoustic", "attributes": fan}
+    return Asked(45 * 30, ("check", graph_file(folder, scene={"prims": {"/W/Sonar": prim}})))
+
+
 @case("lidar.bins")
 def bins(folder):
     return Asked(9, run(lidar_file(folder, fidelity={"lidar.motion": "continuous", "lidar.bins": 9})))

@@ -412,15 +412,6 @@ def test_an_installed_package_brings_its_sensor_type_by_an_entry_point(tmp_path)
     assert "warning sensor-package: broken (no_such_library:SENSOR): ModuleNotFoundError" in done.stderr
 
 
-@pytest.mark.parametrize(
-    ("name", "what"),
-    [("Acoustic", "acoustic sensors"), ("AcousticSensor", "acoustic sensors")],
-)
-def test_a_sensor_that_is_not_built_yet_is_an_import_error_with_its_reason(name, what):
-    with pytest.raises(ImportError, match=f"sensors.{name}: {what} are not built yet; use Lidar"):
-        exec(f"from sensors import {name}")
-
-
 def test_exclude_hides_prims_from_a_sensor_and_refuses_what_is_not_there(app):
     app.stage.DefinePrim("/World/Lidar", "OmniLidar")
     lidar = sensors.Lidar("/World/Lidar", app=app)

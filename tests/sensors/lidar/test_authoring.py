@@ -279,7 +279,7 @@ def test_a_product_of_equal_prim_and_size_is_used_again(app):
 
 @pytest.mark.parametrize(
     ("kind", "message"),
-    [("OmniAcoustic", "acoustic sensors are not available yet"), ("Cube", "a Cube is not a sensor")],
+    [("Lidar", "a Lidar is not rendered; IsaacReadLidarPointCloud"), ("Cube", "a Cube is not a sensor")],
 )
 def test_only_sensors_can_be_rendered(app, kind, message):
     app.stage.DefinePrim("/World/Thing", kind)

@@ -1,0 +1,1 @@
+"""Acoustic sensors: what mounts hear of the pulses that others of the same sensor send."""

@@ -1,0 +1,73 @@
+"""What acoustic sensors are to the rest of TickGraph: their registration."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+from graph.base.errors import UserError
+from graph.base.exact import shortest
+from sensors.channels import CHANNELS
+from sensors.prim import read_tick_rate
+from sensors.sensor_types import SensorType, register_sensor_type
+
+from .config import read_config
+from .names import MODALITY, OWN_CHANNELS, PRIM_TYPE
+
+if TYPE_CHECKING:
+    from pxr import Usd
+
+    from graph.sim import App
+
+    from .runtime import AcousticRuntime
+
+
+def _runtime(app: App, prim_path: str, resolution: tuple[int, int]) -> AcousticRuntime:
+    from .runtime import AcousticRuntime
+
+    return AcousticRuntime(app, prim_path, resolution)
+
+
+def _check(prim: Usd.Prim) -> Iterator[str]:
+    for read in (read_config, read_tick_rate):
+        try:
+            read(prim)
+        except UserError as error:
+            yield str(error)
+
+
+def _facts(app: App, prim: Usd.Prim) -> dict[str, Any]:
+    from .waves import SPEED_OF_SOUND
+
+    config = read_config(prim)
+    return {
+        "tick_rate_hz": read_tick_rate(prim),
+        "mounts": len(config.mounts),
+        "signal_ways": len(config.ways),
+        "samples_per_way": config.samples,
+        "rays_per_mount": config.counts[0] * config.counts[1],
+        "reach_m": SPEED_OF_SOUND * config.samples * config.sample_duration / 2,
+    }
+
+
+def _rows(facts: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    rate = facts["tick_rate_hz"]
+    yield "rates", f"tick {shortest(rate)} Hz" if rate else "tick 0: every update"
+    yield (
+        "signals",
+        f"{facts['signal_ways']} of {facts['samples_per_way']} samples, mounts: {facts['mounts']}, "
+        f"{facts['rays_per_mount']:,} rays each, to {facts['reach_m']:.3g} m",
+    )
+
+
+register_sensor_type(
+    SensorType(
+        PRIM_TYPE,
+        _runtime,
+        modality=MODALITY,
+        channels=(*OWN_CHANNELS, *(CHANNELS[name] for name in ("scalar", "timeOffsetNs", "flags"))),
+        check=_check,
+        facts=_facts,
+        rows=_rows,
+    )
+)
