@@ -54,7 +54,7 @@ class Membrane:
 
 
 FINE = 8
-"""Times of arrival are told apart to this part of a sample."""
+"""Parts of a sample in which the waves that arrive are added up."""
 
 
 def envelope(delays: np.ndarray, waves: np.ndarray, count: int, sample: float, pulse: float) -> np.ndarray:
