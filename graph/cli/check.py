@@ -63,6 +63,9 @@ class Checked:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the command's options."""
     parser.add_argument("files", metavar="FILE", nargs="+", help="graph file (.yaml, .json or .usda), or *.test.yaml")
+    parser.add_argument(
+        "--target", choices=["isaacsim-6.0"], help="also tell what would fail or crash in that product, though not here"
+    )
     parser.add_argument("--skip-unknown", action="store_true", help="leave nodes of unknown types out, with a warning")
     parser.add_argument("--json", action="store_true", help="print the result as JSON and nothing else on stdout")
     add_nodes(parser)
@@ -79,6 +82,7 @@ def run(args: argparse.Namespace) -> int:
             skip_outside=args.skip_outside,
             settings=args.settings,
             skip_unknown=args.skip_unknown,
+            target=args.target,
         )
         for file in args.files
     ]
@@ -102,8 +106,12 @@ def check(
     skip_outside: bool = False,
     settings: Mapping[str, Any] | None = None,
     skip_unknown: bool = False,
+    target: str | None = None,
 ) -> Checked:
-    """Loads, compiles and stages one file, without playing it; `settings` replace those of the file."""
+    """Loads, compiles and stages one file, without playing it; `settings` replace those of the file.
+
+    target: a product whose known faults are looked for too.
+    """
     # The engine, the world and the nodes are imported only here: `graph check --help` does not need them.
     from graph.session.open import build_parts
     from graph.testing.names import is_test_file
@@ -112,6 +120,12 @@ def check(
         return _check_tests(file, allow)
     parts = build_parts(file, allow=allow, skip_outside=skip_outside, settings=settings, skip_unknown=skip_unknown)
     problems, notes = tuple(parts.problems), tuple(parts.warnings)
+    if target is not None and parts.spec is not None and parts.stage is not None:
+        from graph.session.graph_links import Links
+        from graph.session.target_checks import target_notes
+
+        given = {**parts.spec.settings, **(settings or {})}
+        notes += tuple(target_notes(target, Links(parts.graphs), parts.stage, given))
     if parts.stage is not None and not problems:
         from graph.session.graph_links import Links
         from graph.session.link_checks import unread_products

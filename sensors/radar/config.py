@@ -165,6 +165,7 @@ class RadarConfig:
     wave_length_mm: float = 3.9
     trace_tree_depth: int = 4
     instance_time_offset_usec: int = 5000
+    datacube_mode: str = "FAST"
     cfar_mode: str = "2D"
     antenna_gain_mode: str = "COSINEFALLOFF"
     elements_coords_type: str = "SPHERICAL"
@@ -203,6 +204,7 @@ _DEVIATIONS = (
     *("azimuth_rad_noise_sdev", "elevation_rad_noise_sdev", "velocity_noise_sdev", "range_noise_sdev"),
 )
 _TOKENS = {
+    "datacube_mode": ("FAST", "WAVEFORM"),
     "cfar_mode": ("2D", "4D"),
     "antenna_gain_mode": ("COSINEFALLOFF", "CONSTANT"),
     "elements_coords_type": ("SPHERICAL", "CARTESIAN"),

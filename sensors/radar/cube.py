@@ -20,6 +20,9 @@ ZONES = 8.0
 FLAT_TOP = 0.35
 """Share of a cell's size from its middle within which fields belong to it alone."""
 
+LOBE = 2
+"""Cells to each side over which a return spreads: the main lobe."""
+
 _MIX = np.uint64(0xC2B2AE3D27D4EB4F)
 
 
@@ -121,6 +124,43 @@ def fill(grid: Grid, found: Iterable[Arrivals]) -> Cube:
     order = np.argsort(power, kind="stable")
     strongest[which[order]] = bounces[order]  # the last written is the strongest
     return Cube(grid, cells, total, centred, strongest)
+
+
+def as_chirps_give(cube: Cube) -> Cube:
+    """The cube that the Fourier transforms of sampled chirps give: returns spread over cells of range and velocity.
+
+    Both are taken of samples under a Hann window, whose response at x cells from a return is sinc(x) / (1 - x^2) in
+    amplitude (Harris, Proc. IEEE 66 (1978) 51-83): 1 at the return, 1.4 dB less at half a cell, side lobes of -31 dB,
+    which are left out beyond `LOBE` cells. Different returns add up as powers. Velocities wrap.
+    """
+    grid = cube.grid
+    index = cube.index
+    offsets = [values - cells.centre(at) for values, cells, at in zip(cube.values[:2], grid.axes, index, strict=False)]
+    parts = []
+    for step in range(-LOBE, LOBE + 1):
+        ranges = index[0] + step
+        inside = np.flatnonzero((ranges >= 0) & (ranges < grid.range_m.count))
+        along = _hann(offsets[0][inside] / grid.range_m.width - step)
+        for turn in range(-LOBE, LOBE + 1):
+            velocities = (index[1][inside] + turn) % grid.velocity.count
+            across = _hann(offsets[1][inside] / grid.velocity.width - turn)
+            cell = grid.number((ranges[inside], velocities, index[2][inside], index[3][inside]))
+            parts.append((cell, cube.power[inside] * along * across, inside))
+    cell = np.concatenate([part[0] for part in parts])
+    power, row = (np.concatenate([part[place] for part in parts]) for place in (1, 2))
+    cells, which = np.unique(cell, return_inverse=True)
+    total, values = _weighed(which, len(cells), power, cube.values[:, row])
+    bounces = np.zeros(len(cells), np.uint8)
+    order = np.argsort(power, kind="stable")
+    bounces[which[order]] = cube.bounces[row[order]]
+    return Cube(grid, cells, total, values, bounces)
+
+
+def _hann(away: np.ndarray) -> np.ndarray:
+    """Power response of a Hann window, `away` cells from a return."""
+    rest = 1.0 - away**2
+    near = np.abs(rest) < 1e-6
+    return np.asarray(np.where(near, 0.25, (np.sinc(away) / np.where(near, 1.0, rest)) ** 2))
 
 
 def _summed(grid: Grid, found: Arrivals) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:

@@ -36,9 +36,14 @@ class Detections:
         return Detections(*(getattr(self, one.name)[rows] for one in fields(Detections)))
 
 
-def detections(cube: Cube, scan: ScanConfig, antenna: Antenna, noise: Noise, *, four: bool) -> Detections:
-    """The detections of a cube; four: by CFAR over all four axes, else over range and velocity, one angle a cell."""
-    cells = (_of_cube if four else _of_map)(cube, scan, noise)
+def detections(
+    cube: Cube, scan: ScanConfig, antenna: Antenna, noise: Noise, *, four: bool, peaks: bool = False
+) -> Detections:
+    """The detections of a cube; four: by CFAR over all four axes, else over range and velocity, one angle a cell.
+
+    peaks: only where a cell has more power than those beside it in range and velocity.
+    """
+    cells = (_of_cube if four else _of_map)(cube, scan, noise, peaks)
     grid = cube.grid
     if scan.det_val_from_bin_idx:
         values = np.stack([axis.centre(at) for axis, at in zip(grid.axes, cells.index, strict=True)])
@@ -77,13 +82,15 @@ def range_velocity(cube: Cube, noise: np.ndarray | None = None) -> np.ndarray:
     return total if noise is None else total + noise
 
 
-def _of_map(cube: Cube, scan: ScanConfig, noise: Noise) -> Cube:
+def _of_map(cube: Cube, scan: ScanConfig, noise: Noise, peaks: bool) -> Cube:
     """The strongest angle of each range and velocity cell that is detected; false alarms at angles of chance."""
     shape = cube.grid.shape
     added = noise.power("cells", shape[:2], scan.cfar_noise_mean, scan.cfar_noise_sdev)
     power = range_velocity(cube, added)
     axes = (Axis(scan.cfar_rn_t, scan.cfar_rn_g), Axis(scan.cfar_vn_t, scan.cfar_vn_g, wraps=True))
     found = detect(power, axes, factor=scan.cfar_offset, least=scan.cfar_min_val)
+    if peaks:
+        found &= _is_peak(power)
     pair = cube.cell // (shape[2] * shape[3])
     order = np.lexsort((-cube.power, pair))
     first = order[np.flatnonzero(np.diff(pair[order], prepend=-1))]
@@ -111,7 +118,7 @@ def _with_alarms(cells: Cube, found: np.ndarray, power: np.ndarray, noise: Noise
     )
 
 
-def _of_cube(cube: Cube, scan: ScanConfig, noise: Noise) -> Cube:
+def _of_cube(cube: Cube, scan: ScanConfig, noise: Noise, peaks: bool) -> Cube:
     """The cells of the sparse cube that are detected among their neighbours in all four axes.
 
     Noise is a mean level in every cell, and a random part in those that hold power: cells without are not drawn.
@@ -126,7 +133,36 @@ def _of_cube(cube: Cube, scan: ScanConfig, noise: Noise) -> Cube:
     power = cube.power if added is None else cube.power + added
     ranges, velocities, *angles = cube.grid.shape
     level = sparse_noise_level(cube.cell, cube.power, (velocities, ranges, *angles), axes) + scan.cfar_noise_mean
-    return _some(cube, np.flatnonzero((power > scan.cfar_offset * level) & (power >= scan.cfar_min_val)))
+    found = (power > scan.cfar_offset * level) & (power >= scan.cfar_min_val)
+    if peaks:
+        found &= _is_sparse_peak(cube, power)
+    return _some(cube, np.flatnonzero(found))
+
+
+def _is_peak(power: np.ndarray) -> np.ndarray:
+    """Which cells of (range, velocity) have more power than those beside them, bool; velocities wrap."""
+    edge = np.zeros((1, power.shape[1]))
+    ahead, behind = np.concatenate((power[1:], edge)), np.concatenate((edge, power[:-1]))
+    return np.asarray(
+        (power > ahead)
+        & (power >= behind)
+        & (power > np.roll(power, -1, axis=1))
+        & (power >= np.roll(power, 1, axis=1))
+    )
+
+
+def _is_sparse_peak(cube: Cube, power: np.ndarray) -> np.ndarray:
+    """The same of the cells of a sparse cube, each among those of its angles."""
+    ranges, velocities, *_ = cube.grid.shape
+    at, speed, *angles = cube.index
+    found = np.ones(len(power), bool)
+    for step, turn in ((1, 0), (-1, 0), (0, 1), (0, -1)):
+        inside = (at + step >= 0) & (at + step < ranges)
+        number = cube.grid.number((np.clip(at + step, 0, ranges - 1), (speed + turn) % velocities, *angles))
+        place = np.minimum(np.searchsorted(cube.cell, number), max(len(power) - 1, 0))
+        beside = np.where(inside & (cube.cell[place] == number), power[place], 0.0) if len(power) else power
+        found &= power > beside if step + turn > 0 else power >= beside
+    return found
 
 
 def _some(cube: Cube, rows: np.ndarray) -> Cube:

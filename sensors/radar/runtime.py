@@ -25,7 +25,7 @@ from sensors.runtime import Measurement, SensorRuntime
 
 from .antenna import Antenna
 from .config import RadarConfig, ScanConfig
-from .cube import Cube, Grid, fill
+from .cube import Cube, Grid, as_chirps_give, fill
 from .detector import Detections, detections, limits
 from .materials import Reflections
 from .names import PRIM_TYPE
@@ -121,7 +121,15 @@ class RadarRuntime(SensorRuntime[RadarConfig]):
             return Measurement({}, 0, facts=facts)
         cube = self.cube(tick, number, cycle)
         noise = Noise(self._app.seed, self.path, self._frames)
-        found = detections(cube, scan, self._antenna(scan), noise, four=self.config.cfar_mode == "4D")
+        chirps = self.config.datacube_mode == "WAVEFORM"
+        found = detections(
+            as_chirps_give(cube) if chirps else cube,
+            scan,
+            self._antenna(scan),
+            noise,
+            four=self.config.cfar_mode == "4D",
+            peaks=chirps,
+        )
         return Measurement(self._arrays(found, scan, tick), len(found.rcs), facts=facts)
 
     def cube(self, tick: Tick, number: int = 0, cycle: int = 0) -> Cube:

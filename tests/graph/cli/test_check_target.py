@@ -1,0 +1,62 @@
+"""`graph check --target isaacsim-6.0`: faults of the product in files that run here."""
+
+import json
+
+import pytest
+
+from graph.cli.main import main
+from tests.support.places import ROOT
+
+RACE = "fif-race"
+
+
+def file_of(tmp_path, *, bvh=True, lidar=True, wait=None):
+    nodes = {
+        "tick": "OnPlaybackTick",
+        "radar": {"type": "IsaacCreateRenderProduct", "inputs": {"cameraPrim": "/World/Radar"}},
+        "lidar": {"type": "IsaacCreateRenderProduct", "inputs": {"cameraPrim": "/World/Lidar"}},
+        "wait": {"type": "omni.graph.action.Countdown", "inputs": {"duration": wait or 5}},
+    }
+    start = ["wait.finished -> radar.execIn", "tick.tick -> wait.execIn"] if wait else ["tick.tick -> radar.execIn"]
+    if not lidar:
+        del nodes["lidar"]
+    connections = [*start, *(["tick.tick -> lidar.execIn"] if lidar else [])]
+    prims = {"/World/Radar": {"type": "OmniRadar"}, "/World/Lidar": {"type": "OmniLidar", "config": "Example_Rotary"}}
+    content = {
+        "tickgraph": 1,
+        "scene": {"prims": prims},
+        "settings": {"/renderer/raytracingMotion/enabled": bvh},
+        "graphs": {"/World/G": {"nodes": nodes, "connections": connections}},
+    }
+    file = tmp_path / "race.json"
+    file.write_text(json.dumps(content))
+    return file
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        ({}, True),
+        ({"wait": 4}, True),
+        ({"wait": 5}, False),
+        ({"bvh": False}, False),
+        ({"lidar": False}, False),
+    ],
+)
+def test_a_radar_that_is_rendered_at_once_beside_a_lidar_is_told(tmp_path, capsys, options, told):
+    assert main(["check", str(file_of(tmp_path, **options)), "--target", "isaacsim-6.0"]) == 0
+    lines = [line for line in capsys.readouterr().err.splitlines() if RACE in line]
+    assert len(lines) == told
+    if told:
+        assert "/World/G/radar: Isaac Sim 6.0 may crash" in lines[0]
+        assert "make its product after a Countdown of 5" in lines[0]
+
+
+def test_without_a_target_nobody_is_told(tmp_path, capsys):
+    assert main(["check", str(file_of(tmp_path))]) == 0
+    assert RACE not in capsys.readouterr().err
+
+
+def test_the_example_with_the_remedy_is_fine(capsys):
+    assert main(["check", str(ROOT / "graphs" / "radar_countdown.yaml"), "--target", "isaacsim-6.0"]) == 0
+    assert RACE not in capsys.readouterr().err
