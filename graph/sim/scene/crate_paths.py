@@ -22,7 +22,7 @@ _SECTION = 32
 
 
 def has_path_tree(path: Path) -> bool:
-    """Whether each entry of a crate file's table of paths is reached once; True for what is not a crate file.
+    """Whether each entry of a crate file's table of paths is reached once; True for other files.
 
     Tables that this reads differently from USD, or cannot read, count as good: USD says what is wrong with them.
     """
@@ -41,7 +41,7 @@ def has_path_tree(path: Path) -> bool:
 
 
 def _jumps(file: BinaryIO) -> NDArray[np.int64]:
-    """The table of jumps; empty if there is none."""
+    """The table of jumps; empty for a file without one."""
     file.seek(struct.unpack("<Q", file.read(8))[0])
     for _ in range(struct.unpack("<Q", file.read(8))[0]):
         name, start, _ = struct.unpack("<16sqq", file.read(_SECTION))

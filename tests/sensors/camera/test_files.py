@@ -14,7 +14,7 @@ def test_inspect_shows_every_channel_and_what_the_pixels_show(capsys):
     assert (told["sensor"], told["update"], told["header"]["timestampNs"]) == ("/World/Camera", 3, 66_666_667)
     channels = told["channels"]
     assert (channels["rgb"]["dtype"], channels["rgb"]["shape"]) == ("uint8", [720, 1280, 3])
-    assert channels["distance_to_camera"]["min"] > 0  # what is infinite is no smallest or largest value
+    assert channels["distance_to_camera"]["min"] > 0  # infinite values do not count
     box = channels["bounding_box_2d_tight"]
     assert box["dtype"] == "record"
     assert set(box["first"][0]) == {"instance", "x_min", "y_min", "x_max", "y_max", "occlusionRatio"}
