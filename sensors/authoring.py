@@ -16,11 +16,11 @@ if TYPE_CHECKING:
 
 
 def bind_material(prim: Any, material: str | Mapping[str, Any], *, app: App | None = None) -> None:
-    """Gives a prim and what is below it a non-visual material: what lidars and radars see of its surface.
+    """Binds a non-visual material, which lidars and radars see, to a prim and its descendants.
 
     prim: its path, or an object with a `path`. material: a name such as "aluminum", or {"base":, "coating":,
-    "attributes":} as the key `material:` of graph files takes it. It counts from the next play. Raises SensorValueError
-    for an unknown name or a missing prim.
+    "attributes":} as the key `material:` of graph files takes it. It takes effect at the next play. Raises
+    SensorValueError for an unknown name or a missing prim.
     """
     from graph.sim import App
     from graph.sim.scene import nonvisual

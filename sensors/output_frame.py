@@ -1,4 +1,4 @@
-"""The frame that a sensor gives its output in, where that is not the sensor's own or the world's."""
+"""The output frame of a sensor, if it is not the sensor's own frame or the world."""
 
 from __future__ import annotations
 

@@ -19,9 +19,9 @@ _sensors: weakref.WeakKeyDictionary[App, dict[str, PolledSensor]] = weakref.Weak
 
 
 class PolledSensor:
-    """A sensor that its readers share: the first one to read at a moment has it measured.
+    """A sensor that its readers share: the first one that reads at a moment triggers the measurement.
 
-    sensor: the sensor itself. frame: its newest frame; None before there is one.
+    sensor: the sensor itself. frame: its newest frame; None before the first.
     """
 
     def __init__(self, app: App, sensor: Sensor) -> None:
@@ -30,7 +30,7 @@ class PolledSensor:
         self._app = weakref.ref(app)
 
     def require(self, owner: object, channels: Iterable[str]) -> None:
-        """Asks for channels on behalf of an owner; see `Sensor.require`."""
+        """Requests channels for an owner; see `Sensor.require`."""
         self.sensor.require(owner, channels)
 
     def release(self, owner: object) -> None:
@@ -49,7 +49,7 @@ class PolledSensor:
 def polled_sensor(app: App, prim_path: str, prim_type: str) -> PolledSensor:
     """The polled sensor of a prim, one for all its readers until the timeline stops.
 
-    Raises UserError for a prim of another type, or one that describes no sensor.
+    Raises UserError for a prim of another type, or an invalid sensor prim.
     """
     shared = _sensors.get(app)
     if shared is None:

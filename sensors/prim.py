@@ -26,8 +26,8 @@ EXCLUDE = "tickgraph:exclude"
 def read_tick_rate(prim: Usd.Prim, bare: Fraction | int = 0) -> Fraction:
     """The tick rate [Hz]; 0 means every update. `bare`: for a prim without an authored rate.
 
-    It stands in `omni:sensor:tickRate`, or in ovrtx's words in `omni:sensor:frameRate`, two numbers n, d for n / d Hz.
-    Raises UserError if it is negative, or both are there and disagree.
+    It is authored in `omni:sensor:tickRate`, or as in ovrtx in `omni:sensor:frameRate`, two numbers n, d for n / d Hz.
+    Raises UserError if it is negative, or both are authored and disagree.
     """
     ratio = _authored(prim, FRAME_RATE)
     frames = None if ratio is None else _frame_rate(prim, ratio)

@@ -62,7 +62,9 @@ class SensorRuntime(ABC, Generic[Config]):
 
     type_name: ClassVar[str]
     side_axis: ClassVar[int] = 1
-    """The axis of the sensor that points sideways: a parent that mirrors turns it round, not where the sensor looks."""
+    """The axis of the sensor that points sideways: a parent that mirrors reverses this axis, not the viewing
+    direction.
+    """
     latency = Fraction(0)
     wants_updates = False
     coords = "NOT_APPLICABLE"

@@ -40,7 +40,7 @@ class RenderedSensor:
     annotator_specs: ClassVar[Mapping[str, dict[str, Any]]] = ANNOTATORS
     """Its annotators by their short names."""
     product_word: ClassVar[str] = "rtx_sensor"
-    """What the names of its render products begin with."""
+    """The prefix of the names of its render products."""
 
     def __init__(
         self,

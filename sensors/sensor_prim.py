@@ -113,7 +113,7 @@ class SensorPrim:
     # -- for subclasses ----------------------------------------------------------------------------------------------
 
     def check_creation(self) -> None:
-        """Raises what speaks against making such a prim; wrapping one does not ask."""
+        """Raises an error if such a prim cannot be created; not called for wrapping one."""
 
     @classmethod
     def define(cls, stage: Usd.Stage, path: str) -> Usd.Prim:
@@ -133,7 +133,7 @@ class SensorPrim:
         raise SensorValueError(f"{path}: there is no {cls.word} configuration {config!r}")
 
     def implied_schemas(self, attributes: Iterable[str]) -> list[str]:
-        """Instances of schemas that the names of attributes bring with them."""
+        """Instances of schemas that the names of attributes imply."""
         return []
 
     def attribute_kind(self, name: str) -> str | None:
@@ -141,7 +141,7 @@ class SensorPrim:
         return "float" if name == TICK_RATE else None
 
     def write_arguments(self, attributes: Mapping[str, Any], *, tick_rate: object, wrapped: bool) -> None:
-        """Authors the arguments of the subclass; `attributes` win over them."""
+        """Authors the arguments of the subclass; `attributes` replace them."""
 
     def bare_rate(self) -> Fraction:
         """The tick rate [Hz] of a prim that authors none."""

@@ -1,4 +1,4 @@
-"""Modules of the user that hide our packages: `graph`, `nodes` and `sensors` are everyone's names."""
+"""Detects modules of the user that hide our packages: `graph`, `nodes` and `sensors` are common names."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ OTHERS = ("nodes", "sensors")
 
 
 class HiddenPackageError(UserError, ImportError):
-    """A module of the user stands in front of one of our packages on Python's path."""
+    """A module of the user comes before one of our packages on Python's path."""
 
 
 def refuse_hidden_packages() -> None:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from typing import Any
 
 checked: list[bool] = []
-"""Holds one item when Python is known to find our packages, and not others of these names."""
+"""Contains one item once it is known that Python finds our packages, and not others of these names."""
 
 
 def lazy_names(package: str, homes: Mapping[str, str]) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from graph.sim import App
 
 DEFAULT_DURATION_S = 5
-"""Of a run whose file says none."""
+"""Default of a file without a duration."""
 MOST_PLANNED_UPDATES = 100_000
 """Most updates that are counted one by one; a longer run is described by its first ones."""
 

@@ -1,4 +1,4 @@
-"""The topics of a graph file: who publishes what on which, announced or to come."""
+"""The topics of a graph file and their publishers, announced or expected."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 def topic_facts(session: Session) -> list[dict[str, Any]]:
-    """The topics announced so far, and those of publishers that have not come to it (type None if not known)."""
+    """The topics announced so far, and those of publishers that have not computed yet (type None if not known)."""
     bus = session.app.bus
     found: dict[str, tuple[str | None, list[str]]] = {
         topic.name: (topic.type_name, list(topic.owners)) for topic in bus.topics.values()

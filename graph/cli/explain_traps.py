@@ -44,7 +44,7 @@ def find_traps(
 
 
 def wiring_traps(session: Session) -> Iterator[Trap]:
-    """What the nodes of a session miss, and what they do to each other's topics."""
+    """Missing inputs of a session's nodes, and conflicts on their topics."""
     for graph in session.runner.graphs.values():
         yield from idle_nodes(graph)
     yield from _unset_inputs(node for graph in session.runner.graphs.values() for node in graph.nodes.values())
@@ -52,7 +52,7 @@ def wiring_traps(session: Session) -> Iterator[Trap]:
 
 
 def _unset_inputs(nodes: Iterable[Node]) -> Iterator[Trap]:
-    """Inputs that a type cannot do without (`NodeType.needs`) and that nothing gives a value."""
+    """Required inputs (`NodeType.needs`) without a value."""
     for node in nodes:
         if "enabled" in node.type.inputs and node.get("enabled") is False:
             continue

@@ -1,4 +1,4 @@
-"""What works for nobody: sensors that nothing reads, products that are never made, triggers that a wait ignores.
+"""Parts without an effect: sensors that nothing reads, products that are never made, triggers that a wait ignores.
 
 `graph explain` and `graph run` share these sentences.
 """
@@ -20,7 +20,7 @@ Trap = tuple[str, str, str]
 
 
 def product_makers(nodes: Iterable[Node]) -> list[Node]:
-    """The nodes that are to make render products."""
+    """The nodes that should make render products."""
     return [node for node in nodes if node.type.outputs_as("product") and _is_enabled(node)]
 
 
@@ -30,12 +30,12 @@ def product_of(node: Node) -> str:
 
 
 def product_not_made(node: Node, updates: int) -> Trap:
-    """For a maker that has given no product in so many updates."""
+    """The message about a node that has made no product in so many updates."""
     return "product-not-made", node.path, f"it makes no render product in the first {updates:,} updates"
 
 
 def latent_retriggered(node: Node, ignored: int, triggered: int, updates: int) -> Trap:
-    """For a node that ignored triggers while it slept."""
+    """The message about a node that ignored triggers while it slept."""
     return (
         "latent-retriggered",
         node.path,
@@ -45,7 +45,7 @@ def latent_retriggered(node: Node, ignored: int, triggered: int, updates: int) -
 
 
 def idle_in_run(app: App, runner: GraphRunner) -> Iterator[Trap]:
-    """All of them, of a run that is about to end."""
+    """All such warnings of a run that is about to end."""
     nodes = [node for graph in runner.graphs.values() for node in graph.nodes.values()]
     made: dict[str, list[str]] = {}
     for node in product_makers(nodes):

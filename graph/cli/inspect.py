@@ -287,7 +287,7 @@ def _hits(frame: Any, ids: Mapping[int, str]) -> dict[str, int]:
 
 
 def _shown(app: App, product: RenderProduct) -> dict[str, int]:
-    """Prim path -> pixels that show it, most first; empty for what makes no images."""
+    """Prim path -> number of pixels that show it, largest first; empty for sensors without images."""
     import numpy as np
 
     from sensors.annotators.annotator import Annotator

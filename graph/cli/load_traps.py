@@ -1,4 +1,4 @@
-"""What surprises in a file that nothing is wrong with, as far as it can be known before a run: for `graph check`."""
+"""Warnings about surprises in a valid file that can be known before a run, for `graph check`."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from graph.sim import App
 
 MOST_UPDATES = 1_000
-"""Updates that are planned; what goes wrong in a later one only is left to the run."""
+"""Updates that are planned; problems of later updates are found only by a run."""
 
 
 def load_traps(session: Session) -> list[Trap]:
@@ -32,7 +32,7 @@ def load_traps(session: Session) -> list[Trap]:
 
 
 def _sensor_traps(app: App, nodes: Iterable[Node], steps: Sequence[Step]) -> Iterator[Trap]:
-    """What the sensors that nodes name say when a render product is made, and the ticks they will miss."""
+    """Warnings of the sensors that nodes name when their render products are made, and ticks that they will miss."""
     from sensors.products import render_product
 
     named = dict.fromkeys(

@@ -16,7 +16,7 @@ PREFIX = "node_files"
 
 
 def load_node_files(files: Iterable[Path]) -> None:
-    """Runs each file as a module, once. What stands beside it can be imported.
+    """Runs each file as a module, once. Modules beside it can be imported.
 
     Raises UserError for a file that fails or that registers no node type.
     """

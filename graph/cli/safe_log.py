@@ -1,4 +1,4 @@
-"""What libraries and our own modules log: printable lines on stderr, or nothing."""
+"""The log of libraries and of our own modules: printable lines on stderr, or nothing."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def safe_log(debug: bool = False) -> None:
 
 @contextmanager
 def quiet_warnings() -> Iterator[None]:
-    """Keeps warnings out of the log: the command tells them in its own way."""
+    """Keeps warnings out of the log, because the command shows them itself."""
     log = logging.getLogger("tickgraph.warnings")
     before, log.disabled = log.disabled, True
     try:

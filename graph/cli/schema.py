@@ -11,7 +11,7 @@ PRIM_TYPES = (
     *("Xform", "Scope", "Cube", "Sphere", "Cylinder", "Cone", "Capsule", "Plane", "Mesh", "PhysicsScene"),
     *("PhysicsFixedJoint", "PhysicsRevoluteJoint", "PhysicsPrismaticJoint", "PhysicsSphericalJoint"),
 )
-"""What an editor offers besides sensors; every other type stays legal."""
+"""Types that an editor offers besides sensors; every other type stays legal."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

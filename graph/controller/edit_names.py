@@ -1,4 +1,4 @@
-"""The names in one edit: of nodes, compounds and attributes, in the edited graph and in others."""
+"""Resolves the names in one edit: nodes, compounds and attributes, in the edited graph and in others."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class ToldError(Exception):
 
 
 class EditNames:
-    """Finds what the entries of an edit name. `scope` is the prefix of the names inside a compound."""
+    """Finds the objects that the entries of an edit name. `scope` is the prefix of the names inside a compound."""
 
     def __init__(self, graphs: GraphSet, main: Model) -> None:
         """main: the model of the graph to edit."""
@@ -34,7 +34,7 @@ class EditNames:
         self._graphs = graphs
 
     def model(self, path: str) -> Model:
-        """The model of a graph, made when it is first asked for."""
+        """The model of a graph, made at first use."""
         if path not in self.models:
             self.models[path] = Model(self._graphs.current_spec(path), self._graphs.registry)
         return self.models[path]

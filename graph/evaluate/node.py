@@ -86,7 +86,7 @@ class Node(FamiliarNode):
         self.names: Mapping[str, tuple[str, ...]] = {}
         """Attribute names by prefix, in file order; dynamic ones last."""
         self.initial_values: Mapping[str, Any] = {}
-        """What its attributes hold at every start, by full name."""
+        """The initial values of its attributes, by full name."""
         self.fed_names: frozenset[str] = frozenset()
         """Full names of the attributes that a connection leads to."""
         self.consumed_names: frozenset[str] = frozenset()
@@ -120,7 +120,7 @@ class Node(FamiliarNode):
 
     @property
     def triggered(self) -> int:
-        """How often control came to it over its wires, taken or ignored, summed over all instances of its graph."""
+        """How often execution reached it over its wires, used or ignored, summed over all instances of its graph."""
         own = sum(wire.count for wires in self.wires_in.values() for wire in wires)
         return own + sum(one.nodes[self.name].triggered for one in self.graph.instances.values())
 
@@ -294,7 +294,7 @@ class Node(FamiliarNode):
         self._fill()
 
     def clear(self, inputs: Iterable[str]) -> None:
-        """Gives inputs the zero of their type; an empty array where it is one."""
+        """Sets inputs to the zero of their type; arrays become empty."""
         for name in inputs:
             settled = self.types[f"inputs:{name}"]
             if settled is not None:

@@ -63,7 +63,7 @@ def load_played(path: str | Path) -> list[Played]:
 
 
 def read_played(source: Source, entries: Iterable[tuple[Any, int]], problems: list[Problem]) -> list[Played]:
-    """Messages that stand in another file, each with its offset there; adds what is wrong with them to `problems`."""
+    """Messages that are part of another file, each with its offset there; adds their mistakes to `problems`."""
     return _read_all(source, ((entry, at, 0) for entry, at in entries), problems)
 
 

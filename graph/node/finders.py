@@ -11,7 +11,7 @@ from .library import Library
 
 
 class TypeList(Protocol):
-    """What takes the types: a registry."""
+    """The interface that receives the types: a registry."""
 
     @property
     def library(self) -> Library:

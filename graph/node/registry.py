@@ -91,7 +91,7 @@ class Registry:
         raise UnknownNodeTypeError(f'no node type "{name}"{near}{lost or ("" if near else self._where_else())}')
 
     def _where_else(self) -> str:
-        """Where a type that nothing resembles can come from."""
+        """Advice on where an unknown type without a similar name can come from."""
         if not self._finders:
             return ""
         packages = ", ".join(self._packages)
@@ -113,7 +113,7 @@ class Registry:
         return [self._loaded(name) for name in sorted(self._types)]
 
     def loaded(self) -> list[NodeType]:
-        """The types that are registered now; shipped ones whose module nobody has asked for are not."""
+        """The types that are registered now; shipped types are registered at first use."""
         return [known for known in self._types.values() if isinstance(known, NodeType)]
 
     def __contains__(self, name: str) -> bool:

@@ -1,4 +1,4 @@
-"""Whether an edit can be made in place, and what it then changes: found out before anything is changed."""
+"""Checks, before any change, whether an edit can be made in place, and what it then changes."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Patch:
 
 
 class CheckedPatch:
-    """A patch that can be made in place: what it changes. Raises OtherwiseError or UserError where it cannot."""
+    """The changes of a patch that can be made in place. Raises OtherwiseError or UserError if it cannot."""
 
     def __init__(self, feeds: Feeds, patch: Patch, fresh: dict[str, Node], spec_of: SpecOf) -> None:
         graph = feeds.graph

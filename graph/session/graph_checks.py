@@ -55,7 +55,7 @@ def _never_runs(graph: Graph) -> str:
 
 
 def idle_nodes(graph: Graph) -> Iterator[Note]:
-    """A warning for each node that waits for execution and that no connection brings any; tests and scripts may."""
+    """A warning for each node whose execution inputs are all unconnected; tests and scripts may trigger it."""
     if graph.evaluator != "execution" or _never_runs(graph):
         return
     by_frames = {node for node, *_ in frame_entries(graph)} if graph.pipeline_stage == "post_render" else set()

@@ -57,12 +57,14 @@ def _stamp_notes(links: Links) -> Iterator[Note]:
 
 
 def nobody_consumes(sensor: str, makers: Sequence[str]) -> tuple[str, str, str]:
-    """Code, where and message for a sensor that is rendered though nothing reads it. makers: who has it rendered."""
+    """Code, place and message for a sensor that is rendered though nothing reads it; makers: the nodes that render
+    it.
+    """
     return "nobody-consumes", sensor, f"it is rendered for {', '.join(makers)}, but nothing asks for its channels"
 
 
 def unread_products(links: Links) -> Iterator[Note]:
-    """A warning for each sensor whose render products lead nowhere, which only a script could read.
+    """A warning for each sensor whose render products are unconnected, so that only a script could read them.
 
     Nothing where the path of a product is written on an input.
     """

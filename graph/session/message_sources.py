@@ -1,4 +1,4 @@
-"""Recordings and texts of messages that a run receives: `--play FILE`, `play:` of test files."""
+"""Recordings and text files of messages that a run receives: `--play FILE`, `play:` of test files."""
 
 from __future__ import annotations
 

@@ -41,7 +41,7 @@ def compile_file(
 
 
 def compile_rest(spec: FileSpec, registry: Registry = DEFAULT) -> list[Graph]:
-    """What can be compiled of a file with mistakes, so that its other mistakes are found as well; [] if nothing can."""
+    """The part of a file with mistakes that can be compiled, so that further mistakes are found; [] if nothing can."""
     tolerant = replace(spec, graphs=tuple(replace(graph, saved=True) for graph in spec.graphs))
     try:
         return compile_file(tolerant, registry, skip_unknown=True)[0]

@@ -26,7 +26,7 @@ def build_stage(
 ) -> tuple[Usd.Stage, Any, list[Problem]]:
     """The file's scene with its inline prims authored on top; the MJCF model (`MjcfScene`) that it mirrors, if any.
 
-    Last, what is wrong with the inline prims. Raises UserError without a scene to author them on.
+    The last item is the problems of the inline prims. Raises UserError without a scene to author them on.
     """
     from graph.sim.scene.prims import author_prims
     from graph.sim.scene.stage import add_scene, meters_per_unit, open_stage, up_axis

@@ -15,7 +15,7 @@ def enter(app: Any) -> None:
 
 
 def leave(app: Any) -> None:
-    """Ends its latest entry; an App that is not entered is fine."""
+    """Ends its latest entry; does nothing for an App that is not entered."""
     if app in _entered:
         _entered.reverse()
         _entered.remove(app)

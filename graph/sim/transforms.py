@@ -134,9 +134,9 @@ def rotations_and_scales(matrices: Floats) -> tuple[Floats, Floats]:
 def rigid_part(matrix: Floats, side: int = 1) -> Floats:
     """The rotation and translation of an affine (4, 4) matrix, without its scale and shear.
 
-    The rotation is the nearest one (polar decomposition); for translate-rotate-scale it is exactly the rotate part.
-    A reflection is left to the rest, `np.linalg.inv(rigid) @ matrix`: the axis `side` (0 to 2) is turned round, and the
-    two others stay where they point.
+    The rotation is the nearest one (polar decomposition); for translate-rotate-scale it is exactly the rotate part. A
+    reflection stays in the rest, `np.linalg.inv(rigid) @ matrix`: the axis `side` (0 to 2) is reversed, and the two
+    others keep their directions.
     """
     (a, b, c, x), (d, e, f, y), (g, h, i, z) = matrix[:3].tolist()  # nine numbers: plain floats are ten times as fast
     lengths = sqrt(a * a + d * d + g * g), sqrt(b * b + e * e + h * h), sqrt(c * c + f * f + i * i)

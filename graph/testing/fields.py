@@ -78,7 +78,7 @@ def _playing(value: Any) -> Any:
 
 
 def _play(value: Any) -> Any:
-    """The list of files and messages; one of them may stand alone. A message is read with its place later."""
+    """The list of files and messages; a single one needs no list. A message is read with its place later."""
     entries = value if isinstance(value, list) else [value]
     for entry in entries:
         if not isinstance(entry, (str, dict)) or not entry:

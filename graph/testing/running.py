@@ -159,7 +159,7 @@ def _run_node(case: Case, options: Options) -> Seen:
 
 
 def _played(case: Case) -> list[Path | Source]:
-    """What the case's subscribers receive. Raises UserError for messages that their types do not allow."""
+    """The messages that the case's subscribers receive. Raises UserError for messages that their types do not allow."""
     return [*case.play, *([written_source(case.messages, case.source.name)] if case.messages else [])]
 
 

@@ -27,7 +27,7 @@ def scene_graphs(path: Path, allow: Iterable[Path] = (), *, skip_outside: bool =
     """The graphs in the scene itself; empty for a missing file.
 
     Opens the scene as a run does (see `open_stage`): only with files below its own folder or one of `allow`;
-    skip_outside: without those elsewhere.
+    skip_outside: files elsewhere are left out.
     """
     from graph.sim.scene.stage import open_stage
 

@@ -18,8 +18,8 @@ CAMERA = "/World/Camera"
 class Parts:
     """Additions to an example.
 
-    inputs: values that go before defaults; prims: by path, as YAML; product: whether a render product of `sensor`
-    starts the node and is named to it; needs: one line on what the reader has to bring, "" if it runs as it is.
+    inputs: values that replace defaults; prims: by path, as YAML; product: whether a render product of `sensor` starts
+    the node and is connected to it; needs: one line on what the reader must provide, "" if the example runs unchanged.
     """
 
     inputs: Mapping[str, Any] = field(default_factory=dict)

@@ -31,7 +31,7 @@ READ_AT = {
 
 
 def _reference(db: Database) -> Fraction | None:
-    """The past moment asked for, or None for the current one; either goes to the outputs."""
+    """The requested past moment, or None for the current one; both are written to the outputs."""
     numerator, denominator = db.inputs.referenceTimeNumerator, db.inputs.referenceTimeDenominator
     moment = Fraction(numerator, denominator) if denominator > 0 else None
     context = db.context
@@ -87,7 +87,7 @@ def read_simulation_time(db: Database) -> None:
 def read_system_time(db: Database) -> None:
     """Read the wall clock as it stood at the last physics step (virtual unless the run is in real time).
 
-    In a graph that a frame starts (post_render) it is that of the state which the frame shows.
+    In a graph that a frame starts (post_render) it is that of the state in the frame.
     """
     simulation, moment, frame_time = db.app.simulation, _reference(db), db.context.frame_time
     if moment is not None:

@@ -15,7 +15,7 @@ _LIDAR = Attribute("target", "a Lidar prim of PhysX")
 
 
 def _new_scan(db: Database, channels: tuple[str, ...]) -> Frame | None:
-    """The scan that this node has not handed on yet."""
+    """The scan that this node has not given yet."""
     from sensors.physx.names import LIDAR
 
     frame = poll(db, "lidarPrim", LIDAR, channels)

@@ -29,7 +29,7 @@ from .polling import Poll, poll, release
     release=release,
 )
 def read_light_beam(db: Database) -> None:
-    """Cast the beams of a light curtain at the newest physics step: from minRange on, at what lidars see.
+    """Cast the beams of a light curtain at the newest physics step: from minRange on, at the surfaces that lidars see.
 
     A beam that hits nothing ends minRange + maxRange from the sensor. With a disabled sensor or a stopped timeline
     there is no reading.

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(slots=True)
 class Poll:
-    """Memory of a node that polls a sensor: the sensor, and the frame that it handed on last."""
+    """Memory of a node that polls a sensor: the sensor, and the last frame that it gave."""
 
     path: str = ""
     polled: PolledSensor | None = None
@@ -25,7 +25,7 @@ class Poll:
 
 
 def release(db: Database) -> None:
-    """What a stop undoes: the demand."""
+    """Withdraws the request, at a stop."""
     memory: Poll = db.memory
     if memory.polled is not None:
         memory.polled.release(db.path)
@@ -35,7 +35,7 @@ def release(db: Database) -> None:
 def poll(db: Database, name: str, prim_type: str, channels: Iterable[str]) -> Frame | None:
     """The newest frame of the sensor that a target input names; None before the first, and when stopped.
 
-    Fails the node for a prim of another type and for one that describes no sensor.
+    Fails the node for a prim of another type and for an invalid sensor prim.
     """
     from sensors.polled import polled_sensor
 

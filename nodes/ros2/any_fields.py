@@ -117,7 +117,7 @@ def _fields(message: str) -> dict[str, str]:
 
 
 def planned_type(db: Database) -> str:
-    """The type that the node's inputs name now, "" while they name none that is known; for `message_type`."""
+    """The type that the node's inputs name now, "" if it is unknown; for `message_type`."""
     try:
         return type_name(lambda one: getattr(db.inputs, one))
     except ValueError:
@@ -125,7 +125,7 @@ def planned_type(db: Database) -> str:
 
 
 def check_type(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
-    """Names as for every publisher, and a message type that nobody knows; for `check`."""
+    """Reports wrong names, as for every publisher, and an unknown message type; for `check`."""
     yield from check_names(node)
     named = ("messagePackage", "messageSubfolder", "messageName")
     if not any(node.db.connected(f"inputs:{name}") for name in named):

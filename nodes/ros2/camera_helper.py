@@ -1,4 +1,4 @@
-"""Publishes a camera's frames: attaches a writer to a render product once, then the frames publish themselves."""
+"""Publishes a camera's frames: attaches a writer to a render product once; from then on each frame is published."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class CameraPublisher:
 
 
 def detach(db: Database) -> None:
-    """Takes the writers and the demand of a helper off its product."""
+    """Removes the writers and the request of a helper from its product."""
     memory = db.memory
     if memory.annotator is not None:
         memory.annotator.detach()
@@ -104,8 +104,8 @@ def camera_helper(db: Database) -> bool:
     """Publish every frame of a camera's render product, as an image, a cloud, or detections.
 
     Settings are read when the publisher is attached; a new product path attaches it again. depth is in metres along the
-    view axis, infinite where nothing is; depth_pcl and boxes in space are in the optical frame (x right, y down,
-    z forward), which is that of the camera in TF.
+    view axis, infinite without a hit; depth_pcl and boxes in space are in the optical frame (x right, y down, z
+    forward), which is that of the camera in TF.
     """
     product = product_of(db)
     if product is None:
@@ -118,7 +118,8 @@ def camera_helper(db: Database) -> bool:
 
 
 def product_of(db: Database, path_input: str = "renderProductPath") -> RenderProduct | None:
-    """The render product that a helper's input names, of a camera; None, with a warning, where there is nothing to do.
+    """The render product that a helper's input names, of a camera; None if disabled or, with a warning, if it does not
+    exist.
 
     Fails the node for a path without a product.
     """
@@ -154,7 +155,7 @@ def warn_about_settings(db: Database) -> None:
 
 
 def add_writer(db: Database, product: RenderProduct, writer: FrameWriter) -> None:
-    """Announces a writer's topic and puts it on the product."""
+    """Announces a writer's topic and attaches the writer to the product."""
     db.app.bus.advertise(writer.topic, writer.type_name, db.path, offered_quality(db))
     product.writers.append(writer)
     db.memory.writers.append(writer)

@@ -1,4 +1,4 @@
-"""Publishes what a camera's lens is like with each of its frames; of a stereo pair also how the two are rectified."""
+"""Publishes a camera's lens parameters with each of its frames; for a stereo pair also the rectification."""
 
 from __future__ import annotations
 

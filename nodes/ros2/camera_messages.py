@@ -25,7 +25,7 @@ RESERVED = ("BACKGROUND", "UNLABELLED", "INVALID")
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """What one message is made of: a frame, what its annotator gives, the stamp [ns], the frame id."""
+    """The data of one message: a frame, its annotator's data, the stamp [ns], the frame id."""
 
     frame: Frame
     found: Any
@@ -57,7 +57,7 @@ def _image(encoding: str) -> Callable[[Reading], Any]:
 
 
 def _cloud(reading: Reading) -> Any:
-    """Every pixel as a point in the optical frame; not a number where it shows nothing."""
+    """Every pixel as a point in the optical frame; NaN without a hit."""
     import numpy as np
 
     distance = reading.found.reshape(-1, 1)
@@ -80,7 +80,7 @@ def _flat_boxes(reading: Reading) -> Any:
 
 
 def _solid_boxes(reading: Reading) -> Any:
-    """Poses in the camera's optical frame, which the header names; in the world where the setting wants it so."""
+    """Poses in the camera's optical frame, which the header names; in the world if the setting chooses it."""
     import numpy as np
 
     from graph.sim.transforms import inverse_rigid
@@ -114,7 +114,7 @@ MESSAGES: Mapping[str, CameraMessage] = {
 
 
 def labels_message(found: Mapping[str, Any], nanoseconds: int) -> Any:
-    """`std_msgs/String`: JSON of what the numbers in a message stand for, labels in lower case, and its stamp."""
+    """`std_msgs/String`: JSON of the labels of the numbers in a message, in lower case, and its stamp."""
     from graph.sim.messages.ros_types import message_type
 
     time = stamp(nanoseconds)
@@ -124,7 +124,7 @@ def labels_message(found: Mapping[str, Any], nanoseconds: int) -> Any:
 
 
 def _lower(label: Any) -> Any:
-    """Labels in lower case; paths of prims, and the names of what has no label, stay."""
+    """Labels in lower case; paths of prims, and the names for missing labels, stay unchanged."""
     if not isinstance(label, Mapping):
         return label
     return {kind: text if text in RESERVED else text.lower() for kind, text in label.items()}

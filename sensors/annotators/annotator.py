@@ -23,7 +23,7 @@ class Annotator:
     """`Annotator(kind).initialize(outputTimestamp=True).attach(product)`, then `get_data()` after each update.
 
     kind: from `sensors.annotators.types`. app: the App of the products; None is the App entered last. Options can be
-    set until it is attached. owner: who asks for its channels, as `graph explain` shows it; unset: the annotator.
+    set until it is attached. owner: the consumer of its channels in `graph explain`; unset: the annotator.
     """
 
     def __init__(self, kind: AnnotatorType, *, app: App | None = None, owner: str = "") -> None:

@@ -74,7 +74,7 @@ class Aim:
 
     def twists(self, rays: np.ndarray) -> np.ndarray | None:
         """(6, k) float32: the sensor's velocity [m/s] and angular velocity [rad/s] when each of some rays was fired,
-        world axes, as if it extended to the position of `pose`; None where it keeps still.
+        world axes, as if it extended to the position of `pose`; None if it is stationary.
         """
         moves = self.moves
         if moves is None or moves.twists is None:

@@ -64,7 +64,7 @@ def _flat_scan(reading: Reading) -> dict[str, Any]:
 
 
 def _not_flat(reading: Reading) -> UserError | None:
-    """Why no flat scan can be made of the product's lidar; None if one can."""
+    """Why a flat scan of the product's lidar is not possible, or None."""
     from .runtime import LidarRuntime
 
     sensor = unwrapped(reading.sensor)

@@ -80,7 +80,7 @@ class Bins:
         return shots, first, last
 
     def _moves(self, start: Fraction, end: Fraction, turn: int, rows: slice) -> _Moves | np.ndarray:
-        """The sensor's motion during the firings of a turn in [start, end), or its pose if it keeps still.
+        """The sensor's motion during the firings of a turn in [start, end), or its pose if it is stationary.
 
         The firings of a part of the turn are computed from the same numbers as those of the whole turn, so that they
         give the same bytes: their times and the place they refer to count from the begin of the turn.

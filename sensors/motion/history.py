@@ -64,7 +64,7 @@ class BlendedPoses:
         return np.asarray(first + self._share * (second - first))
 
     def points(self, path: str) -> np.ndarray | None:
-        """(p, 3) of a prim that physics deforms, in the world [m], along straight lines; None of any other."""
+        """(p, 3) of a prim that physics deforms, in the world [m], along straight lines; None for any other prim."""
         first, second = self._first.points(path), self._second.points(path)
         return first if first is None or second is None else np.asarray(first + self._share * (second - first))
 

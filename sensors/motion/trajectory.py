@@ -46,7 +46,7 @@ class Trajectory:
         return out
 
     def velocities(self, times: np.ndarray) -> np.ndarray:
-        """(n, 6) float64, interpolated linearly: of the origin [m/s], angular [rad/s]; 0 where nobody knows them."""
+        """(n, 6) float64, interpolated linearly: of the origin [m/s], angular [rad/s]; 0 if unknown."""
         if self._twists is None:
             return np.zeros((len(times), 6))
         twists, (index, share) = self._twists(), self._between(times)

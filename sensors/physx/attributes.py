@@ -1,4 +1,4 @@
-"""Attributes of PhysX sensor prims as the numbers that their authors meant."""
+"""Reads attributes of PhysX sensor prims as the decimals that their authors wrote."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What PhysX sensors tell of their beams, whatever their pattern."""
+"""The channels of PhysX sensors' beams, for any pattern."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def fire(
     poses: Any = None,
     exclude: frozenset[str] = frozenset(),
 ) -> np.ndarray:
-    """How far each beam goes from its origin, (n,) float32 [m]; inf where it hits nothing.
+    """How far each beam goes from its origin, (n,) float32 [m]; inf without a hit.
 
     pose: sensor to world [m]; origins: (n, 3) or (3,) [m], directions: (n, 3), unit, in the sensor's axes. As PhysX
     does, a beam begins minRange ahead of its origin and goes maxRange from there.
@@ -40,10 +40,10 @@ def fire(
 def told(
     wanted: frozenset[str], depths: np.ndarray, origins: np.ndarray, directions: np.ndarray, ranges: tuple[float, float]
 ) -> dict[str, np.ndarray]:
-    """The wanted channels of beams with these depths (inf: nothing hit).
+    """The requested channels of beams with these depths (inf: no hit).
 
-    distance: the depth, maxRange where nothing is hit. xyz: where the beam ends, in the sensor's axes; where nothing is
-    hit minRange + maxRange ahead, as PhysX tells it. flags: VALID where something is hit.
+    distance: the depth, maxRange without a hit. xyz: the end of the beam, in the sensor's axes; without a hit minRange
+    + maxRange ahead, as in PhysX. flags: VALID for a hit.
     """
     hit = np.isfinite(depths)
     arrays: dict[str, np.ndarray] = {}

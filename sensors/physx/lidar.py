@@ -25,7 +25,7 @@ HERE = np.zeros(3)
 
 @dataclass(frozen=True, slots=True)
 class PhysxLidarConfig:
-    """A PhysX lidar as its prim describes it.
+    """The configuration of a PhysX lidar.
 
     Angles in degrees. columns: int(horizontalFov / horizontalResolution); rows: int(verticalFov / verticalResolution)
     + 1, or 1 without highLod. rotation_rate [Hz], 0: all columns at once. ranges: minRange, maxRange [m].
@@ -50,7 +50,7 @@ class PhysxLidarConfig:
 
     @property
     def zeniths(self) -> np.ndarray:
-        """(rows,) float64 [deg], downwards from the xy plane, as PhysX counts; 0 where there is one row."""
+        """(rows,) float64 [deg], downwards from the xy plane, as PhysX counts; 0 for a single row."""
         if self.rows == 1:
             return np.zeros(1)
         return np.arange(self.rows) * self.vertical_resolution - self.vertical_fov / 2
@@ -68,7 +68,7 @@ class PhysxLidarConfig:
 
 
 def read_config(prim: Usd.Prim) -> PhysxLidarConfig:
-    """What a prim describes. Raises UserError for fields of view and rates that no lidar has, or too many beams."""
+    """What a prim describes. Raises UserError for invalid fields of view and rates, or too many beams."""
     resolutions = [number(prim, f"{name}Resolution", above=0) for name in ("horizontal", "vertical")]
     fields = [number(prim, f"{name}Fov", above=0, most=360) for name in ("horizontal", "vertical")]
     horizontal, vertical = (max(field, step) for field, step in zip(fields, resolutions, strict=True))
@@ -112,7 +112,7 @@ class PhysxLidarRuntime(SensorRuntime[PhysxLidarConfig]):
         self._times = np.zeros(config.columns, np.float32)
 
     def reset(self) -> None:
-        """Forgets a turn in the making."""
+        """Drops an unfinished turn."""
         super().reset()
         self._since: int | None = None  # the first column fired, counted over all turns
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class LightBeamConfig:
-    """A light curtain as its prim describes it.
+    """The configuration of a light curtain.
 
     forward: (x, y, z) unit direction of every beam; step: from the origin of a beam to that of the next one, in stage
     units, curtainLength / numRays along curtainAxis (so the last beam is one step short of the curtain's end). Both in
@@ -36,7 +36,7 @@ class LightBeamConfig:
 
 
 def read_config(prim: Usd.Prim) -> LightBeamConfig:
-    """What a prim describes. Raises UserError for a count, axis or range that no curtain has."""
+    """What a prim describes. Raises UserError for an invalid count, axis or range."""
     count = int(prim.GetAttribute("numRays").Get())
     if count < 1:
         fail(prim, "numRays", "give 1 or more")

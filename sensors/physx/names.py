@@ -1,4 +1,4 @@
-"""Names of PhysX sensors: prim types, and the channel that they alone have."""
+"""Names of PhysX sensors: prim types, and the channel that only they have."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What PhysX sensors are to the rest of TickGraph: their registration."""
+"""The registration of PhysX sensors as sensor types."""
 
 from __future__ import annotations
 

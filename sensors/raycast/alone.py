@@ -1,4 +1,4 @@
-"""Some surfaces by themselves: what rays would meet if nothing else were there."""
+"""Casts rays at some surfaces alone, as if nothing else existed."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from .world import CastWorld
 def cast_alone(
     world: CastWorld, surfaces: Sequence[int], rays: RayBundle, index: np.ndarray | None, state: Any = None
 ) -> np.ndarray:
-    """Distances (k,) float32 [m] of rays of a bundle to the nearest of some surfaces; infinite where they miss.
+    """Distances (k,) float32 [m] of rays of a bundle to the nearest of some surfaces; infinite for a miss.
 
-    index: (k,) rays that may meet them; None: all. The scene is built about the rays' origin and dropped: for few
-    surfaces now and then.
+    index: (k,) rays that may meet them; None: all. The scene is built about the rays' origin and then dropped: for
+    occasional use with few surfaces.
     """
     which = slice(None) if index is None else index
     table = np.zeros((len(rays.table[which]), 6), np.float32)

@@ -1,4 +1,4 @@
-"""A mesh that moves, as rays are cast at it."""
+"""A moving mesh, for ray casting."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Rays that begin some way ahead of their origins, as those of PhysX sensors do."""
+"""Rays that begin at a distance from their origins, like those of PhysX sensors."""
 
 from __future__ import annotations
 

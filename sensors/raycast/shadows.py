@@ -1,4 +1,4 @@
-"""Whether anything lies between points and lights."""
+"""Finds whether anything lies between points and lights."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from .triangles import TriangleScene
 from .world import CastWorld, excluded
 
 REACH = 0.9999
-"""Share of the way to a light that is looked at: the shape of the light itself casts no shadow."""
+"""Fraction of the way to a light that is checked: the shape of the light itself casts no shadow."""
 
 
 class Shadows:
     """The world in one state, for any number of rays from points near `origin` (3,) float64 [m].
 
-    What stands still is the scene that the sensors about there share; all that moves is one scene more, kept while
-    nothing in it moves.
+    Static geometry is the scene that nearby sensors share; all moving geometry is one more scene, kept while nothing in
+    it moves.
     """
 
     def __init__(self, world: CastWorld, exclude: frozenset[str]) -> None:
@@ -37,12 +37,14 @@ class Shadows:
 
     @property
     def world(self) -> CastWorld:
-        """What it casts against."""
+        """The geometry of the world."""
         return self._world
 
     def blocked(self, origin: np.ndarray, points: np.ndarray, ways: np.ndarray, state: Any, *, far: bool) -> np.ndarray:
-        """(k,) bool. points: (k, 3) float32 [m] from `origin`; ways: (k, 3) float32, to the light, or where it is
-        endlessly `far` unit directions.
+        """(k,) bool. points:
+
+        (k, 3) float32 [m] from `origin`; ways: (k, 3) float32, to the light, or unit directions if it is infinitely
+        `far`.
         """
         world, reach = self._world, np.inf if far else REACH
         anchor, static = world.static_scene(origin, self._exclude)

@@ -101,28 +101,29 @@ class CastWorld:
         return nearest.hits()
 
     def static_scene(self, origin: np.ndarray, exclude: frozenset[str]) -> tuple[np.ndarray, TriangleScene | None]:
-        """For sensors about `origin` (3,) float64 [m]: where the coordinates of a scene begin, and the scene itself.
+        """For sensors near `origin` (3,) float64 [m]: the origin of a scene's coordinates, and the scene of static
+        geometry.
 
-        The scene holds what stands still; None where nothing does.
+        The scene is None without static geometry.
         """
         anchor = np.round(origin / GRID_M) * GRID_M
         return anchor, self._scenes(anchor, exclude).static
 
     def planes(self, exclude: frozenset[str]) -> list[int]:
-        """The endless planes that are not excluded."""
+        """The infinite planes that are not excluded."""
         return [number for number, plane in self._planes if not excluded(str(plane.path), exclude)]
 
     @property
     def threads(self) -> int:
-        """On how many threads rays are cast; 0: all."""
+        """Number of threads for casting; 0: all cores."""
         return self._threads()
 
     def body_poses(self, state: Any = None) -> np.ndarray | None:
-        """(b, 4, 4) float64 world [m], the bodies in a state (None: now); None where nothing moves."""
+        """(b, 4, 4) float64 world [m], the bodies in a state (None: now); None if nothing moves."""
         return self._poses(state) if self.bodies and self._poses else None
 
     def plane(self, surface: int, body_poses: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
-        """A point [m] of an endless plane and its unit normal, world, (3,) float64."""
+        """A point [m] of an infinite plane and its unit normal, world, (3,) float64."""
         plane, body = self.surfaces[surface], self.body_of[surface]
         assert isinstance(plane, Plane)
         origin, normal = np.asarray(plane.origin, np.float64), np.asarray(plane.normal, np.float64)
@@ -155,7 +156,7 @@ class CastWorld:
 
 
 def soft_prim(surface: Mesh, soft: frozenset[str]) -> str | None:
-    """Which of the prims that deform a surface is, or is a subset of; None: it does not deform."""
+    """The deforming prim of a surface (the prim itself, or that of a subset); None if it does not deform."""
     source = surface.source
     return next((path for path in (source, source.rpartition("/")[0]) if path in soft), None)
 

@@ -31,7 +31,7 @@ SHAPE_ATTRIBUTES = ("points", "visibility", "size", "radius", "height", "widths"
 """Attributes that commonly have time samples, and are read only once."""
 
 SKINNING = ("primvars:skel:jointIndices", "skel:blendShapes")
-"""Attributes of what UsdSkel deforms."""
+"""Attributes of prims that UsdSkel deforms."""
 
 SANE_SIZES = 1e-5, 1e7
 """Plausible sizes of meshes [m]; outside, a scale or unit is probably wrong and float32 too coarse."""
@@ -215,7 +215,7 @@ def _size(vertices: Floats) -> float:
 
 
 def _has_area(vertices: Floats, triangles: NDArray[Any], block: int = 4096) -> bool:
-    """Whether any triangle has an area; those of most meshes are found among the first."""
+    """Whether any triangle has an area; for most meshes one of the first has."""
     for first in range(0, len(triangles), block):
         a, b, c = np.asarray(vertices, np.float64)[triangles[first : first + block].T.astype(np.intp)]
         with np.errstate(all="ignore"):

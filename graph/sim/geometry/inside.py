@@ -1,4 +1,4 @@
-"""Which shapes a point lies in: by their winding numbers, so that a shape need not be closed to the last face."""
+"""Finds the shapes that contain a point, by winding numbers, so that a shape need not be fully closed."""
 
 from __future__ import annotations
 
@@ -17,16 +17,21 @@ WOUND = 0.75
 """Winding number from which on a point is inside: an open sheet gives at most 0.5, a closed surface 1."""
 
 TOLERANCE = 0.01
-"""How far triangles may lie off a curved surface, as a part of the shape's size."""
+"""How far triangles may lie off a curved surface, as a fraction of the shape's size."""
 
 ON_FACE = 1e-6
-"""How near to a triangle's plane a point lies in it, as a part of the shape's size: a sensor stands on its mount."""
+"""Distance up to which a point counts as on a triangle's plane, as a fraction of the shape's size: a sensor stands
+on its mount.
+"""
 
 
 def shapes_around(stage: Any, prim: Any, exclude: Iterable[str] = ()) -> Iterator[str]:
-    """The paths of the visible shapes that a prim's origin lies in, where they are at the start.
+    """The paths of the visible shapes that contain a prim's origin, in their initial poses.
 
-    exclude: paths of prims that are passed over, with all below. What point instancers make is not looked at.
+    exclude: paths of prims
+    that are skipped, with their descendants.
+
+    Copies of point instancers are not examined.
     """
     poses = UsdGeom.XformCache(EARLIEST)
     place = poses.GetLocalToWorldTransform(prim).ExtractTranslation()
@@ -48,10 +53,11 @@ def _in_extent(shape: Any, point: Any) -> bool:
 
 
 def winding_number(shape: Any, point: Floats) -> float:
-    """How often the surface of a gprim winds about a point of its own space: 1 inside, 0 outside, -1 inside out.
+    """The winding number of a gprim's surface about a point of its own space. 1 inside, 0 outside, -1 inside out, half
+    of it on a face.
 
-    On a face it is half way. The sum of the solid angles of its triangles over 4 pi; A. Van Oosterom, J. Strackee,
-    "The Solid Angle of a Plane Triangle", 1983.
+    The sum of the solid angles of its triangles over 4 pi; A. Van Oosterom, J. Strackee, "The Solid Angle of a Plane
+    Triangle", 1983.
     """
     extent = UsdGeom.Boundable.ComputeExtentFromPlugins(UsdGeom.Boundable(shape), EARLIEST)
     size = float(np.ptp(np.array(extent, np.float64), axis=0).max())

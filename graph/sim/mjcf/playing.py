@@ -57,7 +57,7 @@ def compile_scene(
 
 
 def _geom_paths(scene: MjcfScene, model: Any) -> dict[int, str]:
-    """The prims of the scene's geoms by their numbers in a model: bodies and geoms that were added come after them."""
+    """The prims of the scene's geoms by their numbers in a model; added bodies and geoms come after them."""
     own, paths = scene.model, dict[int, str]()
     for body in range(own.nbody):
         first, there = int(own.body_geomadr[body]), int(model.body_geomadr[body])

@@ -52,7 +52,7 @@ def read_locks(scan: Scan, bodies: tuple[Body, ...], joints: tuple[Joint, ...], 
 def _locked(scan: Scan, body: Body, place: int, turn: int) -> Joint:
     """Slides along the world's axes that are free, then a turn about the free one, or about all.
 
-    The frames follow from what the locks let be as it is, so that a joint made later measures the same positions.
+    The frames depend only on what the locks keep, so that a joint made later measures the same positions.
     """
     free_turns = [axis for axis in range(3) if not turn >> axis & 1]
     frame = np.eye(4)

@@ -23,7 +23,7 @@ MAX_DEPTH = 256
 
 TICK_RATE = "omni:sensor:tickRate"
 RATES = ("rate", "hz", "frequency", "fps", "scanrate", "updaterate", "ratehz")
-"""What people call it, in lower case without `_`."""
+"""Common names for it, in lower case without `_`."""
 
 Where = Callable[..., Mark | None]
 """Gives the mark of a prim path, or of a prim path and key."""
@@ -135,7 +135,7 @@ def _unknown(context: PrimContext, path: str, key: str, value: Any) -> str:
 
 
 def _meant(properties: Sequence[str], key: str) -> str | None:
-    """The attribute that this key means: the rate at which a sensor ticks, or the one of that name."""
+    """The attribute that this key means: the tick rate of a sensor, or the attribute of that name."""
     if key.lower().replace("_", "") in RATES and TICK_RATE in properties:
         return TICK_RATE
     return ending_alike(properties, key)

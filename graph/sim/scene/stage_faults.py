@@ -51,9 +51,10 @@ def tell_assumed_units(stage: Any, warn: Warn) -> None:
 
 
 def tell_other_units(stage: Any, warn: Warn) -> None:
-    """Warn (`units-mismatch`) of references to files in other units, or with another up axis: USD converts neither.
+    """Warn (`units-mismatch`) of references to files in other units, or with another up axis:
 
-    Once for each file. A prim that makes up for it, by an op `unitsResolve` or a scale of just that ratio, needs none.
+    USD converts neither. One warning for each file. A prim that compensates for it, by an op `unitsResolve` or a scale
+    of exactly that ratio, gives no warning.
     """
     units = {layer: _units(layer) for layer in stage.GetUsedLayers()}
     if len({unit for unit in units.values() if unit is not None}) < 2:

@@ -1,4 +1,4 @@
-"""Which bodies prims follow, and where they are in the bodies' frames."""
+"""The bodies that prims follow, and the prims' poses in the bodies' frames."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def bind(
     residuals: Mapping[str, Floats],
     offset: Callable[[str], Floats | None],
 ) -> Binding:
-    """Binds prims to the bodies that they move with. Raises RunError for a prim that is not on the stage.
+    """Binds prims to the bodies with which they move. Raises RunError for a prim that is not on the stage.
 
     body_of: the body of a prim, None without one. rows, residuals: of the bodies, by path; see `scale_and_shear`.
     offset: where a user has placed a prim in the frame of its body, None where the stage has it.
@@ -64,7 +64,7 @@ def bind(
 
 
 def scale_and_shear(stage: Any, path: str) -> Floats:
-    """(4, 4) What a body's transform on the stage has beside its pose, its residual."""
+    """(4, 4) The scale and shear of a body's transform on the stage, which its pose does not contain."""
     from graph.sim.usd import EARLIEST, UsdGeom
 
     prim = stage.GetPrimAtPath(path)

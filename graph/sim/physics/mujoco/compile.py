@@ -57,7 +57,7 @@ class Compiled:
     flexes: Mapping[str, tuple[str, Floats]] = field(default_factory=dict)
     """Soft parts of a model: by prim, the name in the model and the initial points (n, 3) [m, world]."""
     geom_paths: Mapping[int, str] = field(default_factory=dict)
-    """By number, the prims of geoms whose names do not say it: those of an MJCF model."""
+    """By number, the prims of geoms whose names are not their paths: those of an MJCF model."""
 
 
 @dataclass(frozen=True)

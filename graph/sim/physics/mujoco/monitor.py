@@ -49,7 +49,7 @@ _COUNTED = {
 
 
 _BAD = tuple(int(kind) for kind in (_KINDS.mjWARN_BADQPOS, _KINDS.mjWARN_BADQVEL, _KINDS.mjWARN_BADQACC))
-"""The kinds that are divergence."""
+"""The kinds of warnings that mean divergence."""
 
 
 class Monitor:
@@ -80,7 +80,7 @@ class Monitor:
         self._iterations.release()
 
     def divergence(self) -> str:
-        """What is said where a step could not be made: the body, the time, what to do."""
+        """The message about a failed step: the body, the time, what to do."""
         engine = self._engine
         kind = next(kind for kind in _BAD if self._counters[kind])
         place = int(engine.data.warning[kind].lastinfo)
