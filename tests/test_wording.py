@@ -17,6 +17,9 @@ SPEAKERS = re.compile(
 PRINTERS = ("graph/cli", "graph/files/writing.py", "graph/sim/messages/quality.py", "nodes/catalog/example.py")
 """What yields or returns lines of output, not messages."""
 
+DECLARERS = {"Attribute", "Knob", "Limit", "Difference", "Field", "Command"}
+"""What takes a description that users read in `graph node`, `graph schema` and `--help`."""
+
 NOT_MESSAGES = {"KeyError", "AttributeError", "AssertionError", "NotImplementedError"}
 """They speak to programs, or in Python's own words."""
 
@@ -95,6 +98,14 @@ def comments(path):
             yield number, found[1]
 
 
+def descriptions(path):
+    """(line, text) of what attributes, knobs, settings and fields of files say of themselves."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf8"))):
+        if isinstance(node, ast.Call) and called(node) in DECLARERS:
+            given = [*node.args, *(keyword.value for keyword in node.keywords)]
+            yield from ((node.lineno, text) for each in given for text in literals(each) if " " in text)
+
+
 def placed(remarks, paths):
     return [(f"{path.relative_to(ROOT)}:{line}", text) for path in paths for line, text in remarks(path)]
 
@@ -102,7 +113,13 @@ def placed(remarks, paths):
 TEMPLATES = placed(messages, SOURCES)
 TESTS = [path for path in sorted((ROOT / "tests").rglob("*.py")) if path.name != "test_wording.py"]
 DOCSTRINGS = placed(docstrings, SOURCES)
-PROSE = DOCSTRINGS + placed(comments, SOURCES) + placed(docstrings, TESTS) + placed(comments, TESTS)
+PROSE = [
+    *DOCSTRINGS,
+    *placed(descriptions, SOURCES),
+    *placed(comments, SOURCES),
+    *placed(docstrings, TESTS),
+    *placed(comments, TESTS),
+]
 
 
 def test_messages_docstrings_and_comments_are_found():
@@ -131,7 +148,7 @@ def without_code(text):
     return re.sub(r"`[^`]*`", "``", " ".join(text.split()))
 
 
-def test_docstrings_and_comments_are_plain():
+def test_docstrings_descriptions_and_comments_are_plain():
     assert [f"{where}: {text}" for where, text in PROSE if PROSE_RIDDLES.search(without_code(text))] == []
 
 

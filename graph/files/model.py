@@ -242,8 +242,8 @@ class Graph(_Part):
     )
     lenient: bool = Field(
         default=False,
-        description="For a graph from a scene that somebody saved; `graph convert` writes it. What of it cannot be "
-        "compiled is left out with a warning, a node that lacks something warns and does nothing, the rest runs.",
+        description="For a graph from a saved scene; `graph convert` writes it. What cannot be compiled is left out "
+        "with a warning, a node whose data is missing warns and does nothing, the rest runs.",
     )
     instances: dict[PrimPath, InstanceEntry] = Field(
         default_factory=dict,

@@ -32,7 +32,7 @@ def array_get_size(db: Database) -> None:
     "omni.graph.nodes.ArrayFindValue",
     version=1,
     inputs={"array": ARRAY, "value": Attribute(ELEMENTS, "the element to look for")},
-    outputs={"index": Attribute("int", "position of the first equal element; -1 where there is none")},
+    outputs={"index": Attribute("int", "position of the first equal element; -1 without one")},
     resolve=searched_array,
 )
 def array_find_value(db: Database) -> None:

@@ -41,7 +41,7 @@ def write_prim_material(db: Database) -> bool:
         "primPath": Attribute("path", "path of the prim", default=""),
     },
     outputs={
-        "material": Attribute("path", "path of its material; empty where it has none"),
+        "material": Attribute("path", "path of its material; empty without one"),
         "materialPrim": Attribute("target", "its material"),
     },
 )

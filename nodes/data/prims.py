@@ -17,7 +17,7 @@ PATHS = Attribute("target", "the prims")
     version=3,
     inputs={"prim": Attribute("target", "the prim; of several the first")},
     outputs={
-        "path": Attribute("path", "its path; empty where there is no prim"),
+        "path": Attribute("path", "its path; empty without a prim"),
         "primPath": Attribute("token", "its path as a token"),
     },
 )

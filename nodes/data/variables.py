@@ -10,9 +10,7 @@ NAME = Attribute("token", "name of the variable", default="", literal_only=True)
 GRAPH = Attribute(
     "target", "the graph that owns the variable; none means the node's own graph, and no other is allowed"
 )
-TARGET_PATH = Attribute(
-    "token", "prim of a graph instance; there are none, so it must stay empty", default="", optional=True
-)
+TARGET_PATH = Attribute("token", "prim of a graph instance; not supported, leave it empty", default="", optional=True)
 
 
 def _check(db: Database) -> str:

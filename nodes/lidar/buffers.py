@@ -47,7 +47,7 @@ def buffer_attributes(distance_unit: str) -> dict[str, Attribute]:
     attributes: dict[str, Attribute] = {}
     for name, buffer in BUFFERS.items():
         doc = f"distances [{distance_unit}], float32" if name == "distance" else buffer.doc
-        attributes[f"{name}Ptr"] = Attribute("uint64", f"handle of the {doc}; 0 is none", default=buffer.pointer)
+        attributes[f"{name}Ptr"] = Attribute("uint64", f"handle of the {doc}; 0 means none", default=buffer.pointer)
         attributes[f"{name}DataType"] = Attribute(
             buffer.data_type,
             f"stands for the element type of {name}Ptr; its value means nothing",
@@ -61,7 +61,7 @@ def cloud_attributes(length_unit: str) -> dict[str, Attribute]:
     """The outputs of a cloud: points, transform, and every buffer. length_unit: of points and distances."""
     return {
         "exec": Attribute("execution", "follows when there is a cloud"),
-        "dataPtr": Attribute("uint64", f"handle of the points [{length_unit}], float32 x 3; 0 is none"),
+        "dataPtr": Attribute("uint64", f"handle of the points [{length_unit}], float32 x 3; 0 means none"),
         "cudaDeviceIndex": Attribute("int", "always -1: the buffers are in host memory", default=-1),
         "bufferSize": Attribute("uint64", "size of dataPtr", unit="bytes"),
         "transform": Attribute("matrixd[4]", "sensor to world at the end of the frame, row vectors"),

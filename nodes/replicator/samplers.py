@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from graph.sim import App
 
 PRIMS = Attribute("target", "the prims to place, each in the frame of its parent", default=[])
-EXEC_IN = Attribute("execution", "places the prims anew")
+EXEC_IN = Attribute("execution", "places the prims again")
 EXEC_OUT = Attribute("execution", "follows when the prims are placed")
 
 

@@ -95,7 +95,7 @@ class _Driving:
     inputs={
         "execIn": Attribute("execution", "computes the wheels"),
         "acceleration": Attribute("double", "how fast the speed changes; 0 is at once", default=0.0, unit="m/s^2"),
-        "maxAcceleration": Attribute("double", f"limit of it; 0 is none; {ONCE}", default=0.0, unit="m/s^2"),
+        "maxAcceleration": Attribute("double", f"limit of it; 0 means no limit; {ONCE}", default=0.0, unit="m/s^2"),
         "speed": Attribute("double", "wanted forward speed", default=0.0, unit="m/s"),
         "steeringAngle": Attribute(
             "double",
@@ -104,18 +104,20 @@ class _Driving:
             unit="rad",
         ),
         "maxWheelRotation": Attribute(
-            "double", f"limit of steering angles; 0 is none; {ONCE}", default=6.28, unit="rad"
+            "double", f"limit of steering angles; 0 means no limit; {ONCE}", default=6.28, unit="rad"
         ),
         "steeringAngleVelocity": Attribute(
             "double", "how fast the steering angle changes; 0 is at once", default=0.0, unit="rad/s"
         ),
-        "maxSteeringAngleVelocity": Attribute("double", f"limit of it; 0 is none; {ONCE}", default=0.0, unit="rad/s"),
+        "maxSteeringAngleVelocity": Attribute(
+            "double", f"limit of it; 0 means no limit; {ONCE}", default=0.0, unit="rad/s"
+        ),
         "wheelBase": Attribute("double", f"distance between the axles; {ONCE}", default=0.0, unit="m"),
         "trackWidth": Attribute("double", f"distance between the wheels of an axle; {ONCE}", default=0.0, unit="m"),
         "frontWheelRadius": Attribute("double", f"radius of the front wheels; {ONCE}", default=0.0, unit="m"),
         "backWheelRadius": Attribute("double", f"radius of the back wheels; {ONCE}", default=0.0, unit="m"),
         "maxWheelVelocity": Attribute(
-            "double", f"limit of each wheel's speed; 0 is none; {ONCE}", default=0.0, unit="rad/s"
+            "double", f"limit of each wheel's speed; 0 means no limit; {ONCE}", default=0.0, unit="rad/s"
         ),
         "invertSteering": Attribute("bool", f"the back wheels steer; {ONCE}", default=False),
         "dt": Attribute("double", "time since the last compute, for acceleration and steeringAngleVelocity", unit="s"),

@@ -32,7 +32,7 @@ def _buffer_inputs() -> dict[str, Attribute]:
     inputs: dict[str, Attribute] = {}
     for quantity, (stem, data_type, default, size) in _BUFFERS.items():
         inputs[f"output{quantity}"] = Attribute("bool", f"whether the message has {quantity}", default=False)
-        inputs[f"{stem}Ptr"] = Attribute("uint64", f"handle of the {quantity} buffer; 0 is none", default=0)
+        inputs[f"{stem}Ptr"] = Attribute("uint64", f"handle of the {quantity} buffer; 0 means none", default=0)
         inputs[f"{stem}DataType"] = Attribute(
             data_type, f"stands for the element type of {stem}Ptr; its value means nothing", default=default
         )

@@ -13,7 +13,7 @@ from nodes.data.stage_prims import find_prim, only_target
     version=1,
     volatile=True,
     inputs={"viewport": Attribute("token", "name of the viewport; empty is the default one", default="")},
-    outputs={"camera": Attribute("token", "path of its camera; empty while it has none")},
+    outputs={"camera": Attribute("token", "path of its camera; empty before it has one")},
 )
 def get_active_viewport_camera(db: Database) -> bool:
     """Give the camera of a viewport; viewports are render products without windows."""

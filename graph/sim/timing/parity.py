@@ -52,7 +52,7 @@ DIFFERENCES: tuple[Difference, ...] = (
         False,
         "set_dt sets rateLimitFrequency and targetFramerate always, or only while rateLimitEnabled",
     ),
-    Difference(keys.RATE_LIMIT_FREQUENCY, 120, "updates a second of wall time, while nobody sets them"),
+    Difference(keys.RATE_LIMIT_FREQUENCY, 120, "updates a second of wall time, unless set"),
     Difference(
         keys.REWRITE_RATE_LIMIT, True, "Play in fixed stepping sets rateLimitFrequency to N x timeCodesPerSecond"
     ),
@@ -68,7 +68,9 @@ DIFFERENCES: tuple[Difference, ...] = (
         "frames arrive in the update that renders them, or at the begin of the next one; the latter unless "
         "checkForHydraRenderComplete comes after rendering, as in the experience zero_delay",
     ),
-    Difference(keys.FULL_SCAN_WARNS, True, "the value of the lidar helper's fullScan that is told to be deprecated"),
+    Difference(
+        keys.FULL_SCAN_WARNS, True, "the value of the lidar helper's fullScan that gives the deprecation warning"
+    ),
     Difference(keys.SCAN_EMPTY_MINUS_ONE, True, "an empty beam of a LaserScan is +inf, or -1"),
     Difference(
         keys.SCAN_END_BEYOND, True, "angle_max of a LaserScan is the last beam's angle, or one increment beyond it"
