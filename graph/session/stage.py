@@ -155,11 +155,9 @@ def sensors_in_solids(stage: Usd.Stage, graphs: Sequence[Graph]) -> Iterator[Not
         for name in node.type.inputs_as("sensor")
         for path in node.get(name) or ()
     )
-    for path in dict.fromkeys(named):
-        prim = prim_at(stage, path)
-        if not prim or sensor_problem(stage, path):
-            continue
-        around = list(shapes_around(stage, prim, read_exclude(prim)))
+    sensors = [path for path in dict.fromkeys(named) if prim_at(stage, path) and not sensor_problem(stage, path)]
+    prims = [prim_at(stage, path) for path in sensors]
+    for path, around in zip(sensors, shapes_around(stage, prims, [*map(read_exclude, prims)]), strict=True):
         if around:
             shapes = ", ".join(around)
             yield (

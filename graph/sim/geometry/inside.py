@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -25,31 +25,39 @@ on its mount.
 """
 
 
-def shapes_around(stage: Any, prim: Any, exclude: Iterable[str] = ()) -> Iterator[str]:
-    """The paths of the visible shapes that contain a prim's origin, in their initial poses.
+def shapes_around(stage: Any, prims: Sequence[Any], excludes: Sequence[Iterable[str]]) -> list[list[str]]:
+    """For each prim, the paths of the visible shapes that contain its origin, in their initial poses.
 
-    exclude: paths of prims
-    that are skipped, with their descendants.
-
-    Copies of point instancers are not examined.
+    excludes: for each prim, paths of prims that are skipped, with their descendants. Copies of point instancers are
+    not examined.
     """
+    found: list[list[str]] = [[] for _ in prims]
+    if not prims:
+        return found
     poses = UsdGeom.XformCache(EARLIEST)
-    place = poses.GetLocalToWorldTransform(prim).ExtractTranslation()
-    excluded = tuple(f"{path}/" for path in exclude)
+    places = [poses.GetLocalToWorldTransform(prim).ExtractTranslation() for prim in prims]
+    excluded = [tuple(f"{path}/" for path in exclude) for exclude in excludes]
     for shape, path in visible_prims(stage):
-        if f"{path}/".startswith(excluded) or shape.IsA(UsdGeom.PointInstancer):
+        extent = None if shape.IsA(UsdGeom.PointInstancer) else _extent(shape)
+        if extent is None:
             continue
-        local = poses.GetLocalToWorldTransform(shape).GetInverse().Transform(place)
-        if _in_extent(shape, local) and winding_number(shape, np.array(local)) > WOUND:
-            yield path
+        to_local = poses.GetLocalToWorldTransform(shape).GetInverse()
+        for place, passed, around in zip(places, excluded, found, strict=True):
+            local = to_local.Transform(place)
+            if not extent.Contains(local) or f"{path}/".startswith(passed):
+                continue
+            if winding_number(shape, np.array(local)) > WOUND:
+                around.append(path)
+    return found
 
 
-def _in_extent(shape: Any, point: Any) -> bool:
+def _extent(shape: Any) -> Any:
+    """The bounding box of a shape in its own space, or None."""
     try:
         extent = UsdGeom.Boundable.ComputeExtentFromPlugins(UsdGeom.Boundable(shape), EARLIEST)
     except Tf.ErrorException:  # of a shape that is reported where it is read
-        return False
-    return extent is not None and len(extent) == 2 and Gf.Range3d(*map(Gf.Vec3d, extent)).Contains(point)
+        return None
+    return Gf.Range3d(*map(Gf.Vec3d, extent)) if extent is not None and len(extent) == 2 else None
 
 
 def winding_number(shape: Any, point: Floats) -> float:

@@ -16,7 +16,8 @@ def around():
     def run(place, shapes, exclude=()):
         stage = open_stage(None)
         author_prims(stage, {**shapes, "/Probe": {"type": "Xform", "translate": place}})
-        return list(shapes_around(stage, stage.GetPrimAtPath("/Probe"), exclude))
+        [found] = shapes_around(stage, [stage.GetPrimAtPath("/Probe")], [exclude])
+        return found
 
     return run
 
