@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from .authoring import bind_material, exclude
     from .callbacks import on_frame
     from .camera.authoring import CameraView, RtxCamera
+    from .camera.depth_camera import SingleViewDepthCameraSensor
     from .camera.sensor import CameraSensor, TiledCameraSensor
     from .channels import Channel
     from .gmo import (
@@ -90,6 +91,7 @@ _HOMES = {
     "SUPPORTED_RADAR_CONFIGS": "radar.configs",
     "SensorRuntime": "runtime",
     "SensorType": "sensor_types",
+    "SingleViewDepthCameraSensor": "camera.depth_camera",
     "TiledCameraSensor": "camera.sensor",
     "bind_material": "authoring",
     "create_render_product": "replicator",
@@ -143,6 +145,7 @@ __all__ = [
     "RtxCamera",
     "SensorRuntime",
     "SensorType",
+    "SingleViewDepthCameraSensor",
     "TiledCameraSensor",
     "bind_material",
     "create_render_product",

@@ -16,6 +16,7 @@ from .camera_params import camera_params
 from .channels import FIRST, HDR, INSTANCE, LABELLED, RGB, SEMANTIC
 from .label_filter import OPTIONS, kept_labels
 from .names import MODALITY
+from .stereo_depth import STEREO_ANNOTATORS
 
 if TYPE_CHECKING:
     from .entities import Entities
@@ -185,6 +186,7 @@ ANNOTATORS = (
     _segmentation(SEMANTIC, SEMANTIC),
     _one("motion_vectors", "motion_vectors", 4),
     *BOX_ANNOTATORS,
+    *STEREO_ANNOTATORS,
     AnnotatorType(
         "pointcloud", _point_cloud, lambda reading: CLOUD, options={"includeUnlabelled": False}, modality=MODALITY
     ),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, ClassVar, cast
 
 import numpy as np
 
@@ -49,6 +49,7 @@ class CameraSensor(RenderedSensor):
     """
 
     annotator_specs = ANNOTATORS
+    widths: ClassVar[Mapping[str, int]] = WIDTHS
     product_word = "camera_sensor"
 
     def __init__(
@@ -90,9 +91,9 @@ class CameraSensor(RenderedSensor):
         data, info = super().get_data(name)
         if self._product.frame is None:
             return None, {}
-        if name not in WIDTHS:
+        if name not in self.widths:
             return data, {**info, "resolution": self.resolution}
-        data = data.reshape(*self.resolution, -1)[..., : WIDTHS[name]]
+        data = data.reshape(*self.resolution, -1)[..., : self.widths[name]]
         if out is not None:
             out[...] = data
             return out, info
