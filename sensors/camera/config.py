@@ -6,6 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from graph.base.errors import UserError
 
 from .lens import Lens, ParallelLens
@@ -55,6 +57,17 @@ def read_config(prim: Usd.Prim, size: tuple[int, int], meters_per_unit: float) -
     Pixels are square, so that the aperture's height follows from its width and the image; a lens schema of OpenCV has
     focal lengths of its own. Raises UserError, naming prim and attribute, for what no camera has.
     """
+    try:
+        return _read(prim, size, meters_per_unit)
+    except (TypeError, ValueError, OverflowError) as error:
+        if isinstance(error, UserError):
+            raise
+        raise UserError(
+            f"{prim.GetPath()}: an attribute has a value that its schema does not allow ({error})"
+        ) from error
+
+
+def _read(prim: Usd.Prim, size: tuple[int, int], meters_per_unit: float) -> CameraConfig:
     attributes = _Attributes(prim)
     focal, apertures = attributes.positive("focalLength"), _pair(attributes, "Aperture", positive=True)
     offsets = _pair(attributes, "ApertureOffset")
@@ -101,7 +114,9 @@ def _exposure(attributes: _Attributes) -> float:
     """2^exposure responsivity time (iso / 100) / fStop^2 of the exposure attributes; see `sensors/README.md`."""
     number, authored = attributes.number, attributes.authored
     scale = number("exposure:responsivity", 1.0) * authored("exposure:time", TIME) * number("exposure:iso", 100.0) / 100
-    return float(2.0 ** number("exposure") * scale / (authored("exposure:fStop", F_STOP) or 1.0) ** 2)
+    with np.errstate(over="ignore"):
+        found = np.exp2(number("exposure")) * scale / (authored("exposure:fStop", F_STOP) or 1.0) ** 2
+    return float(np.clip(np.nan_to_num(found), 0.0, 1e20))
 
 
 class _Attributes:

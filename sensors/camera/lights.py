@@ -13,8 +13,13 @@ import numpy as np
 
 from graph.sim.transforms import rigid_part
 
+from .stage_values import numbers_of
+
 if TYPE_CHECKING:
     from pxr import Usd
+
+BRIGHTEST = 1e20
+"""Radiance [nit] beyond which lights count as that bright: float32 holds its products with what is near and large."""
 
 STRATA = 4
 """An area light is so many times so many patches."""
@@ -207,9 +212,8 @@ class _Inputs:
         return attribute.Get() if attribute else None
 
     def number(self, name: str, default: float = 0.0) -> float:
-        value = self._get(name)
-        found = default if value is None else float(value)
-        return found if np.isfinite(found) else default
+        found = numbers_of(self._get(name), 1)
+        return found[0] if found else default
 
     def text(self, name: str) -> str:
         value = self._get(name)
@@ -231,11 +235,12 @@ class _Inputs:
         """(3,) float32: intensity 2^exposure colour, and the colour of its temperature where that is switched on."""
         from graph.sim.usd import UsdLux
 
-        color = np.array(self._get("inputs:color") or (1.0, 1.0, 1.0), np.float64)
+        color = np.array(numbers_of(self._get("inputs:color"), 3) or (1.0, 1.0, 1.0))
         if self._get("inputs:enableColorTemperature"):
             color = color * np.array(UsdLux.BlackbodyTemperatureAsRgb(self.input("colorTemperature", 6500.0)))
-        scale = self.input("intensity", 1.0) * 2.0 ** self.input("exposure", 0.0) * self.input("diffuse", 1.0)
-        return np.asarray(color * scale, np.float32)
+        with np.errstate(over="ignore"):
+            scale = self.input("intensity", 1.0) * np.exp2(self.input("exposure", 0.0)) * self.input("diffuse", 1.0)
+        return np.asarray(np.clip(color * scale, 0.0, BRIGHTEST), np.float32)
 
     def cone(self) -> tuple[float, float] | None:
         """Of a spot: the cosine of half its opening angle, and the soft share of it."""

@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from .stage_values import numbers_of
+
 GREY = (0.18, 0.18, 0.18)
 """Base colour of what nothing says, linear; as in UsdPreviewSurface."""
 
@@ -98,12 +100,10 @@ def _color(shader: Any, name: str, default: tuple[float, ...], path: str, warn: 
             fallback = owner.GetInput("fallback")
             warn("material-not-modelled", path, f"what {name} is connected to is not modelled: it has one plain colour")
             found = fallback.Get() if fallback else None
-            return default if found is None else tuple(map(float, list(found)[:3]))
-        value = attribute.Get()
-        if value is not None:
-            return tuple(map(float, value))
-    value = given.Get()
-    return default if value is None else tuple(map(float, value))
+            return (numbers_of(found, 4) or (numbers_of(found, 3) or default))[:3]
+        if (value := numbers_of(attribute.Get(), 3)) is not None:
+            return value
+    return numbers_of(given.Get(), 3) or default
 
 
 def _display_color(stage: Any, path: str) -> tuple[float, ...]:
@@ -114,5 +114,8 @@ def _display_color(stage: Any, path: str) -> tuple[float, ...]:
     if prim and not prim.IsA(UsdGeom.Imageable):
         prim = prim.GetParent()
     primvar = UsdGeom.PrimvarsAPI(prim).FindPrimvarWithInheritance("displayColor") if prim else None
-    values = np.array(primvar.Get() if primvar and primvar.HasValue() else [], np.float64).reshape(-1, 3)
+    try:
+        values = np.array(primvar.Get() if primvar and primvar.HasValue() else [], np.float64).reshape(-1, 3)
+    except (TypeError, ValueError):  # a primvar of another type
+        return GREY
     return tuple(values.mean(axis=0).tolist()) if len(values) and np.isfinite(values).all() else GREY

@@ -48,7 +48,7 @@ class CameraSensor(RenderedSensor):
     ValueError) for unknown names and prims.
     """
 
-    annotator_specs = ANNOTATORS
+    annotator_specs: ClassVar[Mapping[str, dict[str, Any]]] = ANNOTATORS
     widths: ClassVar[Mapping[str, int]] = WIDTHS
     product_word = "camera_sensor"
 

@@ -65,7 +65,7 @@ NAMES = {
 
 def read_stereo(prim: Any) -> StereoDepth:
     """What a render product's prim says; defaults where it says nothing."""
-    found = {}
+    found: dict[str, Any] = {}
     for field, name in NAMES.items():
         attribute = prim.GetAttribute(PREFIX + name)
         value = attribute.Get() if attribute else None

@@ -247,3 +247,25 @@ def test_pictures_are_the_same_on_any_number_of_threads():
             return look(app, add_camera(app), "rgb")[0].tobytes()
 
     assert picture(1) == picture(2)
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize(
+    ("path", "name", "value"),
+    [
+        ("/World/Light", "inputs:intensity", 1e38),
+        ("/World/Light", "inputs:exposure", 2000.0),
+        ("/World/Light", "inputs:color", Gf.Vec3f(float("nan"), 1, 1)),
+        ("/World/Camera", "exposure", 2000.0),
+        ("/World/Wall", "primvars:displayColor", [(float("nan"), 0, 0)]),
+    ],
+)
+def test_a_value_beyond_all_measure_makes_a_picture_all_the_same(path, name, value):
+    with weightless() as app:
+        wall(app)
+        add_light(app, "DistantLight", intensity=1000.0)
+        product = add_camera(app, size=SIZE)
+        app.stage.GetPrimAtPath(path).GetAttribute(name).Set(value)
+        rgb, linear = look(app, product, "rgb", "HdrColor")
+    assert rgb[MIDDLE][3] == 255
+    assert np.isfinite(linear).all()

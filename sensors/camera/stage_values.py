@@ -1,0 +1,16 @@
+"""Values of attributes that a file may have given any type."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+
+def numbers_of(value: Any, count: int) -> tuple[float, ...] | None:
+    """The value as so many finite numbers; None for any other."""
+    try:
+        found = np.array(value, np.float64).reshape(-1)
+    except (TypeError, ValueError):
+        return None
+    return tuple(found.tolist()) if found.shape == (count,) and np.isfinite(found).all() else None
