@@ -246,13 +246,15 @@ class RadarRuntime(SensorRuntime[RadarConfig]):
 
 
 def _boxes(world: CastWorld, exclude: frozenset[str]) -> np.ndarray:
-    """Corners (s, 8, 3) [m] of the boxes around meshes, in the frames of their bodies; NaN for all else."""
+    """Corners (s, 8, 3) [m] of the boxes around rigid meshes, in the frames of their bodies; NaN for all else."""
     key = f"boxes {sorted(exclude)}"
     found: np.ndarray | None = world.cache.get(key)
     if found is None:
         found = np.full((len(world.surfaces), 8, 3), np.nan)
         for number, surface in enumerate(world.surfaces):
-            if isinstance(surface, Mesh) and len(surface.vertices) and not excluded(surface.path, exclude):
+            if not isinstance(surface, Mesh) or not len(surface.vertices) or surface.source in world.soft:
+                continue
+            if not excluded(surface.path, exclude):
                 ends = np.stack((surface.vertices.min(axis=0), surface.vertices.max(axis=0)))
                 found[number] = [[ends[i, 0], ends[j, 1], ends[k, 2]] for i in (0, 1) for j in (0, 1) for k in (0, 1)]
         world.cache[key] = found

@@ -173,3 +173,25 @@ def test_the_least_power_ends_the_range_of_a_target_of_one_square_metre(distance
     with radar_world(plate(side, distance), attributes) as (app, product):
         app.update()
         assert (product.frame.count == 1) is kept
+
+
+def test_cloth_is_seen_where_it_flies():
+    """A sheet of 2 x 2 m, still at 9 m when play begins, flies at 10 m/s along the line of sight: after six updates it
+    is 1 m nearer. Its shape gives no flat face, so each ray returns by itself."""
+    points = [(9.0, y, z) for y in np.linspace(-1, 1, 5) for z in np.linspace(-1, 1, 5)]
+    faces = [(5 * i + j, 5 * i + j + 5, 5 * i + j + 6, 5 * i + j + 1) for i in range(4) for j in range(4)]
+    text = f"""
+def Mesh "Cloth" (prepend apiSchemas = ["PhysxDeformableSurfaceAPI"])
+{{
+    point3f[] points = {[tuple(map(float, point)) for point in points]}
+    int[] faceVertexCounts = {[4] * 16}
+    int[] faceVertexIndices = {[corner for face in faces for corner in face]}
+    vector3f physics:velocity = (-10, 0, 0)
+}}
+"""
+    with radar_world({}, {f"{SCAN}rcsTuningCoefficients": [-60.0, 1.0, 0.0]}) as (app, product):
+        app.stop()
+        app.stage.GetRootLayer().ImportFromString(app.stage.GetRootLayer().ExportToString() + text)
+        app.play()
+        app.update(steps=6)
+        assert strongest(product)[0] == pytest.approx(8.0, abs=0.1)
