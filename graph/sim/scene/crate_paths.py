@@ -26,12 +26,14 @@ def has_path_tree(path: Path) -> bool:
 
     Tables that this reads differently from USD, or cannot read, count as good: USD says what is wrong with them.
     """
+    from lz4.block import LZ4BlockError
+
     with path.open("rb") as file:
         if file.read(8) != b"PXR-USDC" or file.read(8)[:3] < b"\0\4\0":
             return True
         try:
             jumps = _jumps(file)
-        except (struct.error, OSError, ValueError, IndexError, OverflowError, MemoryError, RuntimeError):
+        except (struct.error, OSError, ValueError, IndexError, TypeError, OverflowError, MemoryError, LZ4BlockError):
             return True
     if not len(jumps):
         return True
