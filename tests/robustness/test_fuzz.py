@@ -14,7 +14,8 @@ def test_spoiled_files_of_every_kind_end_in_a_line(request):
 
 
 @pytest.mark.parametrize(
-    ("seed", "case"), [(4, 1717), (4, 2331), (4, 5893), (4, 7727), (5, 4533), (42, 1357), (42, 2777), (44, 1913)]
+    ("seed", "case"),
+    [(4, 1717), (4, 2331), (4, 5893), (4, 7727), (5, 4533), (42, 1357), (42, 2777), (44, 1913), (53, 796)],
 )
 def test_cases_that_once_got_through_no_longer_do(seed, case):
     """Prims without specs, values beyond the end of a binary layer, no known type, paths that are not a tree."""
