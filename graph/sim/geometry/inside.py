@@ -24,6 +24,9 @@ ON_FACE = 1e-6
 on its mount.
 """
 
+MOST_FREE = 3
+"""Of the six directions along the axes: with more that meet no triangle, a point cannot be three quarters enclosed."""
+
 
 def shapes_around(stage: Any, prims: Sequence[Any], excludes: Sequence[Iterable[str]]) -> list[list[str]]:
     """For each prim, the paths of the visible shapes that contain its origin, in their initial poses.
@@ -62,7 +65,7 @@ def _extent(shape: Any) -> Any:
 
 def winding_number(shape: Any, point: Floats) -> float:
     """The winding number of a gprim's surface about a point of its own space. 1 inside, 0 outside, -1 inside out, half
-    of it on a face.
+    of it on a face; 0 also where the view along most axes is free, which a quicker test finds.
 
     The sum of the solid angles of its triangles over 4 pi; A. Van Oosterom, J. Strackee, "The Solid Angle of a Plane
     Triangle", 1983.
@@ -73,8 +76,22 @@ def winding_number(shape: Any, point: Floats) -> float:
     if surface is None:
         return 0.0
     a, b, c = (np.asarray(surface.vertices, np.float64)[surface.triangles[:, corner]] - point for corner in range(3))
+    if _free_directions(a, b, c) > MOST_FREE:
+        return 0.0
     x, y, z = (np.linalg.norm(corner, axis=1) for corner in (a, b, c))
     volume = np.einsum("ij,ij->i", a, np.cross(b, c))
     flat = x * y * z + (a * b).sum(1) * z + (b * c).sum(1) * x + (c * a).sum(1) * y
     off = np.abs(volume) > ON_FACE * size * np.linalg.norm(np.cross(b - a, c - a), axis=1)
     return float(np.arctan2(volume, flat)[off].sum() / (2 * np.pi))
+
+
+def _free_directions(a: Floats, b: Floats, c: Floats) -> int:
+    """How many of the six rays along the axes meet the bounds of no triangle; corners (N, 3) about the origin."""
+    low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+    across = (low <= 0) & (high >= 0)
+    free = 0
+    for axis in range(3):
+        met = across[:, axis - 1] & across[:, axis - 2]
+        free += not (high[met, axis] >= 0).any()
+        free += not (low[met, axis] <= 0).any()
+    return free
