@@ -71,7 +71,7 @@ def _blocked(light: Light, points: np.ndarray, shadows: Shadows, origin: np.ndar
 
 def srgb(light: np.ndarray) -> np.ndarray:
     """Linear light as bytes of sRGB (IEC 61966-2-1): 0 and below is 0, 1 and above 255."""
-    steps = np.fmin(np.fmax(light, np.float32(0)), np.float32(1))  # what is not a number is 0
+    steps = np.fmin(np.fmax(light, np.float32(0)), np.float32(1))  # values that are not numbers become 0
     steps *= np.float32(SHADE_LEVELS - 1)
     steps += np.float32(0.5)
     return np.asarray(np.take(_TABLE, steps.astype(np.int32)))
