@@ -4,6 +4,8 @@ import json
 
 import pytest
 
+from graph.node.registry import DEFAULT
+
 NODE = """\
 from graph import Attribute, Database, node_type
 
@@ -19,6 +21,14 @@ def compute(db: Database) -> None:
 """
 GRAPH = "tickgraph: 1\ngraphs: {{/World/G: {{evaluator: push, nodes: {{h: {{type: {id}, inputs: {{value: 3}}}}}}}}}}\n"
 CASE = "tickgraph_tests: 1\ncases: {{it: {{node: {id}, inputs: {{value: 3}}, expect: {{outputs: {{half: 1.5}}}}}}}}\n"
+
+
+@pytest.fixture(autouse=True)
+def _own_types_leave():
+    yield
+    for kind in DEFAULT.loaded():
+        if kind.id.startswith("mine."):
+            DEFAULT.remove(kind.id)
 
 
 @pytest.fixture

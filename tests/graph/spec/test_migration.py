@@ -5,6 +5,7 @@ import time
 import pytest
 
 from graph.node.declaration import Attribute
+from graph.node.library import Library
 from graph.node.registry import Registry
 from graph.spec.file_spec import ConnectionSpec, FileSpec, GraphSpec, NodeSpec
 from graph.spec.migration import migrate, migrated_type, upgraded
@@ -63,13 +64,20 @@ def test_an_old_id_has_a_new_one_and_a_sentence(registry, old, new):
 
 
 def test_no_twin_is_reported_to_run_that_is_not_there(registry):
-    assert migrated_type("omni.isaac.ros_bridge.ROS1RosMaster", registry) == (
-        "omni.isaac.ros_bridge.ROS1RosMaster",
-        None,
-    )
-    found, sentence = migrated_type("omni.isaac.ros_bridge.ROS1CameraHelper", registry)
+    class WithoutCameras(Library):
+        """The shipped library, as if it said why there is no camera helper."""
+
+        def why_absent(self, name: str) -> str | None:
+            return "no cameras here" if name == "isaacsim.ros2.bridge.ROS2CameraHelper" else super().why_absent(name)
+
+    bare = Registry(library=WithoutCameras("nodes"))
+    for one in ("omni.isaac.ros_bridge.ROS1RosMaster", "omni.isaac.ros_bridge.ROS1PublishClock"):
+        assert migrated_type(one, bare) == (one, None)
+    found, sentence = migrated_type("omni.isaac.ros_bridge.ROS1CameraHelper", bare)
     assert found == "isaacsim.ros2.bridge.ROS2CameraHelper"
+    assert sentence is not None
     assert sentence.endswith('its ROS 2 twin is "isaacsim.ros2.bridge.ROS2CameraHelper"')
+    assert migrated_type("omni.isaac.ros_bridge.ROS1RosMaster", registry)[1] is None
 
 
 def test_a_registered_id_and_an_unknown_one_stay(registry):

@@ -360,5 +360,5 @@ def test_aux_levels_default_to_none(stage):
 
 
 def test_only_lidars_take_a_config(stage):
-    with pytest.raises(UserError, match="only OmniLidar does"):
+    with pytest.raises(UserError, match="only OmniLidar or OmniRadar does"):
         author_config(stage.DefinePrim("/World/Cube", "Cube"), "XT32")
