@@ -33,10 +33,10 @@ class Limit:
 
 LIMITS: dict[str, Limit] = {
     "file.yaml": Limit(1 * MIB, "bytes", "a YAML file; JSON is read several times as fast"),
-    "file.json": Limit(8 * MIB, "bytes", "a JSON file"),
-    "file.keys": Limit(400_000, "keys", "the mappings of a YAML or JSON file"),
+    "file.json": Limit(12 * MIB, "bytes", "a JSON file"),
+    "file.keys": Limit(600_000, "keys", "the mappings of a YAML or JSON file"),
     "file.prims": Limit(100_000, "prims", "those that a graph file writes, with those above them"),
-    "graph.nodes": Limit(100_000, "nodes", "the graphs of a file, once for each prim that has the graph"),
+    "graph.nodes": Limit(200_000, "nodes", "the graphs of a file, once for each prim that has the graph"),
     "graph.values": Limit(300_000, "attributes", "those that a USD scene authors on nodes"),
     "usd.text": Limit(64 * MIB, "bytes", "a text layer of a scene; binary layers (.usdc) are read as they are needed"),
     "usd.specs": Limit(1_000_000, "prims and properties", "a layer of a scene"),

@@ -23,7 +23,7 @@ from graph.sim.geometry.collect import Mesh
 from graph.sim.libraries import import_open3d
 from graph.sim.physics.mujoco.engine import MujocoEngine
 from sensors import LidarConfig, render_product
-from sensors.channels import CHANNELS, AuxLevel
+from sensors.channels import AuxLevel
 from sensors.gmo import channels_for
 from sensors.lidar.config import EmitterState
 from sensors.lidar.pattern import firing_pattern
@@ -32,6 +32,7 @@ from sensors.prim import read_exclude, write_aux_level, write_exclude
 from sensors.raycast.rays import RayBundle
 from sensors.raycast.windows import RayGrid
 from sensors.raycast.world import CastWorld, excluded
+from sensors.sensor_types import sensor_types
 
 Triangles = tuple[np.ndarray, np.ndarray]
 TITLE = "Lidar: 32 x 1800 rays; graphs/scenes/yard.usda, and 50,000 static triangles with 20 moving boxes"
@@ -65,7 +66,7 @@ def measure(quick: bool) -> Iterator[Row]:
     rounds = 5 if quick else 25
     cloud = frozenset({"xyz"})
     basic = channels_for(AuxLevel.BASIC, "SPHERICAL")
-    everything = frozenset(CHANNELS)
+    everything = sensor_types()["OmniLidar"].measures
     for scene, make in (("yard", yard), ("boxes", boxes)):
         for what, channels, bound in (
             ("point cloud only", cloud, 1.25),

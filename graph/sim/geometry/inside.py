@@ -75,9 +75,10 @@ def winding_number(shape: Any, point: Floats) -> float:
     surface = surface_of(shape, TOLERANCE * size, lambda problem: None)
     if surface is None:
         return 0.0
-    a, b, c = (np.asarray(surface.vertices, np.float64)[surface.triangles[:, corner]] - point for corner in range(3))
-    if _free_directions(a, b, c) > MOST_FREE:
+    places = np.asarray(surface.vertices, np.float64) - point
+    if _free_directions(places, surface.triangles) > MOST_FREE:
         return 0.0
+    a, b, c = (places[surface.triangles[:, corner]] for corner in range(3))
     x, y, z = (np.linalg.norm(corner, axis=1) for corner in (a, b, c))
     volume = np.einsum("ij,ij->i", a, np.cross(b, c))
     flat = x * y * z + (a * b).sum(1) * z + (b * c).sum(1) * x + (c * a).sum(1) * y
@@ -85,13 +86,13 @@ def winding_number(shape: Any, point: Floats) -> float:
     return float(np.arctan2(volume, flat)[off].sum() / (2 * np.pi))
 
 
-def _free_directions(a: Floats, b: Floats, c: Floats) -> int:
-    """How many of the six rays along the axes meet the bounds of no triangle; corners (N, 3) about the origin."""
-    low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
-    across = (low <= 0) & (high >= 0)
+def _free_directions(places: Floats, triangles: Any) -> int:
+    """How many of the six rays along the axes meet the bounds of no triangle; places (V, 3) about their origin."""
+    above = (places >= 0)[triangles].sum(axis=1, dtype=np.uint8)  # of the corners of each triangle, by axis
+    across = (above > 0) & (above < 3)
     free = 0
     for axis in range(3):
-        met = across[:, axis - 1] & across[:, axis - 2]
-        free += not (high[met, axis] >= 0).any()
-        free += not (low[met, axis] <= 0).any()
+        met = above[across[:, axis - 1] & across[:, axis - 2], axis]
+        free += not (met > 0).any()
+        free += not (met < 3).any()
     return free

@@ -7,9 +7,12 @@ does the same in every run, as long as its coroutines wait for nothing else.
 
 from __future__ import annotations
 
-import asyncio
+from typing import TYPE_CHECKING
 
 from graph.sim.update_loop import UpdateLoop
+
+if TYPE_CHECKING:
+    import asyncio
 
 _LAST = 1 << 30
 
@@ -29,6 +32,8 @@ class AsyncUpdates:
 
         Raises what that update raised.
         """
+        import asyncio  # a coroutine that waits has imported it; other Apps and checks need not
+
         loop = asyncio.get_running_loop()
         if not self._listening:
             self._listening = True
