@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterator
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -147,3 +148,12 @@ def value_of(prim: Usd.Prim, name: str) -> Any:
     """The value of an attribute; None if the prim does not have it."""
     attribute = prim.GetAttribute(name)
     return attribute.Get() if attribute else None
+
+
+def reading_problems(prim: Usd.Prim, *reads: Callable[[Usd.Prim], object]) -> Iterator[str]:
+    """A line for each of these functions that cannot read the prim: what it raises as UserError."""
+    for read in reads:
+        try:
+            read(prim)
+        except UserError as error:
+            yield str(error)

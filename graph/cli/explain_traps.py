@@ -121,7 +121,7 @@ def _end_traps(app: App, moving: Sequence[Step]) -> Iterator[Trap]:
         yield (
             "timeline-loops",
             "timeline",
-            f"the scene ends at {float(line.end_time):.6g} s (endTimeCode) and begins anew at "
+            f"the scene ends at {float(line.end_time):.6g} s (endTimeCode) and starts again at "
             f"{float(line.start_time):.6g} s, {times} times in this run; simulation time goes on",
         )
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from graph.node import Attribute, Database, NodeAtLoad, node_type
 from graph.sim import settings as keys
 
+from .debug_view import debug_view
 from .laser_scans import LASER_SCAN, scan_style
 from .lidar_frames import SCAN_CHANNELS, FrameScan, cloud_channels, frame_cloud
 from .lidar_writers import STRING, FrameWriter, class_labels, object_id_map, stamps
@@ -181,24 +182,8 @@ def _attach(db: Database, path: str) -> bool:
     for writer in memory.writers:
         app.bus.advertise(writer.topic, writer.type_name, db.path, offered_quality(db))
         product.writers.append(writer)
-    memory.view = _debug_view(db, product)
+    memory.view = debug_view(db, product, "RtxSensorDebugDrawPointCloud", "omni:sensor:Core:outputFrameOfReference")
     return True
-
-
-def _debug_view(db: Database, product: RenderProduct) -> Any:
-    """The attached writer of the debug view; None if it is disabled, or if the run writes no files."""
-    from sensors.replicator import get_writer
-
-    if not db.inputs.showDebugView:
-        return None
-    folder = db.app.output_folder
-    if folder is None:
-        db.warn("debug-view-unavailable", "showDebugView draws into the run's folder; give the run one with --out")
-        return None
-    prim = db.app.stage.GetPrimAtPath(product.camera_path)
-    frame = prim.GetAttribute("omni:sensor:Core:outputFrameOfReference").Get()
-    options = {"doTransform": frame != "WORLD", "output_dir": folder / "debug_view"}
-    return get_writer("RtxSensorDebugDrawPointCloud", options, app=db.app).attach(product)
 
 
 def _metadata(db: Database, product: RenderProduct) -> tuple[str, ...]:

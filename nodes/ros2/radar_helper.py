@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from graph.node import Attribute, Database, node_type
 
+from .debug_view import debug_view
 from .lidar_frames import cloud_channels, frame_cloud
 from .lidar_writers import FrameWriter, stamps
 from .point_clouds import POINT_CLOUD
@@ -126,23 +127,8 @@ def _attach(db: Database, path: str) -> bool:
     )
     app.bus.advertise(memory.writer.topic, POINT_CLOUD, db.path, offered_quality(db))
     product.writers.append(memory.writer)
-    memory.view = _debug_view(db, product)
+    memory.view = debug_view(db, product, "RtxRadarDebugDrawPointCloud", "omni:sensor:WpmDmat:outputFrameOfReference")
     return True
-
-
-def _debug_view(db: Database, product: RenderProduct) -> Any:
-    """The writer that draws the frames, attached; None without a wish for it, or without a folder to draw into."""
-    from sensors.replicator import get_writer
-
-    if not db.inputs.showDebugView:
-        return None
-    folder = db.app.output_folder
-    if folder is None:
-        db.warn("debug-view-unavailable", "showDebugView draws into the run's folder; give the run one with --out")
-        return None
-    frame = db.app.stage.GetPrimAtPath(product.camera_path).GetAttribute("omni:sensor:WpmDmat:outputFrameOfReference")
-    options = {"doTransform": frame.Get() != "WORLD", "output_dir": folder / "debug_view"}
-    return get_writer("RtxRadarDebugDrawPointCloud", options, app=db.app).attach(product)
 
 
 def _demand(db: Database, wanted: bool) -> None:

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-from graph.base.errors import UserError
 from graph.base.exact import shortest
 from sensors.channels import CHANNELS
-from sensors.prim import read_tick_rate
+from sensors.prim import read_tick_rate, reading_problems
 from sensors.sensor_types import SensorType, register_sensor_type
 
 from .config import read_config
@@ -29,11 +28,7 @@ def _runtime(app: App, prim_path: str, resolution: tuple[int, int]) -> AcousticR
 
 
 def _check(prim: Usd.Prim) -> Iterator[str]:
-    for read in (read_config, read_tick_rate):
-        try:
-            read(prim)
-        except UserError as error:
-            yield str(error)
+    return reading_problems(prim, read_config, read_tick_rate)
 
 
 def _facts(app: App, prim: Usd.Prim) -> dict[str, Any]:

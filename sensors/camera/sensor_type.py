@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-from graph.base.errors import UserError
 from graph.base.exact import shortest
-from sensors.prim import read_tick_rate
+from sensors.prim import read_tick_rate, reading_problems
 from sensors.sensor_types import SensorType, register_sensor_type
 
 from .annotators import ANNOTATORS
@@ -33,11 +32,7 @@ def _runtime(app: App, prim_path: str, resolution: tuple[int, int]) -> CameraRun
 def _check(prim: Usd.Prim) -> Iterator[str]:
     from .config import read_config
 
-    for read in (lambda prim: read_config(prim, ANY_SIZE, 1.0), read_tick_rate):
-        try:
-            read(prim)
-        except UserError as error:
-            yield str(error)
+    return reading_problems(prim, lambda prim: read_config(prim, ANY_SIZE, 1.0), read_tick_rate)
 
 
 def _facts(app: App, prim: Usd.Prim) -> dict[str, Any]:

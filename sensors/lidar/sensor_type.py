@@ -6,9 +6,8 @@ from collections.abc import Iterator, Mapping
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from graph.base.errors import UserError
 from graph.base.exact import shortest
-from sensors.prim import read_tick_rate
+from sensors.prim import read_tick_rate, reading_problems
 from sensors.sensor_types import SensorType, register_sensor_type
 
 from .annotators import ANNOTATORS
@@ -36,11 +35,7 @@ def _runtime(app: App, prim_path: str, resolution: tuple[int, int]) -> LidarRunt
 
 
 def _check(prim: Usd.Prim) -> Iterator[str]:
-    for read in (read_config, read_tick_rate):
-        try:
-            read(prim)
-        except UserError as error:
-            yield str(error)
+    return reading_problems(prim, read_config, read_tick_rate)
 
 
 def _author(prim: Usd.Prim, config: str, variant: Any = None, **where: Any) -> None:

@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from graph.base.errors import UserError
 from graph.base.exact import shortest
 from sensors.channels import CHANNELS, Channel
-from sensors.prim import read_tick_rate
+from sensors.prim import read_tick_rate, reading_problems
 from sensors.sensor_types import SensorType, register_sensor_type
 
 from .annotators import ANNOTATORS
@@ -36,11 +35,7 @@ def _runtime(app: App, prim_path: str, resolution: tuple[int, int]) -> RadarRunt
 
 
 def _check(prim: Usd.Prim) -> Iterator[str]:
-    for read in (read_config, read_tick_rate):
-        try:
-            read(prim)
-        except UserError as error:
-            yield str(error)
+    return reading_problems(prim, read_config, read_tick_rate)
 
 
 def _facts(app: App, prim: Usd.Prim) -> dict[str, Any]:

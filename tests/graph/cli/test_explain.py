@@ -420,7 +420,7 @@ def test_a_scene_that_ends_before_the_run_does_is_a_trap(folder, explain, end, d
     found = {code: message for (code, _), message in traps(told).items()}
     assert set(found) == ({"timeline-loops"} if times else set())
     if times:
-        assert f"begins anew at 0 s, {times} times in this run" in found["timeline-loops"]
+        assert f"starts again at 0 s, {times} times in this run" in found["timeline-loops"]
 
 
 def test_the_explanation_without_multi_tick_rendering(folder, graph, explain):
