@@ -89,6 +89,7 @@ class App:
         self.settings.on_misspelt(
             lambda path, known: warn("setting-unknown", path, f'no part of this run reads it; did you mean "{known}"?')
         )
+        loop_hz = loop_hz if knobs.loop_hz is None else knobs.loop_hz
         choice = checked_choice(when_playing or str(self.settings.get(keys.WHEN_PLAYING)))
         self.world = open_world(
             stage, mjcf, engine=physics, fidelity=knobs, when_playing=choice, warn=self.warn, allow=allow

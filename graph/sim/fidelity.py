@@ -1,8 +1,8 @@
-"""Fidelity knobs: every approximation by name, with its values, default, cost, error and reader.
+"""Fidelity knobs: every approximation by name, with its values, default, cost, error, reason and reader.
 
-The one table of all fidelity knobs. A knob is a field of `Fidelity`: `lidar.motion` in files and on the command line is
-the field `lidar_motion`. Its values follow from the field's type. `App`, `graph check`, `--fidelity`, `graph schema`
-and the README's test read this table.
+The one table of all fidelity knobs (those of physics stand in `physics_knobs`). A knob is a field of `Fidelity`:
+`lidar.motion` in files and on the command line is the field `lidar_motion`. Its values follow from the field's type.
+`App`, `graph check`, `--fidelity`, `graph schema` and the README's test read this table.
 """
 
 # Without `from __future__ import annotations`: KNOBS is made from the fields' types, which are objects here.
@@ -16,179 +16,19 @@ from graph.base.errors import Mark, Problem, UserError
 from graph.base.suggest import did_you_mean
 
 from .knob import Knob
+from .physics_knobs import PhysicsKnobs
 
-_SOLVER = "graph.sim.physics.solver"
 _LIDAR = "sensors.lidar.runtime"
 _RADAR = "sensors.radar.runtime"
-_NO_GPU_ENGINE = "the engine here is MuJoCo, which computes on the CPU; an engine for the GPU (MuJoCo Warp) is missing"
 
 
 @dataclass(frozen=True, slots=True)
-class Fidelity:
+class Fidelity(PhysicsKnobs):
     """The knobs' values.
 
     The defaults are the cheapest documented behaviour; None means that the scene or the model decides.
     """
 
-    physics_hz: Annotated[
-        Fraction | None,
-        Knob(
-            "physics steps per second; beats the clock's physics_hz",
-            cost="proportional",
-            error="about proportional to the step; rk4: to its fourth power while nothing touches",
-            read_by="graph.sim.app",
-        ),
-    ] = None
-    physics_integrator: Annotated[
-        Literal["euler", "rk4", "implicit", "implicitfast", "discrete"] | None,
-        Knob(
-            "how states are integrated",
-            cost="rk4: four evaluations of the forces per step instead of one",
-            error="of first order in the step, rk4 of fourth; the implicit ones damp stiff joints without diverging",
-            read_by=_SOLVER,
-        ),
-    ] = None
-    physics_solver: Annotated[
-        Literal["pgs", "cg", "newton"] | None,
-        Knob(
-            "how constraints are solved",
-            cost="per iteration newton most, for it factors a matrix; it needs the fewest iterations",
-            error="what remains when physics.iterations are used up; pgs leaves most",
-            read_by=_SOLVER,
-        ),
-    ] = None
-    physics_cone: Annotated[
-        Literal["pyramidal", "elliptic"] | None,
-        Knob(
-            "shape of friction cones",
-            cost="elliptic: more per iteration",
-            error="pyramidal: the limit of friction depends on the direction, by up to a factor of sqrt(2)",
-            read_by=_SOLVER,
-        ),
-    ] = None
-    physics_jacobian: Annotated[
-        Literal["auto", "dense", "sparse"] | None,
-        Knob(
-            "how constraints are stored",
-            cost="sparse pays with many joints and contacts",
-            error="none",
-            read_by=_SOLVER,
-        ),
-    ] = None
-    physics_iterations: Annotated[
-        int | None,
-        Knob(
-            "most solver iterations per step",
-            cost="proportional, at the most",
-            error="falls with each",
-            read_by=_SOLVER,
-            limit="physics.iterations",
-        ),
-    ] = None
-    physics_ls_iterations: Annotated[
-        int | None,
-        Knob(
-            "most line search iterations per solver iteration",
-            cost="proportional, at the most",
-            error="fewer make an iteration of the solver less effective",
-            read_by=_SOLVER,
-            limit="physics.iterations",
-        ),
-    ] = None
-    physics_noslip_iterations: Annotated[
-        int | None,
-        Knob(
-            "iterations that take the slip out of friction after solving",
-            cost="proportional",
-            error="without: bodies at rest on a slope creep",
-            read_by=_SOLVER,
-            limit="physics.iterations",
-        ),
-    ] = None
-    physics_ccd_iterations: Annotated[
-        int | None,
-        Knob(
-            "most iterations of the convex collision detection",
-            cost="proportional, at the most",
-            error="too few: contacts of curved shapes are misplaced",
-            read_by=_SOLVER,
-            limit="physics.iterations",
-        ),
-    ] = None
-    physics_tolerance: Annotated[
-        float | None,
-        Knob(
-            "improvement below which the solver stops",
-            cost="larger: fewer iterations",
-            error="rises with it",
-            read_by=_SOLVER,
-        ),
-    ] = None
-    physics_ls_tolerance: Annotated[
-        float | None,
-        Knob(
-            "improvement below which the line search stops",
-            cost="larger: fewer iterations",
-            error="larger makes an iteration of the solver less effective",
-            read_by=_SOLVER,
-        ),
-    ] = None
-    physics_ccd_tolerance: Annotated[
-        float | None,
-        Knob(
-            "precision of the convex collision detection",
-            cost="larger: fewer iterations",
-            error="that of the distance of curved shapes",
-            read_by=_SOLVER,
-        ),
-    ] = None
-    physics_impratio: Annotated[
-        float | None,
-        Knob(
-            "how much harder friction is than contact (elliptic cones)",
-            cost="larger: more iterations",
-            error="larger: less slip",
-            read_by=_SOLVER,
-        ),
-    ] = None
-    physics_multiccd: Annotated[
-        bool | None,
-        Knob(
-            "several contacts between two convex meshes",
-            cost="on: up to four more tests a pair",
-            error="off: meshes that touch along a face rock on one contact",
-            read_by=_SOLVER,
-        ),
-    ] = None
-    physics_nativeccd: Annotated[
-        bool | None,
-        Knob(
-            "MuJoCo's own convex collision detection, else that of libccd",
-            cost="off: more",
-            error="off: that of libccd",
-            read_by=_SOLVER,
-        ),
-    ] = None
-    physics_dynamics: Annotated[
-        Literal["cpu", "cuda"],
-        Knob(
-            "where dynamics are computed",
-            cost="none",
-            error="none",
-            available=("cpu",),
-            missing=_NO_GPU_ENGINE,
-        ),
-    ] = "cpu"
-    physics_pipeline: Annotated[
-        Literal["cpu", "cuda"],
-        Knob(
-            "where the physics' state lives",
-            cost="none",
-            error="none",
-            available=("cpu",),
-            missing=_NO_GPU_ENGINE,
-        ),
-    ] = "cpu"
     lidar_motion: Annotated[
         Literal["frozen", "update", "continuous"],
         Knob(
@@ -197,6 +37,8 @@ class Fidelity:
             cost="continuous: 2.6 to 3 times frozen",
             error="of v t for a speed v: frozen: t from the firing to its tick; update: to its update; "
             "continuous: see lidar.bins",
+            why="the cheapest; a scan shows the instant that its header names",
+            finer="continuous",
             read_by=_LIDAR,
         ),
     ] = "frozen"
@@ -206,6 +48,8 @@ class Fidelity:
             "lidar.motion continuous: into how many spans of time a scan is cut; bodies keep still in each",
             cost="one update of the moving bodies in the ray caster each",
             error="(v + w r) T / (2 bins) for a body of speed v, angular speed w and radius r, and a turn of length T",
+            why="0.06 m for a body of 10 m/s and a turn of 0.1 s",
+            finer="higher",
             read_by="sensors.lidar.bins",
             limit="lidar.bins",
         ),
@@ -216,6 +60,7 @@ class Fidelity:
             "seeded range, angle and origin errors, and the range offsets of the profile",
             cost="on: some random numbers a beam",
             error="off: exact ranges",
+            why="as documented: exact ranges and angles",
             read_by=_LIDAR,
         ),
     ] = False
@@ -225,6 +70,8 @@ class Fidelity:
             "rays per beam, over its divergence; they may bring several returns",
             cost="somewhat more than proportional",
             error="1: a beam sees one surface only",
+            why="the cheapest; several returns need more",
+            finer="higher",
             read_by=_LIDAR,
             limit="lidar.rays",
         ),
@@ -235,6 +82,8 @@ class Fidelity:
             "rays of a radar's fan; finer ones over what is small come on top, a quarter at most. Default: raysPerDeg",
             cost="proportional",
             error="fewer: edges of what is lit are cut to whole rays, fields over their footprints are less exact",
+            why="the density of the radar's own attribute",
+            finer="higher",
             read_by=_RADAR,
             limit="radar.rays",
         ),
@@ -245,6 +94,8 @@ class Fidelity:
             "faces that a radar's wave meets at most. Default: traceTreeDepth",
             cost="one cast of the rays that go on for each, and one to see what sends back",
             error="1: no corner reflectors, no ghosts",
+            why="the depth of the radar's own attribute",
+            finer="higher",
             read_by=_RADAR,
         ),
     ] = None
@@ -254,6 +105,8 @@ class Fidelity:
             "rays per pixel of colour pictures",
             cost="pictures: proportional",
             error="1: jagged edges; that of a mean of so many",
+            why="the cheapest; depth, labels and boxes take one ray a pixel anyhow",
+            finer="higher",
             read_by="sensors.camera.runtime",
             limit="camera.rays",
         ),
@@ -264,6 +117,8 @@ class Fidelity:
             "largest distance between a curved surface and the triangles that stand for it",
             cost="triangles of curved surfaces: about 1 / tolerance",
             error="the tolerance",
+            why="below the range accuracy of every lidar profile",
+            finer="lower",
             read_by="graph.sim.world",
             unit="m",
         ),
@@ -274,6 +129,8 @@ class Fidelity:
             "subdivision surfaces as their cages, or refined to mesh.tolerance",
             cost="refined: four times the triangles for each level",
             error="cage: its distance from the surface; refined: mesh.tolerance",
+            why="the cheapest, and what files show without a subdivider",
+            finer="refined",
             read_by="graph.sim.world",
         ),
     ] = "cage"
@@ -283,6 +140,7 @@ class Fidelity:
             "world transforms flattened (on), or written to the stage after every physics step (off)",
             cost="off: 7 to 17 times an update of moving prims",
             error="none: the same bytes",
+            why="the same bytes for less",
             read_by="graph.sim.world",
         ),
     ] = True
@@ -292,9 +150,24 @@ class Fidelity:
             "sensors see the state of their own tick, or the update's last state",
             cost="the same",
             error="frame: v times the time from the tick to the end of its update",
+            why="as in Isaac Sim 6, and it costs no more",
+            finer="sensor",
             read_by="graph.sim.managers.simulation_manager",
         ),
     ] = "sensor"
+
+    loop_hz: Annotated[
+        Fraction | None,
+        Knob(
+            "updates per second; beats the clock's loop_hz",
+            cost="proportional for graphs and publishers; physics and sensors keep their own rates",
+            error="what happens once an update (commands, lidar.motion=update, tlas=frame) is up to one update late",
+            why="the clock's, else 60 as in Isaac Sim",
+            finer="higher",
+            read_by="graph.sim.app",
+            unit="Hz",
+        ),
+    ] = None
 
     @classmethod
     def from_mapping(cls, values: Mapping[str, Any], where: Callable[[str], Mark | None] = lambda key: None) -> Self:
@@ -330,8 +203,13 @@ def _known(name: str) -> Knob:
     return KNOBS[name]
 
 
+def _of_field(hint: Any, default: Any) -> Knob:
+    knob: Knob = hint.__metadata__[0]
+    return knob.of(hint.__origin__, default)
+
+
 KNOBS: dict[str, Knob] = {
-    one.name.replace("_", ".", 1): one.type.__metadata__[0].of(one.type.__origin__, one.default)  # type: ignore[union-attr]
+    one.name if one.name == "loop_hz" else one.name.replace("_", ".", 1): _of_field(one.type, one.default)
     for one in fields(Fidelity)
 }
 """Every knob by the name that graph files and the command line use."""

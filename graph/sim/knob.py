@@ -18,15 +18,18 @@ _KINDS: dict[Any, Kind] = {Fraction: "rate", int: "count", float: "number", bool
 class Knob:
     """The meaning of a knob.
 
-    cost, error: how run time and error depend on it. read_by: the module that reads it; "" if it has only one value.
-    available: the values that can be run, if not all of them, and the reason `missing` for the others. limit: the limit
-    of a count (`graph.base.limits`). kind: a rate [Hz], a count from 1, a number above 0 (of `unit`), on/off, or one of
-    `choices`.
+    cost, error: how run time and error depend on it; why: the reason for its default. finer: where the error is less,
+    "higher" or "lower" numbers or one of the values; "" if no value is more exact than the others, or each is in scenes
+    of its own. read_by: the module that reads it; "" if it has only one value. available: the values that can be run,
+    if not all of them, and the reason `missing` for the others. limit: the limit of a count (`graph.base.limits`).
+    kind: a rate [Hz], a count from 1, a number above 0 (of `unit`), on/off, or one of `choices`.
     """
 
     doc: str
     cost: str
     error: str
+    why: str
+    finer: str = ""
     read_by: str = ""
     unit: str = ""
     available: tuple[Any, ...] | None = None
@@ -61,6 +64,19 @@ class Knob:
         return known
 
     @property
+    def values(self) -> str:
+        """Its values in words: "frozen, update, continuous", "on, off", "a whole number from 1", "a number [m]"."""
+        unit = f" [{self.unit}]" if self.unit else ""
+        match self.kind:
+            case "choice":
+                return ", ".join(self.choices)
+            case "switch":
+                return "on, off"
+            case "count":
+                return f"a whole number from 1{unit}"
+        return f"a number above 0{unit}"
+
+    @property
     def schema(self) -> dict[str, Any]:
         """JSON Schema of its values, for editors."""
         values: dict[str, Any]
@@ -75,7 +91,8 @@ class Knob:
                 values = {"type": "number", "exclusiveMinimum": 0}
             case "rate":
                 values = {"anyOf": [{"type": "number", "exclusiveMinimum": 0}, {"type": "string"}]}
-        about = f"{self.doc}{f' [{self.unit}]' if self.unit else ''}. Cost: {self.cost}. Error: {self.error}."
+        about = f"{self.doc}{f' [{self.unit}]' if self.unit else ''}. Cost: {self.cost}. Error: {self.error}. "
+        about += f"Default: {self.why}."
         return {"description": about, **values, **({} if self.default is None else {"default": self.default})}
 
 

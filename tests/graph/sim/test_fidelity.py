@@ -9,6 +9,7 @@ from fractions import Fraction
 import pytest
 
 from graph.base.errors import Mark, UserError
+from graph.sim import App
 from graph.sim.fidelity import KNOBS, Fidelity
 from graph.sim.physics.solver import CHOICES, SolverOptions
 from graph.sim.warnings import WarningList
@@ -29,13 +30,36 @@ def test_a_knob_takes_what_its_field_holds():
 
 
 @pytest.mark.parametrize("name", KNOBS)
-def test_every_knob_says_its_cost_and_error_and_takes_its_own_default(name):
+def test_every_knob_says_its_cost_error_and_reason_and_takes_its_own_default(name):
     knob = KNOBS[name]
     assert knob.doc
     assert knob.cost
     assert knob.error
+    assert knob.why
+    if knob.kind in ("choice", "switch"):
+        assert knob.finer in ("", *knob.values.split(", "))
+    else:
+        assert knob.finer in ("higher", "lower")
     if knob.default is not None:
         assert knob.checked(knob.default) == knob.default
+
+
+def test_a_knob_says_its_values():
+    said = {name: KNOBS[name].values for name in ("lidar.motion", "fabric", "lidar.bins", "mesh.tolerance", "loop_hz")}
+    assert list(said.values()) == [
+        "frozen, update, continuous",
+        "on, off",
+        "a whole number from 1",
+        "a number above 0 [m]",
+        "a number above 0 [Hz]",
+    ]
+
+
+def test_the_loop_rate_is_a_knob_that_beats_the_clocks():
+    with App(loop_hz=60, fidelity={"loop_hz": "120"}) as app:
+        app.play()
+        app.update(steps=60)
+        assert (app.loop_rate, app.timeline.get_current_time()) == (120, 0.5)
 
 
 @pytest.mark.parametrize("name", [name for name, knob in KNOBS.items() if knob.available is None])

@@ -30,6 +30,7 @@ from .geoms import Grip, Meshes, Shape, add_geom, compiled, measured, new_spec, 
 from .library import mujoco
 from .memory import give_memory
 from .restitution import NO_RESTITUTION, Restitution
+from .softness import soften_contacts
 from .triggers import GROUP
 
 if TYPE_CHECKING:
@@ -77,8 +78,11 @@ def compiler_of(fidelity: Fidelity | None, mjcf: ModelScene | None) -> Callable[
     def compiled_world(world: WorldModel, dt: Fraction, warn: Warn) -> Compiled:
         options = chosen(fidelity).over(world.options)
         if mjcf is None:
-            return compile_world(world, dt, options, warn, volumes=volumes)
-        compiled: Compiled = mjcf.compiled(world, dt, options, warn, volumes)
+            compiled = compile_world(world, dt, options, warn, volumes=volumes)
+        else:
+            compiled = mjcf.compiled(world, dt, options, warn, volumes)
+        if fidelity is not None and fidelity.physics_contact_softness is not None:
+            soften_contacts(compiled.model, fidelity.physics_contact_softness)
         return compiled
 
     return compiled_world

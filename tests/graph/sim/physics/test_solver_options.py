@@ -1,12 +1,15 @@
+import math
+
 import mujoco
 import pytest
 
 from graph.base.errors import UserError
+from graph.sim import App
 from graph.sim.fidelity import KNOBS, Fidelity
 from graph.sim.physics.solver import CHOICES, SWITCHES
 from graph.sim.scene.stage import open_stage
 from graph.sim.usd import Sdf
-from tests.support.physics_worlds import GROUND, physics_of
+from tests.support.physics_worlds import GROUND, physics_of, steps
 
 BALL = {"/A": {"type": "Sphere", "radius": 0.2, "rigid_body": True, "translate": [0, 0, 1]}}
 
@@ -63,6 +66,48 @@ def test_switches_of_collision_detection(name):
     for text, off in (("on", 0), ("off", bit)):
         physics, _ = built(fidelity=Fidelity.from_mapping({f"physics.{name}": text}))
         assert physics.model.opt.disableflags & bit == off
+
+
+@pytest.mark.parametrize("softness", [0.1, 0.5])
+def test_contacts_sink_in_and_creep_in_proportion_to_their_softness(softness):
+    """Both are (1 - d) / d by 1 - d = s (1 - d0), d0 = 0.9 where nothing sinks in: 1 / (1 - s / 10) from a ratio of s.
+
+    A box on a slope of 15 degrees, tan 0.27 of a friction of 0.5; the same of a model, whose geoms keep their order.
+    """
+    slope = {"/Slope": {"type": "Cube", "size": 20, "rotate": [0, 15, 0]}}
+    where = [10.25 * math.sin(math.radians(15)), 0, 10.25 * math.cos(math.radians(15))]
+    box = {"/Box": {"type": "Cube", "size": 0.5, "rotate": [0, 15, 0], "translate": where, "rigid_body": True}}
+    crept, sunk = [], []
+    for value in (None, softness):
+        fidelity = Fidelity(physics_contact_softness=value)
+        physics, _ = built(fidelity=fidelity, prims={**slope, **box})
+        steps(physics, 240)
+        start = physics.positions[0].copy()
+        steps(physics, 240)
+        crept.append(math.dist(start, physics.positions[0]))
+        level, _ = built(
+            fidelity=fidelity, prims={"/Box": box["/Box"] | {"rotate": [0, 0, 0], "translate": [0, 0, 0.25]}}
+        )
+        steps(level, 240)
+        sunk.append(0.25 - level.positions[0, 2])
+    assert 5e-4 < crept[0] < 2e-3
+    assert crept[1] / crept[0] == pytest.approx(softness, rel=0.15)
+    assert sunk[1] / sunk[0] == pytest.approx(softness, rel=0.3)
+
+
+def test_a_models_contacts_soften_too_and_only_when_asked(tmp_path):
+    """1 - 0.1 (1 - 0.8) = 0.98 and 1 - 0.1 (1 - 0.9) = 0.99."""
+    file = tmp_path / "ball.xml"
+    ball = "<body><freejoint/><geom size='1' solimp='0.8 0.9 0.001'/></body>"
+    file.write_text(f"<mujoco><worldbody>{ball}</worldbody></mujoco>")
+    for fidelity, wanted in (({}, (0.8, 0.9)), ({"physics.contact_softness": 0.1}, (0.98, 0.99))):
+        with App(mjcf=file, fidelity=fidelity) as app:
+            for _ in range(2):  # the second play starts from the file's numbers again
+                app.play()
+                app.update()
+                assert app.world.physics.model.geom_solimp[0, :2] == pytest.approx(wanted)
+                app.stop()
+                app.update()
 
 
 def test_a_knob_beats_the_scene_and_the_scene_the_default():

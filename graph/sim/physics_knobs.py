@@ -1,0 +1,221 @@
+"""The fidelity knobs of physics (`physics.*`); `graph.sim.fidelity` has the whole table."""
+
+# Without `from __future__ import annotations`: KNOBS is made from the fields' types, which are objects here.
+
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Annotated, Literal
+
+from .knob import Knob
+
+_SOLVER = "graph.sim.physics.solver"
+_OWN = "MuJoCo's own default"
+_NO_GPU_ENGINE = "the engine here is MuJoCo, which computes on the CPU; an engine for the GPU (MuJoCo Warp) is missing"
+
+
+@dataclass(frozen=True, slots=True)
+class PhysicsKnobs:
+    """The values of the knobs of physics; None means that the scene or the model decides."""
+
+    physics_hz: Annotated[
+        Fraction | None,
+        Knob(
+            "physics steps per second; beats the clock's physics_hz",
+            cost="proportional",
+            error="about proportional to the step; rk4: to its fourth power while nothing touches",
+            why="the clock's, else the stage's or the model's, else 60 as in Isaac Sim",
+            finer="higher",
+            read_by="graph.sim.app",
+            unit="Hz",
+        ),
+    ] = None
+    physics_integrator: Annotated[
+        Literal["euler", "rk4", "implicit", "implicitfast", "discrete"] | None,
+        Knob(
+            "how states are integrated",
+            cost="rk4: four evaluations of the forces per step instead of one",
+            error="of first order in the step, rk4 of fourth; the implicit ones damp stiff joints without diverging",
+            why="discrete with driven joints or elastic bodies, for only there stiff drives and contacts are stable "
+            "together; else implicitfast; a model keeps its own",
+            read_by=_SOLVER,
+        ),
+    ] = None
+    physics_solver: Annotated[
+        Literal["pgs", "cg", "newton"] | None,
+        Knob(
+            "how constraints are solved",
+            cost="per iteration newton most, for it factors a matrix; it needs the fewest iterations",
+            error="what remains when physics.iterations are used up; pgs leaves most",
+            why=f"newton: {_OWN}",
+            finer="newton",
+            read_by=_SOLVER,
+        ),
+    ] = None
+    physics_cone: Annotated[
+        Literal["pyramidal", "elliptic"] | None,
+        Knob(
+            "shape of friction cones",
+            cost="elliptic: more per iteration",
+            error="pyramidal: the limit of friction depends on the direction, by up to a factor of sqrt(2)",
+            why=f"pyramidal: {_OWN}",
+            finer="elliptic",
+            read_by=_SOLVER,
+        ),
+    ] = None
+    physics_jacobian: Annotated[
+        Literal["auto", "dense", "sparse"] | None,
+        Knob(
+            "how constraints are stored",
+            cost="sparse pays with many joints and contacts",
+            error="none",
+            why="auto: sparse from 60 degrees of freedom on",
+            read_by=_SOLVER,
+        ),
+    ] = None
+    physics_iterations: Annotated[
+        int | None,
+        Knob(
+            "most solver iterations per step",
+            cost="proportional, at the most; a solver that has converged stops",
+            error="falls with each; what is left at the last is a warning where it is large (solver-not-converged)",
+            why=f"100, {_OWN}: newton needs 2 to 20",
+            finer="higher",
+            read_by=_SOLVER,
+            limit="physics.iterations",
+        ),
+    ] = None
+    physics_ls_iterations: Annotated[
+        int | None,
+        Knob(
+            "most line search iterations per solver iteration",
+            cost="proportional, at the most",
+            error="fewer make an iteration of the solver less effective",
+            why=f"50, {_OWN}",
+            finer="higher",
+            read_by=_SOLVER,
+            limit="physics.iterations",
+        ),
+    ] = None
+    physics_noslip_iterations: Annotated[
+        int | None,
+        Knob(
+            "iterations that take the slip out of friction after solving",
+            cost="proportional",
+            error="without: bodies at rest on a slope creep",
+            why=f"0, {_OWN}",
+            finer="higher",
+            read_by=_SOLVER,
+            limit="physics.iterations",
+        ),
+    ] = None
+    physics_ccd_iterations: Annotated[
+        int | None,
+        Knob(
+            "most iterations of the convex collision detection",
+            cost="proportional, at the most",
+            error="too few: contacts of curved shapes are misplaced",
+            why=f"35, {_OWN}",
+            finer="higher",
+            read_by=_SOLVER,
+            limit="physics.iterations",
+        ),
+    ] = None
+    physics_tolerance: Annotated[
+        float | None,
+        Knob(
+            "improvement below which the solver stops",
+            cost="larger: fewer iterations",
+            error="rises with it",
+            why=f"1e-8, {_OWN}",
+            finer="lower",
+            read_by=_SOLVER,
+        ),
+    ] = None
+    physics_ls_tolerance: Annotated[
+        float | None,
+        Knob(
+            "improvement below which the line search stops",
+            cost="larger: fewer iterations",
+            error="larger makes an iteration of the solver less effective",
+            why=f"0.01, {_OWN}",
+            finer="lower",
+            read_by=_SOLVER,
+        ),
+    ] = None
+    physics_ccd_tolerance: Annotated[
+        float | None,
+        Knob(
+            "precision of the convex collision detection",
+            cost="larger: fewer iterations",
+            error="that of the distance of curved shapes",
+            why=f"1e-6, {_OWN}",
+            finer="lower",
+            read_by=_SOLVER,
+        ),
+    ] = None
+    physics_impratio: Annotated[
+        float | None,
+        Knob(
+            "how much harder friction is than contact (elliptic cones)",
+            cost="larger: more iterations",
+            error="the creep of bodies at rest on a slope is proportional to 1 / impratio",
+            why=f"1, {_OWN}",
+            finer="higher",
+            read_by=_SOLVER,
+        ),
+    ] = None
+    physics_contact_softness: Annotated[
+        float | None,
+        Knob(
+            "how far contacts give way, as a multiple of what their materials (or their model) say",
+            cost="smaller: somewhat more iterations",
+            error="bodies at rest sink in, and creep on slopes, in proportion",
+            why="1: as authored; without a material MuJoCo's own impedance",
+            finer="lower",
+            read_by="graph.sim.physics.mujoco.compile",
+        ),
+    ] = None
+    physics_multiccd: Annotated[
+        bool | None,
+        Knob(
+            "several contacts between two convex meshes",
+            cost="on: up to four more tests a pair",
+            error="off: meshes that touch along a face rock on one contact",
+            why=f"on, {_OWN}",
+            finer="on",
+            read_by=_SOLVER,
+        ),
+    ] = None
+    physics_nativeccd: Annotated[
+        bool | None,
+        Knob(
+            "MuJoCo's own convex collision detection, else that of libccd",
+            cost="off: more",
+            error="off: that of libccd",
+            why=f"on, {_OWN}",
+            finer="on",
+            read_by=_SOLVER,
+        ),
+    ] = None
+    physics_dynamics: Annotated[
+        Literal["cpu", "cuda"],
+        Knob(
+            "where dynamics are computed",
+            cost="none",
+            error="none",
+            why="the engine computes there only",
+            available=("cpu",),
+            missing=_NO_GPU_ENGINE,
+        ),
+    ] = "cpu"
+    physics_pipeline: Annotated[
+        Literal["cpu", "cuda"],
+        Knob(
+            "where the physics' state lives",
+            cost="none",
+            error="none",
+            why="the engine computes there only",
+            available=("cpu",),
+            missing=_NO_GPU_ENGINE,
+        ),
+    ] = "cpu"
