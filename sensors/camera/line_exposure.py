@@ -8,7 +8,7 @@ from fractions import Fraction
 import numpy as np
 
 from sensors.motion.history import History
-from sensors.raycast.rays import NOTHING, Hits, RayBundle
+from sensors.raycast.rays import NOTHING, Hits, RayBundle, Spots
 from sensors.raycast.world import CastWorld
 
 from .shutter import FORWARD, ORDERS, RollingShutter
@@ -50,14 +50,14 @@ class LineExposure:
         line = rows if self.shutter.order in ORDERS[:2] else columns
         return line if self.shutter.order in FORWARD else self.shutter.lines(self.size) - 1 - line
 
-    def cast(self, world: CastWorld, bundle: RayBundle, *, normals: bool) -> Hits:
+    def cast(self, world: CastWorld, bundle: RayBundle, *, normals: bool, spots: bool) -> Hits:
         """What the rays of a bundle meet."""
         duration, lines = self.end - self.start, self.shutter.lines(self.size)
         still = not (world.bodies or world.soft) or self.history.rests(self.start, self.end, world.soft)
         count = 1 if still else min(lines, BANDS)
         states = self.history.at([self.start + (2 * band + 1) * duration / (2 * count) for band in range(count)])
         if count == 1:
-            return world.cast(bundle, states[0], normals=normals)
+            return world.cast(bundle, states[0], normals=normals, spots=spots)
         band_of = self.line_of() * count // lines
         order = np.argsort(band_of, kind="stable")
         ends = np.searchsorted(band_of[order], np.arange(count + 1))
@@ -65,12 +65,15 @@ class LineExposure:
         number = np.full(len(distance), NOTHING, np.uint32)
         facing = np.zeros((len(distance), 3), np.float32) if normals else None
         surface_of = np.empty(0, np.int32)
+        where = Spots(number.copy(), np.zeros((len(distance), 2), np.float32)) if spots else None
         for band, state in enumerate(states):
             rays = order[ends[band] : ends[band + 1]]
             offsets = None if bundle.offsets is None else bundle.offsets[rays]
             part = RayBundle(bundle.origin, np.ascontiguousarray(bundle.table[rays]), offsets, bundle.exclude)
-            hits = world.cast(part, state, normals=normals)
+            hits = world.cast(part, state, normals=normals, spots=spots)
             distance[rays], number[rays], surface_of = hits.distance, hits.number, hits.surface_of
             if facing is not None and hits.normals is not None:
                 facing[rays] = hits.normals
-        return Hits(distance, facing, number, surface_of)
+            if where is not None and hits.spots is not None:
+                where.triangle[rays], where.uv[rays] = hits.spots.triangle, hits.spots.uv
+        return Hits(distance, facing, number, surface_of, where)

@@ -52,18 +52,20 @@ def look(
     exclude: frozenset[str],
     *,
     normals: bool,
+    spots: bool = False,
     lines: LineExposure | None = None,
 ) -> View:
     """Casts the rays of a camera at `pose` (4, 4) float64 [m] into the world in a state `poses`.
 
-    lines: of a rolling shutter; then `pose` and `poses` are those of the end of its last line.
+    spots: whether the hits say where on their surfaces they are. lines: of a rolling shutter; then `pose` and `poses`
+    are those of the end of its last line.
     """
     if lines is None:
         bundle = rays.bundle(pose, exclude, grid=bool(len(world.moving_surfaces) or world.soft))
-        hits = world.cast(bundle, poses, normals=normals)
+        hits = world.cast(bundle, poses, normals=normals, spots=spots)
     else:
         bundle = rays.line_bundle(pose, lines.poses(), lines.line_of(), exclude)
-        hits = lines.cast(world, bundle, normals=normals)
+        hits = lines.cast(world, bundle, normals=normals, spots=spots)
     distance = hits.distance
     if rays.dark is not None:
         _forget(hits, rays.dark)
@@ -94,11 +96,14 @@ def _look_behind(
     start = np.full(len(close), config.near, np.float32)
     if not rays.wide and rays.along is not None:
         start /= rays.along[close]
-    behind = world.cast(rays.further(close, bundle, start), poses, normals=hits.normals is not None)
+    beyond = rays.further(close, bundle, start)
+    behind = world.cast(beyond, poses, normals=hits.normals is not None, spots=hits.spots is not None)
     hits.distance[close] = behind.distance + start
     hits.number[close] = behind.number
     if hits.normals is not None and behind.normals is not None:
         hits.normals[close] = behind.normals
+    if hits.spots is not None and behind.spots is not None:
+        hits.spots.triangle[close], hits.spots.uv[close] = behind.spots.triangle, behind.spots.uv
 
 
 def _forget(hits: Hits, rays: np.ndarray) -> None:

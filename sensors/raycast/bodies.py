@@ -84,12 +84,14 @@ class MovingMeshes:
         first = dict(sorted(first.items()))
         cell_of = dict(zip(first, cells, strict=True))
         self._cells = np.array([cell_of[entry.mesh.unique_key] for entry in moving])
-        vertices, triangles, start = [], [], 0
+        vertices, triangles, start, begins, count = [], [], 0, {}, 0
         for cell, at in zip(cells, first.values(), strict=True):
             mesh = moving[at].mesh
             vertices.append(((mesh.vertices - centre[at]) / self.radii[at] + cell).astype(np.float32))
             triangles.append(np.asarray(mesh.triangles, np.uint32) + np.uint32(start))
-            start += len(mesh.vertices)
+            begins[mesh.unique_key] = count
+            start, count = start + len(mesh.vertices), count + len(mesh.triangles)
+        self._begins = np.array([begins[entry.mesh.unique_key] for entry in moving], np.uint32)
         self._scene = TriangleScene(np.concatenate(vertices), np.concatenate(triangles))
 
     def cast(
@@ -131,7 +133,7 @@ class MovingMeshes:
             return
         turns = np.ascontiguousarray(np.moveaxis(rotations, 0, -1), np.float32)
         local, entry = self._into_cells(rays, index, owner, places, rotations, turns)
-        found = self._scene.cast(local, threads)
+        found = self._scene.cast(local, threads, uv=nearest.with_spots)
         own = np.flatnonzero(found.distance <= BEYOND)
         index, owner = index[own], owner[own]
         distance = (found.distance[own] + entry[own]) * np.take(self._lengths, owner)
@@ -139,7 +141,12 @@ class MovingMeshes:
         def normals(rows: np.ndarray) -> np.ndarray:
             return turn_each(np.take(found.normals, own[rows], axis=0), turns, owner[rows])
 
-        nearest.add_some(index, distance, self.surfaces[owner], normals)
+        def spots(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            assert found.uv is not None
+            triangle = np.take(found.triangle, own[rows]) - np.take(self._begins, owner[rows])
+            return triangle, np.take(found.uv, own[rows], axis=0)
+
+        nearest.add_some(index, distance, self.surfaces[owner], normals, spots)
 
     def _places(self, rays: RayBundle, poses: np.ndarray, rotations: np.ndarray) -> Places:
         points = rotations @ self._points

@@ -49,8 +49,11 @@ class _Layout:
         faces = [np.asarray(entry.mesh.triangles, np.uint32) for entry in entries]
         self.triangles = np.concatenate([each + np.uint32(at) for each, at in zip(faces, starts, strict=True)])
         surfaces = np.array([entry.surface for entry in entries], np.uint32)
-        self.surface = np.repeat(surfaces, [len(each) for each in faces])
+        sizes = [len(each) for each in faces]
+        self.surface = np.repeat(surfaces, sizes)
         """(t,) uint32, of each triangle."""
+        self.first = np.repeat(np.cumsum([0, *sizes[:-1]], dtype=np.uint32), sizes)
+        """(t,) uint32, the first triangle of its mesh."""
 
     def scene(self, poses: np.ndarray, origin: np.ndarray) -> TriangleScene:
         """The meshes with their bodies at `poses` (k, 4, 4) [m], about an origin."""
@@ -96,7 +99,7 @@ class NearMeshes:
         if index is None or len(index):
             layout = self._layout_of(which)
             scene = self._scene_of(layout, which, poses[layout.bodies], frame)
-            cast_picked(rays, index, start, scene, layout.surface, threads, nearest)
+            cast_picked(rays, index, start, scene, layout.surface, layout.first, threads, nearest)
 
     def _layout_of(self, which: np.ndarray) -> _Layout:
         key = which.tobytes()

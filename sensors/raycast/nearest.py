@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from .rays import NOTHING, Hits
+from .rays import NOTHING, Hits, Spots
 from .triangles import TriangleHits
 
 
@@ -17,11 +17,19 @@ class Nearest:
     all surfaces. So a surface is looked up only on request.
     """
 
-    def __init__(self, count: int, surface_of: np.ndarray, triangles: int, *, normals: bool) -> None:
-        """surface_of: (t + s + 1,) int32, the surface of the t static triangles, the s surfaces, and `NO_SURFACE`."""
+    def __init__(
+        self, count: int, surface_of: np.ndarray, starts: np.ndarray, triangles: int, *, normals: bool, spots: bool
+    ) -> None:
+        """surface_of: (t + s + 1,) int32, the surface of the t static triangles, the s surfaces, and `NO_SURFACE`.
+
+        starts: (s,) uint32, the first static triangle of each surface.
+        """
         self._count = count
-        self._surface_of, self._first = surface_of, np.uint32(triangles)
+        self._surface_of, self._starts, self._first = surface_of, starts, np.uint32(triangles)
         self._with_normals = normals
+        self.with_spots = spots
+        """Whether the places on the surfaces are requested."""
+        self._spots: Spots | None = None
         self._distance: np.ndarray | None = None
         self._normals: np.ndarray | None = None
         self._number: np.ndarray | None = None
@@ -33,13 +41,16 @@ class Nearest:
             self._distance = np.full(self._count, np.inf, np.float32)
             self._normals = np.zeros((self._count, 3), np.float32)
             self._number = np.full(self._count, NOTHING, np.uint32)
+            if self.with_spots:
+                self._spots = Spots(self._number.copy(), np.zeros((self._count, 2), np.float32))
         return self._distance
 
     def hits(self) -> Hits:
         """The nearest of all added hits."""
         distance = self.distance
         assert self._number is not None
-        return Hits(distance, self._normals if self._with_normals else None, self._number, self._surface_of)
+        normals = self._normals if self._with_normals else None
+        return Hits(distance, normals, self._number, self._surface_of, self._spots)
 
     def add_static(self, found: TriangleHits, kept: bool) -> None:
         """Adds the cast of all rays at static geometry, before any other; kept: whether the arrays are kept."""
@@ -47,6 +58,11 @@ class Nearest:
         if kept:
             self._distance, self._number = self._distance.copy(), self._number.copy()
             self._normals = self._normals.copy() if self._with_normals else None
+        if self.with_spots and found.uv is not None:
+            surface = np.take(self._surface_of, found.triangle, mode="clip")
+            start = np.take(self._starts, surface, mode="clip")
+            triangle = np.where(found.triangle == NOTHING, NOTHING, found.triangle - start)
+            self._spots = Spots(triangle, found.uv.copy() if kept else found.uv)
 
     def add_plane(self, distance: np.ndarray, normal: np.ndarray, surface: int) -> None:
         """Distances (n,) of all rays to one flat surface."""
@@ -56,6 +72,8 @@ class Nearest:
         if self._with_normals:
             assert self._normals is not None
             self._normals[rows] = normal.astype(np.float32)
+        if self._spots is not None:
+            self._spots.triangle[rows] = NOTHING
 
     def add_some(
         self,
@@ -63,12 +81,13 @@ class Nearest:
         distance: np.ndarray,
         surfaces: np.ndarray,
         normals: Callable[[np.ndarray], np.ndarray],
+        spots: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]],
         *,
         once: bool = False,
     ) -> None:
         """Hits of the rays `index` (k,), each of which may repeat unless `once`, with the surfaces (k,) uint32.
 
-        normals: gives the unit normals (m, 3), world axes, of some of them.
+        normals: gives the unit normals (m, 3), world axes, of some of them; spots: their triangles and uv (`Spots`).
         """
         rows = np.flatnonzero(distance < np.take(self.distance, index))
         distance, index = distance[rows], index[rows]
@@ -82,6 +101,8 @@ class Nearest:
         if self._with_normals:
             assert self._normals is not None
             self._normals[index] = normals(rows)
+        if self._spots is not None:
+            self._spots.triangle[index], self._spots.uv[index] = spots(rows)
 
     def _mark(self, rows: np.ndarray, surfaces: np.ndarray | np.uint32) -> None:
         assert self._number is not None

@@ -15,11 +15,13 @@ def cast_picked(
     start: np.ndarray,
     scene: TriangleScene,
     surface: np.ndarray,
+    first: np.ndarray,
     threads: int,
     nearest: Nearest,
 ) -> None:
     """Adds the hits of rays in a scene whose triangles have the surfaces (t,) uint32.
 
+    first: (t,) uint32, the scene's first triangle of the same surface.
     index: (k,) rays that may hit anything, each once; None: all. start: (3,) float32 [m], the bundle's origin in the
     scene's frame.
     """
@@ -30,14 +32,19 @@ def cast_picked(
         table = _started(rays, index, start)
     else:
         return
-    found = scene.cast(table, threads)
+    found = scene.cast(table, threads, uv=nearest.with_spots)
     hit = np.flatnonzero(np.isfinite(found.distance))
 
     def normals(rows: np.ndarray) -> np.ndarray:
         return np.asarray(np.take(found.normals, hit[rows], axis=0))
 
+    def spots(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        assert found.uv is not None
+        triangle = np.take(found.triangle, hit[rows])
+        return triangle - np.take(first, triangle), np.take(found.uv, hit[rows], axis=0)
+
     target = hit if index is None else index[hit]
-    nearest.add_some(target, found.distance[hit], np.take(surface, found.triangle[hit]), normals, once=True)
+    nearest.add_some(target, found.distance[hit], np.take(surface, found.triangle[hit]), normals, spots, once=True)
 
 
 def _started(rays: RayBundle, index: np.ndarray, start: np.ndarray) -> np.ndarray:

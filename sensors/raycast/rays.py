@@ -23,12 +23,13 @@ class RayMemory:
     Code that writes directions into the table, or changes the rays' offsets, calls `forget`.
 
     start: (3,) float32, the origin of the first `rows` rays in the table; None: not known. cast: the last cast at
-    static geometry, with the start and the number of rays; met: its hits, kept from the second equal cast on.
+    static geometry, with the start, the number of rays and whether spots were requested; met: its hits, kept from the
+    second equal cast on.
     """
 
     start: np.ndarray | None = None
     rows: int = 0
-    cast: tuple[int, bytes, int] | None = None
+    cast: tuple[int, bytes, int, bool] | None = None
     met: TriangleHits | None = None
 
     def holds(self, start: np.ndarray, count: int) -> bool:
@@ -87,18 +88,31 @@ class RayBundle:
 
 
 @dataclass(slots=True)
+class Spots:
+    """Where on their surfaces rays hit.
+
+    triangle: (n,) uint32, its number in the surface's mesh, `NOTHING` for infinite planes and misses. uv: (n, 2)
+    float32, the shares of its second and third corner.
+    """
+
+    triangle: np.ndarray
+    uv: np.ndarray
+
+
+@dataclass(slots=True)
 class Hits:
     """Nearest hits of a bundle.
 
     distance: (n,) float32 [m], inf without a hit. normals: (n, 3) float32, unit, world axes, by the winding of the
     surface, or None if not requested. number: (n,) uint32 of the hit, `NOTHING` without a hit; surface_of: (m,) int32,
-    the surface of each number, the last being `NO_SURFACE`.
+    the surface of each number, the last being `NO_SURFACE`. spots: None if not requested.
     """
 
     distance: np.ndarray
     normals: np.ndarray | None
     number: np.ndarray
     surface_of: np.ndarray
+    spots: Spots | None = None
 
     def surfaces(self, rows: np.ndarray | None = None) -> np.ndarray:
         """For the rays `rows` (None: all), int32 indices into the caster's `surfaces`; `NO_SURFACE` without a hit."""
@@ -109,7 +123,7 @@ class Hits:
 class RayCaster(Protocol):
     """Finds the first hit of each ray."""
 
-    def cast(self, rays: RayBundle, poses: Any = None, *, normals: bool = False) -> Hits:
+    def cast(self, rays: RayBundle, poses: Any = None, *, normals: bool = False, spots: bool = False) -> Hits:
         """Hits against the geometry in the state `poses`; None means now.
 
         The same rays give the same bytes, whatever else is cast and with any number of threads.

@@ -31,7 +31,7 @@ class SoftMeshes:
     def __init__(self, meshes: Sequence[tuple[int, Mesh]], points_of: PointsOf) -> None:
         self._meshes = meshes
         self._points_of = points_of
-        self._built: tuple[tuple[bytes, ...], TriangleScene, np.ndarray] | None = None
+        self._built: tuple[tuple[bytes, ...], TriangleScene, np.ndarray, np.ndarray] | None = None
 
     def cast(self, rays: RayBundle, state: Any, skip: frozenset[int], threads: int, nearest: Nearest) -> None:
         """Adds hits with the meshes in a state of the world; skip: surfaces that are left out."""
@@ -39,14 +39,14 @@ class SoftMeshes:
         if not meshes:
             return
         points = [np.asarray(self._points_of(mesh, state), np.float64) for _, mesh in meshes]
-        scene, surface = self._scene(meshes, points, rays.origin)
+        scene, surface, first = self._scene(meshes, points, rays.origin)
         index = _window(rays, np.concatenate(points) - rays.origin)
-        cast_picked(rays, index, np.zeros(3, np.float32), scene, surface, threads, nearest)
+        cast_picked(rays, index, np.zeros(3, np.float32), scene, surface, first, threads, nearest)
 
     def _scene(
         self, meshes: Sequence[tuple[int, Mesh]], points: Sequence[np.ndarray], origin: np.ndarray
-    ) -> tuple[TriangleScene, np.ndarray]:
-        """The scene about the origin, and the surface of each of its triangles, (t,) uint32."""
+    ) -> tuple[TriangleScene, np.ndarray, np.ndarray]:
+        """The scene about the origin; the surface of each of its triangles, and the first of its mesh, (t,) uint32."""
         key = (origin.tobytes(), bytes(str([number for number, _ in meshes]), "ascii"), *(p.tobytes() for p in points))
         if self._built is None or self._built[0] != key:
             self._built = None  # the old scene is freed before the next is made
@@ -57,9 +57,10 @@ class SoftMeshes:
             ]
             counts = [len(each) for each in triangles]
             surface = np.repeat(np.array([number for number, _ in meshes], np.uint32), counts)
+            first = np.repeat(np.cumsum([0, *counts[:-1]], dtype=np.uint32), counts)
             vertices = (np.concatenate(points) - origin).astype(np.float32)
-            self._built = key, TriangleScene(vertices, np.concatenate(triangles), warm=False), surface
-        return self._built[1], self._built[2]
+            self._built = key, TriangleScene(vertices, np.concatenate(triangles), warm=False), surface, first
+        return self._built[1:]
 
 
 def _window(rays: RayBundle, towards: np.ndarray) -> np.ndarray | None:

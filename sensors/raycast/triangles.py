@@ -38,12 +38,14 @@ class TriangleHits:
     """Nearest hits of n rays.
 
     distance (n,) float32, inf without a hit; triangle (n,) uint32, 2^32 - 1 without a
-    hit; normals (n, 3) float32, unit, by the winding of the triangle, zero without a hit.
+    hit; normals (n, 3) float32, unit, by the winding of the triangle, zero without a hit. uv: (n, 2) float32, the
+    shares of the triangle's second and third corner in the place hit; None if not requested.
     """
 
     distance: np.ndarray
     triangle: np.ndarray
     normals: np.ndarray
+    uv: np.ndarray | None = None
 
 
 class TriangleScene:
@@ -69,12 +71,12 @@ class TriangleScene:
         if warm:
             self._cast(np.zeros((1, 6), np.float32), 1)
 
-    def cast(self, rays: np.ndarray, threads: int) -> TriangleHits:
+    def cast(self, rays: np.ndarray, threads: int, *, uv: bool = False) -> TriangleHits:
         """Nearest hits of rays (n, 6) float32, C-contiguous: origin, unit direction. threads: 0 means all cores.
 
         A surface that a ray leaves at its origin, by the winding of the triangle, is not hit (`SKIN`).
         """
-        found = self._cast(rays, threads)
+        found = self._cast(rays, threads, uv=uv)
         if found.distance.min(initial=np.inf) < SKIN:
             self._leave(rays, threads, found)
         return found
@@ -90,13 +92,16 @@ class TriangleScene:
         leaving = near[outwards]
         further = rays[leaving]
         further[:, :3] += np.float32(SKIN) * further[:, 3:]
-        beyond = self._cast(further, threads)
+        beyond = self._cast(further, threads, uv=found.uv is not None)
         found.distance[leaving] = beyond.distance + np.float32(SKIN)
         found.triangle[leaving], found.normals[leaving] = beyond.triangle, beyond.normals
+        if found.uv is not None:
+            found.uv[leaving] = beyond.uv
 
-    def _cast(self, rays: np.ndarray, threads: int) -> TriangleHits:
+    def _cast(self, rays: np.ndarray, threads: int, *, uv: bool = False) -> TriangleHits:
         hits = self._scene.cast_rays(self._tensor(rays), nthreads=threads)
-        return TriangleHits(hits["t_hit"].numpy(), hits["primitive_ids"].numpy(), hits["primitive_normals"].numpy())
+        names = "t_hit", "primitive_ids", "primitive_normals", *(("primitive_uvs",) if uv else ())
+        return TriangleHits(*(hits[name].numpy() for name in names))
 
     def _as_tensor(self, array: np.ndarray, dtype: type[np.generic]) -> Any:
         return self._tensor(np.ascontiguousarray(array, dtype))

@@ -79,15 +79,16 @@ class CastWorld:
         self.moving_surfaces = np.array([entry.surface for entry in moving], np.int32)
         self._planes = [(index, s) for index, s in enumerate(self.surfaces) if isinstance(s, Plane)]
 
-    def cast(self, rays: RayBundle, poses: Any = None, *, normals: bool = False) -> Hits:
+    def cast(self, rays: RayBundle, poses: Any = None, *, normals: bool = False, spots: bool = False) -> Hits:
         """Nearest hits; see `RayCaster`. Normals follow the winding, in world axes."""
         anchor = np.round(rays.origin / GRID_M) * GRID_M
         scenes = self._scenes(anchor, rays.exclude)
         threads = self.threads
-        nearest = Nearest(len(rays.table), scenes.surface_of, scenes.triangles, normals=normals)
+        numbers = scenes.surface_of, scenes.starts, scenes.triangles
+        nearest = Nearest(len(rays.table), *numbers, normals=normals, spots=spots)
         if scenes.static:
             start = (rays.origin - anchor).astype(np.float32)
-            nearest.add_static(*scenes.cast(scenes.static, rays, start, threads))
+            nearest.add_static(*scenes.cast(scenes.static, rays, start, threads, uv=spots))
         body_poses = self.body_poses(poses)
         for index, _ in self._planes:
             if index not in scenes.skip:
@@ -186,6 +187,9 @@ class _Scenes:
         counts = [len(s.triangles) for _, s in static]
         self.triangles = sum(counts)
         numbers = [i for i, _ in static]
+        self.starts = np.zeros(max(len(surfaces), 1), np.uint32)
+        """(s,), the first static triangle of each surface."""
+        self.starts[numbers] = np.cumsum([0, *counts])[:-1]
         self.surface_of = np.concatenate(
             [np.repeat(np.array(numbers, np.int32), counts), np.arange(len(surfaces), dtype=np.int32), [NO_SURFACE]],
             dtype=np.int32,
@@ -199,7 +203,7 @@ class _Scenes:
         self.skipped_meshes = np.isin(moving, list(self.skip)) if self.skip and len(moving) else None
 
     def cast(
-        self, static: TriangleScene, rays: RayBundle, start: np.ndarray, threads: int
+        self, static: TriangleScene, rays: RayBundle, start: np.ndarray, threads: int, *, uv: bool
     ) -> tuple[TriangleHits, bool]:
         """Hits of rays from `start` (3,) float32 on static geometry, and whether they are kept.
 
@@ -207,12 +211,12 @@ class _Scenes:
         does not cast at static geometry again.
         """
         memory = rays.memory
-        cast = self._number, start.tobytes(), len(rays.table)
+        cast = self._number, start.tobytes(), len(rays.table), uv
         again = memory is not None and memory.cast == cast
         if again and memory is not None and memory.met is not None:
             return memory.met, True
         rays.start_at(start)
-        found = static.cast(rays.table, threads)
+        found = static.cast(rays.table, threads, uv=uv)
         if memory is not None:
             memory.cast, memory.met = cast, found if again else None
         return found, again

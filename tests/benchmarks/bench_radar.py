@@ -62,10 +62,12 @@ def _casts_of(app: App) -> Any:
     made: list[tuple[CastWorld, RayBundle, Any, bool]] = []
     cast = CastWorld.cast
 
-    def noted(self: CastWorld, rays: RayBundle, poses: Any = None, *, normals: bool = False) -> Any:
+    def noted(
+        self: CastWorld, rays: RayBundle, poses: Any = None, *, normals: bool = False, spots: bool = False
+    ) -> Any:
         table, offsets = rays.table.copy(), None if rays.offsets is None else rays.offsets.copy()
         made.append((self, RayBundle(rays.origin, table, offsets, rays.exclude, rays.reach), poses, normals))
-        return cast(self, rays, poses, normals=normals)
+        return cast(self, rays, poses, normals=normals, spots=spots)
 
     CastWorld.cast = noted  # type: ignore[method-assign]
     try:

@@ -264,9 +264,9 @@ def casts(monkeypatch):
     """How many rays each cast had."""
     found, cast = [], triangles.TriangleScene.cast
 
-    def counted(self, rays, threads):
+    def counted(self, rays, threads, **options):
         found.append(len(rays))
-        return cast(self, rays, threads)
+        return cast(self, rays, threads, **options)
 
     monkeypatch.setattr(triangles.TriangleScene, "cast", counted)
     return found
