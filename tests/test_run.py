@@ -325,11 +325,12 @@ def test_input_that_is_wrong_leaves_an_earlier_run_as_it_was(tmp_path, small):
     assert ((out / "run.mcap").read_bytes(), (out / "report.json").read_bytes()) == before
 
 
-def test_a_recording_that_is_being_played_is_not_written_over(tmp_path, small, capsys):
+@pytest.mark.parametrize("played", ["out/run.mcap", "out"])
+def test_a_recording_that_is_being_played_is_not_written_over(tmp_path, small, capsys, played):
     out = tmp_path / "out"
     assert main(["run", str(small), "--updates", "6", "--out", str(out)]) == 0
     before = (out / "run.mcap").read_bytes()
-    assert main(["run", str(small), "--updates", "6", "--out", str(out), "--play", str(out / "run.mcap")]) == 2
+    assert main(["run", str(small), "--updates", "6", "--out", str(out), "--play", str(tmp_path / played)]) == 2
     assert "run.mcap and would write over it; name another folder" in capsys.readouterr().err
     assert (out / "run.mcap").read_bytes() == before
 

@@ -52,8 +52,9 @@ def add_play(parser: argparse.ArgumentParser) -> None:
         default=[],
         type=Path,
         metavar="FILE",
-        help="send the messages of FILE to the graph's subscribers; may be repeated. FILE is a recording (.mcap, .db3, "
-        "a rosbag2 folder) or a list of messages (.yaml, .json, .jsonl; one mapping an entry), such as: "
+        help="send the messages of FILE to the graph's subscribers; may be repeated. FILE is a recording (the folder "
+        "of a run, .mcap, .db3, a rosbag2 folder) or a list of messages (.yaml, .json, .jsonl; one mapping an entry), "
+        "such as: "
         "- {at: 0.5, topic: /cmd_vel, type: geometry_msgs/msg/Twist, message: {linear: {x: 0.2}}} "
         "with at in seconds from play; fields left out are zero, later messages of a topic need no type",
     )

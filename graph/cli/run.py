@@ -81,7 +81,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Runs the command; returns its exit code."""
-    from graph.session.message_sources import open_sources, play_into, warn_unheard
+    from graph.session.message_sources import files_of, open_sources, play_into, warn_unheard
     from graph.session.missed_ticks import missed_in_run
     from graph.session.open import open_session
     from graph.sim.messages.bus import CountingSink
@@ -133,7 +133,7 @@ def run(args: argparse.Namespace) -> int:
                     app.warn(*warning)
                 if args.out:
                     app.output_folder = args.out
-                    output = _output(args, session, held)
+                    output = _output(args, session, files_of(sources), held)
                     cleanup.callback(output.sink.close)
                     app.bus.subscribe(output.sink)
                     if preview:
@@ -221,7 +221,7 @@ def _print(args: argparse.Namespace, report: Report, lines: list[str]) -> None:
         tell(line)
 
 
-def _output(args: argparse.Namespace, session: Session, held: ExitStack) -> Output:
+def _output(args: argparse.Namespace, session: Session, played: list[Path], held: ExitStack) -> Output:
     """The output files, in a folder that only this run holds until it ends."""
     from .output_folder import Output, locked
 
@@ -230,7 +230,7 @@ def _output(args: argparse.Namespace, session: Session, held: ExitStack) -> Outp
     except OSError as error:
         raise UserError(f"--out {args.out}: {error.strerror}; name a folder that can be written") from None
     held.enter_context(locked(args.out, "name another folder, or let that run end"))
-    return Output(args.out, session.spec.record_mcap, (args.file, *args.play), _provenance(args))
+    return Output(args.out, session.spec.record_mcap, (args.file, *args.play, *played), _provenance(args))
 
 
 def show_log() -> None:

@@ -23,7 +23,7 @@ def open_sources(paths: Iterable[str | Path]) -> list[Source]:
     problems: list[Problem] = []
     for path in paths:
         try:
-            sources += _open(Path(path))
+            sources.append(_open(Path(path)))
         except UserError as error:
             problems += error.problems
     if problems:
@@ -31,6 +31,11 @@ def open_sources(paths: Iterable[str | Path]) -> list[Source]:
             source.close()
         raise UserError(problems)
     return sources
+
+
+def files_of(sources: Iterable[Source]) -> list[Path]:
+    """The files that the sources read while they are played."""
+    return [Path(file.name) for source in sources for file in getattr(source, "files", ())]
 
 
 def play_into(app: App, sources: Sequence[Source]) -> Player:
@@ -49,25 +54,18 @@ def warn_unheard(app: App, player: Player) -> None:
         app.warn(UNHEARD, name, why)
 
 
-def _open(path: Path) -> list[Source]:
+def _open(path: Path) -> Source:
     from graph.files.played import is_played_text, load_played
 
-    if path.is_dir():
-        from graph.sim.messages.bag_source import open_bag
+    if is_played_text(path) and not path.is_dir():
+        return written_source(load_played(path), str(path))
+    from graph.sim.messages.run_reader import SUFFIXES, open_run
 
-        return open_bag(path)
-    if is_played_text(path):
-        return [written_source(load_played(path), str(path))]
-    if path.suffix.lower() == ".mcap":
-        from graph.sim.messages.mcap_source import McapSource
-
-        return [McapSource(path)]
-    if path.suffix.lower() == ".db3":
-        from graph.sim.messages.bag_source import BagSource
-
-        return [BagSource(path)]
+    if path.is_dir() or path.suffix.lower() in SUFFIXES:
+        return open_run(path)
     raise UserError(
-        f"{path}: messages are played from .mcap, .db3, .yaml, .json and .jsonl files and rosbag2 folders; name one"
+        f"{path}: messages are played from .mcap, .db3, .yaml, .json and .jsonl files, folders of runs and rosbag2 "
+        "folders; name one"
     )
 
 

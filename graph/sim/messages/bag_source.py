@@ -1,10 +1,9 @@
-"""ROS 2 messages from a rosbag2 recording in SQLite: a `.db3` file, or the folder that holds it."""
+"""ROS 2 messages from a rosbag2 recording in SQLite: a `.db3` file."""
 
 from __future__ import annotations
 
-import re
 import sqlite3
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -15,42 +14,25 @@ from graph.base.errors import RunError, UserError, reason_of
 from graph.base.limits import check
 
 from .bus import topic_name
-from .mcap_source import McapSource, decoding
+from .mcap_source import decoding
 from .ros_types import known, register
-from .sources import Entry, Source
-
-_COMPRESSED = re.compile(r"compression_mode:\s*[\"']?(file|message)", re.IGNORECASE)
-
-
-def open_bag(folder: Path) -> list[Source]:
-    """A source for each file of a rosbag2 folder, in the order of their names.
-
-    Raises UserError for a folder without such files.
-    """
-    metadata = folder / "metadata.yaml"
-    try:
-        text = metadata.read_bytes()[:1_000_000].decode("utf-8", "replace") if metadata.is_file() else ""
-        files = sorted(one for one in folder.iterdir() if one.suffix in (".db3", ".mcap"))
-        packed = any(one.suffix == ".zstd" for one in folder.iterdir()) or _COMPRESSED.search(text)
-    except OSError as error:
-        raise UserError(f"{folder}: {error.strerror}; name a recording that can be read") from None
-    if packed:
-        raise UserError(f"{folder}: the recording is compressed; write it uncompressed first: ros2 bag convert")
-    if not files:
-        raise UserError(f"{folder}: no recording is in this folder; a rosbag2 folder holds .db3 or .mcap files")
-    return [McapSource(one) if one.suffix == ".mcap" else BagSource(one) for one in files]
+from .sources import Entry
 
 
 class BagSource:
     """The CDR messages of the file `path` (.db3), by time, read when they are needed.
 
     Types that this project does not know come from the file's own definitions, if it has them. `skipped` says which
-    topics cannot be read, and why. Raises UserError if the file is not a readable rosbag2 file.
+    topics cannot be read, and why; `counts`: messages by topic. Raises UserError if the file is not a readable
+    rosbag2 file.
     """
 
     def __init__(self, path: str | Path) -> None:
         self.name = str(path)
         self.skipped: dict[str, str] = {}
+        self.counts: dict[str, int] = {}
+        self.provenance: dict[str, str] = {}
+        self.unfinished = ""
         self._types: dict[str, str] = {}
         self._start_ns = 0
         try:
@@ -71,20 +53,25 @@ class BagSource:
         return self._start_ns
 
     def __iter__(self) -> Iterator[Entry]:
-        if not self._types:
+        return self.read()
+
+    def read(self, topics: Collection[str] | None = None) -> Iterator[Entry]:
+        """The messages of these topics (default: of all)."""
+        wanted = {topic: name for topic, name in self._types.items() if topics is None or topic in topics}
+        if not wanted:
             return
         with Reader(Path(self.name)) as reader:
-            for connection, time_ns, data in self._undamaged(reader):
-                topic = topic_name(connection.topic)
-                if self._types.get(topic) == connection.msgtype:
-                    yield Entry(time_ns, topic, connection.msgtype, decoding(data, connection.msgtype, self.name))
+            chosen = [one for one in reader.connections if wanted.get(topic_name(one.topic)) == one.msgtype]
+            for connection, time_ns, data in self._undamaged(reader, chosen):
+                load = decoding(data, connection.msgtype, self.name)
+                yield Entry(time_ns, topic_name(connection.topic), connection.msgtype, load, size=len(data))
 
     def close(self) -> None:
         """Does nothing: a reader lives as long as its iteration."""
 
-    def _undamaged(self, reader: Reader) -> Iterator[tuple[Any, int, bytes]]:
+    def _undamaged(self, reader: Reader, connections: list[Any]) -> Iterator[tuple[Any, int, bytes]]:
         try:
-            yield from reader.messages()
+            yield from reader.messages(connections) if connections else ()
         except Exception as error:  # the reader may raise anything for damaged content
             raise RunError(f"{self.name}: the recording is damaged ({reason_of(error)})") from error
 
@@ -96,6 +83,8 @@ class BagSource:
                 self.skipped[topic] = why
             elif self._types.setdefault(topic, connection.msgtype) != connection.msgtype:
                 self.skipped[topic] = f"it also has messages of type {connection.msgtype}"
+            else:
+                self.counts[topic] = self.counts.get(topic, 0) + connection.msgcount
 
 
 def _check_tables(path: Path) -> None:

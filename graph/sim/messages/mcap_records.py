@@ -8,14 +8,24 @@ together up to `recording.waiting`.
 from __future__ import annotations
 
 import heapq
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 from dataclasses import dataclass, field, replace
 from itertools import count
 from typing import Any, BinaryIO
 
 from mcap.data_stream import ReadDataStream  # noqa: TID253
 from mcap.opcode import Opcode  # noqa: TID253
-from mcap.records import Channel, Chunk, ChunkIndex, Footer, Message, Schema, Statistics  # noqa: TID253
+from mcap.records import (  # noqa: TID253
+    Channel,
+    Chunk,
+    ChunkIndex,
+    Footer,
+    Message,
+    Metadata,
+    MetadataIndex,
+    Schema,
+    Statistics,
+)
 from mcap.stream_reader import StreamReader, breakup_chunk, read_magic  # noqa: TID253
 
 from graph.base.limits import check, most
@@ -31,11 +41,15 @@ _ENDING = 1 + 8 + _FOOTER + 8
 
 @dataclass(slots=True)
 class Summary:
-    """The summary at the end of a file: schemas and channels by id, chunks, statistics if present."""
+    """The summary at the end of a file: schemas and channels by id, chunks, where its metadata is, statistics if
+    present: messages by channel id.
+    """
 
     schemas: dict[int, Any] = field(default_factory=dict)
     channels: dict[int, Any] = field(default_factory=dict)
     chunks: list[Any] = field(default_factory=list)
+    metadata: list[Any] = field(default_factory=list)
+    counts: dict[int, int] = field(default_factory=dict)
     start_ns: int = 0
     """Log time of the first message [ns]."""
 
@@ -77,47 +91,66 @@ def read_summary(file: BinaryIO) -> Summary | None:
             summary.chunks.append(record)
         elif isinstance(record, Statistics):
             summary.start_ns = record.message_start_time
+            summary.counts = dict(record.channel_message_counts)
+        elif isinstance(record, MetadataIndex):
+            summary.metadata.append(record)
     return summary
 
 
-def messages(file: BinaryIO, summary: Summary) -> Iterator[tuple[Any, Any, Message]]:
-    """(schema or None, channel, message) of all messages by log time; equal times in file order."""
+def read_metadata(file: BinaryIO, summary: Summary, name: str) -> dict[str, str]:
+    """The first metadata of a name; empty if the file has none. Raises ValueError for an index that leads elsewhere."""
+    for index in summary.metadata:
+        if index.name == name:
+            check("recording.record", index.length, f"its metadata has {index.length:,} bytes")
+            within = _Within(file)
+            within.seek(index.offset)
+            stream = ReadDataStream(within)  # type: ignore[arg-type]
+            if stream.read1() != Opcode.METADATA:
+                raise ValueError("its index leads to what is not metadata")
+            stream.read8()
+            return dict(Metadata.read(stream).metadata)
+    return {}
+
+
+def messages(file: BinaryIO, summary: Summary, channels: Container[int]) -> Iterator[Message]:
+    """The messages of these channels (ids) by log time; equal times in file order."""
     within = _Within(file)
     order = count()
-    chunks = sorted(summary.chunks, key=lambda one: (one.message_start_time, one.chunk_start_offset), reverse=True)
-    if not chunks:
-        yield from _unindexed(within, summary)
+    indexed = sorted(summary.chunks, key=lambda one: (one.message_start_time, one.chunk_start_offset), reverse=True)
+    if not indexed:
+        yield from _unindexed(within, channels)
         return
+    chunks = [one for one in indexed if _may_hold(one, channels)]
     waiting: list[tuple[int, int, Message]] = []
     held = 0
     while chunks or waiting:
         while chunks and (not waiting or chunks[-1].message_start_time <= waiting[0][0]):
             within.seek(chunks.pop().chunk_start_offset)
-            for message in _messages_of(_chunk(within)):
+            for message in _messages_of(_chunk(within), channels):
                 held = _held(held + _OBJECT + len(message.data))
                 heapq.heappush(waiting, (message.log_time, next(order), message))
         if not waiting:
             continue
         message = heapq.heappop(waiting)[2]
         held -= _OBJECT + len(message.data)
-        yield _described(message, summary)
+        yield message
 
 
-def _unindexed(within: _Within, summary: Summary) -> Iterator[tuple[Any, Any, Message]]:
+def _may_hold(chunk: ChunkIndex, channels: Container[int]) -> bool:
+    """Whether a chunk may have messages of these channels; one without message indexes may."""
+    held = chunk.message_index_offsets
+    return not held or any(number in channels for number in held)
+
+
+def _unindexed(within: _Within, channels: Container[int]) -> Iterator[Message]:
     """The records of a file without an index of its chunks, for example one without chunks."""
     found: list[Message] = []
     held = 0
     for record in _records(within, skip_magic=False):
-        for message in _messages_of(record):
+        for message in _messages_of(record, channels):
             held = _held(held + _OBJECT + len(message.data))
             found.append(message)
-    for message in sorted(found, key=lambda one: one.log_time):
-        yield _described(message, summary)
-
-
-def _described(message: Message, summary: Summary) -> tuple[Any, Any, Message]:
-    channel = summary.channels[message.channel_id]
-    return summary.schemas.get(channel.schema_id), channel, message
+    yield from sorted(found, key=lambda one: one.log_time)
 
 
 def _records(within: _Within, *, skip_magic: bool = True) -> Iterator[Any]:
@@ -136,11 +169,11 @@ def _chunk(within: _Within) -> Chunk:
     return chunk
 
 
-def _messages_of(record: Any) -> Iterator[Message]:
+def _messages_of(record: Any, channels: Container[int]) -> Iterator[Message]:
     if isinstance(record, Chunk):
         plain = replace(record, compression="", data=unpacked(record))
-        yield from (one for one in breakup_chunk(plain) if isinstance(one, Message))
-    elif isinstance(record, Message):
+        yield from (one for one in breakup_chunk(plain) if isinstance(one, Message) and one.channel_id in channels)
+    elif isinstance(record, Message) and record.channel_id in channels:
         yield record
 
 

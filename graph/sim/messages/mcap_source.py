@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -10,11 +10,14 @@ from graph.base.errors import RunError, UserError, reason_of
 from graph.base.limits import OverLimit, check
 
 from .bus import topic_name
+from .mcap_records import Summary, messages, read_metadata, read_summary
+from .recovery import MAGIC, scan
 from .ros_types import deserialize, known, least_part, register
 from .sources import Entry
 
-MAGIC = b"\x89MCAP0\r\n"
 NOT_FINISHED = "the recording was not finished, so it has no index; rebuild it: graph recover FILE"
+PROVENANCE = "tickgraph"
+"""Name of the MCAP metadata with the source of a recording."""
 ENCODING = "cdr"
 SCHEMAS = "ros2msg"
 
@@ -23,12 +26,18 @@ class McapSource:
     """The CDR messages of the MCAP file `path`, by log time, read when they are needed, never all at once.
 
     Types that this project does not know come from the file's own definitions. `skipped` says which topics cannot be
-    read, and why. Raises UserError if the file is not a readable MCAP file.
+    read, and why; `counts`: messages by topic; `provenance`: the file's metadata of that name; `channels`: the metadata
+    of each topic's channel. whole: refuse a file that was not finished; otherwise its whole chunks are read, and
+    `unfinished` says so. Raises UserError if the file is not a readable MCAP file.
     """
 
-    def __init__(self, path: str | Path) -> None:
+    def __init__(self, path: str | Path, *, whole: bool = True) -> None:
         self.name = str(path)
         self.skipped: dict[str, str] = {}
+        self.counts: dict[str, int] = {}
+        self.provenance: dict[str, str] = {}
+        self.channels: dict[str, dict[str, str]] = {}
+        self.unfinished = ""
         self._types: dict[str, str] = {}
         self._start_ns = 0
         self._summary: Any = None
@@ -36,7 +45,7 @@ class McapSource:
         self._files: list[BinaryIO] = []
         try:
             with Path(path).open("rb") as file:
-                self._examine(file)
+                self._examine(file, whole)
         except OSError as error:
             raise UserError(f"{path}: {error.strerror}; name an MCAP recording that can be read") from None
         except OverLimit as error:
@@ -55,18 +64,32 @@ class McapSource:
         return self._start_ns
 
     def __iter__(self) -> Iterator[Entry]:
-        if not self._types:
-            return
-        from .mcap_records import messages
+        return self.read()
 
+    def read(self, topics: Collection[str] | None = None) -> Iterator[Entry]:
+        """The messages of these topics (default: of all); chunks without any of them are not read."""
+        wanted = {topic: name for topic, name in self._types.items() if topics is None or topic in topics}
+        if not wanted:
+            return
+        summary = self._summary
+        channels = {
+            number: (topic_name(channel.topic), summary.schemas[channel.schema_id].name)
+            for number, channel in summary.channels.items()
+            if channel.schema_id in summary.schemas
+        }
+        channels = {number: named for number, named in channels.items() if wanted.get(named[0]) == named[1]}
         with Path(self.name).open("rb") as file:
             self._files.append(file)
-            for schema, channel, message in self._undamaged(messages(file, self._summary)):
-                topic = topic_name(channel.topic)
-                if schema is not None and self._types.get(topic) == schema.name:
-                    yield Entry(message.log_time, topic, schema.name, decoding(message.data, schema.name, self.name))
+            try:
+                for message in self._undamaged(messages(file, summary, channels)):
+                    topic, name = channels[message.channel_id]
+                    load = decoding(message.data, name, self.name)
+                    yield Entry(message.log_time, topic, name, load, message.publish_time, len(message.data))
+            finally:
+                if file in self._files:
+                    self._files.remove(file)
 
-    def _undamaged(self, found: Iterator[tuple[Any, Any, Any]]) -> Iterator[tuple[Any, Any, Any]]:
+    def _undamaged(self, found: Iterator[Any]) -> Iterator[Any]:
         try:
             yield from found
         except OverLimit as error:
@@ -79,14 +102,16 @@ class McapSource:
         while self._files:
             self._files.pop().close()
 
-    def _examine(self, file: BinaryIO) -> None:
-        from .mcap_records import read_summary
-
-        summary = read_summary(file)
+    def _examine(self, file: BinaryIO, whole: bool) -> None:
+        summary = _summary(file)
         if summary is None:
-            raise UserError(f"{self.name}: {NOT_FINISHED}")
+            if whole:
+                raise UserError(f"{self.name}: {NOT_FINISHED}")
+            summary = scan(file, Path(self.name))
+            self.unfinished = f"{self.name}: {NOT_FINISHED.replace('FILE', self.name)}"
         self._summary, self._start_ns = summary, summary.start_ns
-        for channel in summary.channels.values():
+        self.provenance = read_metadata(file, summary, PROVENANCE)
+        for number, channel in summary.channels.items():
             schema = summary.schemas.get(channel.schema_id)
             why = self._unreadable(channel.message_encoding, schema)
             topic = topic_name(channel.topic)
@@ -94,6 +119,9 @@ class McapSource:
                 self.skipped[topic] = why
             elif self._types.setdefault(topic, schema.name) != schema.name:
                 self.skipped[topic] = f"it also has messages of type {schema.name}"
+            else:
+                self.counts[topic] = self.counts.get(topic, 0) + summary.counts.get(number, 0)
+                self.channels.setdefault(topic, dict(channel.metadata))
 
     def _unreadable(self, encoding: str, schema: Any) -> str:
         """Why a channel cannot be read; "" if it can."""
@@ -112,14 +140,29 @@ class McapSource:
         return ""
 
 
+def _summary(file: BinaryIO) -> Summary | None:
+    """The summary of a file; None if it starts as a recording and was not finished."""
+    try:
+        return read_summary(file)
+    except OverLimit:
+        raise
+    except Exception:
+        if _is_cut(file):
+            return None
+        raise
+
+
+def _is_cut(file: BinaryIO) -> bool:
+    """Whether a file starts as a recording and does not end as one."""
+    file.seek(0)
+    start = file.read(len(MAGIC))
+    file.seek(max(file.seek(0, 2) - len(MAGIC), 0))
+    return start == MAGIC and file.read() != MAGIC
+
+
 def _why_unreadable(path: Path, error: Exception) -> str:
-    """Whether a file starts as a recording and is incomplete, or is another kind of file."""
-    with path.open("rb") as file:
-        start, size = file.read(len(MAGIC)), path.stat().st_size
-        file.seek(max(size - len(MAGIC), 0))
-        end = file.read()
-    if start == MAGIC and end != MAGIC:
-        return NOT_FINISHED
+    if not path.stat().st_size:
+        return "the file is empty; nothing was recorded"
     return f"not a whole MCAP recording ({reason_of(error)})"
 
 

@@ -21,14 +21,13 @@ from mcap.writer import CompressionType, Writer  # noqa: TID253
 from graph.base.errors import RunError, UserError
 from graph.base.signals import ENDING
 
+from .mcap_source import PROVENANCE
 from .message import Message
 from .ros_types import definition, serialize
 
 CHUNK_BYTES = 1_000_000
 CHUNK_NS = 500_000_000
 """Simulation time after which a chunk is written even if it is not full, so that a kill loses less than a second."""
-PROVENANCE = "tickgraph"
-"""Name of the MCAP metadata with the source of the recording."""
 _RECORD_OVERHEAD = 31  # opcode, length and the fixed fields of an MCAP Message record
 
 

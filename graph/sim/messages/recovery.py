@@ -35,7 +35,7 @@ from mcap.stream_reader import breakup_chunk, get_chunk_data_stream  # noqa: TID
 from graph.base.errors import UserError
 from graph.base.limits import check
 
-from .mcap_records import unpacked
+from .mcap_records import Summary, unpacked
 
 MAGIC = b"\x89MCAP0\r\n"
 _PREFIX = struct.Struct("<BQ")
@@ -122,6 +122,26 @@ def finish(path: Path, *, drop: int = 0) -> Finished:
                 dropped += 1
                 continue
             return content.result(dropped=dropped, cut=content.cut)
+
+
+def scan(file: BinaryIO, path: Path) -> Summary:
+    """The summary of a file that was not finished, over its whole chunks; the file stays as it is.
+
+    Raises UserError as `finish` does.
+    """
+    file.seek(0)
+    content = _read(file, path)
+    schemas, channels = _declared(content)
+    if content.chunks:  # the message indexes after the last one may be incomplete
+        content.chunks[-1].index.message_index_offsets = {}
+    return Summary(
+        schemas=schemas,
+        channels=channels,
+        chunks=[chunk.index for chunk in content.chunks],
+        metadata=content.metadata,
+        counts=dict(_counts(content)),
+        start_ns=min((chunk.index.message_start_time for chunk in content.chunks), default=0),
+    )
 
 
 def _read(file: BinaryIO, path: Path) -> _Content:
@@ -257,12 +277,21 @@ def _ending(file: BinaryIO, content: _Content, end: int) -> bytes:
     return bytes(parts.end()) + MAGIC  # type: ignore[no-untyped-call]
 
 
-def _summary(content: _Content) -> bytes:
+def _declared(content: _Content) -> tuple[dict[int, Schema], dict[int, Channel]]:
     declared = [*content.declared, *(one for chunk in content.chunks for one in chunk.declared)]
     schemas = {one.id: one for one in declared if isinstance(one, Schema)}
-    channels = {one.id: one for one in declared if isinstance(one, Channel)}
+    return schemas, {one.id: one for one in declared if isinstance(one, Channel)}
+
+
+def _counts(content: _Content) -> Counter[int]:
+    """Messages by channel."""
+    return sum((chunk.counts for chunk in content.chunks), Counter())
+
+
+def _summary(content: _Content) -> bytes:
+    schemas, channels = _declared(content)
     chunks = [chunk.index for chunk in content.chunks]
-    counts: Counter[int] = sum((chunk.counts for chunk in content.chunks), Counter())
+    counts = _counts(content)
     statistics = Statistics(
         attachment_count=0,
         channel_count=len(channels),

@@ -30,12 +30,17 @@ WALL_CLOCK_NS = 365 * 86_400 * 10**9
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """One message of a source: its time [ns] in the source's own count, topic, type, and a function that loads it."""
+    """One message of a source: its time [ns] in the source's own count, topic, type, and a function that loads it.
+
+    stamp_ns: the stamp of its header [ns], where the source has it; size: bytes of the encoded message.
+    """
 
     time_ns: int
     topic: str
     type_name: str
     load: Callable[[], Any]
+    stamp_ns: int | None = None
+    size: int = 0
 
 
 class Source(Protocol):

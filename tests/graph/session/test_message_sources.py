@@ -78,7 +78,7 @@ def test_messages_come_in_the_order_of_their_times(tmp_path):
         ),
         ("a.jsonl", '{"at": 1, "topic": "a", "type": "std_msgs/msg/Empty"}\n{"at": 1', "a.jsonl:2:"),
         ("a.jsonl", '\n{"at": 1, "topic": "a", "typ": 1}', 'a.jsonl:2:25: unknown key "typ"'),
-        ("a.txt", "", "messages are played from .mcap, .db3, .yaml, .json and .jsonl files and rosbag2 folders"),
+        ("a.txt", "", "messages are played from .mcap, .db3, .yaml, .json and .jsonl files, folders of runs"),
     ],
 )
 def test_what_is_wrong_is_reported_with_its_place(tmp_path, monkeypatch, name, text, message):

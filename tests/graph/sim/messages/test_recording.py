@@ -19,8 +19,9 @@ from graph.base.errors import RunError, UserError
 from graph.base.exact import nanoseconds
 from graph.sim import App
 from graph.sim.messages.bus import MessageBus
+from graph.sim.messages.mcap_source import PROVENANCE
 from graph.sim.messages.quality import Quality
-from graph.sim.messages.recording import CHUNK_BYTES, CHUNK_NS, PROVENANCE, McapSink
+from graph.sim.messages.recording import CHUNK_BYTES, CHUNK_NS, McapSink
 from graph.sim.messages.recovery import finish
 from graph.sim.messages.ros_types import definition, deserialize, serialize
 from tests.support.programs import started
