@@ -98,7 +98,7 @@ def read_summary(file: BinaryIO) -> Summary | None:
 
 
 def read_metadata(file: BinaryIO, summary: Summary, name: str) -> dict[str, str]:
-    """The first metadata of a name; empty if the file has none. Raises ValueError for an index that leads elsewhere."""
+    """The first metadata of a name; empty if there is no such metadata. Raises ValueError for a wrong index."""
     for index in summary.metadata:
         if index.name == name:
             check("recording.record", index.length, f"its metadata has {index.length:,} bytes")
