@@ -16,6 +16,7 @@ class Renames(Protocol):
     RENAMED: Mapping[str, Mapping[str, str]]
     REMOVED: Mapping[str, str]
     MEANT_NOTHING: Mapping[str, tuple[int, Mapping[str, Any]]]
+    KINDS: Mapping[tuple[str, str], Mapping[str, str]]
 
 
 class Library:

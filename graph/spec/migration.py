@@ -110,19 +110,46 @@ def _graph(graph: GraphSpec, registry: Registry, notes: Notes) -> GraphSpec:
         if sentence:
             notes.add("type-renamed", sentence, node.mark, f"{graph.path}/{node.name}")
             node = replace(node, type=type_id)
+        special = _special_type(node, registry)
+        if special is not None:
+            type_id, sentence, gone = special
+            notes.add("type-renamed", sentence, node.mark, f"{graph.path}/{node.name}")
+            changes[node.name] = dict.fromkeys(gone, "")
+            node = _with_type(node, type_id, changes[node.name])
         renamed = _renamed(node, graph, fed.get(node.name, ()), registry, notes)
         if renamed:
-            changes[node.name] = renamed
-            node = replace(
-                node,
-                inputs=_with_names(node.inputs, renamed),
-                input_marks=_with_names(node.input_marks, renamed),
-                attributes=_with_names(node.attributes, renamed),
-            )
+            changes[node.name] = {**changes.get(node.name, {}), **renamed}
+            node = _with_type(node, node.type, renamed)
         nodes.append(node)
     if all(new is old for new, old in zip(nodes, graph.nodes, strict=True)):
         return graph
     return replace(graph, nodes=tuple(nodes), connections=tuple(_connections(graph, changes)))
+
+
+def _special_type(node: NodeSpec, registry: Registry) -> tuple[str, str, list[str]] | None:
+    """The type that does now what an input's value made this one do, a sentence, and its inputs that are gone."""
+    for (type_id, name), kinds in registry.library.renames.KINDS.items():
+        if node.type != type_id:
+            continue
+        value = node.inputs.get(name, node.inputs.get(f"inputs:{name}"))
+        new = kinds.get(value) if isinstance(value, str) else None
+        if new is None or new not in registry:
+            continue
+        known = registry.get(new).inputs
+        sentence = f'{type_id.rpartition(".")[2]} with {name} {value} is now a node type, "{new}", which is used'
+        gone = [f"inputs:{one}" for one in (*registry.get(type_id).inputs, "viewport") if one not in known]
+        return new, sentence, gone
+    return None
+
+
+def _with_type(node: NodeSpec, type_id: str, changes: Mapping[str, str]) -> NodeSpec:
+    return replace(
+        node,
+        type=type_id,
+        inputs=_with_names(node.inputs, changes),
+        input_marks=_with_names(node.input_marks, changes),
+        attributes=_with_names(node.attributes, changes),
+    )
 
 
 def _renamed(node: NodeSpec, graph: GraphSpec, fed: Sequence[str], registry: Registry, notes: Notes) -> dict[str, str]:

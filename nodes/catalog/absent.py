@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-_VIDEO = "no video is encoded or sent to devices here; use ROS2CameraHelper"
+_VIDEO = "there is no RTSP server here; ROS2CameraHelper with type rgb_h264 publishes the same video"
 _POSES = "its training files are not written here; use annotators of sensors.replicator"
 _RL = "randomization of views for learning is not modelled here; write attributes with WritePrimAttribute"
 _BUNDLE = "bundles of prims are not modelled here; use ReadPrimAttribute and WritePrimAttribute, one for each attribute"
@@ -15,15 +15,12 @@ _WINDOW = "there is no window here"
 _SELECTION = "nobody selects prims here; name them"
 
 ABSENT = {
-    "isaacsim.hsb.nodes.HSBCameraHelper": _VIDEO,
     "isaacsim.streaming.rtsp.RTSPCameraHelper": _VIDEO,
     "isaacsim.core.experimental.actuators.ArticulationActuators": "actuator models are MuJoCo's here; set the drives",
     "isaacsim.examples.ipc.SimpleReceiveExternalStepCpp": _EXTERNAL,
     "isaacsim.examples.ipc.SimpleReceiveExternalStepPy": _EXTERNAL,
     "isaacsim.examples.ipc.SimpleSendSimulationClockCpp": _EXTERNAL,
     "isaacsim.examples.ipc.SimpleSendSimulationClockPy": _EXTERNAL,
-    "isaacsim.hsb.nodes.HSBSend": _VIDEO,
-    "isaacsim.hsb.nodes.RGBToVB1940": _VIDEO,
     "isaacsim.replicator.domain_randomization.OgnOnRLFrame": _RL,
     "isaacsim.replicator.domain_randomization.OgnWritePhysicsArticulationView": _RL,
     "isaacsim.replicator.domain_randomization.OgnWritePhysicsRigidPrimView": _RL,

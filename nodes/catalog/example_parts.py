@@ -75,6 +75,7 @@ _PHYSX_LIDAR = {
     "/World/Wall": "{type: Cube, translate: [4, 0, 0]}",
 }
 _VARIANTS = "a USD scene with a prim that has a variant set, named at prim and variantSetName"
+_PIPELINE = "SdOnNewFrame and SdOnNewRenderProductFrame before it"
 _THING = {THING: "{type: Cube, rigid_body: true}"}
 
 _PARTS: dict[str, Parts] = {
@@ -153,6 +154,11 @@ _PARTS: dict[str, Parts] = {
     "ReadSetting": Parts({"settingPath": "/app/runLoops/main/rateLimitFrequency"}),
     "ROS2CameraHelper": Parts(prims=_CAMERA, product=True, sensor=CAMERA),
     "ROS2CameraInfoHelper": Parts(prims=_CAMERA, product=True, sensor=CAMERA),
+    "GetCameraPosition": Parts({"prim": CAMERA, "usePath": False}, _CAMERA),
+    "GetCameraTarget": Parts(
+        {"prim": CAMERA, "usePath": False}, _CAMERA, needs="a camera that SetCameraTarget or the editor has aimed"
+    ),
+    "HSBCameraHelper": Parts(prims=_CAMERA, product=True, sensor=CAMERA),
     "UCXCameraHelper": Parts(prims=_CAMERA, product=True, sensor=CAMERA),
     "ROS2PublishCameraInfo": Parts(
         {
@@ -180,6 +186,12 @@ _PARTS: dict[str, Parts] = {
     "ROS2RtxRadarHelper": Parts(prims=_RADAR, product=True, sensor="/World/Radar"),
     "ROS2Subscriber": Parts({"messagePackage": "geometry_msgs", "messageName": "Point"}),
     "ScriptNode": Parts(needs="your leave to run its script: graph run --allow-scripts"),
+    "SdFrameIdentifier": Parts(needs=_PIPELINE),
+    "SdOnNewRenderProductFrame": Parts(prims=_CAMERA, product=True, sensor=CAMERA),
+    "SdRenderVarPtr": Parts(needs=_PIPELINE),
+    "SdRenderVarToRawArray": Parts(needs=_PIPELINE),
+    "SetActiveViewportCamera": Parts({"primPath": CAMERA}, _CAMERA),
+    "SetCameraPosition": Parts({"prim": CAMERA, "usePath": False, "position": [1.0, 0.0, 1.0]}, _CAMERA),
     "SetPrimActive": Parts({"primTarget": THING}, {THING: "{type: Scope}"}),
     "SetTarget": Parts({"targets": THING, "setTarget": "/World"}, _THING),
     "SurfaceGripper": Parts({"SurfaceGripper": "/World/Arm/Cup"}, _CUP),

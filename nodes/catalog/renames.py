@@ -79,6 +79,12 @@ REMOVED: Mapping[str, str] = {
 }
 """Attributes of old type versions, for every present type that does not have them, and what to do instead."""
 
+KINDS: Mapping[tuple[str, str], Mapping[str, str]] = {
+    ("isaacsim.ros2.bridge.ROS2CameraHelper", "type"): {
+        "camera_info": "isaacsim.ros2.bridge.ROS2CameraInfoHelper",
+    },
+}
+"""By type id and input: values that made it do what a type of its own does now; its other inputs have their names."""
 
 MEANT_NOTHING: Mapping[str, tuple[int, Mapping[str, Any]]] = {
     "omni.graph.nodes.ReadPrimAttribute": (3, {"usdTimecode": -1}),

@@ -61,7 +61,7 @@ def product_of(app: App, viewport: Viewport) -> Any:
     return product or place_product(app, viewport.path, viewport.camera, viewport.size)
 
 
-def _named(db: Database) -> Viewport | None:
+def named_viewport(db: Database) -> Viewport | None:
     """The viewport that input `viewport` names (empty: the default one); None, with a warning, if it does not exist."""
     name = db.inputs.viewport or DEFAULT
     found = viewports_of(db.app).get(name)
@@ -114,7 +114,7 @@ def create_viewport(db: Database) -> None:
 )
 def get_viewport_render_product(db: Database) -> bool:
     """Find a viewport's render product; it renders nothing until a camera is set on it."""
-    viewport = _named(db)
+    viewport = named_viewport(db)
     if viewport is None:
         return False
     db.outputs.renderProductPath = product_of(db.app, viewport).path
@@ -137,7 +137,7 @@ def set_viewport_resolution(db: Database) -> bool:
     """Give a viewport's render product another size."""
     from sensors.products import place_product
 
-    viewport, size = _named(db), (db.inputs.width, db.inputs.height)
+    viewport, size = named_viewport(db), (db.inputs.width, db.inputs.height)
     if viewport is None:
         return False
     if not all(size):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Any
 from graph.node import Attribute, Database, NodeAtLoad, node_type
 from graph.sim import settings as keys
 
-from .camera_messages import MESSAGES, CameraMessage, Reading, labels_message
+from .camera_messages import MESSAGES, Reading, labels_message
 from .lidar_writers import STRING, FrameWriter, stamps
 from .profiles import offered_quality
 from .publishing import check_names, publisher_inputs, topic_name
+from .video import NO_ENCODER, has_encoder
 
 if TYPE_CHECKING:
     from graph.sim.renderer.products import RenderProduct
@@ -72,13 +73,8 @@ HELPER_INPUTS = {
 
 def _check(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
     yield from check_names(node)
-    if not node.db.connected("inputs:type") and node.db.inputs.type == COMPRESSED:
+    if not node.db.connected("inputs:type") and node.db.inputs.type == COMPRESSED and not has_encoder():
         yield "inputs:type", NO_ENCODER
-
-
-TYPES = ("rgb", COMPRESSED, *(name for name in MESSAGES if name != "rgb"))
-
-NO_ENCODER = f"type {COMPRESSED} needs an H.264 encoder, which is not part of TickGraph; use type rgb"
 
 
 @node_type(
@@ -90,12 +86,12 @@ NO_ENCODER = f"type {COMPRESSED} needs an H.264 encoder, which is not part of Ti
         "enabled": Attribute("bool", "if not, nothing is published and what was attached is taken off", default=True),
         **publisher_inputs("rgb", frame_id="sim_camera"),
         "renderProductPath": Attribute("token", "path of the camera's render product", role="product"),
-        "type": Attribute("token", "what to publish", default="rgb", allowed_tokens=TYPES),
+        "type": Attribute("token", "what to publish", default="rgb", allowed_tokens=tuple(MESSAGES)),
         "enableSemanticLabels": Attribute("bool", "also publish what the numbers in images and boxes stand for"),
         "semanticLabelsTopicName": Attribute("string", "topic of these labels", default="semantic_labels"),
         "stereoOffset": Attribute("float[2]", "without effect; stereo is of ROS2CameraInfoHelper", default=[0, 0]),
         **HELPER_INPUTS,
-        "srtxCompressionType": Attribute("string", "without effect: images are not compressed", default="hevc"),
+        "srtxCompressionType": Attribute("string", "without effect: rgb_h264 is compressed by x264", default="hevc"),
     },
     memory=CameraPublisher,
     release=detach,
@@ -145,7 +141,7 @@ def product_of(db: Database, path_input: str = "renderProductPath") -> RenderPro
 def warn_about_settings(db: Database) -> None:
     """Warns of inputs that are deprecated or contradict each other."""
     inputs = db.inputs
-    if inputs.frameSkipCount:
+    if getattr(inputs, "frameSkipCount", 0):
         db.warn("frame-skip-deprecated", "frameSkipCount is deprecated; lower the camera's tickRate instead")
     if inputs.useSystemTime and inputs.resetSimulationTimeOnStop:
         db.warn(
@@ -166,28 +162,37 @@ def _attach(db: Database, product: RenderProduct) -> None:
     from sensors.annotators.registry import find_annotator
 
     app, inputs, memory = db.app, db.inputs, db.memory
-    if inputs.type == COMPRESSED:
-        db.fail(NO_ENCODER)
     kind = MESSAGES.get(inputs.type)
     if kind is None:
         db.fail(f"input type is {inputs.type!r}; it must be one of {', '.join(MESSAGES)}")
+    if inputs.type == COMPRESSED:
+        _check_video(db, product)
     warn_about_settings(db)
     annotator = Annotator(find_annotator(kind.annotator), app=app, owner=db.path)
     memory.product, memory.annotator = product, annotator
     stamp = stamps(app, system_time=inputs.useSystemTime, reset_on_stop=inputs.resetSimulationTimeOnStop)
     every, camera = inputs.frameSkipCount + 1, product.camera_path
-    make = partial(_message, kind, annotator, inputs.frameId, app.meters_per_unit, app.settings)
+    make = partial(_message, kind.begin(), annotator, inputs.frameId, app.meters_per_unit, app.settings)
     add_writer(db, product, FrameWriter(app.bus, topic_name(db, camera), kind.type_name, stamp, make, every))
     if inputs.enableSemanticLabels and kind.labelled:
         topic = topic_name(db, camera, inputs.semanticLabelsTopicName)
         add_writer(db, product, FrameWriter(app.bus, topic, STRING, stamp, partial(_labels, annotator), every))
 
 
+def _check_video(db: Database, product: RenderProduct) -> None:
+    """Fails the node without an encoder, and for sizes that H.264 does not have."""
+    width, height = product.resolution
+    if not has_encoder():
+        db.fail(NO_ENCODER)
+    if width % 2 or height % 2:
+        db.fail(f"type {COMPRESSED} needs an even width and height; {product.path} has {width} x {height} pixels")
+
+
 def _message(
-    kind: CameraMessage, annotator: Annotator, frame_id: str, unit: float, settings: Any, frame: Any, at: int
+    make: Callable[[Reading], Any], annotator: Annotator, frame_id: str, unit: float, settings: Any, frame: Any, at: int
 ) -> Any:
     in_world = bool(settings.get(keys.BOXES_IN_WORLD))
-    return kind.make(Reading(frame, annotator.get_data(), at, frame_id, unit, in_world))
+    return make(Reading(frame, annotator.get_data(), at, frame_id, unit, in_world))
 
 
 def _labels(annotator: Annotator, frame: Any, at: int) -> Any:

@@ -9,9 +9,10 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from .boxes import DETECTIONS_2D, DETECTIONS_3D, detections_2d, detections_3d
-from .image_messages import IMAGE, image
+from .image_messages import COMPRESSED, IMAGE, image
 from .messages import stamp
 from .point_clouds import POINT_CLOUD, point_cloud
+from .video import H264
 
 if TYPE_CHECKING:
     import numpy as np
@@ -37,12 +38,20 @@ class Reading:
 
 @dataclass(frozen=True, slots=True)
 class CameraMessage:
-    """One `type`: the message, the annotator whose data it has, how it is made, and whether it comes with labels."""
+    """One `type`: the message, the annotator whose data it has, how it is made, and whether it comes with labels.
+
+    begin: what makes the messages of one publisher, reading -> message.
+    """
 
     type_name: str
     annotator: str
-    make: Callable[[Reading], Any]
+    begin: Callable[[], Callable[[Reading], Any]]
     labelled: bool = False
+
+
+def _each(make: Callable[[Reading], Any]) -> Callable[[], Callable[[Reading], Any]]:
+    """For messages that do not depend on those before."""
+    return lambda: make
 
 
 def _image(encoding: str) -> Callable[[Reading], Any]:
@@ -101,14 +110,15 @@ def _solid_boxes(reading: Reading) -> Any:
 
 
 MESSAGES: Mapping[str, CameraMessage] = {
-    "rgb": CameraMessage(IMAGE, "rgb", _image("rgb8")),
-    "depth": CameraMessage(IMAGE, "distance_to_image_plane", _image("32FC1")),
-    "depth_pcl": CameraMessage(POINT_CLOUD, "distance_to_camera", _cloud),
-    "instance_segmentation": CameraMessage(IMAGE, "instance_segmentation", _image("32SC1"), labelled=True),
-    "semantic_segmentation": CameraMessage(IMAGE, "semantic_segmentation", _image("32SC1"), labelled=True),
-    "bbox_2d_tight": CameraMessage(DETECTIONS_2D, "bounding_box_2d_tight", _flat_boxes, labelled=True),
-    "bbox_2d_loose": CameraMessage(DETECTIONS_2D, "bounding_box_2d_loose", _flat_boxes, labelled=True),
-    "bbox_3d": CameraMessage(DETECTIONS_3D, "bounding_box_3d", _solid_boxes, labelled=True),
+    "rgb": CameraMessage(IMAGE, "rgb", _each(_image("rgb8"))),
+    "rgb_h264": CameraMessage(COMPRESSED, "rgb", H264),
+    "depth": CameraMessage(IMAGE, "distance_to_image_plane", _each(_image("32FC1"))),
+    "depth_pcl": CameraMessage(POINT_CLOUD, "distance_to_camera", _each(_cloud)),
+    "instance_segmentation": CameraMessage(IMAGE, "instance_segmentation", _each(_image("32SC1")), labelled=True),
+    "semantic_segmentation": CameraMessage(IMAGE, "semantic_segmentation", _each(_image("32SC1")), labelled=True),
+    "bbox_2d_tight": CameraMessage(DETECTIONS_2D, "bounding_box_2d_tight", _each(_flat_boxes), labelled=True),
+    "bbox_2d_loose": CameraMessage(DETECTIONS_2D, "bounding_box_2d_loose", _each(_flat_boxes), labelled=True),
+    "bbox_3d": CameraMessage(DETECTIONS_3D, "bounding_box_3d", _each(_solid_boxes), labelled=True),
 }
 """By the `type` of a camera helper."""
 

@@ -170,3 +170,19 @@ def test_the_old_inputs_of_a_surface_gripper_are_left_out_in_files_and_scripts(t
     for found in (told, notes):
         assert [code for code, _, _ in found].count("attribute-removed") == len(old) + 1
         assert any("name it in SurfaceGripper" in message for _, _, message in found)
+
+
+def test_a_value_that_is_a_type_of_its_own_now_gives_that_type_and_keeps_the_inputs_it_has():
+    """Up to Isaac Sim 4.x a camera helper of type camera_info published the lens."""
+    inputs = {"type": "camera_info", "topicName": "info", "frameId": "camera", "enableSemanticLabels": True}
+    nodes = (
+        NodeSpec("info", "omni.isaac.ros_bridge.ROS1CameraHelper", inputs),
+        NodeSpec("rgb", "omni.isaac.ros2_bridge.ROS2CameraHelper", {"inputs:type": "rgb"}),
+    )
+    links = (ConnectionSpec("tick.tick", "info.execIn"), ConnectionSpec("x.y", "info.semanticLabelsTopicName"))
+    spec = migrate(FileSpec(graphs=(GraphSpec("/G", nodes, links),)))
+    [graph] = spec.graphs
+    assert [node.type.rpartition(".")[2] for node in graph.nodes] == ["ROS2CameraInfoHelper", "ROS2CameraHelper"]
+    assert dict(graph.nodes[0].inputs) == {"topicName": "info", "frameId": "camera"}
+    assert [one.target for one in graph.connections] == ["info.execIn"]
+    assert any("with type camera_info is now a node type" in message for _, _, message in spec.notes)

@@ -10,8 +10,10 @@ from nodes.catalog.example import example
 
 ALL = registry.all()
 VARIANTS = "a USD scene with a prim that has a variant set, named at prim and variantSetName"
+PIPELINE = "SdOnNewFrame and SdOnNewRenderProductFrame before it"
 NEEDS_MORE = {
     "DebugDrawRayCast": "a folder for its pictures: graph run --out",
+    "GetCameraTarget": "a camera that SetCameraTarget or the editor has aimed",
     "GetVariantNames": VARIANTS,
     "GetVariantSelection": VARIANTS,
     "HolonomicRobotUsdSetup": "a robot in USD whose wheel joints have isaacmecanumwheel:radius and :angle",
@@ -19,6 +21,9 @@ NEEDS_MORE = {
     "IsaacConvertRGBAToRGB": "an RGBA image at dataPtr",
     "IsaacReadCameraInfo": "the render product of a camera at renderProductPath",
     "IsaacReadFilePath": "a text file notes.txt beside this one",
+    "SdFrameIdentifier": PIPELINE,
+    "SdRenderVarPtr": PIPELINE,
+    "SdRenderVarToRawArray": PIPELINE,
     "ScriptNode": "your leave to run its script: graph run --allow-scripts",
 }
 """What no example can bring along."""

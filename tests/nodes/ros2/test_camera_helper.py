@@ -149,8 +149,51 @@ def test_frames_can_be_left_out(app):
     assert [warning.code for warning in trace.warnings] == ["frame-skip-deprecated"]
 
 
-def test_compressed_pictures_are_refused_in_one_line(app):
-    with pytest.raises(ComputeError, match="which is not part of TickGraph; use type rgb"):
+def decoded(found):
+    """(n, height, width, 3) uint8 pictures of compressed messages."""
+    import av
+
+    codec = av.CodecContext.create("h264", "r")
+    packets = [av.Packet(one.data.tobytes()) for one in found]
+    frames = [frame for packet in (*packets, None) for frame in codec.decode(packet)]
+    return np.stack([frame.to_ndarray(format="rgb24") for frame in frames])
+
+
+def test_video_has_a_message_for_each_picture_and_shows_the_same(app):
+    pytest.importorskip("av")
+    helper(app, "rgb_h264", updates=4, topicName="video")
+    found = messages(app, "/video")
+    assert [one.format for one in found] == ["h264"] * 4
+    assert [one.header.stamp.nanosec for one in found] == [16_666_667, 33_333_333, 50_000_000, 66_666_667]
+    pictures = decoded(found)
+    helper(app)
+    plain = pixels(messages(app, "/rgb")[0], np.uint8, 3)
+    assert pictures.shape == (4, 48, 64, 3)
+    assert np.abs(pictures.mean(axis=(0, 1, 2)) - plain.mean(axis=(0, 1))).max() < 5
+    assert pictures[0, 24, 32] == pytest.approx([255, 0, 0], abs=15)
+
+
+def test_video_is_the_same_bytes_in_every_run(stage, app):
+    pytest.importorskip("av")
+    helper(app, "rgb_h264", updates=3, topicName="video")
+    with App(stage, physics_hz=240) as again:
+        again.sink = type(app.sink)()
+        again.bus.subscribe(again.sink)
+        helper(again, "rgb_h264", updates=3, topicName="video")
+        assert [one.data.tobytes() for one in messages(again, "/video")] == [
+            one.data.tobytes() for one in messages(app, "/video")
+        ]
+
+
+def test_video_of_an_odd_size_is_refused_in_one_line(app):
+    pytest.importorskip("av")
+    with pytest.raises(ComputeError, match=r"needs an even width and height; .* has 63 x 48 pixels"):
+        helper(app, "rgb_h264", size=(63, 48))
+
+
+def test_video_without_its_package_is_refused_in_one_line(app, monkeypatch):
+    monkeypatch.setattr("nodes.ros2.camera_helper.has_encoder", lambda: False)
+    with pytest.raises(ComputeError, match=r"needs the package av; install it with: pip install 'tickgraph\[video\]'"):
         helper(app, "rgb_h264")
 
 

@@ -51,3 +51,49 @@ def test_a_viewport_tells_its_camera(world, camera):
     assert run_node("GetActiveViewportCamera", app=app).value("camera") == camera
     trace = run_node("GetActiveViewportCamera", inputs={"viewport": "none"}, app=app)
     assert [one.code for one in trace.warnings] == ["viewport-missing"]
+
+
+def test_a_camera_is_moved_and_then_turned_and_says_both(world, camera):
+    """What the public test of these nodes asserts, below a parent that is moved."""
+    app = world()
+    aimed = {"primPath": camera}
+    run_node("SetCameraPosition", inputs={**aimed, "position": [1, 2, 3]}, pulses={"execIn": [0]}, app=app)
+    run_node("SetCameraTarget", inputs={**aimed, "target": [-1, -2, -3]}, pulses={"execIn": [0]}, app=app)
+    assert run_node("GetCameraPosition", inputs=aimed, app=app).value("position") == pytest.approx([1, 2, 3])
+    assert run_node("GetCameraTarget", inputs=aimed, app=app).value("target") == pytest.approx([-1, -2, -3])
+    forward = -app.fabric.world_matrix(camera)[:3, 2]
+    assert forward == pytest.approx(np.array([-2, -4, -6]) / np.sqrt(56))
+
+
+def test_a_camera_that_moves_looks_at_the_same_point_or_keeps_its_direction(world, camera):
+    app = world()
+    aimed = {"usePath": False, "prim": [camera]}
+    aim(app, camera, target=[10, 3, 5])  # level, along +y
+    run_node(
+        "SetCameraPosition", inputs={**aimed, "position": [13, 3, 5]}, pulses={"execIn": [0]}, app=app
+    )  # beside the point: along -x
+    assert -app.fabric.world_matrix(camera)[:3, 2] == pytest.approx([-1, 0, 0])
+    inputs = {**aimed, "position": [13, 7, 5], "rotate": False}
+    run_node("SetCameraPosition", inputs=inputs, pulses={"execIn": [0]}, app=app)
+    assert -app.fabric.world_matrix(camera)[:3, 2] == pytest.approx([-1, 0, 0])
+    assert run_node("GetCameraTarget", inputs=aimed, app=app).value("target") == pytest.approx([10, 7, 5])
+
+
+def test_a_target_that_nobody_set_is_reported(world, camera):
+    with pytest.raises(ComputeError, match="/World/Rig/Camera has no omni:kit:centerOfInterest; set it, or let"):
+        run_node("GetCameraTarget", inputs={"primPath": camera}, app=world())
+
+
+def test_a_viewport_shows_the_camera_that_is_set_and_tells_its_frames(world, camera):
+    from nodes.isaac.viewports import product_of, viewports_of
+
+    app = world()
+    trace = run_node("SetActiveViewportCamera", inputs={"primPath": camera}, pulses={"execIn": [0]}, app=app)
+    assert trace.fired("execOut") == [0]
+    assert run_node("GetActiveViewportCamera", app=app).value("cameraPrim") == [camera]
+    assert product_of(app, viewports_of(app)["Viewport"]).camera_path == camera
+    frames = run_node("OnNewFrame", updates=4, app=app)
+    assert frames.fired("execOut") == [1, 2, 3]  # a graph of the simulation: one update after each frame
+    assert frames.value("frameNumber") == 3
+    with pytest.raises(ComputeError, match="/World/Rig is a Xform; a viewport shows a Camera"):
+        run_node("SetActiveViewportCamera", inputs={"primPath": "/World/Rig"}, pulses={"execIn": [0]}, app=app)

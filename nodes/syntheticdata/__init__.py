@@ -1,0 +1,1 @@
+"""Frames and render variables, as the pipelines of `omni.syntheticdata` hand them on."""
