@@ -57,6 +57,7 @@ COMMANDS = {
     "convert": Command("write a graph file in another format: yaml, json, usda", "convert"),
     "show": Command("draw the graphs of a file; a file without graphs is an error", "show"),
     "inspect": Command("show one frame of a sensor: header, channels, what was hit", "inspect", settings=True),
+    "info": Command("say what a recording holds, and what was due", "info"),
     "recover": Command("rebuild the index of a recording that was not finished", "recover"),
     "explain": Command("tell what ticks when, who consumes what, and where traps lie", "explain", settings=True),
     "schema": Command("print the JSON Schema of graph files", "schema"),

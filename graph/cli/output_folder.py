@@ -76,8 +76,8 @@ class Output:
         except OSError as error:
             raise UserError(f"--out {folder}: {error.strerror}; name a folder that can be written") from None
 
-    def finish(self, report: Mapping[str, Any], *, well: bool) -> list[str]:
-        """Writes the report after the sink is closed; returns lines for the user.
+    def finish(self, report: dict[str, Any], *, well: bool) -> list[str]:
+        """Writes the report after the sink is closed, with the recording's files; returns lines for the user.
 
         well: whether the run ended as it should. Otherwise an earlier run's files stay, and get their names back if
         this run failed before it recorded anything or ended an update. Raises RunError if there is no space for the
@@ -86,6 +86,7 @@ class Output:
         if self._earlier and not well and not self.sink.messages and not report["updates"]:
             self._bring_back()
             return [*self.sink.notes, f"this run recorded nothing; {self.folder} is as the earlier run left it"]
+        report["recording"] = [self.sink.path.relative_to(self.folder).as_posix()] if self.sink.messages else []
         self._write(report)
         if self.sink.given_up:
             given = f"its last {self.sink.given_up} messages made room for {REPORT}"

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from graph.base.errors import RunError
+from graph.base.exact import shortest
 from graph.sim.timing.wall_clock import RealClock
 
 from .printing import safe_line
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 
     from graph.session.runner import GraphRunner
     from graph.sim import App
-    from graph.sim.messages.bus import CountingSink
+    from graph.sim.messages.bus import CountingSink, Topic, TopicCount
 
 Report = dict[str, Any]
 
@@ -45,7 +46,9 @@ def build_report(app: App, runner: GraphRunner, published: CountingSink, wall_ti
         "wall_clock": _wall_clock(app),
         "real_time_factor": round(float(app.simulation.time) / wall_time_s, 3) if wall_time_s > 0 else None,
         "sensors": _sensors(app, runner),
-        "topics": {topic: {"type": count.type_name, "messages": count.messages} for topic, count in published.topics()},
+        "loop_hz": shortest(app.loop_rate),
+        "physics_hz": shortest(app.simulation.steps_per_second),
+        "topics": _topics(app, published),
         "nodes": {
             node.path: {"computes": node.computes} for graph in runner.graphs.values() for node in graph.nodes.values()
         },
@@ -164,6 +167,25 @@ def _sensors(app: App, runner: GraphRunner) -> dict[str, Mapping[str, Any]]:
                 "last_frame_ns": None,
             }
     return sensors
+
+
+def _topics(app: App, published: CountingSink) -> dict[str, Mapping[str, Any]]:
+    """Each topic's messages; of those that follow a sensor also its rate [Hz] and the messages that fell due."""
+    return {name: _topic(count, app.bus.topics.get(name)) for name, count in published.topics()}
+
+
+def _topic(count: TopicCount, topic: Topic | None) -> Mapping[str, Any]:
+    counts: dict[str, Any] = {
+        "type": count.type_name,
+        "messages": count.messages,
+        "first_ns": count.first_ns,
+        "last_ns": count.last_ns,
+    }
+    if topic is not None and topic.cadences:
+        counts["due"] = sum(cadence.due for cadence in topic.cadences)
+        if cadence := topic.cadence:
+            counts |= {"sensor": cadence.sensor, "rate_hz": shortest(cadence.rate / cadence.every)}
+    return counts
 
 
 def _sensor(products: Sequence[Any]) -> Mapping[str, Any]:

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 from graph.base.errors import RunError, UserError
 from graph.base.exact import duration as exact_duration
-from graph.base.exact import rate
+from graph.base.exact import rate, shortest
 from graph.base.limits import check
 
 from .arguments import add_allow, add_nodes, add_play, add_skip_outside
@@ -230,7 +230,7 @@ def _output(args: argparse.Namespace, session: Session, played: list[Path], held
     except OSError as error:
         raise UserError(f"--out {args.out}: {error.strerror}; name a folder that can be written") from None
     held.enter_context(locked(args.out, "name another folder, or let that run end"))
-    return Output(args.out, session.spec.record_mcap, (args.file, *args.play, *played), _provenance(args))
+    return Output(args.out, session.spec.record_mcap, (args.file, *args.play, *played), _provenance(args, session.app))
 
 
 def show_log() -> None:
@@ -291,8 +291,8 @@ def pairs(options: list[str], flag: str) -> dict[str, str]:
     return pairs
 
 
-def _provenance(args: argparse.Namespace) -> dict[str, str]:
-    """Where the recording comes from, without anything that differs between two equal runs.
+def _provenance(args: argparse.Namespace, app: App) -> dict[str, str]:
+    """Where the recording comes from, and its clocks, without anything that differs between two equal runs.
 
     Settings are left out: some, such as the number of threads, do not change the recording.
     """
@@ -304,6 +304,8 @@ def _provenance(args: argparse.Namespace) -> dict[str, str]:
         "sha256": hashlib.sha256(args.file.read_bytes()).hexdigest(),
         "seed": str(args.seed),
         "version": version(),
+        "loop_hz": shortest(app.loop_rate),
+        "physics_hz": shortest(app.simulation.steps_per_second),
     }
     return said | {name: json.dumps(given) for name, given in options.items() if given}
 

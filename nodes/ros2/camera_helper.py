@@ -11,8 +11,7 @@ from graph.node import Attribute, Database, NodeAtLoad, node_type
 from graph.sim import settings as keys
 
 from .camera_messages import MESSAGES, Reading, labels_message
-from .lidar_writers import STRING, FrameWriter, stamps
-from .profiles import offered_quality
+from .lidar_writers import STRING, FrameWriter, add_writer, stamps
 from .publishing import check_names, publisher_inputs, topic_name
 from .video import NO_ENCODER, has_encoder
 
@@ -150,10 +149,9 @@ def warn_about_settings(db: Database) -> None:
         )
 
 
-def add_writer(db: Database, product: RenderProduct, writer: FrameWriter) -> None:
-    """Announces a writer's topic and attaches the writer to the product."""
-    db.app.bus.advertise(writer.topic, writer.type_name, db.path, offered_quality(db))
-    product.writers.append(writer)
+def add_camera_writer(db: Database, product: RenderProduct, writer: FrameWriter) -> None:
+    """Attaches a writer to the product, and notes it in the node's memory."""
+    add_writer(db, product, writer)
     db.memory.writers.append(writer)
 
 
@@ -173,10 +171,10 @@ def _attach(db: Database, product: RenderProduct) -> None:
     stamp = stamps(app, system_time=inputs.useSystemTime, reset_on_stop=inputs.resetSimulationTimeOnStop)
     every, camera = inputs.frameSkipCount + 1, product.camera_path
     make = partial(_message, kind.begin(), annotator, inputs.frameId, app.meters_per_unit, app.settings)
-    add_writer(db, product, FrameWriter(app.bus, topic_name(db, camera), kind.type_name, stamp, make, every))
+    add_camera_writer(db, product, FrameWriter(app.bus, topic_name(db, camera), kind.type_name, stamp, make, every))
     if inputs.enableSemanticLabels and kind.labelled:
         topic = topic_name(db, camera, inputs.semanticLabelsTopicName)
-        add_writer(db, product, FrameWriter(app.bus, topic, STRING, stamp, partial(_labels, annotator), every))
+        add_camera_writer(db, product, FrameWriter(app.bus, topic, STRING, stamp, partial(_labels, annotator), every))
 
 
 def _check_video(db: Database, product: RenderProduct) -> None:

@@ -10,7 +10,7 @@ from graph.node import Attribute, Database, node_type
 from .camera_helper import (
     HELPER_INPUTS,
     CameraPublisher,
-    add_writer,
+    add_camera_writer,
     detach,
     product_of,
     warn_about_settings,
@@ -103,7 +103,7 @@ def _add(
         distortion = "plumb_bob", (0.0,) * 5
     make = partial(_message, frame_id, (lens.width, lens.height), distortion, matrix_of(lens), r, p)
     stamp = stamps(db.app, system_time=inputs.useSystemTime, reset_on_stop=inputs.resetSimulationTimeOnStop)
-    add_writer(db, product, FrameWriter(db.app.bus, topic, CAMERA_INFO, stamp, make, inputs.frameSkipCount + 1))
+    add_camera_writer(db, product, FrameWriter(db.app.bus, topic, CAMERA_INFO, stamp, make, inputs.frameSkipCount + 1))
 
 
 def _message(

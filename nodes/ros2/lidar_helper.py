@@ -13,9 +13,8 @@ from graph.sim import settings as keys
 from .debug_view import debug_view
 from .laser_scans import LASER_SCAN, scan_style
 from .lidar_frames import SCAN_CHANNELS, FrameScan, cloud_channels, frame_cloud
-from .lidar_writers import STRING, FrameWriter, class_labels, object_id_map, stamps
+from .lidar_writers import STRING, FrameWriter, add_writer, class_labels, object_id_map, stamps
 from .point_clouds import CLOUD_FIELDS, POINT_CLOUD
-from .profiles import offered_quality
 from .publishing import check_names, publisher_inputs, topic_name
 
 if TYPE_CHECKING:
@@ -180,8 +179,7 @@ def _attach(db: Database, path: str) -> bool:
     memory.product, memory.writers = product, _writers(db, product, kind, metadata)
     memory.demand, memory.demanding = _needs(db, kind, metadata), False
     for writer in memory.writers:
-        app.bus.advertise(writer.topic, writer.type_name, db.path, offered_quality(db))
-        product.writers.append(writer)
+        add_writer(db, product, writer)
     memory.view = debug_view(db, product, "RtxSensorDebugDrawPointCloud", "omni:sensor:Core:outputFrameOfReference")
     return True
 

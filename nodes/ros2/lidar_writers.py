@@ -9,11 +9,15 @@ from typing import TYPE_CHECKING, Any
 
 from graph.base.exact import NANOSECONDS, nanoseconds
 from graph.sim import settings as keys
+from graph.sim.messages.cadence import Cadence
 
 from .messages import stamp
+from .profiles import offered_quality
 
 if TYPE_CHECKING:
+    from graph.node import Database
     from graph.sim import App
+    from graph.sim.renderer.products import RenderProduct
     from sensors.frame import Frame
 
 STRING = "std_msgs/msg/String"
@@ -40,6 +44,14 @@ class FrameWriter:
         if self.frames % self.every == 0 and self.bus.has_subscribers(self.topic):
             at = self.stamp(frame)
             self.bus.publish(self.topic, self.type_name, self.make(frame, at), at)
+
+
+def add_writer(db: Database, product: RenderProduct, writer: FrameWriter) -> None:
+    """Announces a writer's topic with the sensor's schedule, and attaches the writer to the product."""
+    before = product.due
+    cadence = Cadence(product.camera_path, product.sensor.rate, writer.every, lambda: product.due - before)
+    db.app.bus.advertise(writer.topic, writer.type_name, db.path, offered_quality(db), cadence)
+    product.writers.append(writer)
 
 
 def stamps(app: App, *, system_time: bool, reset_on_stop: bool, first_ray: bool = False) -> Callable[[Frame], int]:

@@ -9,9 +9,8 @@ from graph.node import Attribute, Database, node_type
 
 from .debug_view import debug_view
 from .lidar_frames import cloud_channels, frame_cloud
-from .lidar_writers import FrameWriter, stamps
+from .lidar_writers import FrameWriter, add_writer, stamps
 from .point_clouds import POINT_CLOUD
-from .profiles import offered_quality
 from .publishing import check_names, publisher_inputs, topic_name
 
 if TYPE_CHECKING:
@@ -125,8 +124,7 @@ def _attach(db: Database, path: str) -> bool:
         stamp,
         lambda frame, at: frame_cloud(frame, fields, at, frame_id),
     )
-    app.bus.advertise(memory.writer.topic, POINT_CLOUD, db.path, offered_quality(db))
-    product.writers.append(memory.writer)
+    add_writer(db, product, memory.writer)
     memory.view = debug_view(db, product, "RtxRadarDebugDrawPointCloud", "omni:sensor:WpmDmat:outputFrameOfReference")
     return True
 

@@ -11,6 +11,7 @@ from typing import Any, Protocol
 from graph.base.errors import RunError
 from graph.base.exact import nanoseconds
 
+from .cadence import Cadence
 from .message import Message
 from .quality import DEFAULT, Quality
 from .services import Services
@@ -48,6 +49,15 @@ class Topic:
     owners: list[str] = field(default_factory=list)
     messages: int = 0
     sequence: int = 0
+    cadences: list[Cadence] = field(default_factory=list)
+    """The schedules of its publishers that follow a sensor, in the order in which they were announced."""
+    cadence: Cadence | None = None
+    """The schedule of its messages; None if they follow no sensor, or several schedules."""
+
+    def follow(self, cadence: Cadence) -> None:
+        """Notes that a publisher of the topic follows this schedule."""
+        self.cadences.append(cadence)
+        self.cadence = cadence if len(set(self.cadences)) == 1 else None
 
 
 class MessageBus:
@@ -70,7 +80,14 @@ class MessageBus:
         self._recent: list[Message] = []
         self._unheard: list[tuple[str, str, int, Callable[[], Any]]] = []
 
-    def advertise(self, topic: str, type_name: str, owner: str = "", quality: Quality = DEFAULT) -> Topic:
+    def advertise(
+        self,
+        topic: str,
+        type_name: str,
+        owner: str = "",
+        quality: Quality = DEFAULT,
+        cadence: Cadence | None = None,
+    ) -> Topic:
         """Declares that `owner` publishes `type_name` on `topic`. Raises RunError if the topic has another type.
 
         Of several publishers, the first one's quality is used.
@@ -87,6 +104,8 @@ class MessageBus:
             _same_type(name, type_name, owner, known.type_name, " and ".join(known.owners), "sends")
         if owner and owner not in known.owners:
             known.owners.append(owner)
+        if cadence is not None:
+            known.follow(cadence)
         return known
 
     def has_subscribers(self, topic: str = "") -> bool:
@@ -110,7 +129,9 @@ class MessageBus:
         known.sequence += 1
         if sent_ns is None:
             sent_ns = stamp_ns if self.clock is None else nanoseconds(self.clock.time)
-        record = Message(known.name, type_name, message, stamp_ns, known.sequence, sent_ns, known.quality)
+        record = Message(
+            known.name, type_name, message, stamp_ns, known.sequence, sent_ns, known.quality, known.cadence
+        )
         self._recent.append(record)
         for subscription in self._subscriptions.get(known.name, ()):
             subscription.put(record)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from .cadence import Cadence
 from .quality import DEFAULT, Quality
 
 
@@ -13,7 +14,8 @@ class Message:
     """One published message.
 
     stamp_ns: the simulation time of its content, as in its header. sequence: counts from 1 on its topic since play.
-    sent_ns: the simulation time at which it was published. quality: the offer of its publisher.
+    sent_ns: the simulation time at which it was published. quality: the offer of its publisher. cadence: the sensor's
+    schedule that it follows.
     """
 
     topic: str
@@ -23,3 +25,4 @@ class Message:
     sequence: int
     sent_ns: int
     quality: Quality = DEFAULT
+    cadence: Cadence | None = None

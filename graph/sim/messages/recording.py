@@ -161,8 +161,10 @@ class McapSink:
         if schema is None:
             text = definition(message.type_name).encode()
             schema = self._schemas[message.type_name] = writer.register_schema(message.type_name, "ros2msg", text)
-        quality = {"offered_qos_profiles": message.quality.as_yaml()}
-        channel = self._channels[message.topic] = writer.register_channel(message.topic, "cdr", schema, quality)
+        about = {"offered_qos_profiles": message.quality.as_yaml()}
+        if message.cadence is not None:
+            about |= message.cadence.as_metadata()
+        channel = self._channels[message.topic] = writer.register_channel(message.topic, "cdr", schema, about)
         return channel
 
     def _declaration_bytes(self, message: Message) -> int:
@@ -170,7 +172,8 @@ class McapSink:
         if message.topic in self._channels:
             return 0
         schema = 0 if message.type_name in self._schemas else 64 + len(definition(message.type_name))
-        return 512 + len(message.topic) + len(message.type_name) + schema
+        sensor = len(message.cadence.sensor) if message.cadence is not None else 0
+        return 640 + len(message.topic) + len(message.type_name) + sensor + schema
 
     def _restore_deleted(self) -> None:
         """Writes the file again if it was deleted during the recording."""

@@ -154,6 +154,8 @@ def open_run(path: str | Path, *, whole: bool = True) -> RunReader:
     """
     path = Path(path)
     if not path.is_dir():
+        if not path.exists():
+            raise UserError(f"{path}: No such file or directory; name the folder of a run or a recording")
         if path.suffix.lower() not in SUFFIXES:
             raise UserError(f"{path}: not a recording; name the folder of a run, a .mcap or a .db3 file")
         return RunReader(str(path), [_open_file(path, whole)], None, ())
