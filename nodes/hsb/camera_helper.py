@@ -9,7 +9,7 @@ from graph.node import Attribute, Database, node_type
 from nodes.ros2.camera_helper import (
     HELPER_INPUTS,
     CameraPublisher,
-    add_writer,
+    add_camera_writer,
     detach,
     product_of,
     warn_about_settings,
@@ -53,7 +53,7 @@ def hsb_camera_helper(db: Database) -> bool:
         memory.product, memory.annotator = product, Annotator(find_annotator("rgb"), app=app, owner=db.path)
         stamp = stamps(app, system_time=inputs.useSystemTime, reset_on_stop=inputs.resetSimulationTimeOnStop)
         make = partial(_message, memory.annotator, inputs.type)
-        add_writer(db, product, FrameWriter(app.bus, topic_of(db), BYTES, stamp, make))
+        add_camera_writer(db, product, FrameWriter(app.bus, topic_of(db), BYTES, stamp, make))
     memory.listen(app.bus)
     db.fire("execOut")
     return True
