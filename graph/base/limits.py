@@ -53,6 +53,7 @@ LIMITS: dict[str, Limit] = {
     "acoustic.rays": Limit(1_000_000, "rays", "the fan of a mount of an acoustic sensor"),
     "lidar.bins": Limit(10_000, "spans", "a scan of lidar.motion continuous"),
     "camera.rays": Limit(10_000_000, "rays", "an image, with the samples of each pixel"),
+    "camera.texels": Limit(100_000_000, "pixels", "the textures of a scene together"),
     "graph.steps": Limit(5_000_000, "computes", "a graph in one evaluation, the passes of all its loops together"),
     "graph.bytes": Limit(1024 * MIB, "bytes", "the values of all graphs together"),
     "scene.triangles": Limit(10_000_000, "triangles", "what rays can hit, copies included"),

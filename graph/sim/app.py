@@ -148,11 +148,14 @@ class App:
         self.rendering.updates = self.driver
         self.graphs: dict[str, Any] = {}
         """The graphs bound to this App, by path; filled by the code that binds them."""
-        self.folders: tuple[Path, ...] = ()
-        """Folders from which nodes may read files: the graph file's own, then those the user allows.
+        file = stage if isinstance(stage, (str, Path)) else mjcf if isinstance(mjcf, (str, Path)) else None
+        self.folders: tuple[Path, ...] | None = None
+        """Folders from which nodes and textures may read files: the file's own, then those the user allows.
 
-        Relative names are below the first.
+        Relative names are below the first. None: no file describes the scene; the program that does may read any.
         """
+        if file is not None:
+            self.folders = (Path(file).expanduser().absolute().parent, *map(Path, allow))
         self.output_folder: Path | None = None
         """Where the run writes files; None if it writes no files."""
         self._told_closing = False

@@ -71,7 +71,7 @@ def read_file_path(db: Database) -> bool:
 
 def _allowed(db: Database, wanted: str) -> Path:
     """The file, with links resolved. Fails the node if it lies outside all allowed folders."""
-    folders: list[Path] = [folder.resolve() for folder in db.app.folders]
+    folders: list[Path] = [folder.resolve() for folder in db.app.folders or ()]
     if not folders or "\0" in wanted:
         db.fail(f"{wanted!r} is not read: this graph was not loaded from a file, so no folder is allowed")
     path = (folders[0] / wanted).resolve()

@@ -10,6 +10,8 @@ from sensors.raycast.shadows import Shadows
 from sensors.raycast.world import CastWorld
 
 from .config import CameraConfig
+from .cutouts import see_through
+from .image_files import ImageFiles
 from .lights import Lighting, light_prims, read_lighting
 from .line_exposure import LineExposure
 from .materials import Looks, read_looks
@@ -52,19 +54,28 @@ class Pictures:
     def radiance(
         self, app: App, view: View, pose: np.ndarray, state: Any, world: CastWorld, lines: LineExposure | None = None
     ) -> np.ndarray:
-        """(n, 3) float32 [nit] of each pixel, linear. view: through the middles, with normals if that is all."""
+        """(n, 3) float32 [nit] of each pixel, linear. view: through the middles, with normals if that is all, and spots
+        where these count.
+        """
         looks, lighting = looks_of(app, world), self._lighting(app, world, pose, state)
         if self._shadows is None or self._shadows.world is not world:
             self._shadows = Shadows(world, self._exclude)
         if self.samples == 1:
-            return radiance(view, looks, lighting, self._shadows, state)
+            return self._radiance(view, looks, lighting, self._shadows, state)
         if not self._rays:
             self._rays = [CameraRays(self._config.lens, place) for place in self._places]
         total = np.zeros((len(view.depth), 3), np.float32)
         for rays in self._rays:
-            seen = look(world, rays, self._config, pose, state, self._exclude, normals=True, lines=lines)
-            total += radiance(seen, looks, lighting, self._shadows, state)
+            seen = look(
+                world, rays, self._config, pose, state, self._exclude, normals=True, spots=looks.vary, lines=lines
+            )
+            total += self._radiance(seen, looks, lighting, self._shadows, state)
         return np.asarray(total / np.float32(self.samples))
+
+    def _radiance(self, view: View, looks: Looks, lighting: Lighting, shadows: Shadows, state: Any) -> np.ndarray:
+        if looks.cut:
+            view = see_through(shadows.world, view, looks, self._config.far, state)
+        return radiance(view, looks, lighting, shadows, state)
 
     def _lighting(self, app: App, world: CastWorld, pose: np.ndarray, state: Any) -> Lighting:
         prims = world.cache.get("camera lights")
@@ -82,5 +93,5 @@ def looks_of(app: App, world: CastWorld) -> Looks:
     """The looks of all surfaces of the App's cast world."""
     found: Looks | None = world.cache.get("camera looks")
     if found is None:
-        found = world.cache["camera looks"] = read_looks(app.stage, world.surfaces, app.warn)
+        found = world.cache["camera looks"] = read_looks(app.stage, world.surfaces, ImageFiles(app.folders), app.warn)
     return found

@@ -19,7 +19,7 @@ from .entities import PixelNumbers, entities_of
 from .line_exposure import LineExposure
 from .motion import Instant, motion_vectors
 from .names import PRIM_TYPE
-from .picture import Pictures
+from .picture import Pictures, looks_of
 from .rays import CameraRays
 from .shading import srgb
 from .view import View, look
@@ -89,9 +89,11 @@ class CameraRuntime(SensorRuntime[CameraConfig]):
             if self._rays is None:
                 self._rays = CameraRays(config.lens)
             world = cast_world(app)
-            normals = "normals" in wanted or (bool(wanted & LIT) and self._pictures.samples == 1)
             lines = self._lines(tick)
-            view = look(world, self._rays, config, pose, tick.poses, self.exclude, normals=normals, lines=lines)
+            lit = bool(wanted & LIT) and self._pictures.samples == 1
+            normals, spots = lit or "normals" in wanted, lit and looks_of(app, world).vary
+            seen = world, self._rays, config, pose, tick.poses, self.exclude
+            view = look(*seen, normals=normals, spots=spots, lines=lines)
             images = self._images(view, tick)
             if wanted & LIT:
                 images += self._lit(self._pictures.radiance(app, view, pose, tick.poses, world, lines))

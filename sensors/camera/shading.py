@@ -1,7 +1,7 @@
 """Light that comes from what pixels show, and what becomes of it in an image.
 
 L = emitted + base / pi (sum of E + pi sky): diffuse surfaces, lit from the side of the camera; one shadow ray for each
-light. Not modelled: light from other surfaces, mirrors, glass, the sky's shadows, smooth normals, blur.
+light. Not modelled: light from other surfaces, mirrors, glass, the sky's shadows, shadows of cut-outs, blur.
 """
 
 from __future__ import annotations
@@ -59,8 +59,8 @@ def _reflected(
             light_there[towards[dark]] = 0
             for axis in range(3):
                 lit[axis] += light.color[axis] * light_there
-    found = np.take(looks.base, surfaces, axis=0) * (lit.T * np.float32(1 / np.pi))
-    return found + np.take(looks.emitted, surfaces, axis=0) if looks.emits else np.asarray(found)
+    found = looks.base_of(view.hits, rows, surfaces) * (lit.T * np.float32(1 / np.pi))
+    return found + looks.emitted_of(view.hits, rows, surfaces) if looks.emits else np.asarray(found)
 
 
 def _blocked(light: Light, points: np.ndarray, shadows: Shadows, origin: np.ndarray, state: Any) -> np.ndarray:

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 from mcap.writer import Writer
+from PIL import Image
 
 from graph.base import limits
 from graph.base.limits import LIMITS
@@ -186,6 +187,47 @@ def rays(folder, what):
 def samples(folder):
     """Of the one pixel that an image has at least."""
     return Asked(7, ("check", graph_file(folder, fidelity={"camera.samples": 7})))
+
+
+@case("camera.texels")
+def texels(folder):
+    """A texture of 3 x 2."""
+    Image.new("RGB", (3, 2)).save(folder / "t.png")
+    file = scene(
+        folder,
+        """def Mesh "Face" (prepend apiSchemas = ["MaterialBindingAPI"]) {
+ point3f[] points = [(-1, -1, 0), (1, -1, 0), (0, 1, 0)]
+ int[] faceVertexCounts = [3]
+ int[] faceVertexIndices = [0, 1, 2]
+ rel material:binding = </Look>
+}
+def DomeLight "Sky" {}
+def Camera "Camera" { double3 xformOp:translate = (0, 0, 2)
+ uniform token[] xformOpOrder = ["xformOp:translate"]
+}
+def Material "Look" {
+ token outputs:surface.connect = </Look/Surface.outputs:surface>
+ def Shader "Surface" { uniform token info:id = "UsdPreviewSurface"
+  color3f inputs:diffuseColor.connect = </Look/Texture.outputs:rgb>
+  token outputs:surface
+ }
+ def Shader "Texture" { uniform token info:id = "UsdUVTexture"
+  asset inputs:file = @t.png@
+  float3 outputs:rgb
+ }
+}
+""",
+    )
+    nodes = {
+        "tick": "OnPlaybackTick",
+        "product": {"type": "IsaacCreateRenderProduct", "inputs": {"cameraPrim": "/Camera", "width": 4, "height": 4}},
+        "image": {"type": "ROS2CameraHelper", "inputs": {"type": "rgb"}},
+    }
+    wires = ["tick.tick -> product.execIn", "product.execOut -> image.execIn"]
+    wires.append("product.renderProductPath -> image.renderProductPath")
+    graphs = {"/G": {"nodes": nodes, "connections": wires}}
+    graph = graph_file(folder, graphs=graphs, scene={"usd": Path(file).name})
+    return Asked(6, run(graph, "--updates", "3", "--out", str(folder / "out")))
 
 
 def radar(folder):

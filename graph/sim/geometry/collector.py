@@ -132,7 +132,7 @@ class Collector:
             triangles = np.ascontiguousarray(triangles[:, ::-1])
         if body is not None:
             vertices = np.round(vertices / GRID) * GRID + 0.0  # also makes -0.0 and 0.0 equal in their bytes
-        self.found.append((Mesh(path, body, vertices, triangles, None, source), bound))
+        self.found.append((Mesh(path, body, vertices, triangles, None, source, where[0]), bound))
 
     def _parts(self, prim: Any, path: str, scale: float) -> tuple[Part, ...]:
         """The prim's own triangles; instances of one prototype share them."""

@@ -6,12 +6,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from graph.sim.arrays import array_of
 from graph.sim.transforms import Floats
 from graph.sim.usd import EARLIEST, UsdGeom, UsdShade
 
-from .polygons import Complain
+from .polygons import Complain, Integers
 from .shapes import Surface
 from .tessellation import Triangles
 
@@ -20,11 +21,17 @@ MATERIALS = str(UsdShade.Tokens.materialBind)
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """Vertices (n, 3) and triangles (m, 3) of a prim, or of the faces of one of its subsets (`name`, else empty)."""
+    """Vertices (n, 3) and triangles (m, 3) of a prim, or of the faces of one of its subsets (`name`, else empty).
+
+    mine: which triangles of the whole surface these are, (all,) bool, and used: its vertices that they use, (n,); None
+    for the whole.
+    """
 
     name: str
     vertices: Floats
     triangles: Triangles
+    mine: NDArray[np.bool_] | None = None
+    used: Integers | None = None
 
 
 def parts_of(prim: Any, surface: Surface, complain: Complain) -> tuple[Part, ...]:
@@ -60,9 +67,9 @@ def parts_of(prim: Any, surface: Surface, complain: Complain) -> tuple[Part, ...
     )
 
 
-def _part(name: str, surface: Surface, mine: Any) -> Part:
+def _part(name: str, surface: Surface, mine: NDArray[np.bool_]) -> Part:
     used, compact = np.unique(surface.triangles[mine], return_inverse=True)
-    return Part(name, surface.vertices[used], compact.reshape(-1, 3).astype(np.uint32))
+    return Part(name, surface.vertices[used], compact.reshape(-1, 3).astype(np.uint32), mine, used.astype(np.int64))
 
 
 def _counts(subset: Any) -> bool:

@@ -18,7 +18,8 @@ class Mesh:
     path: of the prim or subset; "/World/Rocks[7]" for copy 7 of a point instancer, "/World/Rocks[7]/Lid" if it has
     several prims. vertices: (n, 3) float64 [m]; in the world if `body` is None, else in the rigid frame of that body
     (its pose without scale: `Fabric.rigid_matrices`). triangles: (m, 3) uint32, normals facing out. material: path of
-    the bound material. source: the prim or subset from which the shape was read: `path`, except for copies.
+    the bound material. source: the prim or subset from which the shape was read: `path`, except for copies. frame:
+    (4, 4), from the prim's own space to that of the vertices [m].
     """
 
     path: str
@@ -27,6 +28,7 @@ class Mesh:
     triangles: Triangles
     material: str | None = None
     source: str = ""
+    frame: Floats | None = None
 
     def __post_init__(self) -> None:
         if not self.source:

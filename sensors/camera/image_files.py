@@ -1,0 +1,136 @@
+"""Reads image files that a scene names: only from allowed folders, of known formats, and no larger than a limit."""
+
+from __future__ import annotations
+
+import io
+import zipfile
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from graph.base.limits import allowed, most
+
+FORMATS = ("PNG", "JPEG", "BMP", "TGA", "TIFF", "WEBP")
+BYTES_A_PIXEL = 16
+"""No file of these formats is larger than so much for each pixel of the limit."""
+
+
+class ImageProblem(Exception):  # noqa: N818  (named as `graph.base.errors.Problem`)
+    """Why an image is not read; the message has no name of a file."""
+
+
+@dataclass(frozen=True, eq=False)
+class Image:
+    """pixels: (height, width, channels) uint8 or uint16, the first row on top; 1 to 4 channels: grey, grey and alpha,
+    red green blue, the same and alpha.
+    """
+
+    pixels: np.ndarray
+
+    @property
+    def colours(self) -> bool:
+        """Whether it has three or four channels of 8 bits, which are sRGB if nothing else is said."""
+        return bool(self.pixels.dtype == np.uint8 and self.pixels.shape[2] >= 3)
+
+
+class ImageFiles:
+    """The image files of a scene, each read once.
+
+    folders: from which files may be read; None: from any.
+    """
+
+    def __init__(self, folders: Iterable[Path] | None) -> None:
+        self._folders = None if folders is None else [folder.expanduser().resolve() for folder in folders]
+        self._images: dict[str, Image | ImageProblem] = {}
+        self._texels = 0
+
+    def read(self, attribute: Any) -> Image:
+        """The image that an asset attribute names. Raises ImageProblem."""
+        name = self.find(attribute)
+        if name not in self._images:
+            try:
+                self._images[name] = self._open(name)
+            except ImageProblem as problem:
+                self._images[name] = problem
+        found = self._images[name]
+        if isinstance(found, ImageProblem):
+            raise found
+        return found
+
+    def find(self, attribute: Any) -> str:
+        """The file of an asset attribute; "a.usdz[b.png]" for one in a package. Raises ImageProblem."""
+        value = attribute.Get()
+        text = str(getattr(value, "path", value) or "")
+        if not text:
+            raise ImageProblem("no file is named")
+        stack = attribute.GetPropertyStack()
+        if stack and stack[0].layer.anonymous and self._folders and not Path(text).is_absolute():
+            return str(self._folders[0] / text)  # written in the graph file
+        return str(getattr(value, "resolvedPath", "") or text)
+
+    def _open(self, name: str) -> Image:
+        from graph.sim.usd import Ar
+
+        outer, inner = Ar.SplitPackageRelativePathOuter(name) if Ar.IsPackageRelativePath(name) else (name, "")
+        file = Path(outer)
+        try:
+            real = file.resolve()
+            if self._folders is not None and not any(real.is_relative_to(folder) for folder in self._folders):
+                raise ImageProblem(f"{file.name} lies outside the scene's folders; allow its folder with --allow DIR")
+            if not real.is_file():
+                raise ImageProblem(f"{file.name} does not exist")
+            return self._decoded(_contents(real, inner), inner or file.name)
+        except (OSError, ValueError, RuntimeError, zipfile.BadZipFile) as error:
+            raise ImageProblem(f"{inner or file.name} cannot be read: {error}") from error
+
+    def _decoded(self, data: bytes, name: str) -> Image:
+        from PIL import Image as Pillow
+        from PIL import UnidentifiedImageError
+
+        before = Pillow.MAX_IMAGE_PIXELS
+        Pillow.MAX_IMAGE_PIXELS = None  # the limit is ours, and checked before anything is decoded
+        try:
+            with Pillow.open(io.BytesIO(data), formats=FORMATS) as picture:
+                width, height = picture.size
+                if self._texels + width * height > most("camera.texels"):
+                    with_it = f"{name}: with its {width:,} x {height:,} pixels the textures are too large"
+                    raise ImageProblem(f"{with_it}; {allowed('camera.texels')}")
+                self._texels += width * height
+                return Image(_pixels(picture))
+        except UnidentifiedImageError:
+            raise ImageProblem(f"{name} is not an image of a kind that is read: {', '.join(FORMATS)}") from None
+        except (OSError, ValueError, SyntaxError, EOFError, IndexError, OverflowError) as error:
+            raise ImageProblem(f"{name} is damaged: {error}") from error
+        finally:
+            Pillow.MAX_IMAGE_PIXELS = before
+
+
+def _contents(file: Path, inner: str) -> bytes:
+    """The bytes of a file, or of one in a package; so many that an image of the limit fits."""
+    largest = most("camera.texels") * BYTES_A_PIXEL
+    if inner:
+        with zipfile.ZipFile(file) as package, package.open(inner) as stream:
+            data = stream.read(largest + 1)
+    else:
+        with file.open("rb") as stream:
+            data = stream.read(largest + 1)
+    if len(data) > largest:
+        raise ImageProblem(f"{inner or file.name} is too large a file; {allowed('camera.texels')}")
+    return data
+
+
+def _pixels(picture: Any) -> np.ndarray:
+    """The pixels of a Pillow image."""
+    if picture.mode.startswith("I;16") or picture.mode == "I":
+        found = np.clip(np.asarray(picture, np.int64), 0, 65535).astype(np.uint16)
+    elif picture.mode in ("L", "LA", "RGB", "RGBA"):
+        found = np.asarray(picture)
+    elif picture.mode == "1":
+        found = np.asarray(picture.convert("L"))
+    else:
+        transparent = picture.mode in ("PA", "RGBa") or "transparency" in picture.info
+        found = np.asarray(picture.convert("RGBA" if transparent else "RGB"))
+    return np.ascontiguousarray(found.reshape(*found.shape[:2], -1))

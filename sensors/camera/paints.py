@@ -1,0 +1,125 @@
+"""Colours that vary over a surface: by a texture, or from corner to corner."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+
+from graph.sim.geometry.corners import Corners, corners_of, primvar_at_corners
+from graph.sim.geometry.surfaces import Mesh
+
+from .networks import Coordinates, Source, Warn
+from .stage_values import numbers_of
+from .textures import Texture
+
+
+class Paint(Protocol):
+    """What a surface shows in some of its places."""
+
+    def at(self, triangle: np.ndarray, uv: np.ndarray) -> np.ndarray:
+        """(k, n) float32; triangle (k,), uv (k, 2): as in `sensors.raycast.rays.Spots`."""
+
+
+@dataclass(frozen=True, eq=False)
+class ByCorner:
+    """values: (m, 3, n) float32, at the corners of each triangle."""
+
+    values: np.ndarray
+
+    def at(self, triangle: np.ndarray, uv: np.ndarray) -> np.ndarray:
+        """The corners' values, weighted."""
+        first, second, third = (np.take(self.values[:, corner], triangle, axis=0, mode="clip") for corner in range(3))
+        u, v = uv[:, :1], uv[:, 1:]
+        return np.asarray(first * (1 - u - v) + second * u + third * v)
+
+
+@dataclass(frozen=True, eq=False)
+class Textured:
+    """places: (m, 3, 2) float32, the texture's coordinates of each corner. channels: of the texture."""
+
+    texture: Texture
+    places: ByCorner
+    channels: tuple[int, ...]
+
+    def at(self, triangle: np.ndarray, uv: np.ndarray) -> np.ndarray:
+        """The texture there."""
+        return self.texture.at(self.places.at(triangle, uv))[:, self.channels]
+
+
+@dataclass
+class Painter:
+    """Makes the paints of a stage's surfaces; warn: gets `texture-without-st` and `primvar-left-out`."""
+
+    stage: Any
+    warn: Warn
+    _corners: dict[tuple[str, int], Corners | None] = field(default_factory=dict)
+    _values: dict[tuple[str, int, str], np.ndarray | None] = field(default_factory=dict)
+
+    def paint(self, source: Source, surface: Any) -> Paint | tuple[float, ...]:
+        """What an input gives on a surface; plain numbers where it is the same everywhere."""
+        if source.texture is not None:
+            places = self._places(source.coordinates, surface)
+            if places.shape[0] == 1:
+                return tuple(source.texture.at(places[0, :1])[0, source.channels].tolist())
+            return Textured(source.texture, ByCorner(places), source.channels)
+        if source.primvar:
+            found = self.primvar(surface, source.primvar, len(source.plain))
+            return source.plain if found is None else _plain(found)
+        return source.plain
+
+    def primvar(self, surface: Any, name: str, width: int) -> np.ndarray | None:
+        """(m, 3, width) float32 at the surface's corners, (1, 3, width) for one value; None without such a primvar."""
+        from graph.sim.usd import UsdGeom
+
+        prim = self.gprim(surface)
+        primvar = UsdGeom.PrimvarsAPI(prim).FindPrimvarWithInheritance(name) if prim else None
+        if not primvar or not primvar.HasValue():
+            return None
+        if str(primvar.GetInterpolation()) == "constant":
+            return _constant(primvar, width)
+        if not isinstance(surface, Mesh):
+            return None
+        origin = prim.GetPrimInPrototype() if prim.IsInstanceProxy() else prim
+        key = f"{origin.GetPath()}|{surface.source.rpartition('/')[2]}", id(surface.triangles)
+        if (*key, name) not in self._values:
+            if key not in self._corners:
+                self._corners[key] = corners_of(self.stage.GetPrimAtPath(surface.source), surface)
+            corners = self._corners[key]
+            self._values[*key, name] = (
+                None
+                if corners is None
+                else primvar_at_corners(
+                    primvar, corners, width, lambda message: self.warn("primvar-left-out", str(prim.GetPath()), message)
+                )
+            )
+        return self._values[*key, name]
+
+    def _places(self, coordinates: Coordinates, surface: Any) -> np.ndarray:
+        found = self.primvar(surface, coordinates.primvar, 2) if coordinates.primvar else None
+        if found is None:
+            if coordinates.primvar:
+                said = (
+                    f"its texture shows one pixel: it is not a mesh with primvars:{coordinates.primvar} that fit to it"
+                )
+                self.warn("texture-without-st", str(surface.path), said)
+            found = np.full((1, 3, 2), coordinates.fallback, np.float32)
+        return np.asarray(found @ coordinates.matrix[:, :2].T + coordinates.matrix[:, 2], np.float32)
+
+    def gprim(self, surface: Any) -> Any:
+        """The prim of a surface, for subsets the mesh."""
+        from graph.sim.usd import UsdGeom
+
+        prim = self.stage.GetPrimAtPath(str(surface.source))
+        return prim.GetParent() if prim and not prim.IsA(UsdGeom.Imageable) else prim
+
+
+def _constant(primvar: Any, width: int) -> np.ndarray | None:
+    value = primvar.ComputeFlattened()
+    found = numbers_of(value, width) or (numbers_of(value[:1], width) if value is not None and len(value) else None)
+    return None if found is None else np.full((1, 3, width), found, np.float32)
+
+
+def _plain(values: np.ndarray) -> Paint | tuple[float, ...]:
+    return tuple(values[0, 0].tolist()) if len(values) == 1 else ByCorner(values)
