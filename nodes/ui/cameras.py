@@ -56,7 +56,9 @@ def get_camera_target(db: Database) -> bool:
         return False
     interest = _interest(prim)
     if interest is None:
-        db.lack(f"{path} has no {INTEREST}; set it, or let SetCameraTarget turn the camera to a point first")
+        advice = "set it, or let SetCameraTarget turn the camera to a point first"
+        db.warn("camera-target-missing", f"{path} has no {INTEREST}; {advice}")
+        return False
     world = db.app.fabric.world_matrix(path)
     db.outputs.target = (world[:3, :3] @ interest + world[:3, 3]).tolist()
     return True
