@@ -57,6 +57,7 @@ if TYPE_CHECKING:
     from .wrappers import Corrupted, Delayed
     from .writers import register_writer_spec, unregister_writer_spec
 
+    SUPPORTED_CAMERA_CONFIGS: dict[str, dict[str, Any]]
     SUPPORTED_LIDAR_CONFIGS: dict[str, list[Any]]
 
 _HOMES = {
@@ -87,6 +88,7 @@ _HOMES = {
     "RadarSensor": "radar.sensor",
     "RtxCamera": "camera.authoring",
     "SUPPORTED_ACOUSTIC_CONFIGS": "acoustic.authoring",
+    "SUPPORTED_CAMERA_CONFIGS": "configs",
     "SUPPORTED_LIDAR_CONFIGS": "configs",
     "SUPPORTED_RADAR_CONFIGS": "radar.configs",
     "SensorRuntime": "runtime",
@@ -115,6 +117,7 @@ _HOMES = {
 
 __all__ = [
     "SUPPORTED_ACOUSTIC_CONFIGS",
+    "SUPPORTED_CAMERA_CONFIGS",
     "SUPPORTED_LIDAR_CONFIGS",
     "SUPPORTED_RADAR_CONFIGS",
     "Acoustic",

@@ -26,14 +26,14 @@ def run(args: argparse.Namespace) -> int:
     from graph.node import registry
     from graph.sim.fidelity import KNOBS
     from graph.sim.settings import DEFAULTS
-    from sensors.configs.catalog import assets
+    from sensors.configs.summary import all_assets
     from sensors.sensor_types import sensor_types
 
     knobs = {name: knob.schema for name, knob in KNOBS.items()}
     settings = {path: {"default": value} for path, value in DEFAULTS.items()}
     prims = {
         "type": (*PRIM_TYPES, *sensor_types()),
-        "config": [asset.short_name for asset in assets()],
+        "config": [asset.short_name for asset in all_assets()],
     }
     schema = json_schema(registry.all(), knobs, settings, prims)
     if args.tests:

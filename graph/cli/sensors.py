@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING, Any
 from .printing import aligned, print_table, safe_line, say, say_json
 
 if TYPE_CHECKING:
+    from sensors.configs.cameras import CameraAsset
     from sensors.configs.catalog import Asset, Variant
 
+CAMERA_AXES = "x right, y up, z back: the camera looks along -z"
 HEADINGS = ("NAME", "HZ", "RAYS", "AZIMUTH", "ELEVATION", "RANGE m", "VARIANTS")
 
 
@@ -22,14 +24,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Runs the command. Raises UserError for an unknown name."""
-    from sensors.configs.catalog import assets
-    from sensors.configs.summary import find_asset
+    from sensors.configs.summary import all_assets, find_asset
 
     if args.name is None:
         if args.json:
-            say_json([described(asset) for asset in assets()])
+            say_json([described(asset) for asset in all_assets()])
         else:
-            print_table([_row(described(asset)) for asset in assets()], HEADINGS)
+            print_table([_row(described(asset)) for asset in all_assets()], HEADINGS)
         return 0
     asset, variant = find_asset(args.name)
     found = described(asset, variant)
@@ -41,19 +42,20 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def described(asset: Asset, variant: Variant = None) -> dict[str, Any]:
+def described(asset: Asset | CameraAsset, variant: Variant = None) -> dict[str, Any]:
     """An asset as plain data: its spellings, its variants, the figures of one variant (None: its default)."""
-    from sensors.configs.summary import AXES, summary
+    from sensors.configs.summary import AXES
 
+    figures = asset.figures(variant)
     return {
         "name": asset.short_name,
         "asset": asset.path,
         "spellings": list(asset.spellings),
         "source": asset.source,
-        "axes": AXES,
+        "axes": AXES if figures["modality"] == "lidar" else CAMERA_AXES,
         "variant": variant if variant is not None else asset.default,
         "variants": list(asset.variants),
-        **summary(asset.config(variant)),
+        **figures,
     }
 
 
@@ -71,31 +73,19 @@ def _span(edges: Sequence[float], to: str) -> str:
     return to.join(f"{edge:.4g}" for edge in edges)
 
 
-def _page(asset: Asset, found: Mapping[str, Any]) -> Iterator[str]:
+def _page(asset: Asset | CameraAsset, found: Mapping[str, Any]) -> Iterator[str]:
     yield f"{found['name']} ({found['asset']})"
     if found["variant"] is not None:
         yield f"figures of variant {_choice(found['variant'])}"
     yield ""
-    turns = f", {'clockwise' if found['rotation'] == 'CW' else 'counter-clockwise'}" if found["rotation"] else ""
-    yield from aligned(
-        (
-            ("type", f"{found['modality']}, {found['scan_type'].lower().replace('_', ' ')}{turns}"),
-            ("scan rate", f"{found['scan_rate_hz']:g} Hz (its tickRate, unless you author another)"),
-            ("firing rate", f"{found['firing_rate_hz']:,g} Hz"),
-            ("emitters", f"{found['emitters']:,} emitters at {found['elevations']:,} elevations"),
-            ("rays a scan", f"{found['rays_per_scan']:,}"),
-            ("azimuth", _span(found["azimuth_deg"], " to ") + "°"),
-            ("elevation", _span(found["elevation_deg"], " to ") + "°"),
-            ("range", _span(found["range_m"], " to ") + " m"),
-            ("returns", str(found["returns"])),
-            ("wavelength", f"{found['wavelength_nm']:g} nm"),
-            ("axes", found["axes"]),
-        )
-    )
+    camera = found["modality"] == "camera"
+    yield from aligned(_camera_rows(found) if camera else _lidar_rows(found))
     yield ""
     yield "in a graph file:"
     variant = f", variant: {_choice(found['variant'])}" if found["variant"] is not None else ""
-    yield f"  /World/Lidar: {{type: {asset.prim_type}, config: {found['name']}{variant}, translate: [0, 0, 1]}}"
+    turned = ", rotate: [90, 0, -90]" if camera else ""
+    name = f"/World/{'Camera' if camera else 'Lidar'}"
+    yield f"  {name}: {{type: {asset.prim_type}, config: {found['name']}{variant}, translate: [0, 0, 1]{turned}}}"
     if found["variants"]:
         yield ""
         yield f"variants ({len(found['variants'])}):"
@@ -103,6 +93,40 @@ def _page(asset: Asset, found: Mapping[str, Any]) -> Iterator[str]:
     yield ""
     yield f"spellings: {', '.join(found['spellings'])}"
     yield safe_line(f"source: {found['source']}")
+
+
+def _lidar_rows(found: Mapping[str, Any]) -> tuple[tuple[str, str], ...]:
+    turns = f", {'clockwise' if found['rotation'] == 'CW' else 'counter-clockwise'}" if found["rotation"] else ""
+    return (
+        ("type", f"{found['modality']}, {found['scan_type'].lower().replace('_', ' ')}{turns}"),
+        ("scan rate", f"{found['scan_rate_hz']:g} Hz (its tickRate, unless you author another)"),
+        ("firing rate", f"{found['firing_rate_hz']:,g} Hz"),
+        ("emitters", f"{found['emitters']:,} emitters at {found['elevations']:,} elevations"),
+        ("rays a scan", f"{found['rays_per_scan']:,}"),
+        ("azimuth", _span(found["azimuth_deg"], " to ") + "°"),
+        ("elevation", _span(found["elevation_deg"], " to ") + "°"),
+        ("range", _span(found["range_m"], " to ") + " m"),
+        ("returns", str(found["returns"])),
+        ("wavelength", f"{found['wavelength_nm']:g} nm"),
+        ("axes", found["axes"]),
+    )
+
+
+def _camera_rows(found: Mapping[str, Any]) -> tuple[tuple[str, str], ...]:
+    width, height = found["resolution"]
+    across, down = (2 * found[key][1] for key in ("azimuth_deg", "elevation_deg"))
+    depth = (("baseline", f"{found['baseline_mm']:g} mm"),) if found["baseline_mm"] else ()
+    shutter = f", {found['shutter']} shutter" if found["shutter"] else ""
+    return (
+        ("type", f"camera{shutter}"),
+        ("frame rate", f"{found['scan_rate_hz']:g} Hz at most (author omni:sensor:tickRate; else every update)"),
+        ("image", f"{width} x {height} pixels: the size to give its render product"),
+        ("field of view", f"{across:.4g}° x {down:.4g}°, without distortion"),
+        ("lens", f"{found['lens']}, focal length {found['focal_length_px']:g} px"),
+        *depth,
+        ("range", _span(found["range_m"], " to ") + " m"),
+        ("axes", found["axes"]),
+    )
 
 
 def _choice(variant: Any) -> str:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from graph.base.errors import UserError
 from sensors.errors import SensorValueError
 from sensors.prim import AUX_CHANNELS, has_sensor_api
-from sensors.sensor_prim import SensorPrim
+from sensors.sensor_prim import SensorPrim, resolve
 
 from .names import PRIM_TYPE
 
@@ -44,6 +45,20 @@ class RtxCamera(SensorPrim):
             raise SensorValueError(f"{path}: a camera has no aux_output_level; leave it out")
         super().__init__(path, **options)
         self.prim.RemoveProperty(AUX_CHANNELS)
+
+    @classmethod
+    def write_config(cls, stage: Usd.Stage, path: str, config: str, variant: str | Mapping[str, str] | None) -> None:
+        """Authors a shipped camera (SUPPORTED_CAMERA_CONFIGS) on the prim at a path; variant: the name of an imager."""
+        from sensors.configs.cameras import author_camera
+
+        path, existed = resolve(stage, path, cls.word)
+        prim = stage.GetPrimAtPath(path) if existed else cls.define(stage, path)
+        if prim.GetTypeName() != PRIM_TYPE:
+            raise SensorValueError(f"{path} is a {prim.GetTypeName() or 'typeless prim'}, not a {PRIM_TYPE}")
+        try:
+            author_camera(prim, config, variant)
+        except UserError as error:
+            raise SensorValueError(error.problems) from error
 
     @property
     def camera(self) -> CameraView:

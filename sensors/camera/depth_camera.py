@@ -7,8 +7,9 @@ from typing import Any, ClassVar
 
 from sensors.errors import SensorValueError
 
+from .authoring import RtxCamera
 from .sensor import ANNOTATORS, WIDTHS, CameraSensor
-from .stereo_depth import NAMES, PREFIX, STEREO_ANNOTATORS, StereoDepth, read_stereo
+from .stereo_depth import NAMES, PREFIX, STEREO_ANNOTATORS, StereoDepth, authored_stereo, read_stereo
 
 
 class SingleViewDepthCameraSensor(CameraSensor):
@@ -32,6 +33,10 @@ class SingleViewDepthCameraSensor(CameraSensor):
         "depth_sensor_point_cloud_position": 3,
         "depth_sensor_point_cloud_color": 4,
     }
+
+    def __init__(self, camera: RtxCamera | str, **options: Any) -> None:
+        super().__init__(camera, **options)
+        self._copy_template()
 
     @property
     def stereo(self) -> StereoDepth:
@@ -71,6 +76,15 @@ class SingleViewDepthCameraSensor(CameraSensor):
     def set_enabled_post_processing(self, enabled: bool | None) -> None:
         """Whether depth is measured; if not, it is exact."""
         self._set(enabled=enabled)
+
+    def _copy_template(self) -> None:
+        """Takes what a configuration or an asset says of the camera's render product."""
+        from sensors.configs.cameras import template_path
+
+        template = self.camera.app.stage.GetPrimAtPath(template_path(self.camera.prim))
+        said = {} if not template else authored_stereo(template)
+        if said:
+            self._set(**said)
 
     def _set(self, **values: Any) -> None:
         from graph.sim.usd import Sdf, Usd

@@ -35,6 +35,12 @@ def _check(prim: Usd.Prim) -> Iterator[str]:
     return reading_problems(prim, lambda prim: read_config(prim, ANY_SIZE, 1.0), read_tick_rate)
 
 
+def _author(prim: Usd.Prim, config: str, variant: Any = None, **where: Any) -> None:
+    from sensors.configs.cameras import author_camera
+
+    author_camera(prim, config, variant, **where)
+
+
 def _facts(app: App, prim: Usd.Prim) -> dict[str, Any]:
     from .config import read_config
     from .lens_models import lens_model
@@ -68,6 +74,7 @@ register_sensor_type(
         channels=CHANNELS,
         annotators=ANNOTATORS,
         check=_check,
+        author=_author,
         facts=_facts,
         rows=_rows,
     )

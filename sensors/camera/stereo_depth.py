@@ -65,13 +65,18 @@ NAMES = {
 
 def read_stereo(prim: Any) -> StereoDepth:
     """What a render product's prim says; defaults where it says nothing."""
+    return StereoDepth(**authored_stereo(prim))
+
+
+def authored_stereo(prim: Any) -> dict[str, Any]:
+    """Field -> value of what a render product's prim says."""
     found: dict[str, Any] = {}
     for field, name in NAMES.items():
         attribute = prim.GetAttribute(PREFIX + name)
         value = attribute.Get() if attribute else None
         if value is not None:
             found[field] = bool(value) if field == "enabled" else float(value)
-    return StereoDepth(**found)
+    return found
 
 
 def measured(depth: np.ndarray, stereo: StereoDepth, generator: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:

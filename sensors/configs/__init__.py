@@ -43,4 +43,8 @@ def __getattr__(name: str) -> Any:
         from .catalog import supported
 
         return supported()
+    if name == "SUPPORTED_CAMERA_CONFIGS":
+        from .cameras import supported_cameras
+
+        return supported_cameras()
     raise AttributeError(f"module {__name__} has no attribute {name}")

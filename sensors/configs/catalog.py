@@ -18,6 +18,7 @@ from sensors.lidar.config import LidarConfig
 from sensors.lidar.names import PRIM_TYPE
 
 from .beams import emitter_states
+from .spelling import short_name, spellings
 from .variants import Entry, entries, merged
 
 Variant = str | Mapping[str, str] | None
@@ -45,16 +46,12 @@ class Asset:
     @property
     def spellings(self) -> tuple[str, ...]:
         """Asset path, file stem, stem without the vendor, both with spaces for underscores; then further names."""
-        path = PurePosixPath(self.path)
-        vendor = path.relative_to("/Isaac/Sensors").parts[0]
-        short = path.stem.removeprefix(f"{vendor}_")
-        names = (self.path, path.stem, path.stem.replace("_", " "), short, short.replace("_", " "), *self.aliases)
-        return tuple(dict.fromkeys(names))
+        return spellings(self.path, self.aliases)
 
     @property
     def short_name(self) -> str:
         """The name used in messages."""
-        return self.aliases[0] if self.aliases else min(self.spellings, key=len)
+        return short_name(self.path, self.aliases)
 
     @property
     def products(self) -> tuple[str, ...]:
@@ -67,6 +64,12 @@ class Asset:
         document = self._entry(variant).document
         states, derived = emitter_states(document)
         return config_from_attributes({**document["core"], **derived}, states, name=PurePosixPath(self.path).stem)
+
+    def figures(self, variant: Variant = None) -> dict[str, Any]:
+        """What one variant is like, as `graph sensors` lists it."""
+        from .summary import summary
+
+        return summary(self.config(variant))
 
     def _entry(self, variant: Variant) -> Entry:
         """The entry of a variant; if a mapping leaves sets out, the first (or the default) that fits."""

@@ -10,26 +10,32 @@ from graph.base.errors import UserError
 from graph.base.suggest import did_you_mean
 from sensors.lidar.config import LidarConfig
 
+from .cameras import CameraAsset, camera_assets
 from .catalog import Asset, Variant, assets
 
 AXES = "x forward, y left, z up; azimuth counter-clockwise from x, elevation up from the xy plane"
-"""Sensor frame of every configuration."""
+"""Sensor frame of every lidar."""
 
 
-def find_asset(name: str) -> tuple[Asset, Variant]:
+def all_assets() -> tuple[Asset | CameraAsset, ...]:
+    """Every shipped configuration: lidars, then cameras, each by path."""
+    return (*assets(), *camera_assets())
+
+
+def find_asset(name: str) -> tuple[Asset | CameraAsset, Variant]:
     """The asset of a name and, for the name of a product, its variant.
 
     Raises UserError with a similar name or all short names.
     """
-    for asset in assets():
+    for asset in all_assets():
         if name.casefold() in {spelling.casefold() for spelling in asset.spellings}:
             return asset, None
-    for asset in assets():
+    for asset in all_assets():
         for product in asset.products:
             if name.casefold() == product.casefold():
                 return asset, product
-    names = [spelling for asset in assets() for spelling in (*asset.spellings, *asset.products)]
-    hint = did_you_mean(name, names) or f"; there are {', '.join(asset.short_name for asset in assets())}"
+    names = [spelling for asset in all_assets() for spelling in (*asset.spellings, *asset.products)]
+    hint = did_you_mean(name, names) or f"; there are {', '.join(asset.short_name for asset in all_assets())}"
     raise UserError(f'no sensor config "{name}"{hint}')
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from graph.cli.new import KINDS
-from sensors import SUPPORTED_LIDAR_CONFIGS
+from sensors import SUPPORTED_CAMERA_CONFIGS, SUPPORTED_LIDAR_CONFIGS
 from sensors.configs.summary import arc
 
 
@@ -57,10 +57,11 @@ def test_the_new_robot_drives_as_commanded(graph, folder):
 
 def test_the_list_of_sensors_has_a_line_for_every_config(graph):
     rows = [line.split("\t") for line in graph("sensors").out.splitlines()]
-    assert len(rows) == len(SUPPORTED_LIDAR_CONFIGS)
+    assert len(rows) == len(SUPPORTED_LIDAR_CONFIGS) + len(SUPPORTED_CAMERA_CONFIGS)
     by_name = {row[0]: row[1:] for row in rows}
     assert by_name["OS1"] == ["10", "32,768", "0..360", "-22.1..22.1", "0.3..120", "15"]
     assert by_name["TIM781"] == ["15", "811", "-225..45", "0..0", "0.05..25", "1"]
+    assert by_name["ZED X"][:2] == ["60", "2,304,000"]
 
 
 def test_a_sensor_is_described_by_any_spelling_with_its_variants(graph):
