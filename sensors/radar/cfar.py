@@ -46,10 +46,8 @@ def noise_level(power: np.ndarray, axes: Sequence[Axis]) -> np.ndarray:
     outer = [axis.training + axis.guard for axis in axes]
     inner = [axis.guard for axis in axes]
     total = _boxes(power, outer, axes) - _boxes(power, inner, axes)
-    ones = np.ones_like(power, np.float64)
-    count = _boxes(ones, outer, axes) - _boxes(ones, inner, axes)
-    answer: np.ndarray = np.maximum(total, 0.0) / np.maximum(np.round(count), 1.0)
-    return answer
+    total /= np.maximum(_box_sizes(power.shape, outer, axes) - _box_sizes(power.shape, inner, axes), 1)
+    return np.maximum(total, 0.0, out=total)
 
 
 def detect(power: np.ndarray, axes: Sequence[Axis], *, factor: float, least: float = 0.0) -> np.ndarray:
@@ -61,6 +59,8 @@ def detect(power: np.ndarray, axes: Sequence[Axis], *, factor: float, least: flo
 def _boxes(values: np.ndarray, halves: Sequence[int], axes: Sequence[Axis]) -> np.ndarray:
     """Sum over the box of each cell, axis by axis."""
     result = np.asarray(values, np.float64)
+    if not any(halves):
+        return result
     for number, (half, axis) in enumerate(zip(halves, axes, strict=True)):
         length = result.shape[number]
         if axis.wraps and 2 * half + 1 < length:
@@ -77,6 +77,18 @@ def _boxes(values: np.ndarray, halves: Sequence[int], axes: Sequence[Axis]) -> n
         sums = np.concatenate((zero, np.cumsum(padded, axis=number)), axis=number)
         result = np.take(sums, last, axis=number) - np.take(sums, first, axis=number)
     return result
+
+
+def _box_sizes(shape: Sequence[int], halves: Sequence[int], axes: Sequence[Axis]) -> np.ndarray:
+    """How many cells the box of each cell holds, int64."""
+    sizes = np.ones((1,) * len(shape), np.int64)
+    for number, (length, half, axis) in enumerate(zip(shape, halves, axes, strict=True)):
+        cells = np.arange(length)
+        along = np.minimum(cells + half, length - 1) - np.maximum(cells - half, 0) + 1
+        if axis.wraps:
+            along = np.full(length, min(2 * half + 1, length))
+        sizes = sizes * along.reshape([-1 if each == number else 1 for each in range(len(shape))])
+    return sizes
 
 
 def sparse_noise_level(cells: np.ndarray, power: np.ndarray, shape: Sequence[int], axes: Sequence[Axis]) -> np.ndarray:

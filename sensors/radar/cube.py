@@ -9,21 +9,12 @@ import numpy as np
 
 from .cells import Cells, folded
 from .config import ScanConfig
+from .grouping import Groups
+from .interference import added
 from .scattering import Arrivals
-
-DENSE = 4_000_000
-"""Cells up to which sums are made in arrays of all of them, which spares sorting."""
-
-ZONES = 8.0
-"""Fresnel zones across which fields of one face add up at least."""
-
-FLAT_TOP = 0.35
-"""Share of a cell's size from its middle within which fields belong to it alone."""
 
 LOBE = 2
 """Cells to each side over which a return spreads: the main lobe."""
-
-_MIX = np.uint64(0xC2B2AE3D27D4EB4F)
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,22 +49,26 @@ class Grid:
         """Range, velocity, azimuth and elevation."""
         return self.range_m, self.velocity, self.azimuth, self.height
 
-    def place(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Where values (4, k) lie: rows of those in the grid (m,), their cells (m,) int64, they themselves, folded."""
-        values = values.copy()
+    def place(self, values: Sequence[np.ndarray]) -> tuple[np.ndarray | slice, np.ndarray, list[np.ndarray]]:
+        """Where values (4 of (k,)) lie: rows of those in the grid, their cells (m,) int64, they themselves, folded."""
+        values = list(values)
         if values[1].any():
             values[1] = folded(values[1], self.velocity.high)
         if self.wraps_angles:
-            for row, cells in ((2, self.azimuth), (3, self.height)):
-                values[row] = np.mod(values[row] - cells.low, cells.high - cells.low) + cells.low
-        index = [cells.index(row) for cells, row in zip(self.axes, values, strict=True)]
-        index[1] = np.clip(index[1], 0, self.velocity.count - 1)
-        inside = np.ones(values.shape[1], bool)
-        for at, cells in zip(index, self.axes, strict=True):
-            inside &= (at >= 0) & (at < cells.count)
-        rows = np.flatnonzero(inside)
-        if len(rows) < len(inside):
-            index, values = [at[rows] for at in index], values[:, rows]
+            for axis, cells in ((2, self.azimuth), (3, self.height)):
+                values[axis] = np.mod(values[axis] - cells.low, cells.high - cells.low) + cells.low
+        index, inside = [], np.ones(len(values[0]), bool)
+        for axis, (cells, row) in enumerate(zip(self.axes, values, strict=True)):
+            at = cells.index(row)
+            if axis == 1:
+                at = np.clip(at, 0, cells.count - 1)
+            else:
+                inside &= (at >= 0) & (at < cells.count)
+            index.append(at)
+        rows: np.ndarray | slice = slice(None)
+        if not inside.all():
+            rows = np.flatnonzero(inside)
+            index, values = [at[rows] for at in index], [row[rows] for row in values]
         return rows, self.number(index), values
 
     def number(self, index: Sequence[np.ndarray]) -> np.ndarray:
@@ -118,12 +113,7 @@ def fill(grid: Grid, found: Iterable[Arrivals]) -> Cube:
     power = np.concatenate([part[1] for part in parts])
     values = np.concatenate([part[2] for part in parts], axis=1)
     bounces = np.concatenate([np.full(len(part[0]), part[3], np.uint8) for part in parts])
-    cells, which = np.unique(cell, return_inverse=True)
-    total, centred = _weighed(which, len(cells), power, values)
-    strongest = np.zeros(len(cells), np.uint8)
-    order = np.argsort(power, kind="stable")
-    strongest[which[order]] = bounces[order]  # the last written is the strongest
-    return Cube(grid, cells, total, centred, strongest)
+    return _gathered(grid, cell, power, values, bounces)
 
 
 def as_chirps_give(cube: Cube) -> Cube:
@@ -148,12 +138,7 @@ def as_chirps_give(cube: Cube) -> Cube:
             parts.append((cell, cube.power[inside] * along * across, inside))
     cell = np.concatenate([part[0] for part in parts])
     power, row = (np.concatenate([part[place] for part in parts]) for place in (1, 2))
-    cells, which = np.unique(cell, return_inverse=True)
-    total, values = _weighed(which, len(cells), power, cube.values[:, row])
-    bounces = np.zeros(len(cells), np.uint8)
-    order = np.argsort(power, kind="stable")
-    bounces[which[order]] = cube.bounces[row[order]]
-    return Cube(grid, cells, total, values, bounces)
+    return _gathered(grid, cell, power, cube.values[:, row], cube.bounces[row])
 
 
 def _hann(away: np.ndarray) -> np.ndarray:
@@ -165,89 +150,23 @@ def _hann(away: np.ndarray) -> np.ndarray:
 
 def _summed(grid: Grid, found: Arrivals) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:
     """Cells (m,), powers (m,) and values (4, m) of arrivals of one kind; a cell may come several times."""
-    values, power = np.stack((found.range_m, found.velocity, found.azimuth, found.height)), found.power
-    if found.field is not None and found.group is not None:
-        power, values = _added(grid, found, values)
+    values: Sequence[np.ndarray] = (found.range_m, found.velocity, found.azimuth, found.height)
+    power = found.power
+    if found.field is not None:
+        power, values = added(found, values, [cells.width for cells in grid.axes])
         rows, cell, values = grid.place(values)
-        return cell, power[rows], values, found.bounces
+        return cell, power[rows], np.stack(values), found.bounces
     rows, cell, values = grid.place(values)
-    cells, which = _numbered(grid, cell)
-    return cells, *_weighed(which, len(cells), power[rows], values), found.bounces
+    groups, power = Groups(cell), power[rows]
+    total = groups.sum(power)
+    return groups.keys, total, groups.means(values, power, total), found.bounces
 
 
-def _added(grid: Grid, found: Arrivals, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Powers (m,) and values (4, m) of fields that add up: in each group all that lie within a cell's size.
-
-    Sizes are counted from the middle of the group, not from the edges of cells: a target that the radar does not
-    resolve is one, wherever it is. In angle they are at least `ZONES` Fresnel zones, which a mirror reflection needs to
-    form, and neighbours share what lies between them, so that no edge is made where none is.
-    """
-    assert found.field is not None
-    assert found.group is not None
-    assert found.zone is not None
-    field, power = found.field, found.power
-    _, which = np.unique(found.group, return_inverse=True)
-    _, middle = _weighed(which, int(which.max(initial=-1)) + 1, power, values)
-    away = values - middle[:, which]
-    key = which.astype(np.uint64)
-    for cells, row in zip(grid.axes[:2], away[:2], strict=True):
-        key = _joined(key, np.rint(row / cells.width))
-    row = np.arange(len(field))
-    for cells, offset in zip(grid.axes[2:], away[2:], strict=True):
-        size = np.maximum(cells.width, ZONES * found.zone[row])
-        key, row, field = _shared(key, row, field, offset[row] / size)
-    _, which = np.unique(key, return_inverse=True)
-    count = int(which.max(initial=-1)) + 1
-    values = values[:, row]
-    _, means = _weighed(which, count, np.abs(field) ** 2, values)
-    total = np.bincount(which, field.real, count) + 1j * np.bincount(which, field.imag, count)
-    squared = np.abs(total) ** 2
-    # Where a face reflects as a mirror, the fields that do not cancel tell the place; else the strongest do.
-    share = (field * np.conj(total[which])).real / np.maximum(squared, 1e-300)[which]
-    for cells, one, mean in zip(grid.axes, values, means, strict=True):
-        place = np.bincount(which, share * (one - mean[which]), count)
-        mean += np.where(np.abs(place) < cells.width / 2, place, 0.0)
-    return squared, means
-
-
-def _shared(
-    key: np.ndarray, row: np.ndarray, field: np.ndarray, place: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Fields by whole places; what lies far from one goes to both neighbours, with weights that add up to 1."""
-    whole = np.rint(place)
-    off = place - whole
-    beside = np.clip((np.abs(off) - FLAT_TOP) / (1.0 - 2.0 * FLAT_TOP), 0.0, 0.5)
-    weight = np.sin(np.pi / 2 * beside) ** 2
-    some = np.flatnonzero(weight > 0)
-    return (
-        np.concatenate((_joined(key, whole), _joined(key[some], whole[some] + np.sign(off[some])))),
-        np.concatenate((row, row[some])),
-        np.concatenate((field * (1.0 - weight), field[some] * weight[some])),
-    )
-
-
-def _joined(key: np.ndarray, number: np.ndarray) -> np.ndarray:
-    key = (key ^ number.astype(np.int64).astype(np.uint64)) * _MIX
-    return np.asarray(key ^ (key >> np.uint64(29)))
-
-
-def _numbered(grid: Grid, cell: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The cells that occur, rising, and which of them each of (k,) is."""
-    total = int(np.prod(grid.shape))
-    low = int(cell.min(initial=total))
-    span = int(cell.max(initial=0)) - low + 1
-    if not len(cell) or span > DENSE:
-        return np.unique(cell, return_inverse=True)
-    occurs = np.zeros(span, bool)
-    occurs[cell - low] = True
-    cells = np.flatnonzero(occurs)
-    number = np.empty(span, np.int32)
-    number[cells] = np.arange(len(cells), dtype=np.int32)
-    return cells + low, number[cell - low]
-
-
-def _weighed(which: np.ndarray, count: int, power: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Sums of power (count,), and the means of the values (4, count) by power."""
-    total = np.bincount(which, power, count)
-    weight = np.maximum(total, 1e-300)
-    return total, np.stack([np.bincount(which, power * row, count) / weight for row in values])
+def _gathered(grid: Grid, cell: np.ndarray, power: np.ndarray, values: np.ndarray, bounces: np.ndarray) -> Cube:
+    """The cube of powers (k,) in cells (k,), which may repeat, with their values (4, k) and bounces (k,)."""
+    groups = Groups(cell)
+    total = groups.sum(power)
+    strongest = np.zeros(len(groups), np.uint8)
+    order = np.argsort(power, kind="stable")
+    strongest[groups.which[order]] = bounces[order]  # the last written is the strongest
+    return Cube(grid, groups.keys, total, groups.means(list(values), power, total), strongest)

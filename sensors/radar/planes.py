@@ -166,7 +166,7 @@ class WorldPlanes:
     """The planes of a cast world, numbered through all surfaces; where they are in one state of it.
 
     normal, offset, middle, axes: as `Faces` has them, in the world's axes [m]; curved, spread, extent, surface: of each
-    plane.
+    plane. any_curved: whether any is.
     """
 
     def __init__(self, world: CastWorld) -> None:
@@ -184,6 +184,7 @@ class WorldPlanes:
             np.concatenate([getattr(each, name) for each in faces] or [np.zeros(shape, dtype)])
             for name, shape, dtype in (("curved", 0, bool), ("spread", (0, 2, 2), float), ("extent", (0, 2, 2), float))
         )
+        self.any_curved = bool(self.curved.any())
         self._body = world.body_of[self.surface] if len(faces) else np.zeros(0, np.int32)
         self._moving = np.flatnonzero(self._body >= 0)
         self.normal, self.offset = self._normal.copy(), self._offset.copy()
@@ -193,8 +194,12 @@ class WorldPlanes:
 
     @property
     def columns(self) -> np.ndarray:
-        """The normals by axis, (3, p)."""
-        return np.ascontiguousarray(self.normal.T)
+        """The normals by axis, (3, p + 1); the last, which `NO_PLANE` finds, is 0."""
+        return np.concatenate((self.normal.T, np.zeros((3, 1))), axis=1)
+
+    def heights(self, point: np.ndarray) -> np.ndarray:
+        """How far each plane is from a point (3,) [m, world] along its normal, (p + 1,); the last is 0."""
+        return np.append(self.offset - self.normal @ point, 0.0)
 
     @property
     def bodies(self) -> np.ndarray:

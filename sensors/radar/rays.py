@@ -20,12 +20,13 @@ SHARE = 4
 class Tubes:
     """Rays as tubes that fill a solid angle, in the sensor frame; n of them.
 
-    directions: (3, n) float64 unit. width, height: (n,) angles across and up [rad]. solid: (n,) solid angles [sr].
-    owner: (n,) int32, the only surface whose hits count, or -1 for all. leads: (n,) bool, the rays that are followed on
-    after a reflection, each for `stride` x `stride` of them.
+    directions: (3, n) float64 unit. azimuth: (n,) sines of their azimuths. width, height: (n,) angles across and up
+    [rad]. solid: (n,) solid angles [sr]. owner: (n,) int32, the only surface whose hits count, or -1 for all. leads:
+    (n,) bool, the rays that are followed on after a reflection, each for `stride` x `stride` of them.
     """
 
     directions: np.ndarray
+    azimuth: np.ndarray
     width: np.ndarray
     height: np.ndarray
     solid: np.ndarray
@@ -39,7 +40,7 @@ class Tubes:
             return self
         wide = self.stride
         width, height, solid = self.width * wide, self.height * wide, self.solid * wide**2
-        return Tubes(self.directions, width, height, solid, self.owner, self.leads)
+        return Tubes(self.directions, self.azimuth, width, height, solid, self.owner, self.leads)
 
     def tangents(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Unit vectors (3, k) across (growing azimuth) and up of some rays."""
@@ -60,23 +61,29 @@ def grid(
 ) -> Tubes:
     """Equal steps of azimuth and elevation [rad] between two ends; the middle of each is a ray."""
     da, de = (azimuth[1] - azimuth[0]) / across, (elevation[1] - elevation[0]) / up
-    a = np.tile(azimuth[0] + (np.arange(across) + 0.5) * da, up)
-    e = np.repeat(elevation[0] + (np.arange(up) + 0.5) * de, across)
-    level = np.cos(e)
+    a = azimuth[0] + (np.arange(across) + 0.5) * da
+    e = elevation[0] + (np.arange(up) + 0.5) * de
+    level, sine = np.cos(e), np.sin(a)
+    directions = np.empty((3, up, across))
+    np.multiply(level[:, None], np.cos(a), out=directions[0])
+    np.multiply(level[:, None], sine, out=directions[1])
+    directions[2] = np.sin(e)[:, None]
+    count = across * up
     return Tubes(
-        np.stack((level * np.cos(a), level * np.sin(a), np.sin(e))),
-        da * level,
-        np.full(len(a), de),
-        da * (np.sin(e + de / 2) - np.sin(e - de / 2)),
-        np.full(len(a), owner, np.int32),
-        np.tile(np.arange(across) % stride == 0, up) & np.repeat(np.arange(up) % stride == 0, across),
+        directions.reshape(3, count),
+        np.tile(sine, up),
+        np.repeat(da * level, across),
+        np.full(count, de),
+        np.repeat(da * (np.sin(e + de / 2) - np.sin(e - de / 2)), across),
+        np.full(count, owner, np.int32),
+        ((np.arange(up) % stride == 0)[:, None] & (np.arange(across) % stride == 0)).ravel(),
         stride,
     )
 
 
 def joined(parts: list[Tubes]) -> Tubes:
     """Several bundles as one."""
-    names = ("directions", "width", "height", "solid", "owner", "leads")
+    names = ("directions", "azimuth", "width", "height", "solid", "owner", "leads")
     found: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts], axis=-1) for name in names}
     return Tubes(**found)
 

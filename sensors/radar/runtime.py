@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import itertools
+from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -47,9 +48,16 @@ STRIDE = 2
 has rays of its own."""
 
 
+KEPT_CUBES = 4
+"""Cycles, by their unambiguous velocities, whose cubes are kept of each scan while nothing moves."""
+
+
 @dataclass(slots=True)
 class _Fan:
-    """The rays of a scan, ready to cast: the tubes, their table and its columns in the world's axes."""
+    """The rays of a scan, ready to cast: the tubes, their table and its columns in the world's axes.
+
+    cubes: what they brought back while nothing moved since the state `standing`.
+    """
 
     tubes: Tubes
     table: np.ndarray
@@ -57,13 +65,17 @@ class _Fan:
     grid: RayGrid
     memory: RayMemory
     step: float
+    directions: np.ndarray
     turned_by: bytes = b""
+    standing: tuple[Any, ...] | None = None
+    cubes: dict[Grid, Cube] = field(default_factory=dict)
 
     def turn(self, rotation: np.ndarray) -> None:
         """Points the rays as the sensor is turned."""
         key = rotation.tobytes()
         if key != self.turned_by:
-            self.columns[:] = rotation @ self.tubes.directions
+            self.directions = rotation @ self.tubes.directions
+            self.columns[:] = self.directions
             self.table[:, 3:6] = self.columns.T
             self.turned_by = key
             self.grid.rotation = rotation
@@ -137,6 +149,15 @@ class RadarRuntime(SensorRuntime[RadarConfig]):
         scan = self.config.scans[number]
         grid = Grid.of(scan, cycle)
         setting, fan = self._setting(tick, scan), self._fan(number)
+        standing = self._standing(setting)
+        if standing is None or standing != fan.standing or len(fan.cubes) >= KEPT_CUBES:
+            fan.standing = standing
+            fan.cubes.clear()
+        if grid not in fan.cubes:
+            fan.cubes[grid] = self._received(setting, scan, fan, grid)
+        return fan.cubes[grid]
+
+    def _received(self, setting: Setting, scan: ScanConfig, fan: _Fan, grid: Grid) -> Cube:
         rotation, origin = setting.pose[:3, :3], setting.pose[:3, 3]
         fan.turn(rotation)
         close, small = self._close_looks(setting, scan, fan)
@@ -145,12 +166,24 @@ class RadarRuntime(SensorRuntime[RadarConfig]):
             columns=fan.columns,
             memory=fan.memory,
         )
-        found = list(arrivals(setting, fan.tubes, bundle, small))
+        found = arrivals(setting, fan.tubes, bundle, small, fan.directions)
         if close is not None:
             table = np.zeros((len(close.solid), 6), np.float32)
-            table[:, 3:6] = (rotation @ close.directions).T
-            found += arrivals(setting, close, RayBundle(origin, table, exclude=self.exclude))
+            directions = rotation @ close.directions
+            table[:, 3:6] = directions.T
+            bundle = RayBundle(origin, table, exclude=self.exclude)
+            found = itertools.chain(found, arrivals(setting, close, bundle, None, directions))
         return fill(grid, found)
+
+    def _standing(self, setting: Setting) -> tuple[Any, ...] | None:
+        """What decides what comes back: equal where nothing moved; None where surfaces deform."""
+        world, app = setting.world, self._app
+        if world.soft:
+            return None
+        carrier = app.fabric.body_of(self.path)
+        bodies = (*world.bodies, carrier) if carrier else world.bodies
+        twists = np.array((setting.poses or app.fabric.capture()).velocities(bodies)) if bodies else np.zeros(0)
+        return world, self.exclude, *(each.tobytes() for each in (setting.pose, setting.planes.bodies, twists))
 
     def _antenna(self, scan: ScanConfig) -> Antenna:
         return Antenna(self.config.wavelength, scan.power_factor, self.config.antenna_gain_mode != "CONSTANT")
@@ -189,6 +222,7 @@ class RadarRuntime(SensorRuntime[RadarConfig]):
                 RayGrid(tubes.directions.T),
                 RayMemory(),
                 2 * limit / across,
+                tubes.directions,
             )
         return self._fans[number]
 

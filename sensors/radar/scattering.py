@@ -11,8 +11,10 @@ surface does; a rough one scatters part of the power by Lambert's law. Both add 
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 
@@ -20,7 +22,7 @@ from sensors.raycast.rays import RayBundle
 
 from .planes import NO_PLANE
 from .rays import Tubes
-from .waves import Met, Setting, face_keys, in_sight, met_faces, tangents
+from .waves import Met, Setting, dot, face_keys, in_sight, met_faces, tangents
 
 MIRROR = 0.7
 """Least cosine between a face's normal and the middle of the ways in and back: physical optics is good to about 40 deg
@@ -53,56 +55,62 @@ class Arrivals:
     bounces: int = 1
 
 
-def arrivals(setting: Setting, tubes: Tubes, bundle: RayBundle, skip: np.ndarray | None = None) -> Iterator[Arrivals]:
-    """All that comes back along tubes, whose rays are those of the bundle; skip: as for `met_faces`."""
-    for bounce, met in enumerate(met_faces(setting, tubes, bundle, skip), start=1):
-        first = bounce == 1
-        if bounce == 2:
-            tubes = tubes.thinned()
-        found = [] if first else list(_again(setting, tubes, met))
-        seen = met if first else met.at(_in_sight(setting, met))
-        for law in (_rough, _curved, _flat):
-            found += law(setting, tubes, seen, first)
-        for one in found:
-            one.bounces = bounce
-            yield one
+def arrivals(
+    setting: Setting, tubes: Tubes, bundle: RayBundle, skip: np.ndarray | None, directions: np.ndarray
+) -> Iterator[Arrivals]:
+    """All that comes back along tubes, fields last; the arguments are those of `met_faces`."""
+    thinned, fields_of = tubes.thinned(), defaultdict(list)
+    for bounce, met in met_faces(setting, tubes, bundle, skip, directions):
+        found: list[Arrivals] = []
+        if bounce > 1:
+            tubes = thinned
+            found += _again(setting, tubes, met)
+            met = met.at(_in_sight(setting, met))
+        for law in (_rough, _curved):
+            for one in (*found, *law(setting, tubes, met)):
+                one.bounces = bounce
+                yield one
+            found = []
+        fields_of[bounce] += _flat(setting, tubes, met)
+    for bounce, parts in fields_of.items():
+        if parts:
+            yield _together(parts, bounce)
+
+
+def _together(parts: list[Arrivals], bounces: int) -> Arrivals:
+    """Those of several blocks as one."""
+    names = [one.name for one in fields(Arrivals) if one.name != "bounces"]
+    columns: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
+    return Arrivals(**columns, bounces=bounces)
 
 
 def _again(setting: Setting, tubes: Tubes, met: Met) -> Iterator[Arrivals]:
     """What rough faces send back along the way on which the wave came."""
-    met, sent = _rough_ones(setting, tubes, met)
-    waves, antenna = met.waves, setting.antenna
-    local = tubes.directions[:, waves.row]
-    speed = waves.rate if met.speed is None else waves.rate + (met.speed * waves.direction).sum(axis=0)
-    power = sent * antenna.gain(local[0]) ** 2 * met.cosine / met.way**2
-    yield _arrivals(met, met.way, speed, local, power)
-
-
-def _rough(setting: Setting, tubes: Tubes, met: Met, first: bool) -> Iterator[Arrivals]:
-    """What rough faces send straight back; where others lie before them, by the two ways in both orders."""
-    if first:
-        yield from _rough_first(setting, tubes, met)
-        return
-    met, sent = _rough_ones(setting, tubes, met)
-    waves, antenna = met.waves, setting.antenna
-    local, back = tubes.directions[:, waves.row], setting.pose[:3, :3].T @ met.back
-    leaving = -(met.normal * met.back).sum(axis=0)
-    power = sent * antenna.gain(local[0]) * antenna.gain(back[0]) * leaving / met.out**2
-    for direction in (back, local):
-        yield _arrivals(met, (met.way + met.out) / 2.0, met.rate(), direction, power)
-
-
-def _rough_first(setting: Setting, tubes: Tubes, met: Met) -> Iterator[Arrivals]:
-    """The same where nothing lies before: for most rays of most worlds, so no array is taken apart."""
     if not setting.reflections.scatters:
         return
-    row, antenna = met.waves.row, setting.antenna
-    share = setting.reflections.diffuse(met.table)
-    strength = tubes.solid * antenna.gain(tubes.directions[0]) ** 2 * (4.0 * antenna.receives)
-    power = share * strength[row] * met.cosine / met.way**2
-    sines = tubes.directions[1] / np.maximum(np.hypot(tubes.directions[0], tubes.directions[1]), 1e-12)
-    velocity = np.broadcast_to(0.0, len(row)) if met.speed is None else met.rate()
-    yield Arrivals(met.way, velocity, sines[row], tubes.directions[2][row], power)
+    met, sent = _rough_ones(setting, tubes, met)
+    row = met.waves.row
+    power = sent * setting.antenna.gain(tubes.directions[0, row]) ** 2 * met.cosine / met.way**2
+    yield Arrivals(met.way, met.rate_again(), tubes.azimuth[row], tubes.directions[2, row], power)
+
+
+def _rough(setting: Setting, tubes: Tubes, met: Met) -> Iterator[Arrivals]:
+    """What rough faces send straight back; where others lie before them, by the two ways in both orders."""
+    if not setting.reflections.scatters:
+        return
+    antenna, row = setting.antenna, met.waves.row
+    if met.waves.image is None:  # most rays of most worlds: no array is taken apart
+        strength = tubes.solid * antenna.gain(tubes.directions[0]) ** 2 * (4.0 * antenna.receives)
+        power = setting.reflections.diffuse(met.table) * np.take(strength, row) * met.cosine / met.way**2
+        yield Arrivals(met.way, met.rate(), *(np.take(one, row) for one in (tubes.azimuth, tubes.directions[2])), power)
+        return
+    met, sent = _rough_ones(setting, tubes, met)
+    row, back = met.waves.row, _local(setting, met.back)
+    power = sent * antenna.gain(tubes.directions[0, row]) * antenna.gain(back[0])
+    power *= np.abs(dot(met.normal, met.back)) / met.out**2
+    rate = met.rate()
+    yield Arrivals(met.range_m, rate, _azimuth(back), back[2], power)
+    yield Arrivals(met.range_m, rate, tubes.azimuth[row], tubes.directions[2, row], power)
 
 
 def _rough_ones(setting: Setting, tubes: Tubes, met: Met) -> tuple[Met, np.ndarray]:
@@ -112,38 +120,42 @@ def _rough_ones(setting: Setting, tubes: Tubes, met: Met) -> tuple[Met, np.ndarr
     """
     share = setting.reflections.diffuse(met.table)
     rows = np.flatnonzero(share > 0)
-    met, share = met.at(rows), share[rows]
-    waves = met.waves
-    return met, setting.antenna.receives * 4.0 * share * tubes.solid[waves.row] * np.abs(waves.field) ** 2
+    if len(rows) < len(met):
+        met, share = met.at(rows), share[rows]
+    sent = share * np.take(tubes.solid, met.waves.row) * (4.0 * setting.antenna.receives)
+    left = met.waves.field
+    return met, sent if left is None else sent * (left.real**2 + left.imag**2)
 
 
-def _curved(setting: Setting, tubes: Tubes, met: Met, first: bool) -> Iterator[Arrivals]:
+def _curved(setting: Setting, tubes: Tubes, met: Met) -> Iterator[Arrivals]:
     """Faces of curved surfaces: the integral of the lobe over all directions is pi x area, however wide it is."""
     planes = setting.planes
-    met = met.at(np.flatnonzero((met.plane != NO_PLANE) & planes.curved[np.maximum(met.plane, 0)]))
-    if not len(met.way):
+    if not planes.any_curved:
         return
-    waves, antenna, plane = met.waves, setting.antenna, met.plane
-    across = np.einsum("pai,ip->pa", planes.axes[plane], _middle_ways(setting, met, first))
+    met = met.at(np.flatnonzero((met.plane != NO_PLANE) & planes.curved[met.plane]))
+    if not len(met):
+        return
+    row, antenna, plane = met.waves.row, setting.antenna, met.plane
+    across = np.einsum("pai,ip->pa", planes.axes[plane], _middle_ways(setting, met))
     wave = antenna.wavelength**2 / (96.0 * np.pi) * np.linalg.inv(planes.extent[plane] + 1e-12 * np.eye(2))
-    tube = tubes.width[waves.row] * tubes.height[waves.row] / 12.0
+    tube = tubes.width[row] * tubes.height[row] / 12.0
     spread = planes.spread[plane] + wave + tube[:, None, None] * np.eye(2)
     inverse = np.linalg.inv(spread)
     lobe = np.exp(-0.5 * np.einsum("pa,pab,pb->p", across, inverse, across)) * np.sqrt(np.linalg.det(inverse))
-    left = np.abs(waves.field * setting.reflections.coherent(met.table)) ** 2
-    local, back = tubes.directions[:, waves.row], setting.pose[:3, :3].T @ met.back
-    gain = antenna.gain(local[0]) * antenna.gain(back[0])
-    power = antenna.receives * left * gain * tubes.solid[waves.row] * lobe / (2.0 * met.cosine * met.out**2)
-    yield _arrivals(met, (met.way + met.out) / 2.0, met.rate(), back, power)
+    left = np.abs(met.waves.left(setting.reflections.coherent(met.table))) ** 2
+    back = _local(setting, met.back)
+    gain = antenna.gain(tubes.directions[0, row]) * antenna.gain(back[0])
+    power = antenna.receives * left * gain * tubes.solid[row] * lobe / (2.0 * met.cosine * met.out**2)
+    yield Arrivals(met.range_m, met.rate(), _azimuth(back), back[2], power)
 
 
-def _middle_ways(setting: Setting, met: Met, first: bool) -> np.ndarray:
+def _middle_ways(setting: Setting, met: Met) -> np.ndarray:
     """The middles (3, k) between the ways in and back; of small faces from where their middles are.
 
     Over a face of less than a Fresnel zone the wave is flat; over a larger one each tube counts by itself.
     """
     ways = -(met.waves.direction + met.back) / 2.0
-    if first:
+    if met.waves.image is None:
         small = np.flatnonzero(
             12.0 * setting.planes.extent[met.plane].max(axis=(1, 2)) < setting.antenna.wavelength * met.out
         )
@@ -152,56 +164,79 @@ def _middle_ways(setting: Setting, met: Met, first: bool) -> np.ndarray:
     return np.asarray(ways)
 
 
-def _flat(setting: Setting, tubes: Tubes, met: Met, first: bool) -> Iterator[Arrivals]:
-    """Flat faces: each tube's field."""
-    planes = setting.planes
-    flat = (met.plane == NO_PLANE) | ~planes.curved[np.maximum(met.plane, 0)]
-    flat &= _mirrors(met, first)
-    if first:
-        size = np.maximum(tubes.width, tubes.height)[met.waves.row]
-        steep = met.way * size * (2.0 / setting.antenna.wavelength) * np.sqrt(1.0 - np.minimum(met.cosine, 1.0) ** 2)
-        flat &= steep < WIDEST * met.cosine
-    met = met.at(np.flatnonzero(flat))
-    if not len(met.way):
+def _flat(setting: Setting, tubes: Tubes, met: Met) -> Iterator[Arrivals]:
+    """Flat faces: each tube's field.
+
+    The way is worked out in float64, down to a fraction of a wave; amplitudes and phases then are float32.
+    """
+    met = met.at(_flat_rows(setting, tubes, met))
+    if not len(met):
         return
-    waves, antenna = met.waves, setting.antenna
-    number = 2.0 * np.pi / antenna.wavelength
-    local, back = tubes.directions[:, waves.row], setting.pose[:3, :3].T @ met.back
-    field = waves.field * setting.reflections.coherent(met.table) * tubes.solid[waves.row] * (met.way / met.out)
-    field = field * np.sqrt(antenna.power * antenna.gain(local[0]) * antenna.gain(back[0])) / (4.0 * np.pi)
-    sizes = tubes.width[waves.row], tubes.height[waves.row]
-    for size, tangent in zip(sizes, tangents(setting, tubes, waves, first=first), strict=True):
-        tilt = (met.normal * tangent).sum(axis=0) / met.cosine
-        moved = met.way * (tangent + waves.direction * tilt)
-        growth = met.way * tilt + (met.back * moved).sum(axis=0)
-        field *= np.sinc(number * growth * size / (2.0 * np.pi))
+    row, antenna, direction, back = met.waves.row, setting.antenna, met.waves.direction, met.back
+    local = back_local = tubes.directions[:, row]
+    if back is not direction:
+        back_local = _local(setting, back)
+    gain = antenna.gain(local[0]) * antenna.gain(back_local[0])
+    size = tubes.solid[row] * np.sqrt(antenna.power * gain) / (4.0 * np.pi)
+    if back is not direction:
+        size *= met.way / met.out
+    size = size.astype(np.float32)
+    turned = dot(back, direction)
+    for angle, tangent in zip((tubes.width, tubes.height), tangents(setting, tubes, met.waves), strict=True):
+        tilt = -dot(met.normal, tangent) / met.slope
+        growth = met.way * (tilt * (1.0 + turned) + dot(back, tangent))
+        size *= np.sinc((growth * angle[row] / antenna.wavelength).astype(np.float32))
     way = met.way + met.out
-    field *= np.exp(-2j * np.pi * np.mod(way / antenna.wavelength, 1.0))
-    found = _arrivals(met, way / 2.0, met.rate(), back, np.abs(field) ** 2)
+    waves = way / antenna.wavelength
+    turn = ((np.rint(waves) - waves) * (2.0 * np.pi)).astype(np.float32)
+    left = met.waves.left(setting.reflections.coherent(met.table)) * size
+    field = left * (np.cos(turn) + np.complex64(1j) * np.sin(turn))
+    power = field.real**2 + field.imag**2
+    found = Arrivals(met.range_m, met.rate(), _azimuth(back_local), back_local[2], power)
     found.field, found.group, found.zone = field, face_keys(met), np.sqrt(antenna.wavelength / way)
     yield found
 
 
-def _mirrors(met: Met, first: bool) -> np.ndarray:
-    """Whether the ways in and back are near those of a mirror."""
+def _flat_rows(setting: Setting, tubes: Tubes, met: Met) -> np.ndarray:
+    """Rows of flat faces near their mirror reflection."""
+    first = met.waves.image is None
+    rows = np.flatnonzero(met.cosine > MIRROR) if first else np.flatnonzero(_mirrors(met))
     if first:
-        return np.asarray(met.cosine > MIRROR)
-    middle = met.waves.direction + met.back
-    return np.asarray(-(met.normal * middle).sum(axis=0) > MIRROR * np.sqrt((middle**2).sum(axis=0)))
+        row, cosine = met.waves.row[rows], met.cosine[rows]
+        size = np.maximum(tubes.width[row], tubes.height[row])
+        steep = met.way[rows] * size * (2.0 / setting.antenna.wavelength)
+        rows = rows[steep * np.sqrt(1.0 - np.minimum(cosine, 1.0) ** 2) < WIDEST * cosine]
+    if setting.planes.any_curved:
+        plane = met.plane[rows]
+        rows = rows[(plane == NO_PLANE) | ~setting.planes.curved[plane]]
+    return rows
+
+
+def _mirrors(met: Met) -> np.ndarray:
+    """Whether the ways in and back, of faces that the radar looks at from the lit side, are near those of a mirror."""
+    across = met.cosine + np.abs(dot(met.normal, met.back))
+    middle = 2.0 + 2.0 * dot(met.waves.direction, met.back)
+    return np.asarray(across > MIRROR * np.sqrt(np.maximum(middle, 0.0)))
 
 
 def _in_sight(setting: Setting, met: Met) -> np.ndarray:
     """Rows that send something straight back: from the lit side, ahead of the radar, nothing in between."""
-    curved = setting.planes.curved[np.maximum(met.plane, 0)] & (met.plane != NO_PLANE)
-    sends = curved | _mirrors(met, False) | (setting.reflections.diffuse(met.table) > 0)
-    ahead = (met.back * setting.pose[:3, 0][:, None]).sum(axis=0) > 0
-    rows = np.flatnonzero(sends & ahead & ((met.normal * met.back).sum(axis=0) < 0))
+    sends = _mirrors(met)
+    if setting.reflections.scatters:
+        sends |= setting.reflections.diffuse(met.table) > 0
+    if setting.planes.any_curved:
+        sends |= setting.planes.curved[met.plane] & (met.plane != NO_PLANE)
+    sends &= dot(met.normal, met.back) * met.slope > 0
+    sends &= setting.rotation[:, 0] @ met.back > 0
+    rows = np.flatnonzero(sends)
     return rows[in_sight(setting, met.out[rows], met.back[:, rows])] if len(rows) else rows
 
 
-def _arrivals(
-    met: Met, range_m: np.ndarray, velocity: np.ndarray, direction: np.ndarray, power: np.ndarray
-) -> Arrivals:
-    """What arrives from directions (3, k) in the sensor frame."""
-    x, y, z = direction
-    return Arrivals(range_m, velocity, y / np.maximum(np.hypot(x, y), 1e-12), z, power)
+def _local(setting: Setting, directions: np.ndarray) -> np.ndarray:
+    """Directions (3, k) in the sensor frame."""
+    return np.asarray(setting.rotation.T @ directions)
+
+
+def _azimuth(local: np.ndarray) -> np.ndarray:
+    """Sines (k,) of the azimuths of directions in the sensor frame."""
+    return np.asarray(local[1] / np.maximum(np.hypot(local[0], local[1]), 1e-12))

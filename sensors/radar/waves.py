@@ -2,7 +2,8 @@
 
 Each ray is a tube that fills a solid angle. Where it goes is worked out in float64 on the planes of the faces: float32
 hits are off by more than the phase of a millimetre wave allows. Flat faces reflect tubes as mirrors do; curved and
-rough ones end them.
+rough ones end them. After mirrors a ray goes on as if it came from the radar's image in them, so that the length of its
+way is that to one plane.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from sensors.raycast.rays import Hits, RayBundle
 from sensors.raycast.world import CastWorld
 
 from .antenna import Antenna
+from .grouping import Groups
 from .materials import Reflections
 from .planes import NO_PLANE, WorldPlanes
 from .rays import Tubes
@@ -33,6 +35,9 @@ LIFT_M = 2e-4
 
 SIGHT_M = 5e-3
 """A point is in sight if a ray to it comes so near."""
+
+BLOCK = 32_768
+"""Tubes that are worked on at once: their numbers fit into a core's cache."""
 
 _MIX = np.uint64(0x9E3779B97F4A7C15)
 _OWN = 1 << 40
@@ -57,219 +62,330 @@ class Setting:
     poses: Any = None
     exclude: frozenset[str] = frozenset()
 
+    @property
+    def rotation(self) -> np.ndarray:
+        """(3, 3) sensor to world."""
+        return self.pose[:3, :3]
+
+
+@dataclass(frozen=True, slots=True)
+class Images:
+    """The radar as mirrors show it, one image for each order of faces that tubes have met; c of them.
+
+    place: (c, 3) float64 from the radar [m], world axes. turn: (c, 3, 3), what the mirrors make of directions. key:
+    (c,) uint64 of the faces, whatever their order.
+    """
+
+    place: np.ndarray
+    turn: np.ndarray
+    key: np.ndarray
+
+    @classmethod
+    def none(cls) -> Images:
+        """The radar itself."""
+        return cls(np.zeros((1, 3)), np.eye(3)[None], np.zeros(1, np.uint64))
+
+    def beyond(self, image: np.ndarray, normal: np.ndarray, height: np.ndarray, plane: np.ndarray) -> Images:
+        """The images of some of them, by their numbers, in planes: normals (m, 3) and heights (m,) over the radar."""
+        place, turn = self.place[image], self.turn[image]
+        away = height - (normal * place).sum(axis=1)
+        return Images(
+            place + 2.0 * away[:, None] * normal,
+            turn - 2.0 * normal[:, :, None] * np.einsum("ci,cij->cj", normal, turn)[:, None],
+            self.key[image] + _plane_key(plane),
+        )
+
 
 @dataclass(slots=True)
-class Waves:
-    """Tubes before a stretch of their way; k of them, vectors (3, k) float64 in the world's axes, from the radar [m].
+class _Rows:
+    """Columns (k,) and vectors (3, k) of k rows; None where a column is absent."""
 
-    row: of the tube. start, direction: of the stretch. across, up: the tube's tangents, mirrored as it was. travelled:
-    [m]. field: what the faces left of it, complex. key: (k,) uint64, of the faces. rate: of the way [m/s].
+    def at(self, rows: np.ndarray, taken: dict[int, np.ndarray] | None = None) -> Any:
+        """Some of the rows, (m,). An array that serves two columns still does; taken: what was taken of them so far."""
+        taken = {} if taken is None else taken
+        found: dict[str, Any] = {}
+        for each in fields(self):
+            one = getattr(self, each.name)
+            if isinstance(one, _Rows):
+                one = one.at(rows, taken)
+            elif isinstance(one, np.ndarray):
+                if id(one) not in taken:
+                    taken[id(one)] = _taken(one, rows)
+                one = taken[id(one)]
+            found[each.name] = one
+        return type(self)(**found)
+
+
+@dataclass(slots=True)
+class Waves(_Rows):
+    """Tubes before a stretch of their way; k of them, vectors (3, k) float64 in the world's axes [m].
+
+    row: (k,) of the tube. direction: of the stretch. travelled: [m]. field: what the faces left of it, complex64.
+    rate: of the way so far [m/s], None for 0. image: (k,) number of the radar's image that they come from, None before
+    the first face.
     """
 
     row: np.ndarray
-    start: np.ndarray
     direction: np.ndarray
-    across: np.ndarray
-    up: np.ndarray
-    travelled: np.ndarray
-    field: np.ndarray
-    key: np.ndarray
-    rate: np.ndarray
+    images: Images
+    travelled: np.ndarray | None = None
+    field: np.ndarray | None = None
+    rate: np.ndarray | None = None
+    image: np.ndarray | None = None
 
-    def at(self, rows: np.ndarray) -> Waves:
-        """Some of them."""
-        return Waves(*(_rows(getattr(self, each.name), rows) for each in fields(Waves)))
+    def left(self, coherent: np.ndarray) -> np.ndarray:
+        """What is left (k,) complex64 of the waves after one more face, by its reflection (k,)."""
+        return coherent if self.field is None else self.field * coherent
 
 
 @dataclass(slots=True)
-class Met:
+class Met(_Rows):
     """Faces that waves meet: k of them, vectors (3, k).
 
-    length: [m] of the stretch, way: in all. back: unit from the radar to it, out: [m] of that. normal: towards
-    where the wave comes from. table: place in the reflection tables. speed: of the point as the radar sees it [m/s],
-    None where nothing moves.
+    way: [m] in all. back: unit from the radar to it, out: [m] of that. plane: its number, `NO_PLANE` for what has none.
+    normal: of the plane. slope: its component along the wave. table: place in the reflection tables. speed: of the
+    point as the radar sees it [m/s], None where nothing moves.
     """
 
     waves: Waves
-    length: np.ndarray
     way: np.ndarray
     back: np.ndarray
     out: np.ndarray
     plane: np.ndarray
     normal: np.ndarray
+    slope: np.ndarray
     cosine: np.ndarray
     table: np.ndarray
     speed: np.ndarray | None
 
-    def at(self, rows: np.ndarray) -> Met:
-        """Some of them."""
-        found: dict[str, Any] = {each.name: getattr(self, each.name) for each in fields(Met)[1:]}
-        for name, one in found.items():
-            found[name] = None if one is None else _rows(one, rows)
-        return Met(self.waves.at(rows), **found)
+    def __len__(self) -> int:
+        return len(self.way)
 
     @property
-    def point(self) -> np.ndarray:
-        """Where, (3, k), from the radar [m]."""
-        return np.asarray(self.waves.start + self.waves.direction * self.length)
+    def range_m(self) -> np.ndarray:
+        """Half the way (k,) [m] there and straight back."""
+        return self.way if self.out is self.way else np.asarray((self.way + self.out) / 2.0)
 
     def rate(self) -> np.ndarray:
         """Half the rate (k,) [m/s] of the way in and straight back."""
+        return self._rates(self.back, 2.0)
+
+    def rate_again(self) -> np.ndarray:
+        """The rate (k,) [m/s] of the way in, which is also the way back."""
+        return self._rates(None, 1.0)
+
+    def _rates(self, back: np.ndarray | None, share: float) -> np.ndarray:
+        before = self.waves.rate
         if self.speed is None:
-            return self.waves.rate / 2.0
-        return np.asarray((self.waves.rate + _dot(self.speed, self.waves.direction + self.back)) / 2.0)
+            return np.broadcast_to(0.0, len(self)) if before is None else before / share
+        rate = dot(self.speed, self.waves.direction)
+        if back is self.waves.direction:
+            rate *= 2.0
+        elif back is not None:
+            rate += dot(self.speed, back)
+        if before is not None:
+            rate += before
+        return np.asarray(rate / share)
 
 
-def met_faces(setting: Setting, tubes: Tubes, bundle: RayBundle, skip: np.ndarray | None = None) -> Iterator[Met]:
-    """The faces that tubes meet, whose rays are those of the bundle: first ones, then those after each reflection.
+def met_faces(
+    setting: Setting, tubes: Tubes, bundle: RayBundle, skip: np.ndarray | None, directions: np.ndarray
+) -> Iterator[tuple[int, Met]]:
+    """(bounce, faces) that tubes meet: first ones, then those after each reflection; `BLOCK` at a time.
 
-    skip: (s,) bool, surfaces that only the tubes meet that own them.
+    The bundle has the tubes' rays; directions: (3, n) float64, of them in the world's axes. skip: (s,) bool, surfaces
+    that tubes do not meet first; None: they first meet the surface that owns them, or nothing.
     """
     hits = setting.world.cast(bundle, setting.poses, normals=True)
     row = np.flatnonzero(hits.distance < setting.reach * 1.01)
-    if skip is not None and skip.any():
-        surface, owner = hits.surfaces(row), tubes.owner[row]
-        row = row[np.where(owner < 0, ~np.take(skip, surface), owner == surface)]
-    direction = setting.pose[:3, :3] @ tubes.directions[:, row]
-    zero = np.broadcast_to(0.0, (3, len(row)))
-    waves = Waves(
-        *(row, zero, direction, zero, zero, zero[0]),
-        *(np.broadcast_to(np.complex64(1), len(row)), np.broadcast_to(np.uint64(0), len(row)), zero[0]),
-    )
+    if skip is None:
+        row = row[np.take(tubes.owner, row) == hits.surfaces(row)]
+    elif skip.any():
+        row = row[~np.take(skip, hits.surfaces(row))]
+    waves = Waves(np.arange(len(tubes.solid)), directions, Images.none())
     for bounce in range(1, setting.bounces + 1):
-        met = _meet(setting, waves, hits, row, straight=bounce == 1)
-        if not len(met.way):
+        further = []
+        for start in range(0, len(row), BLOCK):
+            part = row[start : start + BLOCK]
+            met = _meet(setting, waves.at(part), hits, part)
+            if len(met):
+                yield bounce, met
+                if bounce < setting.bounces:
+                    further.append(_reflected(setting, tubes, met))
+        if not further:
             return
-        yield met
-        if bounce == setting.bounces:
-            return
-        waves = _reflected(setting, tubes, met, first=bounce == 1)
+        waves, starts = _together(further)
         if not len(waves.row):
             return
-        hits = _cast_on(setting, waves)
+        hits = _cast_on(setting, waves.direction, starts)
         row = np.flatnonzero(hits.distance < 2.0 * setting.reach)
-        waves = waves.at(row)
 
 
 def in_sight(setting: Setting, out: np.ndarray, back: np.ndarray) -> np.ndarray:
     """Whether the radar sees points (3, k) [m from it] at distances (k,), in unit directions (3, k)."""
-    table = np.zeros((len(out), 6), np.float32)
-    table[:, 3:6] = back.T
-    hits = setting.world.cast(RayBundle(setting.pose[:3, 3], table, exclude=setting.exclude), setting.poses)
+    bundle = RayBundle(setting.pose[:3, 3], _table(back), exclude=setting.exclude)
+    hits = setting.world.cast(bundle, setting.poses)
     return np.asarray(hits.distance > out * (1 - 1e-6) - SIGHT_M)
 
 
-def tangents(setting: Setting, tubes: Tubes, waves: Waves, *, first: bool) -> tuple[np.ndarray, np.ndarray]:
-    """The tangents of waves (3, k); before the first face those of the tubes."""
-    if not first:
-        return waves.across, waves.up
-    across, up = tubes.tangents(waves.row)
-    rotation = setting.pose[:3, :3]
-    return rotation @ across, rotation @ up
+def tangents(setting: Setting, tubes: Tubes, waves: Waves) -> tuple[np.ndarray, np.ndarray]:
+    """Unit vectors (3, k) across and up of tubes, mirrored as the waves were."""
+    both = [setting.rotation @ one for one in tubes.tangents(waves.row)]
+    if waves.image is not None:
+        turn = np.take(waves.images.turn, waves.image, axis=0)
+        both = [np.einsum("kij,jk->ik", turn, one) for one in both]
+    return both[0], both[1]
 
 
-def _meet(setting: Setting, waves: Waves, hits: Hits, row: np.ndarray, *, straight: bool) -> Met:
-    """Where waves meet faces; straight: they come from the radar itself. row: (k,) the hits of the waves."""
-    origin = setting.pose[:3, 3]
-    distance = hits.distance[row].astype(np.float64)
-    near = waves.start + waves.direction * distance
-    planes = setting.planes
-    plane = planes.of_hits(hits, row, lambda some: near[:, some].T + origin)
-    known = plane != NO_PLANE
-    normal = np.stack([np.take(column, np.maximum(plane, 0)) for column in planes.columns])
-    height = planes.offset[np.maximum(plane, 0)] - origin @ normal
-    if not known.all():
+def face_keys(met: Met) -> np.ndarray:
+    """(k,) uint64 of the faces on the way, whatever their order; unknown faces are like no other."""
+    key = _plane_key(np.where(met.plane != NO_PLANE, met.plane, met.waves.row + _OWN))
+    waves = met.waves
+    return key if waves.image is None else np.asarray(key + np.take(waves.images.key, waves.image))
+
+
+def _meet(setting: Setting, waves: Waves, hits: Hits, row: np.ndarray) -> Met:
+    """Where waves meet faces. row: (k,) the hits of the waves."""
+    origin, planes, image = setting.pose[:3, 3], setting.planes, waves.image
+    place = None if image is None else np.stack([np.take(c, image) for c in waves.images.place.T])
+
+    def near(some: Any = slice(None)) -> np.ndarray:
+        """Where some of the hits are by their distance, (3, m) from the radar."""
+        length = hits.distance[row[some]].astype(np.float64)
+        if place is None or waves.travelled is None:
+            return np.asarray(waves.direction[:, some] * length)
+        return np.asarray(place[:, some] + waves.direction[:, some] * (waves.travelled[some] + length))
+
+    plane = planes.of_hits(hits, row, lambda some: near(some).T + origin)
+    unknown = np.flatnonzero(plane == NO_PLANE)
+    normal = np.stack([np.take(column, plane) for column in planes.columns])  # the last is that of no plane
+    height = np.take(planes.heights(origin), plane)
+    if len(unknown):
         assert hits.normals is not None
-        unknown = np.flatnonzero(~known)
         normal[:, unknown] = hits.normals[row[unknown]].T
-        height[unknown] = _dot(normal[:, unknown], near[:, unknown])
-    slope = _dot(normal, waves.direction)
-    if not straight:
-        height = height - _dot(normal, waves.start)
+        height[unknown] = dot(normal[:, unknown], near(unknown))
+    slope = dot(normal, waves.direction)
+    if place is not None:
+        height -= dot(normal, place)
     with np.errstate(divide="ignore", invalid="ignore"):
-        length = height / slope
-    way = length if straight else waves.travelled + length
-    keep = np.flatnonzero((np.abs(slope) > GRAZING) & (length > 0) & (way < 2 * setting.reach))
-    if len(keep) < len(way):
-        waves, plane, row, normal = waves.at(keep), plane[keep], row[keep], normal[:, keep]
-        length, way, slope = length[keep], way[keep], slope[keep]
-    out, back = length, waves.direction
-    if not straight:
-        point = waves.start + waves.direction * length
-        out = np.sqrt(_dot(point, point))
+        way = height / slope
+    cosine = np.abs(slope)
+    before = 0.0 if waves.travelled is None else waves.travelled
+    kept = (cosine > GRAZING) & (way > before) & (way < 2 * setting.reach)
+    out, back = way, waves.direction
+    if place is not None:
+        point = waves.direction * way
+        point += place
+        out = np.sqrt(dot(point, point))
         back = point / np.maximum(out, 1e-9)
     surface = hits.surfaces(row)
-    cosine = np.abs(slope)
-    normal *= -np.sign(slope)
-    table = setting.reflections.index(surface, cosine)
-    met = Met(waves, length, way, back, out, plane, normal, cosine, table, None)
+    met = Met(waves, way, back, out, plane, normal, slope, cosine, setting.reflections.index(surface, cosine), None)
+    if not kept.all():
+        keep = np.flatnonzero(kept)
+        met, surface = met.at(keep), surface[keep]
     met.speed = _speeds(setting, surface, met)
     return met
 
 
 def _speeds(setting: Setting, surface: np.ndarray, met: Met) -> np.ndarray | None:
-    measured = setting.velocities(surface, lambda: met.point.astype(np.float32), setting.pose[:3, 3], setting.poses)
+    def levers() -> np.ndarray:
+        return np.asarray(met.back * met.out, np.float32)
+
+    measured = setting.velocities(surface, levers, setting.pose[:3, 3], setting.poses)
     if measured is None:
         return None
     rows, speeds = measured
-    found = np.zeros((3, len(surface)))
-    found[:, rows] = speeds.T
+    if len(rows) == len(surface):
+        return np.ascontiguousarray(speeds.T)
+    found = np.zeros((3, len(surface)), np.float32)
+    for column, speed in zip(found, speeds.T, strict=True):
+        column[rows] = speed
     return found
 
 
-def _reflected(setting: Setting, tubes: Tubes, met: Met, *, first: bool) -> Waves:
-    """Waves after flat faces, as far as they are not too faint."""
-    left = met.waves.field * setting.reflections.coherent(met.table)
-    flat = (met.plane != NO_PLANE) & ~setting.planes.curved[np.maximum(met.plane, 0)]
-    if first:
+def _reflected(setting: Setting, tubes: Tubes, met: Met) -> tuple[Waves, np.ndarray]:
+    """Waves after flat faces, as far as they are not too faint, and where they start (3, m) from the radar."""
+    planes = setting.planes
+    flat = met.plane != NO_PLANE
+    if planes.any_curved:
+        flat &= ~planes.curved[met.plane]
+    if met.waves.image is None:
         flat &= tubes.leads[met.waves.row]
-    keep = np.flatnonzero(flat & (np.abs(left) > FAINTEST))
-    met = met.at(keep)
+    rows = np.flatnonzero(flat)
+    before = met.waves.field
+    left = setting.reflections.coherent(met.table[rows])
+    if before is not None:
+        left = left * before[rows]
+    strong = np.flatnonzero(np.abs(left) > FAINTEST)
+    met, left = met.at(rows[strong]), left[strong]
     waves = met.waves
-    across, up = tangents(setting, tubes, waves, first=first)
-    direction = _mirrored(waves.direction, met.normal)
+    number = met.plane.astype(np.int64)
+    if waves.image is not None:
+        number += waves.image * len(planes.normal)
+    groups = Groups(number)
+    image, plane = np.divmod(groups.keys, len(planes.normal))
+    images = waves.images.beyond(image, planes.normal[plane], planes.heights(setting.pose[:3, 3])[plane], plane)
+    direction = waves.direction - 2.0 * met.slope * met.normal
     rate = waves.rate
     if met.speed is not None:
-        rate = rate + _dot(met.speed, waves.direction - direction)
-    return Waves(
-        waves.row,
-        met.point,
-        direction,
-        _mirrored(across, met.normal),
-        _mirrored(up, met.normal),
-        met.way,
-        left[keep],
-        face_keys(met),
-        rate,
+        rate = dot(met.speed, waves.direction) - dot(met.speed, direction) + (0.0 if rate is None else rate)
+    return Waves(waves.row, direction, images, met.way, left, rate, groups.which), met.back * met.out
+
+
+def _together(parts: list[tuple[Waves, np.ndarray]]) -> tuple[Waves, np.ndarray]:
+    """Waves of several blocks, after a reflection, and their starts (3, k), as one."""
+    if len(parts) == 1:
+        return parts[0]
+    waves = [wave for wave, _ in parts]
+    moves = any(wave.rate is not None for wave in waves)
+    images = [wave.images for wave in waves]
+    offsets = np.cumsum([0, *(len(each.key) for each in images)])
+    found = Waves(
+        np.concatenate([wave.row for wave in waves]),
+        np.concatenate([wave.direction for wave in waves], axis=1),
+        Images(*(np.concatenate([getattr(each, one.name) for each in images]) for one in fields(Images))),
+        np.concatenate([wave.travelled for wave in waves]),
+        np.concatenate([wave.field for wave in waves]),
+        np.concatenate([np.zeros(len(w.row)) if w.rate is None else w.rate for w in waves]) if moves else None,
+        np.concatenate([wave.image + offset for wave, offset in zip(waves, offsets, strict=False)]),
     )
+    return found, np.concatenate([start for _, start in parts], axis=1)
 
 
-def face_keys(met: Met) -> np.ndarray:
-    """(k,) uint64 of the faces on the way, whatever their order; unknown faces are like no other."""
-    number = np.where(met.plane != NO_PLANE, met.plane, met.waves.row + _OWN).astype(np.uint64)
-    return np.asarray(met.waves.key + (number + np.uint64(1)) * _MIX)
-
-
-def _cast_on(setting: Setting, waves: Waves) -> Hits:
+def _cast_on(setting: Setting, direction: np.ndarray, start: np.ndarray) -> Hits:
     """What waves meet next."""
-    table = np.zeros((len(waves.row), 6), np.float32)
-    table[:, 3:6] = waves.direction.T
-    offsets = (waves.start + LIFT_M * waves.direction).T.astype(np.float32)
-    bundle = RayBundle(setting.pose[:3, 3], table, offsets, setting.exclude)
+    offsets = np.empty((len(start[0]), 3), np.float32)
+    for axis in range(3):
+        offsets[:, axis] = start[axis] + LIFT_M * direction[axis]
+    bundle = RayBundle(setting.pose[:3, 3], _table(direction), offsets, setting.exclude)
     return setting.world.cast(bundle, setting.poses, normals=True)
 
 
-def _rows(array: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Some rows of (..., k); one value for all stays one."""
-    if array.strides[-1] == 0:
-        return np.broadcast_to(array[..., :1], (*array.shape[:-1], len(rows)))
-    return np.take(array, rows, axis=-1)
+def _table(direction: np.ndarray) -> np.ndarray:
+    """The table of rays in these directions (3, k)."""
+    table = np.empty((direction.shape[1], 6), np.float32)
+    for axis in range(3):
+        table[:, 3 + axis] = direction[axis]
+    return table
 
 
-def _mirrored(vectors: np.ndarray, normal: np.ndarray) -> np.ndarray:
-    return np.asarray(vectors - 2.0 * _dot(vectors, normal) * normal)
+def _plane_key(plane: np.ndarray) -> np.ndarray:
+    return np.asarray((plane.astype(np.uint64) + np.uint64(1)) * _MIX)
 
 
-def _dot(one: np.ndarray, two: np.ndarray) -> np.ndarray:
+def _taken(array: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Some rows of (k,) or of vectors (3, k)."""
+    if array.ndim == 1:
+        return np.take(array, rows)
+    found = np.empty((len(array), len(rows)), array.dtype)
+    for column, out in zip(array, found, strict=True):
+        np.take(column, rows, out=out)
+    return found
+
+
+def dot(one: np.ndarray, two: np.ndarray) -> np.ndarray:
     """Dot products (k,) of vectors (3, k)."""
-    return np.asarray(one[0] * two[0] + one[1] * two[1] + one[2] * two[2])
+    total = one[0] * two[0]
+    total += one[1] * two[1]
+    total += one[2] * two[2]
+    return np.asarray(total)

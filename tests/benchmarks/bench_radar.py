@@ -14,11 +14,14 @@ from sensors.raycast.rays import RayBundle
 from sensors.raycast.world import CastWorld
 
 TITLE = "Radar: 384,000 rays, a hall with 40 boxes of three materials"
-RADAR = "/World/Radar"
+CAR = "/World/Car"
+RADAR = f"{CAR}/Radar"
+SPEED = 2.0
+CHANNELS = ("azimuth", "elevation", "distance", "scalar", "rv_ms")
 
 
-def hall() -> dict[str, dict[str, Any]]:
-    """Rough ground, a wall 48 m away, boxes in between, and the radar."""
+def hall(speed: float = 0.0) -> dict[str, dict[str, Any]]:
+    """Rough ground, a wall 48 m away, boxes in between, and the radar; it drives if it has a speed [m/s]."""
     random = np.random.default_rng(0)
     prims: dict[str, dict[str, Any]] = {"/World/Ground": {"type": "Plane", "material": "asphalt"}}
     for number in range(40):
@@ -32,29 +35,38 @@ def hall() -> dict[str, dict[str, Any]]:
             "material": ("concrete", "steel", "wood")[number % 3],
         }
     wall = {"type": "Cube", "size": 1.0, "scale": [1, 100, 10], "translate": [48, 0, 5], "material": "concrete"}
-    radar = {"type": "OmniRadar", "translate": [0, 0, 1], "attributes": {"omni:sensor:tickRate": 60}}
-    return {**prims, "/World/Wall": wall, RADAR: radar}
+    prims["/World/Wall"] = wall
+    # Without gravity and contact the car keeps its speed.
+    prims["/World/Physics"] = {"type": "PhysicsScene", "attributes": {"physics:gravityMagnitude": 0.0}}
+    prims[CAR] = {"type": "Cube", "size": 0.1, "translate": [0, 0, 1]}
+    if speed:
+        prims[CAR] |= {"rigid_body": True, "velocity": [speed, 0, 0]}
+    prims[RADAR] = {"type": "OmniRadar", "exclude": [CAR], "attributes": {"omni:sensor:tickRate": 60}}
+    return prims
 
 
 def measure(quick: bool) -> Iterator[Row]:
-    """A radar that renders in every update, and one that is not due."""
+    """A radar that renders in every update: while it drives, and while nothing moves.
+
+    The casts are those of an update in which everything is cast; where nothing moves, none is made.
+    """
     rounds = 3 if quick else 11
-    with App(None, physics_hz=60, loop_hz=60) as app:
-        app.add_prims(hall())
-        product = render_product(app, RADAR)
-        product.sensor.require("benchmark", ["azimuth", "elevation", "distance", "scalar", "rv_ms"], ignore_aux=True)
-        app.play()
-        app.update(steps=2)
-        casts = _casts_of(app)
-        yield Row("an update with a frame, all bounces / its casts", ratio(app.update, casts, rounds))
-    with App(None, physics_hz=60, loop_hz=60, fidelity={"radar.bounces": 1}) as app:
-        app.add_prims(hall())
-        product = render_product(app, RADAR)
-        product.sensor.require("benchmark", ["azimuth", "elevation", "distance", "scalar", "rv_ms"], ignore_aux=True)
-        app.play()
-        app.update(steps=2)
-        casts = _casts_of(app)
-        yield Row("the same with radar.bounces=1", ratio(app.update, casts, rounds))
+    for name, fidelity in (("all bounces", {}), ("radar.bounces=1", {"radar.bounces": 1})):
+        with _world(hall(SPEED), fidelity) as app:
+            casts = _casts_of(app)
+            yield Row(f"an update with a frame, driving, {name} / its casts", ratio(app.update, casts, rounds), 1.5)
+            standing = _world(hall(), fidelity)
+            yield Row(f"the same where nothing moves, {name}", ratio(standing.update, casts, rounds), 1.5)
+            standing.close()
+
+
+def _world(prims: dict[str, dict[str, Any]], fidelity: dict[str, Any]) -> App:
+    app = App(None, physics_hz=60, loop_hz=60, fidelity=fidelity)
+    app.add_prims(prims)
+    render_product(app, RADAR).sensor.require("benchmark", CHANNELS, ignore_aux=True)
+    app.play()
+    app.update(steps=4)
+    return app
 
 
 def _casts_of(app: App) -> Any:

@@ -57,4 +57,4 @@ def test_angles_beyond_the_field_of_view_fold_only_where_they_are_to():
     assert len(Grid.of(scan, 0).place(values)[0]) == 0
     grid = Grid.of(ScanConfig(max_az_ang_deg=30.0, en_ang_aliasing=True), 0)
     _, _, placed = grid.place(values)
-    assert placed[2, 0] == pytest.approx(0.6 - (grid.azimuth.high - grid.azimuth.low))
+    assert placed[2][0] == pytest.approx(0.6 - (grid.azimuth.high - grid.azimuth.low))

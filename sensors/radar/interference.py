@@ -1,0 +1,84 @@
+"""Fields that add up: those of one group, of faces or corners, within what a radar resolves."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from .grouping import Groups
+from .scattering import Arrivals
+
+ZONES = 8.0
+"""Fresnel zones across which fields of one face add up at least."""
+
+FLAT_TOP = 0.35
+"""Share of a cell's size from its middle within which fields belong to it alone."""
+
+_MIX = np.uint64(0xC2B2AE3D27D4EB4F)
+
+
+def added(
+    found: Arrivals, values: Sequence[np.ndarray], widths: Sequence[float]
+) -> tuple[np.ndarray, list[np.ndarray]]:
+    """Powers (m,) and values (4 of (m,)) of fields that add up: in each group all that lie within a cell's size.
+
+    values: range, velocity, sines of azimuth and elevation, (k,) each; widths: of the cells of each. Sizes are counted
+    from the middle of the group, not from the edges of cells: a target that the radar does not resolve is one, wherever
+    it is. In angle they are at least `ZONES` Fresnel zones, which a mirror reflection needs to form, and neighbours
+    share what lies between them, so that no edge is made where none is.
+    """
+    assert found.field is not None
+    assert found.group is not None
+    assert found.zone is not None
+    field, power = found.field, found.power
+    groups = Groups(found.group)
+    which = groups.which
+    middle = groups.means(values, power, groups.sum(power))
+    away = [row - np.take(mean, which) for row, mean in zip(values, middle, strict=True)]
+    key = which.astype(np.uint64)
+    for width, offset in zip(widths[:2], away[:2], strict=True):
+        key = _joined(key, np.rint(offset / width))
+    row = np.arange(len(field))
+    for width, offset in zip(widths[2:], away[2:], strict=True):
+        size = np.maximum(width, ZONES * found.zone[row])
+        key, row, field = _shared(key, row, field, offset[row] / size)
+    groups = Groups(key)
+    which = groups.which
+    real, imaginary = groups.sum(field.real), groups.sum(field.imag)
+    squared = real**2 + imaginary**2
+    # Where a face reflects as a mirror, the fields that do not cancel tell the place; else the strongest do.
+    power = field.real**2 + field.imag**2
+    share = field.real * np.take(real, which) + field.imag * np.take(imaginary, which)
+    share /= np.take(np.maximum(squared, 1e-300), which)
+    values = [each if each.strides[0] == 0 else each[row] for each in values]
+    means = groups.means(values, power, groups.sum(power))
+    for width, one, mean in zip(widths, values, means, strict=True):
+        if one.strides[0]:
+            place = groups.sum(share * (one - np.take(mean, which)))
+            mean += np.where(np.abs(place) < width / 2, place, 0.0)
+    return squared, list(means)
+
+
+def _shared(
+    key: np.ndarray, row: np.ndarray, field: np.ndarray, place: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Fields by whole places; what lies far from one goes to both neighbours, with weights that add up to 1."""
+    whole = np.rint(place)
+    off = place - whole
+    some = np.flatnonzero(np.abs(off) > FLAT_TOP)
+    beside = np.clip((np.abs(off[some]) - FLAT_TOP) / (1.0 - 2.0 * FLAT_TOP), 0.0, 0.5)
+    weight = np.sin(np.pi / 2 * beside) ** 2
+    given = field[some] * weight.astype(np.float32)
+    kept = field.copy()
+    kept[some] -= given
+    return (
+        np.concatenate((_joined(key, whole), _joined(key[some], whole[some] + np.sign(off[some])))),
+        np.concatenate((row, row[some])),
+        np.concatenate((kept, given)),
+    )
+
+
+def _joined(key: np.ndarray, number: np.ndarray) -> np.ndarray:
+    key = (key ^ number.astype(np.int64).astype(np.uint64)) * _MIX
+    return np.asarray(key ^ (key >> np.uint64(29)))
