@@ -47,7 +47,7 @@ def noise_level(power: np.ndarray, axes: Sequence[Axis]) -> np.ndarray:
     inner = [axis.guard for axis in axes]
     total = _boxes(power, outer, axes) - _boxes(power, inner, axes)
     total /= np.maximum(_box_sizes(power.shape, outer, axes) - _box_sizes(power.shape, inner, axes), 1)
-    return np.maximum(total, 0.0, out=total)
+    return np.asarray(np.maximum(total, 0.0, out=total))
 
 
 def detect(power: np.ndarray, axes: Sequence[Axis], *, factor: float, least: float = 0.0) -> np.ndarray:

@@ -59,7 +59,8 @@ def arrivals(
     setting: Setting, tubes: Tubes, bundle: RayBundle, skip: np.ndarray | None, directions: np.ndarray
 ) -> Iterator[Arrivals]:
     """All that comes back along tubes, fields last; the arguments are those of `met_faces`."""
-    thinned, fields_of = tubes.thinned(), defaultdict(list)
+    thinned = tubes.thinned()
+    fields_of: dict[int, list[Arrivals]] = defaultdict(list)
     for bounce, met in met_faces(setting, tubes, bundle, skip, directions):
         found: list[Arrivals] = []
         if bounce > 1:
@@ -102,7 +103,8 @@ def _rough(setting: Setting, tubes: Tubes, met: Met) -> Iterator[Arrivals]:
     if met.waves.image is None:  # most rays of most worlds: no array is taken apart
         strength = tubes.solid * antenna.gain(tubes.directions[0]) ** 2 * (4.0 * antenna.receives)
         power = setting.reflections.diffuse(met.table) * np.take(strength, row) * met.cosine / met.way**2
-        yield Arrivals(met.way, met.rate(), *(np.take(one, row) for one in (tubes.azimuth, tubes.directions[2])), power)
+        azimuth, height = (np.take(one, row) for one in (tubes.azimuth, tubes.directions[2]))
+        yield Arrivals(met.way, met.rate(), azimuth, height, power)
         return
     met, sent = _rough_ones(setting, tubes, met)
     row, back = met.waves.row, _local(setting, met.back)
