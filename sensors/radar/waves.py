@@ -142,9 +142,9 @@ class Waves(_Rows):
 class Met(_Rows):
     """Faces that waves meet: k of them, vectors (3, k).
 
-    way: [m] in all. back: unit from the radar to it, out: [m] of that. plane: its number, `NO_PLANE` for what has none.
-    normal: of the plane. slope: its component along the wave. table: place in the reflection tables. speed: of the
-    point as the radar sees it [m/s], None where nothing moves.
+    way: [m] in all. back: unit from the radar to it, out: [m] of that. plane: its number, `NO_PLANE` where it is not
+    known. normal: of the plane. slope: its component along the wave. table: place in the reflection tables. speed: of
+    the point as the radar sees it [m/s], None where nothing moves.
     """
 
     waves: Waves
