@@ -60,6 +60,20 @@ def add_play(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_live(parser: argparse.ArgumentParser) -> None:
+    """Adds `--live NAME`, repeatable."""
+    parser.add_argument(
+        "--live",
+        action="append",
+        default=[],
+        metavar="NAME[:HOST][:PORT]",
+        help="send every message while the run goes on, and receive those that the graph subscribes to; may be "
+        "repeated. NAME is foxglove (a server for its app; port 8765), rerun (a viewer; port 9876), dds (ROS 2 over "
+        "DDS, in the domain ROS_DOMAIN_ID) or zenoh (ROS 2 over zenoh; its router's port 7447). HOST is this machine "
+        "alone (127.0.0.1) unless it is given; for dds it is the interface to use. Most useful with --realtime",
+    )
+
+
 def folder(text: str) -> Path:
     """The folder of that name. Raises ArgumentTypeError if it does not exist."""
     path = Path(text)

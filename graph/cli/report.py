@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from graph.session.runner import GraphRunner
     from graph.sim import App
     from graph.sim.messages.bus import CountingSink, Topic, TopicCount
+    from graph.sim.transports.sink import LiveSink
 
 Report = dict[str, Any]
 
@@ -34,9 +35,11 @@ GAP = 2
 """Spaces between the columns of a table."""
 
 
-def build_report(app: App, runner: GraphRunner, published: CountingSink, wall_time_s: float) -> Report:
+def build_report(
+    app: App, runner: GraphRunner, published: CountingSink, wall_time_s: float, live: Sequence[LiveSink] = ()
+) -> Report:
     """Everything that a run counted; times in seconds, stamps in integer nanoseconds of simulation time."""
-    return {
+    report = {
         "updates": app.update_index,
         "physics_steps": app.simulation.get_num_physics_steps(),
         "simulation_time": float(app.simulation.time),
@@ -56,6 +59,9 @@ def build_report(app: App, runner: GraphRunner, published: CountingSink, wall_ti
         "warnings": [warning.as_dict() for warning in app.warnings],
         "timing_s": {name: round(seconds, 6) for name, seconds in app.timing.items()},
     }
+    if live:
+        report["live"] = {sink.name: sink.facts() for sink in live}
+    return report
 
 
 def write_report(report: Mapping[str, Any], out: Path) -> None:

@@ -21,7 +21,7 @@ from graph.base.exact import duration as exact_duration
 from graph.base.exact import rate, shortest
 from graph.base.limits import check
 
-from .arguments import add_allow, add_nodes, add_play, add_skip_outside
+from .arguments import add_allow, add_live, add_nodes, add_play, add_skip_outside
 from .interrupts import between_updates
 from .printing import counted, say, say_json, tell
 from .safe_log import SafeFormatter
@@ -58,6 +58,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--trace", type=Path, metavar="FILE", help="write a trace for ui.perfetto.dev to FILE (JSON)")
     add_play(parser)
+    add_live(parser)
     parser.add_argument("--set", action="append", default=[], metavar="NODE.ATTR=VALUE", help="override a node's input")
     parser.add_argument("--fidelity", action="append", default=[], metavar="K=V", help="override a fidelity knob")
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="seed of every random stream (default 0)")
@@ -85,6 +86,7 @@ def run(args: argparse.Namespace) -> int:
     from graph.session.missed_ticks import missed_in_run
     from graph.session.open import open_session
     from graph.sim.messages.bus import CountingSink
+    from graph.sim.transports.targets import connect, read_targets
     from sensors.writers.preview import Previews
 
     from .explain_clocks import MOST_PLANNED_UPDATES, plan_updates
@@ -95,6 +97,7 @@ def run(args: argparse.Namespace) -> int:
     from .silent_outputs import warn_of_blind_sensors
 
     show_log()
+    targets = read_targets(args.live)
     sources = open_sources(args.play)
     session = open_session(
         args.file,
@@ -125,6 +128,7 @@ def run(args: argparse.Namespace) -> int:
                 app.bus.subscribe(counter)
                 app.bus.subscribe(frames)
                 player = play_into(app, sources) if sources else None
+                live = [connect(app, target) for target in targets]
                 started = time.perf_counter()
                 # Physics is built here: a scene that cannot be simulated is refused before anything is written.
                 app.play()
@@ -150,6 +154,10 @@ def run(args: argparse.Namespace) -> int:
                 except RunError as error:
                     failures.append(error)
                 tracing.close()
+                for sink in live:
+                    sink.close()
+                    for warning in sink.warnings():
+                        app.warn(*warning)
                 if player is not None:
                     warn_unheard(app, player)
                 warn_of_blind_sensors(app)
@@ -158,7 +166,7 @@ def run(args: argparse.Namespace) -> int:
                     app.warn(*warning)
                 for warning in frames.warnings(app.bus):
                     app.warn(*warning)
-                report = build_report(app, session.runner, counter, time.perf_counter() - started)
+                report = build_report(app, session.runner, counter, time.perf_counter() - started, live)
         except RunError as error:  # raised while the recording was finished
             if report is None:
                 raise

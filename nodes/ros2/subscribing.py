@@ -12,7 +12,7 @@ from typing import Any
 
 from graph.node import Attribute, Database
 
-from .profiles import queue_depth
+from .profiles import offered_quality, queue_depth
 from .publishing import topic_name
 
 EXEC_IN = Attribute("execution", "takes the next message, if one has come")
@@ -55,7 +55,9 @@ def take(db: Database, type_name: str, topic: Any, depth: Any = None) -> Any:
     memory = db.memory
     if memory.subscription is None:
         length = queue_depth(db) if depth is None else depth()
-        memory.subscription = db.app.bus.listen(topic(), type_name, depth=length, owner=db.path)
+        memory.subscription = db.app.bus.listen(
+            topic(), type_name, depth=length, owner=db.path, quality=offered_quality(db)
+        )
     subscription = memory.subscription
     if subscription.dropped > memory.told:
         memory.told = subscription.dropped

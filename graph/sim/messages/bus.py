@@ -80,6 +80,11 @@ class MessageBus:
         self._recent: list[Message] = []
         self._unheard: list[tuple[str, str, int, Callable[[], Any]]] = []
 
+    @property
+    def now_ns(self) -> int:
+        """The simulation time [ns]; 0 without a clock."""
+        return 0 if self.clock is None else nanoseconds(self.clock.time)
+
     def advertise(
         self,
         topic: str,
@@ -116,21 +121,33 @@ class MessageBus:
         """Whether a subscription receives this topic (sinks do not count)."""
         return topic_name(topic) in self._subscriptions
 
-    def listened(self) -> list[str]:
-        """The topics that subscriptions receive."""
-        return [*self._subscriptions]
+    def listened(self) -> dict[str, Subscription]:
+        """The topics that subscriptions receive, each with its first subscription."""
+        return {topic: listed[0] for topic, listed in self._subscriptions.items()}
 
-    def publish(self, topic: str, type_name: str, message: Any, stamp_ns: int, *, sent_ns: int | None = None) -> None:
-        """Gives `message` to every sink, stamped with simulation time [ns]; `sent_ns` replaces the clock's time."""
+    def publish(
+        self,
+        topic: str,
+        type_name: str,
+        message: Any,
+        stamp_ns: int,
+        *,
+        sent_ns: int | None = None,
+        origin: Sink | None = None,
+    ) -> None:
+        """Gives `message` to every sink, stamped with simulation time [ns]; `sent_ns` replaces the clock's time.
+
+        origin: the sink that received the message from outside.
+        """
         known = self.topics.get(topic)
         if known is None or known.type_name != type_name:
             known = self.advertise(topic, type_name)
         known.messages += 1
         known.sequence += 1
         if sent_ns is None:
-            sent_ns = stamp_ns if self.clock is None else nanoseconds(self.clock.time)
+            sent_ns = stamp_ns if self.clock is None else self.now_ns
         record = Message(
-            known.name, type_name, message, stamp_ns, known.sequence, sent_ns, known.quality, known.cadence
+            known.name, type_name, message, stamp_ns, known.sequence, sent_ns, known.quality, known.cadence, origin
         )
         self._recent.append(record)
         for subscription in self._subscriptions.get(known.name, ()):
@@ -149,17 +166,19 @@ class MessageBus:
         else:
             self._unheard.append((name, type_name, stamp_ns, load))
 
-    def listen(self, topic: str, type_name: str, *, depth: int = 10, owner: str = "") -> Subscription:
+    def listen(
+        self, topic: str, type_name: str, *, depth: int = 10, owner: str = "", quality: Quality = DEFAULT
+    ) -> Subscription:
         """A queue of the messages on `topic`, including those of the running update.
 
-        depth: most messages in the queue before the oldest is dropped; 0 means no limit. Raises RunError if the topic
-        has another type.
+        depth: most messages in the queue before the oldest is dropped; 0 means no limit. quality: what it asks of
+        publishers outside the App. Raises RunError if the topic has another type.
         """
         name = topic_name(topic)
         if name in self.topics:
             known = self.topics[name]
             _same_type(name, known.type_name, " and ".join(known.owners), type_name, owner, "expects")
-        subscription = Subscription(name, type_name, depth, owner)
+        subscription = Subscription(name, type_name, depth, owner, quality)
         for message in self._recent:
             if message.topic == name:
                 subscription.put(message)
@@ -183,9 +202,8 @@ class MessageBus:
         self._recent.clear()
         self._unheard.clear()
         if self._timed and self.clock is not None:
-            now = nanoseconds(self.clock.time)
             for reached in self._timed.values():
-                reached(now)
+                reached(self.now_ns)
 
     def restart(self) -> None:
         """Restarts sequence numbers at 1 (at a stop), so that every play publishes the same messages."""

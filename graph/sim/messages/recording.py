@@ -23,7 +23,7 @@ from graph.base.signals import ENDING
 
 from .mcap_source import PROVENANCE
 from .message import Message
-from .ros_types import definition, serialize
+from .ros_types import definition
 
 CHUNK_BYTES = 1_000_000
 CHUNK_NS = 500_000_000
@@ -68,7 +68,7 @@ class McapSink:
             raise RunError(self._failure)
         if self._closed:
             raise RunError(f"{self.path}: the recording is closed; a message on {message.topic} came too late")
-        data = serialize(message.message, message.type_name)
+        data = message.cdr()
         size = len(data) + _RECORD_OVERHEAD + self._declaration_bytes(message)
         if self._pending and self._pending_bytes + size > CHUNK_BYTES:
             self.flush()

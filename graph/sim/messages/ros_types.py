@@ -191,5 +191,14 @@ def definition(type_name: str) -> str:
     return _STORE.generate_msgdef(type_name, ros_version=2)[0]
 
 
+@cache
+def type_hash(type_name: str) -> str:
+    """The type's hash, "RIHS01_" and 64 digits (REP-2011). Raises ValueError for types with wide texts."""
+    try:
+        return _STORE.hash_rihs01(type_name)
+    except KeyError as error:
+        raise ValueError(f"{type_name}: {error} cannot be part of a type hash") from None
+
+
 for _name, _text in shipped():
     register(_name, _text)

@@ -5,19 +5,20 @@ from __future__ import annotations
 from collections import deque
 
 from .message import Message
+from .quality import DEFAULT, Quality
 
 
 class Subscription:
     """The waiting messages of a subscriber, oldest first; when `depth` messages wait, a new one drops the oldest.
 
-    `topic`, `type_name` and `owner` identify the subscription; `dropped` counts dropped messages; depth 0 means no
-    limit.
+    `topic`, `type_name` and `owner` identify the subscription; `quality` is what it asks of publishers outside the App;
+    `dropped` counts dropped messages; depth 0 means no limit.
     """
 
-    __slots__ = ("_queue", "dropped", "owner", "topic", "type_name")
+    __slots__ = ("_queue", "dropped", "owner", "quality", "topic", "type_name")
 
-    def __init__(self, topic: str, type_name: str, depth: int, owner: str = "") -> None:
-        self.topic, self.type_name, self.owner = topic, type_name, owner
+    def __init__(self, topic: str, type_name: str, depth: int, owner: str = "", quality: Quality = DEFAULT) -> None:
+        self.topic, self.type_name, self.owner, self.quality = topic, type_name, owner, quality
         self.dropped = 0
         self._queue: deque[Message] = deque(maxlen=depth or None)
 

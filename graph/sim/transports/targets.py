@@ -1,0 +1,123 @@
+"""The texts of `--live`: NAME, NAME:HOST, NAME:PORT or NAME:HOST:PORT."""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from graph.base.errors import UserError
+from graph.base.suggest import did_you_mean
+
+if TYPE_CHECKING:
+    from graph.sim.app import App
+
+    from .sink import LiveSink
+    from .transport import Transport
+
+LOOPBACK = "127.0.0.1"
+_MOST_DOMAIN = 232
+"""The largest domain of ROS 2 whose ports exist (7400 + 250 * domain)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """A kind of transport: the module here that has its `open_transport`, the library, and the usual port, if any."""
+
+    module: str
+    library: str
+    port: int | None
+
+
+KINDS = {
+    "foxglove": Kind("foxglove", "foxglove", 8765),
+    "rerun": Kind("rerun", "rerun", 9876),
+    "dds": Kind("dds", "cyclonedds", None),
+    "zenoh": Kind("zenoh", "zenoh", 7447),
+}
+"""By the name of `--live`, which is also the name of the extra that installs the library."""
+
+
+@dataclass(frozen=True, slots=True)
+class Target:
+    """One transport to open. domain: the ROS domain (ROS_DOMAIN_ID). port 0 for transports without one."""
+
+    name: str
+    host: str = LOOPBACK
+    port: int = 0
+    domain: int = 0
+
+    def __str__(self) -> str:
+        return f"{self.name}:{self.host}" + (f":{self.port}" if self.port else "")
+
+
+def read_targets(texts: list[str]) -> list[Target]:
+    """The targets that a command line names. Raises UserError for a name, host, port or domain that cannot be.
+
+    Also if the library of one is not installed, with the command that installs it.
+    """
+    targets: list[Target] = []
+    for text in texts:
+        target = _read(text)
+        if any(target.name == other.name for other in targets):
+            raise UserError(f"--live {text}: {target.name} is given twice; give each transport once")
+        targets.append(target)
+    return targets
+
+
+def connect(app: App, target: Target) -> LiveSink:
+    """Sends the App's messages to a target and receives those that its subscribers wait for, until the App is closed.
+
+    Raises UserError if the target cannot be opened.
+    """
+    from .sink import LiveSink
+
+    module = importlib.import_module(f".{KINDS[target.name].module}", __package__)
+    opening: Callable[[Target], Transport] = module.open_transport
+    sink = LiveSink(target.name, opening(target), app.bus)
+
+    def deliver() -> None:
+        if app.timeline.is_playing():
+            sink.deliver()
+
+    # Behind the phase's own work: the play of this update has begun, its physics and graphs have not.
+    app.on("timeline_state", deliver)
+    app.bus.subscribe(sink)
+    return sink
+
+
+def _read(text: str) -> Target:
+    name, colon, place = text.partition(":")
+    kind = KINDS.get(name)
+    if kind is None:
+        raise UserError(
+            f"--live {text}: there is no transport {name!r}"
+            + did_you_mean(name, KINDS, otherwise=f"there are {', '.join(KINDS)}")
+        )
+    if importlib.util.find_spec(kind.library) is None:
+        raise UserError(f"--live {name} needs the package {kind.library}: pip install 'tickgraph[{name}]'")
+    host, port = (LOOPBACK, kind.port or 0) if not colon else _place(text, place, kind.port)
+    return Target(name, host, port, _domain() if name in ("dds", "zenoh") else 0)
+
+
+def _place(text: str, place: str, usual: int | None) -> tuple[str, int]:
+    host, colon, port = place.rpartition(":") if not place.endswith("]") else (place, "", "")
+    if not colon and not host:  # one part: all digits are a port
+        host, port = ("", place) if usual is not None and place.isdigit() else (place, "")
+    host = host.strip("[]") or LOOPBACK
+    if any(not (letter.isalnum() or letter in ".-_:%") for letter in host) or (usual is None and port):
+        shape = "HOST" if usual is None else "HOST, PORT or HOST:PORT"
+        raise UserError(f"--live {text}: {place!r} is not an address; write {text.partition(':')[0]}:{shape}")
+    if port and not (port.isdecimal() and 0 < int(port) < 2**16):
+        raise UserError(f"--live {text}: {port!r} is not a port; give a number from 1 to 65535")
+    return host, int(port) if port else usual or 0
+
+
+def _domain() -> int:
+    text = os.environ.get("ROS_DOMAIN_ID", "") or "0"
+    if not (text.isdecimal() and int(text) <= _MOST_DOMAIN):
+        raise UserError(f"ROS_DOMAIN_ID {text!r} is not a domain; set a number from 0 to {_MOST_DOMAIN}, or unset it")
+    return int(text)
