@@ -6,7 +6,7 @@ Radiances are L = intensity 2^exposure colour [nit]; irradiances follow UsdLux (
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -33,8 +33,10 @@ class Light:
 
     color: (3,) float32. Of a `far` light color is what it brings to a surface that faces it [lux], and `place` (3,) its
     unit direction. Of any other place is its middle [m, from the camera]; it brings the sum over its patches of color
-    times cos(incidence) / d^2, and for `flat` ones times the cosine at the light, on whose side `axis` (3,) points.
-    patches: (m, 3) [m, from the camera]. cone: about axis: the cosine of its half angle and its soft share; or None.
+    times cos(incidence) / d^2, and for `flat` ones times the cosine at the light, on whose side `axis` (3,) points; one
+    that is `carried` by the camera brings color times cos(incidence).
+    patches: (m, 3) [m, from the camera]. cone: about axis: the cosine of its half angle, its soft share, and the power
+    of the cosine by which it fades to its edge; or None. shadows: whether it casts any.
     """
 
     color: np.ndarray
@@ -43,7 +45,9 @@ class Light:
     axis: np.ndarray
     far: bool = False
     flat: bool = False
-    cone: tuple[float, float] | None = None
+    carried: bool = False
+    cone: tuple[float, float, float] | None = None
+    shadows: bool = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,13 +85,16 @@ def read_lighting(
         kind, path = str(prim.GetTypeName()), str(prim.GetPath())
         if kind.startswith("DomeLight"):
             sky = sky + dome_radiance(values, path, warn)
+            if (head := values.headlight()).any():
+                nowhere = np.zeros(3, np.float32)
+                lights.append(Light(head, nowhere, nowhere[None], nowhere, carried=True, shadows=False))
         elif kind == "DistantLight":
-            lights.append(_distant(values, rigid_part(matrix_of(path))))
+            lights.append(replace(_distant(values, rigid_part(matrix_of(path))), shadows=values.shadows()))
         elif kind in _SHAPES:
             matrix = matrix_of(path).copy()
             matrix[:3] *= unit
             matrix[:3, 3] -= origin
-            lights.append(_SHAPES[kind](values, matrix))
+            lights.append(replace(_SHAPES[kind](values, matrix), shadows=values.shadows()))
         else:
             warn("light-not-modelled", path, f"a {kind} gives no light here; use a distant, dome, sphere or area light")
     return Lighting(tuple(lights), sky)
@@ -97,6 +104,9 @@ def irradiance(light: Light, points: np.ndarray, normals: np.ndarray) -> np.ndar
     """(k,) float32, times `Light.color` [lux]; points (3, k) [m, from the camera], normals (3, k) unit, float32."""
     if light.far:
         return np.asarray(np.maximum(_dot(light.place, normals), np.float32(0)))
+    if light.carried:
+        cosine = (-points * normals).sum(axis=0) / np.maximum(np.sqrt((points * points).sum(axis=0)), np.float32(1e-6))
+        return np.asarray(np.maximum(cosine, np.float32(0)))
     total = np.zeros(points.shape[1], np.float32)
     for patch in light.patches:
         way = patch[:, None] - points
@@ -111,14 +121,17 @@ def irradiance(light: Light, points: np.ndarray, normals: np.ndarray) -> np.ndar
 
 
 def _cone(light: Light, points: np.ndarray) -> np.ndarray:
-    """How much of a spot's light goes to points: all within the cone, less and less over its soft part."""
+    """How much of a spot's light goes to points: all within the cone, less and less over its soft part; and less aside
+    for one with a focus.
+    """
     assert light.cone is not None
     way = points - light.place[:, None]
     cosine = _dot(light.axis, way) / np.maximum(np.sqrt((way * way).sum(axis=0)), np.float32(1e-6))
-    edge, soft = light.cone
+    edge, soft, focus = light.cone
     inner = np.cos(np.arccos(edge) * (1 - soft))
     share = np.clip((cosine - edge) / max(inner - edge, 1e-6), 0, 1)
-    return np.asarray(share * share * (3 - 2 * share), np.float32)
+    share = share * share * (3 - 2 * share)
+    return np.asarray(share * np.maximum(cosine, 0) ** focus if focus else share, np.float32)
 
 
 def _dot(axis: np.ndarray, vectors: np.ndarray) -> np.ndarray:
@@ -225,6 +238,11 @@ class _Inputs:
     def normalized(self) -> bool:
         return bool(self._get("inputs:normalize"))
 
+    def headlight(self) -> np.ndarray:
+        """(3,) float32 [lux]: that of an MJCF model (`graph.sim.mjcf.lights`)."""
+        found = np.array(numbers_of(self._get("mjc:headlight"), 3) or (0.0,) * 3)
+        return np.asarray(np.clip(found, 0.0, BRIGHTEST), np.float32)
+
     def visible(self) -> bool:
         from graph.sim.usd import UsdGeom
 
@@ -242,10 +260,15 @@ class _Inputs:
             scale = self.input("intensity", 1.0) * np.exp2(self.input("exposure", 0.0)) * self.input("diffuse", 1.0)
         return np.asarray(np.clip(color * scale, 0.0, BRIGHTEST), np.float32)
 
-    def cone(self) -> tuple[float, float] | None:
-        """Of a spot: the cosine of half its opening angle, and the soft share of it."""
-        angle = self.number("inputs:shaping:cone:angle", 180.0)
-        if angle >= 180.0:
+    def shadows(self) -> bool:
+        """Whether it casts shadows; it does if nothing is said."""
+        return self._get("inputs:shadow:enable") is not False
+
+    def cone(self) -> tuple[float, float, float] | None:
+        """Of a spot: the cosine of half its opening angle, the soft share of it, and its focus."""
+        angle = min(self.number("inputs:shaping:cone:angle", 180.0), 180.0)
+        focus = min(max(self.number("inputs:shaping:focus"), 0.0), 1e4)
+        if angle >= 180.0 and not focus:
             return None
         soft = min(max(self.number("inputs:shaping:cone:softness"), 0.0), 1.0)
-        return float(np.cos(np.deg2rad(angle))), soft
+        return float(np.cos(np.deg2rad(angle))), soft, focus

@@ -54,9 +54,10 @@ def _reflected(
     for light in lighting.lights:
         light_there = irradiance(light, points, facing)
         if light.color.any():
-            towards = np.flatnonzero(light_there > 0)
-            dark = _blocked(light, above[:, towards], shadows, view.bundle.origin, state)
-            light_there[towards[dark]] = 0
+            if light.shadows:
+                towards = np.flatnonzero(light_there > 0)
+                dark = _blocked(light, above[:, towards], shadows, view.bundle.origin, state)
+                light_there[towards[dark]] = 0
             for axis in range(3):
                 lit[axis] += light.color[axis] * light_there
     found = looks.base_of(view.hits, rows, surfaces) * (lit.T * np.float32(1 / np.pi))

@@ -18,7 +18,7 @@ from graph.sim.scene.stage import Warn
 from .files import Document, shown
 
 _LINE = re.compile(r"(?:Element '(?P<tag>\w*)'|Element name '(?P<name>[^\n]*)', id -?\d+)(?:, line (?P<line>\d+))?")
-_KINDS = ("bodies", "joints", "geoms", "sites", "cameras", "actuators", "sensors")
+_KINDS = ("bodies", "joints", "geoms", "sites", "cameras", "lights", "actuators", "sensors")
 
 
 def load(document: Document, warn: Warn) -> tuple[Any, Any]:

@@ -15,6 +15,7 @@ from graph.sim.usd import Gf, Sdf, Usd, UsdGeom, Vt
 
 from . import surfaces
 from .authoring import Author, integers, points, turn, vector
+from .lights import mirror_lights
 from .naming import ACTUATORS, LOOKS, ROOT, SENSORS, Paths, flex_name
 
 SHOWN_GROUPS = 3
@@ -69,6 +70,7 @@ class _Mirror:
             self.author.place(spec, self.model.site_pos[number], self.model.site_quat[number])
         for number in range(self.model.ncam):
             self._camera(number)
+        mirror_lights(self.model, self.data, self.paths, self.author, self.warn)
         for number in range(self.model.nflex):
             self._flex(number)
         self._actuators_and_sensors()
@@ -230,7 +232,8 @@ class _Mirror:
             self.author.set(spec, "purpose", "Token", "guide")
 
     def _colour(self, spec: Any, rgba: Any) -> None:
-        red, green, blue, alpha = map(float, rgba)
+        alpha = float(rgba[3])
+        red, green, blue = (_linear(float(each)) for each in rgba[:3])
         self.author.set(spec, "primvars:displayColor", "Color3fArray", Vt.Vec3fArray([Gf.Vec3f(red, green, blue)]))
         if alpha != 1:
             self.author.set(spec, "primvars:displayOpacity", "FloatArray", Vt.FloatArray([alpha]))
@@ -247,7 +250,14 @@ class _Mirror:
         focal = tall / 2 / math.tan(math.radians(float(model.cam_fovy[number])) / 2)
         if sensor_y > 0:
             focal = float(model.cam_intrinsic[number][1]) / sensor_y * tall
-        self.author.set(spec, "horizontalAperture", "Float", _APERTURE)
+        wide = _APERTURE
+        if int(model.cam_projection[number]) == int(mujoco.mjtProjection.mjPROJ_ORTHOGRAPHIC):
+            self.author.set(spec, "projection", "Token", "orthographic")
+            metres = float(model.cam_fovy[number])  # of height; apertures are in tenths
+            wide, tall = 10 * metres * wide / tall, 10 * metres
+        nearest, farthest = (float(model.stat.extent * share) for share in (model.vis.map.znear, model.vis.map.zfar))
+        self.author.set(spec, "clippingRange", "Float2", Gf.Vec2f(nearest, farthest))
+        self.author.set(spec, "horizontalAperture", "Float", wide)
         self.author.set(spec, "verticalAperture", "Float", tall)
         self.author.set(spec, "focalLength", "Float", focal)
         self.author.set(spec, "mjc:resolution", "Int2", Gf.Vec2i(width, height))
@@ -311,6 +321,11 @@ def _x_along(axis: Any) -> Any:
     z = np.cross(x, side)
     z /= np.linalg.norm(z)
     return np.stack([x, np.cross(z, x), z], axis=1)
+
+
+def _linear(shown: float) -> float:
+    """Linear light of a colour as it is shown (sRGB), which is what MuJoCo's are; displayColor is linear."""
+    return shown / 12.92 if shown <= 0.04045 else ((shown + 0.055) / 1.055) ** 2.4
 
 
 def _plain(rgba: Any) -> bool:

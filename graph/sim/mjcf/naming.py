@@ -31,7 +31,9 @@ class Paths:
     sensors: tuple[str, ...]
     materials: tuple[str, ...]
     flexes: tuple[str, ...]
+    lights: tuple[str, ...]
     scene: str
+    headlight: str
     points: frozenset[int]
     """Bodies that are only points of a soft part; they have no prims."""
 
@@ -40,7 +42,7 @@ def prim_paths(model: Any) -> Paths:
     """Paths: bodies are siblings below /World, their elements below them, elements of the world below /World.
 
     Names are those of the model as far as they are valid for prims. If two elements have one name, bodies come before
-    joints, geoms, sites and cameras in this order; a later one gets _1, _2 ... at the end.
+    joints, geoms, sites, cameras and lights in this order; a later one gets _1, _2 ... at the end.
     """
     taken: set[str] = {ROOT}
 
@@ -68,17 +70,24 @@ def prim_paths(model: Any) -> Paths:
     geoms = [place(below[model.geom_bodyid[number]], model.geom(number).name) for number in range(model.ngeom)]
     sites = [place(below[model.site_bodyid[number]], model.site(number).name) for number in range(model.nsite)]
     cameras = [place(below[model.cam_bodyid[number]], model.camera(number).name) for number in range(model.ncam)]
+    parts = (
+        tuple(place(groups[0], model.actuator(number).name) for number in range(model.nu)),
+        tuple(place(groups[1], model.sensor(number).name) for number in range(model.nsensor)),
+        tuple(place(groups[2], model.material(number).name) for number in range(model.nmat)),
+        tuple(place(ROOT, flex_name(model, number)) for number in range(model.nflex)),
+    )
+    scene = place(ROOT, "PhysicsScene")
+    lights = tuple(place(below[model.light_bodyid[number]], model.light(number).name) for number in range(model.nlight))
     return Paths(
         tuple(bodies),
         tuple(joints),
         tuple(geoms),
         tuple(sites),
         tuple(cameras),
-        tuple(place(groups[0], model.actuator(number).name) for number in range(model.nu)),
-        tuple(place(groups[1], model.sensor(number).name) for number in range(model.nsensor)),
-        tuple(place(groups[2], model.material(number).name) for number in range(model.nmat)),
-        tuple(place(ROOT, flex_name(model, number)) for number in range(model.nflex)),
-        place(ROOT, "PhysicsScene"),
+        *parts,
+        lights,
+        scene,
+        place(ROOT, "Headlight"),
         points,
     )
 
@@ -96,5 +105,6 @@ def _points(model: Any) -> frozenset[int]:
     if not model.nflex:
         return frozenset()
     soft = {int(body) for bodies in (model.flex_vertbodyid, model.flex_nodebodyid) for body in bodies}
-    carrying = {int(body) for bodies in (model.geom_bodyid, model.site_bodyid, model.cam_bodyid) for body in bodies}
+    owners = model.geom_bodyid, model.site_bodyid, model.cam_bodyid, model.light_bodyid
+    carrying = {int(body) for bodies in owners for body in bodies}
     return frozenset(soft - carrying - {0, -1})

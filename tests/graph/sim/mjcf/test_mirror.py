@@ -161,3 +161,70 @@ def test_points_of_cloth_are_where_mujoco_has_its_vertices(opened, model):
             assert np.abs(before.points(path) - mesh).max() < 1e-6
             fallen = 9.81 * 0.002**2 * 100 * 101 / 2
             assert (before.points(path) - here)[:, 2].mean() == pytest.approx(fallen, rel=1e-6)
+
+
+LIT = """<mujoco><visual><headlight active="0"/></visual><statistic center="0 0 0"/>
+<worldbody><camera name="eye" pos="0 0 1" fovy="10" resolution="33 33"/><light {}/>
+<geom type="plane" size="0 0 1" rgba="1 1 1 1"/></worldbody></mujoco>"""
+WHITE = 1250.0
+"""Nit that are white at 0.02 s and f/5."""
+
+
+@pytest.mark.parametrize(
+    ("light", "shown"),
+    [
+        # Diffuse 0.5, straight down: half of white, whatever the distance.
+        ("name='sun' type='directional' pos='0 0 3' dir='0 0 -1' diffuse='.5 .5 .5'", 0.5),
+        # Aside by 60 degrees: cos.
+        ("name='sun' type='directional' pos='0 0 3' dir='1.7320508 0 -1' diffuse='1 1 1'", 0.5),
+        # A point 2 m above the centre of the model, as bright there as MuJoCo's; attenuation 1 / (1 + 2^2 / 4).
+        ("name='lamp' type='point' pos='0 0 2' diffuse='1 1 1'", 1.0),
+        ("name='lamp' type='point' pos='0 0 2' diffuse='1 1 1' attenuation='1 0 .25'", 0.5),
+        # 100 candela at 2 m: 25 lux, of which a white surface sends back 25 / pi nit.
+        ("name='lamp' type='point' pos='0 0 2' diffuse='1 1 1' intensity='100'", 25 / np.pi / WHITE),
+        # A spot whose axis is 30 degrees aside fades by cos^2; beyond its cone of 20 degrees it is dark.
+        ("name='spot' type='spot' pos='0 0 2' dir='.57735027 0 -1' diffuse='1 1 1' exponent='2'", 0.75),
+        ("name='spot' type='spot' pos='0 0 2' dir='.57735027 0 -1' diffuse='1 1 1' cutoff='20'", 0.0),
+        ("name='off' type='directional' dir='0 0 -1' diffuse='1 1 1' active='false'", 0.0),
+        ("name='dim' type='directional' dir='0 0 -1' diffuse='0 0 0' ambient='.25 .25 .25'", 0.25),
+    ],
+)
+def test_lights_of_a_model_light_its_pictures_as_mujocos_would(model, light, shown):
+    from sensors.replicator import get_annotator, render_product
+
+    with App(mjcf=model(LIT.format(light))) as app:
+        found = get_annotator("HdrColor", app=app).attach(render_product(app, "/World/eye", (33, 33)))
+        app.play()
+        app.update()
+        assert found.get_data()[16, 16, 0] == pytest.approx(shown * WHITE, rel=1e-3)
+
+
+def test_the_headlight_shines_from_each_camera(model):
+    """Ambient 0.1 and diffuse 0.4 on a grey of 0.5, which is linear 0.21404: straight ahead (0.1 + 0.4) times that."""
+    body = """<worldbody><camera name="eye" pos="0 0 1"/><camera name="aside" pos="1.7320508 0 1" euler="0 60 0"/>
+    <geom type="plane" size="0 0 1" rgba=".5 .5 .5 1"/></worldbody>"""
+    from sensors.replicator import get_annotator, render_product
+
+    with App(mjcf=model(body)) as app:
+        found = [
+            get_annotator("HdrColor", app=app).attach(render_product(app, f"/World/{name}", (33, 33)))
+            for name in ("eye", "aside")
+        ]
+        app.play()
+        app.update()
+        light = [each.get_data()[16, 16, 0] for each in found]
+        assert "no-light" not in {warning.code for warning in app.warnings}
+    grey = ((0.5 + 0.055) / 1.055) ** 2.4
+    assert light == pytest.approx([0.5 * grey * WHITE, 0.3 * grey * WHITE], rel=2e-3)  # cos 60 degrees
+
+
+def test_lights_follow_their_bodies_and_have_names(opened):
+    scene, warnings = opened(
+        "<worldbody><light name='sun'/><body name='b' pos='1 2 3'><geom size='1'/><light mode='targetbody' target='b'/>"
+        "</body></worldbody>"
+    )
+    assert [str(prim.GetPath()) for prim in scene.stage.Traverse() if prim.GetTypeName() == "SphereLight"] == [
+        "/World/b/light1",
+        "/World/sun",
+    ]
+    assert [code for code, *_ in warnings] == ["mjcf-light-fixed"]
