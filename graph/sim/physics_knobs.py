@@ -55,9 +55,10 @@ class PhysicsKnobs:
         Literal["pyramidal", "elliptic"] | None,
         Knob(
             "shape of friction cones",
-            cost="elliptic: more per iteration",
-            error="pyramidal: the limit of friction depends on the direction, by up to a factor of sqrt(2)",
-            why=f"pyramidal: {_OWN}",
+            cost="elliptic: more and dearer iterations on fewer rows; 0.8 (a tower) to 1.5 times (a pile that falls)",
+            error="pyramidal: less friction along diagonals, by up to a factor of sqrt(2), and bodies at rest creep",
+            why="elliptic: at the same cost a sliding body stops where it should (pyramidal: 40 % off), and bodies at "
+            "rest creep a hundredth; a model keeps its own",
             finer="elliptic",
             read_by=_SOLVER,
         ),
@@ -159,7 +160,8 @@ class PhysicsKnobs:
             "how much harder friction is than contact (elliptic cones)",
             cost="larger: more iterations",
             error="the creep of bodies at rest on a slope is proportional to 1 / impratio",
-            why=f"1, {_OWN}",
+            why="10 with elliptic cones: at no cost that could be measured bodies at rest creep a tenth; a model keeps "
+            "its own",
             finer="higher",
             read_by=_SOLVER,
         ),
@@ -170,7 +172,7 @@ class PhysicsKnobs:
             "how far contacts give way, as a multiple of what their materials (or their model) say",
             cost="smaller: somewhat more iterations",
             error="bodies at rest sink in, and creep on slopes, in proportion",
-            why="1: as authored; without a material MuJoCo's own impedance",
+            why="1: as a model says; else ten times as firm as MuJoCo's default, so that ten boxes sink in 1 mm",
             finer="lower",
             read_by="graph.sim.physics.mujoco.compile",
         ),

@@ -33,7 +33,6 @@ class Material:
     restitution_mode: Mode = "average"
     torsion: float = TORSION
     rolling: float = ROLLING
-    authored: bool = False
 
 
 PLAIN = Material()
@@ -131,5 +130,4 @@ def read_material(api: Any, warn: Warn) -> Material:
         restitution_mode=mode("restitution"),
         torsion=optional(("newton:torsionalFriction", "mjc:torsionalfriction"), TORSION),
         rolling=optional(("newton:rollingFriction", "mjc:rollingfriction"), ROLLING),
-        authored=True,
     )

@@ -37,6 +37,9 @@ if TYPE_CHECKING:
     from graph.sim.fidelity import Fidelity
     from graph.sim.physics.protocol import ModelScene
 
+OWN = SolverOptions(integrator="implicitfast", cone="elliptic", impratio=10.0)
+"""The options of worlds without a model of their own, where neither a knob nor the scene chooses."""
+
 Start = Callable[[Any, Any], None]
 """Puts a model's data into the initial state of its scene."""
 
@@ -179,9 +182,10 @@ def write_options(option: Any, options: SolverOptions) -> None:
 
 
 def _suited(options: SolverOptions, world: WorldModel, based: bool) -> SolverOptions:
-    """The options; an integrator that is not chosen becomes the one that the world needs.
+    """The options, with those that the world needs where nothing is chosen; a model (`based`) keeps its own.
 
-    Only with `discrete` are stiff drives and contacts, and elastic bodies, stable together.
+    Only with `discrete` are stiff drives and contacts, and elastic bodies, stable together. Elliptic cones: with
+    pyramids friction holds less along diagonals and bodies at rest creep (measured in `tests/stability`).
     """
     driven = any(single.drive for joint in world.joints for single in joint.singles)
     elastic = next((soft.path for soft in world.softs if soft.elements is not None), None)
@@ -190,9 +194,12 @@ def _suited(options: SolverOptions, world: WorldModel, based: bool) -> SolverOpt
             f"physics.integrator {options.integrator} cannot integrate what is elastic ({elastic}); use discrete, or "
             "euler with a small time step"
         )
-    if options.integrator is None and (driven or elastic or not based):
-        return replace(options, integrator="discrete" if driven or elastic else "implicitfast")
-    return options
+    if driven or elastic:
+        options = options.over(SolverOptions(integrator="discrete"))
+    if based:
+        return options
+    own = OWN if options.cone in (None, OWN.cone) else replace(OWN, impratio=None)
+    return options.over(own)
 
 
 def _weld_roots(forest: Forest) -> dict[str, str | None]:

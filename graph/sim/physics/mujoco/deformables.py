@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from graph.sim.physics.soft import Soft
 from graph.sim.transforms import Floats
 
+from .contacts import FIRM
 from .library import mujoco
 
 
@@ -42,7 +43,8 @@ def add_soft(spec: Any, soft: Soft, handles: Mapping[str, Any]) -> None:
         if soft.elements is None:
             friction = [soft.material.sliding, soft.material.torsion, soft.material.rolling]
             size = [soft.radius, 0, 0]
-            body.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_SPHERE, size=size, friction=friction, density=0)
+            geom = body.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_SPHERE, size=size, friction=friction, density=0)
+            geom.solimp = FIRM
     if soft.elements is None:
         return
     flex = spec.add_flex(name=soft.path, dim=soft.elements.shape[1] - 1)
@@ -55,6 +57,7 @@ def add_soft(spec: Any, soft: Soft, handles: Mapping[str, Any]) -> None:
         flex.thickness = soft.thickness
         flex.elastic2d = 3
     flex.friction = [soft.material.sliding, soft.material.torsion, soft.material.rolling]
+    flex.solimp = FIRM
     kinds = mujoco.mjtFlexSelf
     flex.selfcollide = kinds.mjFLEXSELF_AUTO if soft.self_collides else kinds.mjFLEXSELF_NONE
 

@@ -87,8 +87,7 @@ def add_geom(parent: Any, collider: Collider, meshes: Meshes, name: str, grip: G
     geom.priority = grip.priority
     geom.condim = 3 if grip.friction > SMOOTH else 1
     geom.contype, geom.conaffinity = grip.bits
-    if collider.material.authored:
-        geom.solimp = FIRM
+    geom.solimp = FIRM
     if collider.kind == "mesh":
         assert collider.vertices is not None
         geom.meshname = meshes.name(collider.vertices)
