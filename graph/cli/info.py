@@ -82,14 +82,20 @@ def _lines(recording: RunReader, found: Mapping[str, Regularity]) -> Iterator[st
         yield f"{name}: {', '.join(_said(recording, name, one))} ({type_name}, {one.size / 1e6:,.3f} MB)"
     for name, topic in (recording.report or {}).get("topics", {}).items():
         if name not in found and isinstance(topic, dict):
-            said = f"0 of {topic['due']} ticks" if topic.get("due") else "no messages"
+            sent = topic.get("messages")
+            said = (
+                f"not recorded, {sent:,} messages were published" if isinstance(sent, int) and sent else "no messages"
+            )
             yield f"{name}: {said} ({topic.get('type')})"
 
 
 def _said(recording: RunReader, topic: str, one: Regularity) -> Iterator[str]:
     """The parts of a topic's line."""
     expected = due(recording, topic, one)
-    if expected is None:
+    published = _reported(recording, topic).get("messages")
+    if expected is None and isinstance(published, int) and published > one.messages:
+        yield f"{one.messages:,} of {published:,} messages"
+    elif expected is None:
         yield counted(one.messages, "messages")
     else:
         yield f"{one.ticks:,} of {expected:,} {'ticks' if one.scheduled else 'updates'}"

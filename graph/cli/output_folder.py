@@ -13,7 +13,9 @@ from pathlib import Path
 from typing import Any
 
 from graph.base.errors import RunError, UserError
-from graph.sim.messages.recording import McapSink
+from graph.base.exact import nanoseconds
+from graph.sim.messages.recorder import Recorder
+from graph.spec.file_spec import RecordSpec
 
 from .report import REPORT, write_report
 
@@ -49,19 +51,27 @@ class Output:
     """The files of one run in `folder`; `sink` records."""
 
     def __init__(
-        self, folder: Path, recording: str, read: Iterable[Path], provenance: Mapping[str, str] | None = None
+        self, folder: Path, record: RecordSpec, read: Iterable[Path], provenance: Mapping[str, str] | None = None
     ) -> None:
         """Moves an earlier run's files aside.
 
         Raises UserError if this run could not write, or if it reads one of them.
         """
         self.folder = folder
-        files = (folder / recording, folder / REPORT)
-        self.sink = McapSink(files[0], provenance)
+        self.sink = Recorder(
+            folder / record.mcap,
+            provenance,
+            split_bytes=record.split_size,
+            split_ns=None if record.split_seconds is None else nanoseconds(record.split_seconds),
+            topics=record.topics,
+            exclude=record.exclude,
+        )
+        files = [self.sink.path, folder / REPORT]
         self.failure: RunError | None = None
         """The error of finishing the files, if any."""
         self._earlier: dict[Path, Path] = {}
         try:
+            files += self.sink.earlier_parts()
             for file in files:
                 if file.is_dir():
                     raise UserError(f"--out {folder}: {file} is a folder; move it or name another folder")
@@ -86,7 +96,7 @@ class Output:
         if self._earlier and not well and not self.sink.messages and not report["updates"]:
             self._bring_back()
             return [*self.sink.notes, f"this run recorded nothing; {self.folder} is as the earlier run left it"]
-        report["recording"] = [self.sink.path.relative_to(self.folder).as_posix()] if self.sink.messages else []
+        report["recording"] = [file.relative_to(self.folder).as_posix() for file in self.sink.files]
         self._write(report)
         if self.sink.given_up:
             given = f"its last {self.sink.given_up} messages made room for {REPORT}"
@@ -131,5 +141,7 @@ class Output:
         report = self.folder / REPORT
         if not self.sink.messages:
             return f"wrote {report}; no message was published, so there is no recording"
-        size = self.sink.path.stat().st_size if self.sink.path.exists() else 0
-        return f"wrote {self.sink.path} ({self.sink.messages:,} messages, {size / 1e6:,.1f} MB) and {report}"
+        files = self.sink.files
+        size = sum(file.stat().st_size for file in files if file.exists())
+        written = f"{files[0]}" + (f" to {files[-1].name}" if len(files) > 1 else "")
+        return f"wrote {written} ({self.sink.messages:,} messages, {size / 1e6:,.1f} MB) and {report}"

@@ -1,4 +1,7 @@
-"""`graph recover`: rebuilds the index of a recording that was not finished, for example after a kill or a power cut."""
+"""`graph recover`: rebuilds the index of a recording that was not finished, for example after a kill or a power cut.
+
+Of a recording in parts only the last can be unfinished; a folder is mended part by part.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +10,7 @@ import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from graph.base.errors import RunError, UserError
+from graph.base.errors import Problem, RunError, UserError
 
 from .output_folder import locked
 from .printing import say
@@ -18,29 +21,53 @@ if TYPE_CHECKING:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the command's options."""
-    parser.add_argument("file", metavar="FILE", type=Path, help="MCAP recording; it is mended in place")
+    parser.add_argument(
+        "file", metavar="FILE", type=Path, help="MCAP recording or the folder of a run; mended in place"
+    )
     parser.add_argument("--out", type=Path, metavar="OUT", help="leave FILE as it is and write the mended one as OUT")
 
 
 def run(args: argparse.Namespace) -> int:
     """Runs the command."""
-    from graph.sim.messages.recovery import finish
+    from graph.sim.messages.run_reader import recorded_files
 
     file: Path = args.file
-    if not file.is_file():
+    if file.is_dir():
+        if args.out:
+            raise UserError(f"--out takes one file; name one of the recordings in {file}")
+        folder, files = file, [one for one in recorded_files(file) if one.suffix == ".mcap"]
+        if not files:
+            raise UserError(f"{file}: no .mcap file is in this folder; name an MCAP recording")
+    elif file.is_file():
+        folder, files = file.parent, [file]
+    else:
         raise UserError(f"{file}: no such file; name an MCAP recording")
-    with locked(file.parent, "let the run end, or stop it, first"):
-        target = _copied(file, args.out) if args.out else file
-        try:
-            left = finish(target)
-        except UserError:
-            if args.out:
-                target.unlink()
-            raise
-        except OSError as error:
-            raise RunError(f"{target}: {error.strerror or error}; its whole chunks are kept, try again") from error
-    say(f"{target}: {_said(left)}")
+    problems: list[Problem] = []
+    with locked(folder, "let the run end, or stop it, first"):
+        for one in files:
+            try:
+                _mend(one, args.out)
+            except UserError as error:
+                problems += error.problems
+    if problems:
+        raise UserError(problems)
     return 0
+
+
+def _mend(file: Path, out: Path | None) -> None:
+    """Finishes one recording, or a copy of it, and says what was done."""
+    from graph.sim.messages.recovery import finish
+
+    target = _copied(file, out) if out else file
+    try:
+        left = finish(target)
+    except UserError:
+        if out:
+            target.unlink()
+        raise
+    except OSError as error:
+        raise RunError(f"{target}: {error.strerror or error}; its whole chunks are kept, try again") from error
+    say(f"{target}: {_said(left)}")
 
 
 def _copied(file: Path, target: Path) -> Path:

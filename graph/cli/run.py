@@ -238,7 +238,7 @@ def _output(args: argparse.Namespace, session: Session, played: list[Path], held
     except OSError as error:
         raise UserError(f"--out {args.out}: {error.strerror}; name a folder that can be written") from None
     held.enter_context(locked(args.out, "name another folder, or let that run end"))
-    return Output(args.out, session.spec.record_mcap, (args.file, *args.play, *played), _provenance(args, session.app))
+    return Output(args.out, session.spec.record, (args.file, *args.play, *played), _provenance(args, session.app))
 
 
 def show_log() -> None:

@@ -7,7 +7,16 @@ from pathlib import Path
 from typing import Any
 
 from graph.base.errors import Mark, Problem
-from graph.spec.file_spec import ClockSpec, ConnectionSpec, FileSpec, GraphSpec, NodeSpec, SceneSpec, VariableSpec
+from graph.spec.file_spec import (
+    ClockSpec,
+    ConnectionSpec,
+    FileSpec,
+    GraphSpec,
+    NodeSpec,
+    RecordSpec,
+    SceneSpec,
+    VariableSpec,
+)
 
 from . import connections, model, paths
 from .source import Source
@@ -15,6 +24,10 @@ from .text import quoted
 from .tree import Map, Seq, offset
 
 _SCENE_SUFFIXES = {"usd": (".usd", ".usda", ".usdc", ".usdz"), "mjcf": (".xml",)}
+LEAST_PART = 10_000
+"""Least size of a part of a recording, in bytes."""
+LEAST_SPAN = 1
+"""Least length of a part of a recording, in seconds of simulation."""
 _MARKED_SECTIONS = ("scene", "clock", "settings", "fidelity", "record")
 
 
@@ -42,7 +55,7 @@ class Builder:
             settings=file.settings,
             fidelity=file.fidelity,
             graphs=tuple(self._graph(path, graph) for path, graph in file.graphs.items()),
-            record_mcap=self._record(file.record),
+            record=self._record(file.record),
             marks=self._marks(),
         )
 
@@ -110,12 +123,24 @@ class Builder:
         mark = self._key_mark("clock") if "clock" in self.root else None
         return ClockSpec(clock.physics_hz, clock.loop_hz, clock.experience, clock.parity, mark)
 
-    def _record(self, record: model.Record) -> str:
+    def _record(self, record: model.Record) -> RecordSpec:
         try:
-            return paths.output_name(record.mcap)
+            name = paths.output_name(record.mcap)
         except ValueError as error:
             self._wrong(("record", "mcap"), f"record.mcap: {error}")
-            return model.Record().mcap
+            name = model.Record().mcap
+        size, seconds = record.split_size, record.split_seconds
+        if size is not None and size < LEAST_PART:
+            self._wrong(("record", "split_size"), f"record.split_size: {size} bytes; give {LEAST_PART:,} or more")
+        if seconds is not None and seconds < LEAST_SPAN:
+            self._wrong(("record", "split_seconds"), f"record.split_seconds: {seconds} s; give {LEAST_SPAN} or more")
+        for key in ("topics", "exclude"):
+            for index, topic in enumerate(getattr(record, key)):
+                if not topic.strip("/ "):
+                    self._wrong(
+                        ("record", key, str(index)), f"record.{key}: a topic is empty; name one, such as /points"
+                    )
+        return RecordSpec(name, size, seconds, tuple(record.topics), tuple(record.exclude))
 
     def _graph(self, path: str, graph: model.Graph) -> GraphSpec:
         tree = self.root["graphs"][path]

@@ -309,6 +309,16 @@ class Record(_Part):
     """What a run writes."""
 
     mcap: str = Field(default="run.mcap", description="Name of the recording, relative to the output folder.")
+    split_size: Annotated[int, Field(strict=True)] | None = Field(
+        default=None, description="Bytes at which the recording goes on in the next part, run_0.mcap, run_1.mcap, ..."
+    )
+    split_seconds: Duration | None = Field(
+        default=None, description="Seconds of simulation in a part, run_0.mcap, run_1.mcap, ..."
+    )
+    topics: list[str] = Field(
+        default_factory=list, description="Topics to record, * for any text, such as /camera/*. Left out: all."
+    )
+    exclude: list[str] = Field(default_factory=list, description="Topics to leave out, * for any text.")
 
 
 class GraphFile(_Part):

@@ -111,6 +111,17 @@ class ClockSpec:
 
 
 @dataclass(frozen=True, slots=True)
+class RecordSpec:
+    """What a run records: the file's name, when a part ends (bytes, seconds; None: never), patterns of topics."""
+
+    mcap: str = "run.mcap"
+    split_size: int | None = None
+    split_seconds: Fraction | None = None
+    topics: tuple[str, ...] = ()
+    exclude: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class FileSpec:
     """A whole graph file. Every file that it names must lie below `folder`."""
 
@@ -122,7 +133,7 @@ class FileSpec:
     settings: Mapping[str, Any] = field(default_factory=dict)
     fidelity: Mapping[str, Any] = field(default_factory=dict)
     graphs: tuple[GraphSpec, ...] = ()
-    record_mcap: str = "run.mcap"
+    record: RecordSpec = field(default_factory=RecordSpec)
     marks: Mapping[tuple[str, ...], Mark] = field(default_factory=dict)
     """Marks by key path, e.g. ("settings", "/a/b") or ("fidelity", "lidar.motion")."""
     notes: tuple[Note, ...] = ()

@@ -12,6 +12,7 @@ import pytest
 from mcap.reader import make_reader
 
 from graph.sim.messages.recovery import finish
+from graph.sim.messages.run_reader import recorded_files
 from tests.support.programs import started
 
 LONGEST_LOSS_NS = 10**9
@@ -20,7 +21,7 @@ import os, sys
 import numpy as np
 from graph.sim import App
 from graph.base.exact import nanoseconds
-from graph.sim.messages.recording import McapSink
+from graph.sim.messages.recorder import Recorder
 from graph.sim.messages.ros_types import message_type
 path, progress, traffic = sys.argv[1:]
 Clock, Time = message_type("rosgraph_msgs/msg/Clock"), message_type("builtin_interfaces/msg/Time")
@@ -29,12 +30,12 @@ Layout = message_type("std_msgs/msg/MultiArrayLayout")
 noise = np.random.default_rng(0).integers(0, 256, 150_000, np.uint8)
 note = os.open(progress, os.O_WRONLY | os.O_CREAT)
 with App(physics_hz=60, loop_hz=60) as app:
-    app.bus.subscribe(McapSink(path))
+    app.bus.subscribe(Recorder(path, split_ns=10**9 if traffic == "parts" else None))
     def publish():
         now = nanoseconds(app.simulation.time)
         if traffic != "sparse" or app.update_index % 45 == 0:
             app.bus.publish("/clock", "rosgraph_msgs/msg/Clock", Clock(Time(now // 10**9, now % 10**9)), now)
-        if traffic == "heavy":
+        if traffic in ("heavy", "parts"):
             app.bus.publish("/noise", "std_msgs/msg/ByteMultiArray", Bytes(Layout([], 0), noise), now)
     app.on("simulation_graphs", publish)
     app.play()
@@ -53,7 +54,7 @@ def pytest_generate_tests(metafunc):
         metafunc.parametrize("delay", [round(draw.uniform(0.0, 0.6), 3) for _ in range(kills)])
 
 
-@pytest.mark.parametrize("traffic", ["sparse", "steady", "heavy"])
+@pytest.mark.parametrize("traffic", ["sparse", "steady", "heavy", "parts"])
 def test_a_killed_run_has_lost_less_than_a_second(tmp_path, delay, traffic):
     recording, progress = tmp_path / "run.mcap", tmp_path / "progress"
     arguments = ["-c", textwrap.dedent(PROGRAM), str(recording), str(progress), traffic]
@@ -65,13 +66,18 @@ def test_a_killed_run_has_lost_less_than_a_second(tmp_path, delay, traffic):
         process.kill()
         process.wait()
     reached = int.from_bytes(progress.read_bytes(), "little")
-    if not recording.exists():  # no chunk was due yet
+    files = recorded_files(tmp_path)
+    if not files:  # no chunk was due yet
         assert reached < LONGEST_LOSS_NS
         return
-    left = finish(recording)
-    with recording.open("rb") as file:
-        logged = [message.log_time for _, _, message in make_reader(file, validate_crcs=True).iter_messages()]
-    assert len(logged) == left.messages
+    logged = []
+    for one in files:
+        left = finish(one)
+        assert left.whole == (one != files[-1])  # every part but the last was finished before the next began
+        with one.open("rb") as file:
+            found = [message.log_time for _, _, message in make_reader(file, validate_crcs=True).iter_messages()]
+        assert len(found) == left.messages
+        logged += found
     assert logged == sorted(logged)
     step = 10**9 // 60
     due = [one for one in range(1, reached // step + 1) if traffic != "sparse" or (one - 1) % 45 == 0]

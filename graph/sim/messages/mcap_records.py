@@ -112,6 +112,20 @@ def read_metadata(file: BinaryIO, summary: Summary, name: str) -> dict[str, str]
     return {}
 
 
+def leading_metadata(file: BinaryIO, name: str) -> dict[str, str]:
+    """The metadata of a name before the first chunk; empty if there is no such metadata.
+
+    Raises ValueError, or what the library raises, for a damaged file.
+    """
+    within = _Within(file)
+    for record in _records(within, skip_magic=False):
+        if isinstance(record, Metadata) and record.name == name:
+            return dict(record.metadata)
+        if isinstance(record, Chunk | Message):
+            break
+    return {}
+
+
 def messages(file: BinaryIO, summary: Summary, channels: Container[int]) -> Iterator[Message]:
     """The messages of these channels (ids) by log time; equal times in file order."""
     within = _Within(file)

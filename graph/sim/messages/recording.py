@@ -28,6 +28,23 @@ from .ros_types import definition
 CHUNK_BYTES = 1_000_000
 CHUNK_NS = 500_000_000
 """Simulation time after which a chunk is written even if it is not full, so that a kill loses less than a second."""
+
+
+class LogClock:
+    """Log times that never go back: they continue from their last value when simulation time starts again."""
+
+    __slots__ = ("_log_ns", "_shift_ns")
+
+    def __init__(self) -> None:
+        self._log_ns = self._shift_ns = 0
+
+    def at(self, sent_ns: int) -> int:
+        """The log time [ns] of a message that is sent at this simulation time."""
+        self._shift_ns = max(self._shift_ns, self._log_ns - sent_ns)
+        self._log_ns = sent_ns + self._shift_ns
+        return self._log_ns
+
+
 _RECORD_OVERHEAD = 31  # opcode, length and the fixed fields of an MCAP Message record
 
 
@@ -38,10 +55,17 @@ class McapSink:
     and are written when they are full; `close` finishes the file. A signal never splits a chunk: it waits until the
     chunk is written. If the file cannot grow, as on a full disk, it is cut back to its whole chunks and finished; every
     later `write` raises. `provenance` becomes metadata of the file; `messages` counts its messages; `notes` has
-    warnings after it is closed.
+    warnings after it is closed. chunk_bytes: another limit of a chunk; clock: shared with the parts before.
     """
 
-    def __init__(self, path: str | Path, provenance: Mapping[str, str] | None = None) -> None:
+    def __init__(
+        self,
+        path: str | Path,
+        provenance: Mapping[str, str] | None = None,
+        *,
+        chunk_bytes: int = CHUNK_BYTES,
+        clock: LogClock | None = None,
+    ) -> None:
         self.path = Path(path)
         self.messages = 0
         self.given_up = 0
@@ -54,8 +78,8 @@ class McapSink:
         self._schemas: dict[str, int] = {}
         self._pending: list[tuple[Message, int, bytes]] = []
         self._pending_bytes = 0
-        self._log_ns = 0
-        self._shift_ns = 0
+        self._chunk_bytes = chunk_bytes
+        self._clock = clock or LogClock()
         self._closed = False
         self._failure = ""
 
@@ -70,13 +94,18 @@ class McapSink:
             raise RunError(f"{self.path}: the recording is closed; a message on {message.topic} came too late")
         data = message.cdr()
         size = len(data) + _RECORD_OVERHEAD + self._declaration_bytes(message)
-        if self._pending and self._pending_bytes + size > CHUNK_BYTES:
+        if self._pending and self._pending_bytes + size > self._chunk_bytes:
             self.flush()
-        self._pending.append((message, self._log_time(message.sent_ns), data))
+        self._pending.append((message, self._clock.at(message.sent_ns), data))
         self._pending_bytes += size
         self.messages += 1
-        if self._pending_bytes >= CHUNK_BYTES:
+        if self._pending_bytes >= self._chunk_bytes:
             self.flush()
+
+    @property
+    def written(self) -> int:
+        """Bytes of the file so far."""
+        return self._file.tell() if self._file is not None else 0
 
     def reached(self, now_ns: int) -> None:
         """Writes the pending messages if the first is half a second old, or from before a restart of time."""
@@ -129,15 +158,6 @@ class McapSink:
 
     def __exit__(self, *error: object) -> None:
         self.close()
-
-    def _log_time(self, sent_ns: int) -> int:
-        """The time to log.
-
-        It continues from its last value when simulation time starts again, as after stop and play.
-        """
-        self._shift_ns = max(self._shift_ns, self._log_ns - sent_ns)
-        self._log_ns = sent_ns + self._shift_ns
-        return self._log_ns
 
     def _open(self) -> Writer:
         if self._writer is None:

@@ -64,7 +64,7 @@ def test_the_example_of_the_format_says_what_it_says():
         ConnectionSpec("wait.finished", "product.execIn", Mark("design.yaml", 24, 27)),
         ConnectionSpec("wait.finished", "other.execIn", Mark("design.yaml", 24, 43)),
     )
-    assert spec.record_mcap == "run.mcap"
+    assert spec.record.mcap == "run.mcap"
 
 
 def test_every_part_knows_its_place():
@@ -108,7 +108,7 @@ def as_plain(spec):
         spec.settings,
         spec.fidelity,
         graphs,
-        spec.record_mcap,
+        spec.record.mcap,
     )
 
 

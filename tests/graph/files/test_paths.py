@@ -121,8 +121,8 @@ def test_a_file_name_that_does_not_work_is_one_line(folder, body, line):
 
 
 def test_a_recording_may_lie_in_a_folder_below_the_output(folder):
-    assert read(folder, "record: {mcap: logs/run1.mcap}").record_mcap == "logs/run1.mcap"
-    assert read(folder, "duration: 1").record_mcap == "run.mcap"
+    assert read(folder, "record: {mcap: logs/run1.mcap}").record.mcap == "logs/run1.mcap"
+    assert read(folder, "duration: 1").record.mcap == "run.mcap"
 
 
 def test_config_and_reference_files_arrive_absolute_and_config_names_as_they_are(folder):

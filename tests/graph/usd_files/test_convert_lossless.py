@@ -183,7 +183,7 @@ def said(path):
         "duration": str(spec.duration),
         "settings": dict(spec.settings),
         "fidelity": dict(spec.fidelity),
-        "record": spec.record_mcap,
+        "record": spec.record.mcap,
         "prims": {path: dict(prim) for path, prim in spec.scene.prims.items()},
     }
     return {"graphs": graphs, **other}
