@@ -101,7 +101,7 @@ def test_a_pattern_that_matches_nothing_is_said(tmp_path):
 def test_parts_of_an_earlier_recording_are_known_by_their_own_number(tmp_path):
     recorder = Recorder(tmp_path / "run.mcap", split_ns=SECOND)
     record(recorder, [0, SECOND])
-    (tmp_path / "run_7.mcap").write_bytes((tmp_path / "run_1.mcap").read_bytes())  # somebody's copy
+    (tmp_path / "run_7.mcap").write_bytes((tmp_path / "run_1.mcap").read_bytes())  # a user's copy
     (tmp_path / "run_8.mcap").write_bytes(b"no recording")
     other = Recorder(tmp_path / "run.mcap")
     assert [one.name for one in other.earlier_parts()] == ["run_0.mcap", "run_1.mcap"]
