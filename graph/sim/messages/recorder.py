@@ -20,10 +20,10 @@ PART = "part"
 class Recorder:
     """Writes the messages on chosen topics to `path`, or to the parts run_0.mcap, run_1.mcap, ... for run.mcap.
 
-    split_bytes: a part ends after the chunk with which it reaches this size; and chunks are not larger. split_ns: a part has
-    the messages of one span of log time, [0, split_ns), [split_ns, 2 split_ns), ...; spans without messages have no
-    part. topics, exclude: patterns such as /camera/*; a topic is recorded if it matches one of `topics` (none: any)
-    and no pattern of `exclude`. Every part is a recording of its own, crash-safe as in `McapSink`.
+    split_bytes: a part ends after the chunk with which it reaches this size; chunks are not larger. split_ns: a part
+    has the messages of one span of log time, [0, split_ns), [split_ns, 2 split_ns), ...; spans without messages have no
+    part. topics, exclude: patterns such as /camera/*; a topic is recorded if it matches one of `topics` (none: any) and
+    no pattern of `exclude`. Every part is a recording of its own, crash-safe as in `McapSink`.
     """
 
     def __init__(
