@@ -54,7 +54,7 @@ def scene(loop_hz: int = 240) -> App:
     return app
 
 
-def add_camera(app: App, number: int = 0, rate: float = 0.0, mount: str = MOUNT) -> Any:
+def add_camera(app: App, number: int = 0, rate: float = 0.0, mount: str = MOUNT, size: tuple[int, int] = SIZE) -> Any:
     """A camera of 60 deg on a box, which it does not see, looking outwards; and its render product."""
     camera = UsdGeom.Camera.Define(app.stage, f"{mount}/BenchmarkCamera{number}")
     camera.GetFocalLengthAttr().Set(18.147562)
@@ -64,7 +64,7 @@ def add_camera(app: App, number: int = 0, rate: float = 0.0, mount: str = MOUNT)
     prim.AddAppliedSchema("OmniSensorAPI")
     prim.GetAttribute("omni:sensor:tickRate").Set(rate)
     write_exclude(prim, (mount,))
-    return render_product(app, str(prim.GetPath()), SIZE)
+    return render_product(app, str(prim.GetPath()), size)
 
 
 def update_ratio(channels: frozenset[str], rounds: int) -> float:

@@ -8,26 +8,51 @@ from __future__ import annotations
 import gc
 import statistics
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+
+
+class Median(float):
+    """The median of some samples, with the quartiles `low` and `high` around it."""
+
+    low: float
+    high: float
+
+    def __new__(cls, samples: Sequence[float]) -> Median:
+        """Of at least one sample."""
+        self = super().__new__(cls, statistics.median(samples))
+        several = samples if len(samples) > 1 else [*samples, *samples]
+        self.low, _, self.high = statistics.quantiles(several, method="inclusive")
+        return self
 
 
 @dataclass(frozen=True)
 class Row:
-    """One line of a table: what was measured, its value, the bound it has to keep (None: shown for information)."""
+    """One line of a table: what was measured, its value, the bound it has to keep (None: shown for information).
+
+    best: the good side of the bound; "most" for what has to be at least the bound, as the lead over a peer.
+    """
 
     what: str
     value: float
     bound: float | None = None
     unit: str = "x"
+    best: str = "least"
 
     @property
     def kept(self) -> bool:
         """Whether the value is within its bound."""
-        return self.bound is None or self.value <= self.bound
+        if self.bound is None:
+            return True
+        return self.value >= self.bound if self.best == "most" else self.value <= self.bound
+
+    @property
+    def spread(self) -> tuple[float, float] | None:
+        """The quartiles of the samples, where the value is a `Median`."""
+        return (self.value.low, self.value.high) if isinstance(self.value, Median) else None
 
 
-def ratio(subject: Callable[[], object], baseline: Callable[[], object], rounds: int = 15, warm_up: int = 2) -> float:
+def ratio(subject: Callable[[], object], baseline: Callable[[], object], rounds: int = 15, warm_up: int = 2) -> Median:
     """Median over `rounds` of time(subject) / time(baseline), the two alternating and swapping who goes first."""
     for _ in range(warm_up):
         baseline()
@@ -39,7 +64,7 @@ def ratio(subject: Callable[[], object], baseline: Callable[[], object], rounds:
         else:
             under, over = seconds(baseline), seconds(subject)
         ratios.append(over / under)
-    return statistics.median(ratios)
+    return Median(ratios)
 
 
 def seconds(call: Callable[[], object]) -> float:

@@ -1,7 +1,7 @@
 """Runs the benchmarks and prints their tables: `python tests/benchmarks/run.py [--quick] [NAME...]`.
 
-Exits 1 if a value exceeds its bound and `--strict` is given; without it a table only says so, since other work on the
-machine may be to blame.
+Each run is stored with the machine's description in build/benchmarks, and its values stand beside those stored before.
+Exits 1 if a value misses its bound; with `--quick`, which measures too little to judge, only a failure counts.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import json
 import sys
 from pathlib import Path
 
+import record
 from measure import Row
 
 HERE = Path(__file__).parent
@@ -23,14 +24,14 @@ def main() -> int:
     names = sorted(path.stem.removeprefix("bench_") for path in HERE.glob("bench_*.py"))
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("names", nargs="*", metavar="NAME", help=f"one or more of: {', '.join(names)} (default: all)")
-    parser.add_argument("--quick", action="store_true", help="fewer repetitions: does it run at all?")
-    parser.add_argument("--strict", action="store_true", help="exit 1 if a bound is exceeded")
+    parser.add_argument("--quick", action="store_true", help="fewer repetitions: does it run at all? nothing is stored")
     parser.add_argument("--json", action="store_true", help="print the rows as JSON instead of tables")
     args = parser.parse_args()
     unknown = sorted(set(args.names) - set(names))
     if unknown:
         parser.error(f"no benchmark {', '.join(unknown)}; there are: {', '.join(names)}")
 
+    before = record.before()
     results: dict[str, list[Row]] = {}
     for name in args.names or names:
         bench = importlib.import_module(f"bench_{name}")
@@ -40,17 +41,33 @@ def main() -> int:
         for row in bench.measure(args.quick):
             results[name].append(row)
             if not args.json:
-                print(line(row), flush=True)
+                print(line(row, before.get((name, row.what))), flush=True)
     if args.json:
-        print(json.dumps({name: [vars(row) for row in rows] for name, rows in results.items()}, indent=2))
-    exceeded = [row for rows in results.values() for row in rows if not row.kept]
-    return 1 if exceeded and args.strict else 0
+        print(json.dumps({name: [record.as_data(row) for row in rows] for name, rows in results.items()}, indent=2))
+    elif not args.quick:
+        print_bounds(results)
+    if args.quick:
+        return 0
+    record.save(results)
+    return 0 if all(row.kept for rows in results.values() for row in rows) else 1
 
 
-def line(row: Row) -> str:
-    """One row as text."""
-    bound = "" if row.bound is None else f"  at most {row.bound:g} {row.unit}  {'ok' if row.kept else 'OVER'}"
-    return f"  {row.what:66} {row.value:9.3f} {row.unit:3}{bound}"
+def line(row: Row, before: float | None) -> str:
+    """One row as text: value, quartiles, value of the run before."""
+    spread = "" if row.spread is None else f"  {row.spread[0]:.3f} to {row.spread[1]:.3f}"
+    return (
+        f"  {row.what:76} {row.value:9.3f} {row.unit:7}{spread:18}{'' if before is None else f'  before {before:.3f}'}"
+    )
+
+
+def print_bounds(results: dict[str, list[Row]]) -> None:
+    """Every row that has a bound: name, value, bound, whether it holds."""
+    bounded = [row for rows in results.values() for row in rows if row.bound is not None]
+    if bounded:
+        print("\nBounds")
+    for row in bounded:
+        side = "at least" if row.best == "most" else "at most"
+        print(f"  {row.what:76} {row.value:9.3f}  {side} {row.bound:g} {row.unit:7} {'ok' if row.kept else 'MISS'}")
 
 
 if __name__ == "__main__":
