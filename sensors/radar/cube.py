@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -103,17 +104,41 @@ class Cube:
         return self.grid.index(self.cell)
 
 
-def fill(grid: Grid, found: Iterable[Arrivals]) -> Cube:
-    """Puts arrivals into cells. Fields of one group add up within a cell; then powers do."""
-    parts = [_summed(grid, one) for one in found]
-    parts = [part for part in parts if len(part[0])]
+class Part(NamedTuple):
+    """Cells (m,) int64 that arrivals of one kind fill, which may repeat: their powers (m,), values (4, m), bounces."""
+
+    cell: np.ndarray
+    power: np.ndarray
+    values: np.ndarray
+    bounces: int
+
+
+def summed(grid: Grid, found: Arrivals) -> Part:
+    """Arrivals put into cells. Fields of one group add up as far as the radar does not resolve them; then powers do."""
+    values: Sequence[np.ndarray] = (found.range_m, found.velocity, found.azimuth, found.height)
+    power = found.power
+    if found.field is not None:
+        power, values = added(found, values, [cells.width for cells in grid.axes])
+        rows, cell, values = grid.place(values)
+        return Part(cell, power[rows], np.stack(values), found.bounces)
+    rows, cell, values = grid.place(values)
+    groups, power = Groups(cell), power[rows]
+    total = groups.sum(power)
+    return Part(groups.keys, total, groups.means(values, power, total), found.bounces)
+
+
+def merged(grid: Grid, parts: Iterable[Part]) -> Cube:
+    """The cube of all parts."""
+    parts = [part for part in parts if len(part.cell)]
     if not parts:
         return Cube(grid, np.zeros(0, np.int64), np.zeros(0), np.zeros((4, 0)), np.zeros(0, np.uint8))
-    cell = np.concatenate([part[0] for part in parts])
-    power = np.concatenate([part[1] for part in parts])
-    values = np.concatenate([part[2] for part in parts], axis=1)
-    bounces = np.concatenate([np.full(len(part[0]), part[3], np.uint8) for part in parts])
-    return _gathered(grid, cell, power, values, bounces)
+    return _gathered(
+        grid,
+        np.concatenate([part.cell for part in parts]),
+        np.concatenate([part.power for part in parts]),
+        np.concatenate([part.values for part in parts], axis=1),
+        np.repeat(np.array([part.bounces for part in parts], np.uint8), [len(part.cell) for part in parts]),
+    )
 
 
 def as_chirps_give(cube: Cube) -> Cube:
@@ -146,20 +171,6 @@ def _hann(away: np.ndarray) -> np.ndarray:
     rest = 1.0 - away**2
     near = np.abs(rest) < 1e-6
     return np.asarray(np.where(near, 0.25, (np.sinc(away) / np.where(near, 1.0, rest)) ** 2))
-
-
-def _summed(grid: Grid, found: Arrivals) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:
-    """Cells (m,), powers (m,) and values (4, m) of arrivals of one kind; a cell may come several times."""
-    values: Sequence[np.ndarray] = (found.range_m, found.velocity, found.azimuth, found.height)
-    power = found.power
-    if found.field is not None:
-        power, values = added(found, values, [cells.width for cells in grid.axes])
-        rows, cell, values = grid.place(values)
-        return cell, power[rows], np.stack(values), found.bounces
-    rows, cell, values = grid.place(values)
-    groups, power = Groups(cell), power[rows]
-    total = groups.sum(power)
-    return groups.keys, total, groups.means(values, power, total), found.bounces
 
 
 def _gathered(grid: Grid, cell: np.ndarray, power: np.ndarray, values: np.ndarray, bounces: np.ndarray) -> Cube:

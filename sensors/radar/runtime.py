@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-import itertools
+import os
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
@@ -26,7 +29,7 @@ from sensors.runtime import Measurement, SensorRuntime
 
 from .antenna import Antenna
 from .config import RadarConfig, ScanConfig
-from .cube import Cube, Grid, as_chirps_give, fill
+from .cube import Cube, Grid, as_chirps_give, merged
 from .detector import Detections, detections, limits
 from .materials import Reflections
 from .names import PRIM_TYPE
@@ -34,7 +37,7 @@ from .noise import Noise
 from .planes import planes_of
 from .prim import read_config
 from .rays import Tubes, finer, grid, windows
-from .scattering import arrivals
+from .tracing import Each, Tracer
 from .waves import Setting
 
 if TYPE_CHECKING:
@@ -166,14 +169,15 @@ class RadarRuntime(SensorRuntime[RadarConfig]):
             columns=fan.columns,
             memory=fan.memory,
         )
-        found = arrivals(setting, fan.tubes, bundle, small, fan.directions)
-        if close is not None:
-            table = np.zeros((len(close.solid), 6), np.float32)
-            directions = rotation @ close.directions
-            table[:, 3:6] = directions.T
-            bundle = RayBundle(origin, table, exclude=self.exclude)
-            found = itertools.chain(found, arrivals(setting, close, bundle, None, directions))
-        return fill(grid, found)
+        with _workers(setting.world.threads) as each:
+            tracer = Tracer(setting, grid, each)
+            parts = tracer.parts(fan.tubes, bundle, small, fan.directions)
+            if close is not None:
+                table = np.zeros((len(close.solid), 6), np.float32)
+                directions = rotation @ close.directions
+                table[:, 3:6] = directions.T
+                parts += tracer.parts(close, RayBundle(origin, table, exclude=self.exclude), None, directions)
+        return merged(grid, parts)
 
     def _standing(self, setting: Setting) -> tuple[Any, ...] | None:
         """What decides what comes back: equal where nothing moved; None where surfaces deform."""
@@ -277,6 +281,17 @@ class RadarRuntime(SensorRuntime[RadarConfig]):
         if self.config.output_frame_of_reference == "WORLD":
             return self.pose(tick.poses)
         return self._custom
+
+
+@contextmanager
+def _workers(threads: int) -> Iterator[Each]:
+    """`map` on so many threads; 0: on all cores."""
+    threads = threads or len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else threads or 1
+    if threads == 1:
+        yield map
+        return
+    with ThreadPoolExecutor(threads) as pool:
+        yield pool.map
 
 
 def _boxes(world: CastWorld, exclude: frozenset[str]) -> np.ndarray:

@@ -11,18 +11,15 @@ surface does; a rough one scatters part of the power by Lambert's law. Both add 
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
 
-from sensors.raycast.rays import RayBundle
-
 from .planes import NO_PLANE
 from .rays import Tubes
-from .waves import Met, Setting, dot, face_keys, in_sight, met_faces, tangents
+from .waves import Met, Setting, dot, face_keys, tangents
 
 MIRROR = 0.7
 """Least cosine between a face's normal and the middle of the ways in and back: physical optics is good to about 40 deg
@@ -54,38 +51,15 @@ class Arrivals:
     zone: np.ndarray | None = None
     bounces: int = 1
 
-
-def arrivals(
-    setting: Setting, tubes: Tubes, bundle: RayBundle, skip: np.ndarray | None, directions: np.ndarray
-) -> Iterator[Arrivals]:
-    """All that comes back along tubes, fields last; the arguments are those of `met_faces`."""
-    thinned = tubes.thinned()
-    fields_of: dict[int, list[Arrivals]] = defaultdict(list)
-    for bounce, met in met_faces(setting, tubes, bundle, skip, directions):
-        found: list[Arrivals] = []
-        if bounce > 1:
-            tubes = thinned
-            found += _again(setting, tubes, met)
-            met = met.at(_in_sight(setting, met))
-        for law in (_rough, _curved):
-            for one in (*found, *law(setting, tubes, met)):
-                one.bounces = bounce
-                yield one
-            found = []
-        fields_of[bounce] += _flat(setting, tubes, met)
-    for bounce, parts in fields_of.items():
-        if parts:
-            yield _together(parts, bounce)
+    @classmethod
+    def together(cls, parts: list[Arrivals]) -> Arrivals:
+        """Several of the same bounce and kind as one."""
+        names = [one.name for one in fields(cls) if one.name != "bounces"]
+        columns: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
+        return cls(**columns, bounces=parts[0].bounces)
 
 
-def _together(parts: list[Arrivals], bounces: int) -> Arrivals:
-    """Those of several blocks as one."""
-    names = [one.name for one in fields(Arrivals) if one.name != "bounces"]
-    columns: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
-    return Arrivals(**columns, bounces=bounces)
-
-
-def _again(setting: Setting, tubes: Tubes, met: Met) -> Iterator[Arrivals]:
+def again(setting: Setting, tubes: Tubes, met: Met) -> Iterator[Arrivals]:
     """What rough faces send back along the way on which the wave came."""
     if not setting.reflections.scatters:
         return
@@ -95,7 +69,7 @@ def _again(setting: Setting, tubes: Tubes, met: Met) -> Iterator[Arrivals]:
     yield Arrivals(met.way, met.rate_again(), tubes.azimuth[row], tubes.directions[2, row], power)
 
 
-def _rough(setting: Setting, tubes: Tubes, met: Met) -> Iterator[Arrivals]:
+def rough(setting: Setting, tubes: Tubes, met: Met) -> Iterator[Arrivals]:
     """What rough faces send straight back; where others lie before them, by the two ways in both orders."""
     if not setting.reflections.scatters:
         return
@@ -129,7 +103,7 @@ def _rough_ones(setting: Setting, tubes: Tubes, met: Met) -> tuple[Met, np.ndarr
     return met, sent if left is None else sent * (left.real**2 + left.imag**2)
 
 
-def _curved(setting: Setting, tubes: Tubes, met: Met) -> Iterator[Arrivals]:
+def curved(setting: Setting, tubes: Tubes, met: Met) -> Iterator[Arrivals]:
     """Faces of curved surfaces: the integral of the lobe over all directions is pi x area, however wide it is."""
     planes = setting.planes
     if not planes.any_curved:
@@ -166,7 +140,7 @@ def _middle_ways(setting: Setting, met: Met) -> np.ndarray:
     return np.asarray(ways)
 
 
-def _flat(setting: Setting, tubes: Tubes, met: Met) -> Iterator[Arrivals]:
+def flat(setting: Setting, tubes: Tubes, met: Met) -> Iterator[Arrivals]:
     """Flat faces: each tube's field.
 
     The way is worked out in float64, down to a fraction of a wave; amplitudes and phases then are float32.
@@ -221,8 +195,8 @@ def _mirrors(met: Met) -> np.ndarray:
     return np.asarray(across > MIRROR * np.sqrt(np.maximum(middle, 0.0)))
 
 
-def _in_sight(setting: Setting, met: Met) -> np.ndarray:
-    """Rows that send something straight back: from the lit side, ahead of the radar, nothing in between."""
+def facing(setting: Setting, met: Met) -> np.ndarray:
+    """Rows that send something straight back if nothing is in between: from the lit side, ahead of the radar."""
     sends = _mirrors(met)
     if setting.reflections.scatters:
         sends |= setting.reflections.diffuse(met.table) > 0
@@ -230,8 +204,7 @@ def _in_sight(setting: Setting, met: Met) -> np.ndarray:
         sends |= setting.planes.curved[met.plane] & (met.plane != NO_PLANE)
     sends &= dot(met.normal, met.back) * met.slope > 0
     sends &= setting.rotation[:, 0] @ met.back > 0
-    rows = np.flatnonzero(sends)
-    return rows[in_sight(setting, met.out[rows], met.back[:, rows])] if len(rows) else rows
+    return np.flatnonzero(sends)
 
 
 def _local(setting: Setting, directions: np.ndarray) -> np.ndarray:

@@ -8,7 +8,6 @@ way is that to one plane.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -35,9 +34,6 @@ LIFT_M = 2e-4
 
 SIGHT_M = 5e-3
 """A point is in sight if a ray to it comes so near."""
-
-BLOCK = 32_768
-"""Tubes that are worked on at once: their numbers fit into a core's cache."""
 
 _MIX = np.uint64(0x9E3779B97F4A7C15)
 _OWN = 1 << 40
@@ -188,10 +184,10 @@ class Met(_Rows):
         return np.asarray(rate / share)
 
 
-def met_faces(
+def first_waves(
     setting: Setting, tubes: Tubes, bundle: RayBundle, skip: np.ndarray | None, directions: np.ndarray
-) -> Iterator[tuple[int, Met]]:
-    """(bounce, faces) that tubes meet: first ones, then those after each reflection; `BLOCK` at a time.
+) -> tuple[Waves, Hits, np.ndarray]:
+    """Waves as tubes leave the radar, what they meet, and the rows (k,) of those that meet anything.
 
     The bundle has the tubes' rays; directions: (3, n) float64, of them in the world's axes. skip: (s,) bool, surfaces
     that tubes do not meet first; None: they first meet the surface that owns them, or nothing.
@@ -202,23 +198,14 @@ def met_faces(
         row = row[np.take(tubes.owner, row) == hits.surfaces(row)]
     elif skip.any():
         row = row[~np.take(skip, hits.surfaces(row))]
-    waves = Waves(np.arange(len(tubes.solid)), directions, Images.none())
-    for bounce in range(1, setting.bounces + 1):
-        further = []
-        for start in range(0, len(row), BLOCK):
-            part = row[start : start + BLOCK]
-            met = _meet(setting, waves.at(part), hits, part)
-            if len(met):
-                yield bounce, met
-                if bounce < setting.bounces:
-                    further.append(_reflected(setting, tubes, met))
-        if not further:
-            return
-        waves, starts = _together(further)
-        if not len(waves.row):
-            return
-        hits = _cast_on(setting, waves.direction, starts)
-        row = np.flatnonzero(hits.distance < 2.0 * setting.reach)
+    return Waves(np.arange(len(tubes.solid)), directions, Images.none()), hits, row
+
+
+def next_waves(setting: Setting, parts: list[tuple[Waves, np.ndarray]]) -> tuple[Waves, Hits, np.ndarray]:
+    """The same after a reflection; parts: what `reflected` gives."""
+    waves, start = _together(parts)
+    hits = _cast_on(setting, waves.direction, start)
+    return waves, hits, np.flatnonzero(hits.distance < 2.0 * setting.reach)
 
 
 def in_sight(setting: Setting, out: np.ndarray, back: np.ndarray) -> np.ndarray:
@@ -244,8 +231,8 @@ def face_keys(met: Met) -> np.ndarray:
     return key if waves.image is None else np.asarray(key + np.take(waves.images.key, waves.image))
 
 
-def _meet(setting: Setting, waves: Waves, hits: Hits, row: np.ndarray) -> Met:
-    """Where waves meet faces. row: (k,) the hits of the waves."""
+def meet(setting: Setting, waves: Waves, hits: Hits, row: np.ndarray) -> Met:
+    """The faces that waves meet; row: (k,) the hits of the waves."""
     origin, planes, image = setting.pose[:3, 3], setting.planes, waves.image
     place = None if image is None else np.stack([np.take(c, image) for c in waves.images.place.T])
 
@@ -303,7 +290,7 @@ def _speeds(setting: Setting, surface: np.ndarray, met: Met) -> np.ndarray | Non
     return found
 
 
-def _reflected(setting: Setting, tubes: Tubes, met: Met) -> tuple[Waves, np.ndarray]:
+def reflected(setting: Setting, tubes: Tubes, met: Met) -> tuple[Waves, np.ndarray]:
     """Waves after flat faces, as far as they are not too faint, and where they start (3, m) from the radar."""
     planes = setting.planes
     flat = met.plane != NO_PLANE
