@@ -53,7 +53,7 @@ class Grid:
     def place(self, values: Sequence[np.ndarray]) -> tuple[np.ndarray | slice, np.ndarray, list[np.ndarray]]:
         """Where values (4 of (k,)) lie: rows of those in the grid, their cells (m,) int64, they themselves, folded."""
         values = list(values)
-        if values[1].any():
+        if np.abs(values[1]).max(initial=0.0) >= self.velocity.high:
             values[1] = folded(values[1], self.velocity.high)
         if self.wraps_angles:
             for axis, cells in ((2, self.azimuth), (3, self.height)):

@@ -220,7 +220,7 @@ class WorldPlanes:
         return self
 
     def of_hits(self, hits: Hits, rows: np.ndarray, points: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
-        """The plane of each of the hits `rows` (k,), (k,) int32; `NO_PLANE` where none is known (what deforms).
+        """The plane of each of the hits `rows` (k,), (k,) int64; `NO_PLANE` where none is known (what deforms).
 
         points: gives where some of them (m,) are in the world, (m, 3) float64 [m].
         """
@@ -250,7 +250,7 @@ class WorldPlanes:
                 int(self._first[number]) if isinstance(surface, Plane) else NO_PLANE
                 for number, surface in enumerate(surfaces)
             ]
-            table = np.concatenate([*parts, np.array([*single, NO_PLANE])]).astype(np.int32)
+            table = np.concatenate([*parts, np.array([*single, NO_PLANE])]).astype(np.int64)
             self._numbers = hits.surface_of, table
         return self._numbers[1]
 

@@ -286,7 +286,8 @@ class RadarRuntime(SensorRuntime[RadarConfig]):
 @contextmanager
 def _workers(threads: int) -> Iterator[Each]:
     """`map` on so many threads; 0: on all cores."""
-    threads = threads or len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else threads or 1
+    if not threads:
+        threads = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     if threads == 1:
         yield map
         return

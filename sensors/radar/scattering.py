@@ -11,6 +11,7 @@ surface does; a rough one scatters part of the power by Lambert's law. Both add 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, fields
 from typing import Any
@@ -63,44 +64,57 @@ def again(setting: Setting, tubes: Tubes, met: Met) -> Iterator[Arrivals]:
     """What rough faces send back along the way on which the wave came."""
     if not setting.reflections.scatters:
         return
-    met, sent = _rough_ones(setting, tubes, met)
-    row = met.waves.row
-    power = sent * setting.antenna.gain(tubes.directions[0, row]) ** 2 * met.cosine / met.way**2
-    yield Arrivals(met.way, met.rate_again(), tubes.azimuth[row], tubes.directions[2, row], power)
+    gain = setting.antenna.gain(np.take(tubes.directions[0], met.waves.row))
+    power = _scattered(setting, tubes, met) * gain**2 * met.cosine / met.way**2
+    yield _with_power(met.way, met.rate_again(), *_own(tubes, met), power)
 
 
 def rough(setting: Setting, tubes: Tubes, met: Met) -> Iterator[Arrivals]:
     """What rough faces send straight back; where others lie before them, by the two ways in both orders."""
     if not setting.reflections.scatters:
         return
-    antenna, row = setting.antenna, met.waves.row
-    if met.waves.image is None:  # most rays of most worlds: no array is taken apart
-        strength = tubes.solid * antenna.gain(tubes.directions[0]) ** 2 * (4.0 * antenna.receives)
-        power = setting.reflections.diffuse(met.table) * np.take(strength, row) * met.cosine / met.way**2
-        azimuth, height = (np.take(one, row) for one in (tubes.azimuth, tubes.directions[2]))
-        yield Arrivals(met.way, met.rate(), azimuth, height, power)
+    antenna = setting.antenna
+    gain, sent, rate = (
+        antenna.gain(np.take(tubes.directions[0], met.waves.row)),
+        _scattered(setting, tubes, met),
+        met.rate(),
+    )
+    if met.waves.image is None:
+        power = sent * gain**2 * met.cosine / met.way**2
+        yield _with_power(met.way, rate, *_own(tubes, met), power)
         return
-    met, sent = _rough_ones(setting, tubes, met)
-    row, back = met.waves.row, _local(setting, met.back)
-    power = sent * antenna.gain(tubes.directions[0, row]) * antenna.gain(back[0])
-    power *= np.abs(dot(met.normal, met.back)) / met.out**2
-    rate = met.rate()
-    yield Arrivals(met.range_m, rate, _azimuth(back), back[2], power)
-    yield Arrivals(met.range_m, rate, tubes.azimuth[row], tubes.directions[2, row], power)
+    back = _local(setting, met.back)
+    power = sent * gain * antenna.gain(back[0]) * np.abs(dot(met.normal, met.back)) / met.out**2
+    for azimuth, height in ((_azimuth(back), back[2]), _own(tubes, met)):
+        yield _with_power(met.range_m, rate, azimuth, height, power)
 
 
-def _rough_ones(setting: Setting, tubes: Tubes, met: Met) -> tuple[Met, np.ndarray]:
-    """The faces that scatter by Lambert's law, and what each sends along its normal and receives at 1 m [W m^2].
+def _scattered(setting: Setting, tubes: Tubes, met: Met) -> np.ndarray:
+    """What faces that scatter by Lambert's law send along their normals and receive at 1 m [W m^2], (k,); 0 of others.
 
     Cross section 4 x share x area x cosines in and back.
     """
-    share = setting.reflections.diffuse(met.table)
-    rows = np.flatnonzero(share > 0)
-    if len(rows) < len(met):
-        met, share = met.at(rows), share[rows]
-    sent = share * np.take(tubes.solid, met.waves.row) * (4.0 * setting.antenna.receives)
+    sent = setting.reflections.diffuse(met.table) * np.take(tubes.solid, met.waves.row)
+    sent *= 4.0 * setting.antenna.receives
     left = met.waves.field
-    return met, sent if left is None else sent * (left.real**2 + left.imag**2)
+    return np.asarray(sent if left is None else sent * (left.real**2 + left.imag**2))
+
+
+def _own(tubes: Tubes, met: Met) -> tuple[np.ndarray, np.ndarray]:
+    """Sines (k,) of the azimuths and elevations of the tubes."""
+    return np.take(tubes.azimuth, met.waves.row), np.take(tubes.directions[2], met.waves.row)
+
+
+def _with_power(
+    range_m: np.ndarray, velocity: np.ndarray, azimuth: np.ndarray, height: np.ndarray, power: np.ndarray
+) -> Arrivals:
+    """Arrivals, of those rows that have any power."""
+    rows = np.flatnonzero(power)
+    columns = [range_m, velocity, azimuth, height, power]
+    if len(rows) < len(power):
+        columns = [one[: len(rows)] if one.strides[0] == 0 else np.take(one, rows) for one in columns]
+    range_m, velocity, azimuth, height, power = columns
+    return Arrivals(range_m, velocity, azimuth, height, power)
 
 
 def curved(setting: Setting, tubes: Tubes, met: Met) -> Iterator[Arrivals]:
@@ -149,26 +163,28 @@ def flat(setting: Setting, tubes: Tubes, met: Met) -> Iterator[Arrivals]:
     if not len(met):
         return
     row, antenna, direction, back = met.waves.row, setting.antenna, met.waves.direction, met.back
-    local = back_local = tubes.directions[:, row]
-    if back is not direction:
-        back_local = _local(setting, back)
-    gain = antenna.gain(local[0]) * antenna.gain(back_local[0])
-    size = tubes.solid[row] * np.sqrt(antenna.power * gain) / (4.0 * np.pi)
-    if back is not direction:
-        size *= met.way / met.out
+    azimuth, height = _own(tubes, met)
+    gain = antenna.gain(np.take(tubes.directions[0], row))
+    size = np.take(tubes.solid, row) * (math.sqrt(antenna.power) / (4.0 * math.pi))
+    if back is direction:
+        size *= gain
+    else:
+        local = _local(setting, back)
+        azimuth, height = _azimuth(local), local[2]
+        size *= np.sqrt(gain * antenna.gain(local[0])) * (met.way / met.out)
     size = size.astype(np.float32)
     turned = dot(back, direction)
     for angle, tangent in zip((tubes.width, tubes.height), tangents(setting, tubes, met.waves), strict=True):
         tilt = -dot(met.normal, tangent) / met.slope
         growth = met.way * (tilt * (1.0 + turned) + dot(back, tangent))
-        size *= np.sinc((growth * angle[row] / antenna.wavelength).astype(np.float32))
+        size *= np.sinc((growth * np.take(angle, row) / antenna.wavelength).astype(np.float32))
     way = met.way + met.out
     waves = way / antenna.wavelength
     turn = ((np.rint(waves) - waves) * (2.0 * np.pi)).astype(np.float32)
     left = met.waves.left(setting.reflections.coherent(met.table)) * size
     field = left * (np.cos(turn) + np.complex64(1j) * np.sin(turn))
     power = field.real**2 + field.imag**2
-    found = Arrivals(met.range_m, met.rate(), _azimuth(back_local), back_local[2], power)
+    found = Arrivals(met.range_m, met.rate(), azimuth, height, power)
     found.field, found.group, found.zone = field, face_keys(met), np.sqrt(antenna.wavelength / way)
     yield found
 
@@ -178,9 +194,9 @@ def _flat_rows(setting: Setting, tubes: Tubes, met: Met) -> np.ndarray:
     first = met.waves.image is None
     rows = np.flatnonzero(met.cosine > MIRROR) if first else np.flatnonzero(_mirrors(met))
     if first:
-        row, cosine = met.waves.row[rows], met.cosine[rows]
-        size = np.maximum(tubes.width[row], tubes.height[row])
-        steep = met.way[rows] * size * (2.0 / setting.antenna.wavelength)
+        row, cosine = np.take(met.waves.row, rows), np.take(met.cosine, rows)
+        size = np.maximum(np.take(tubes.width, row), np.take(tubes.height, row))
+        steep = np.take(met.way, rows) * size * (2.0 / setting.antenna.wavelength)
         rows = rows[steep * np.sqrt(1.0 - np.minimum(cosine, 1.0) ** 2) < WIDEST * cosine]
     if setting.planes.any_curved:
         plane = met.plane[rows]

@@ -205,7 +205,8 @@ def next_waves(setting: Setting, parts: list[tuple[Waves, np.ndarray]]) -> tuple
     """The same after a reflection; parts: what `reflected` gives."""
     waves, start = _together(parts)
     hits = _cast_on(setting, waves.direction, start)
-    return waves, hits, np.flatnonzero(hits.distance < 2.0 * setting.reach)
+    assert waves.travelled is not None
+    return waves, hits, np.flatnonzero(hits.distance < 2.0 * setting.reach - waves.travelled)
 
 
 def in_sight(setting: Setting, out: np.ndarray, back: np.ndarray) -> np.ndarray:
@@ -283,8 +284,8 @@ def _speeds(setting: Setting, surface: np.ndarray, met: Met) -> np.ndarray | Non
         return None
     rows, speeds = measured
     if len(rows) == len(surface):
-        return np.ascontiguousarray(speeds.T)
-    found = np.zeros((3, len(surface)), np.float32)
+        return np.ascontiguousarray(speeds.T, np.float64)
+    found = np.zeros((3, len(surface)))
     for column, speed in zip(found, speeds.T, strict=True):
         column[rows] = speed
     return found
