@@ -13,13 +13,16 @@ from graph.sim.transforms import Floats
 
 from .library import mujoco
 
+_IMPLICIT = (int(mujoco.mjtIntegrator.mjINT_IMPLICIT), int(mujoco.mjtIntegrator.mjINT_IMPLICITFAST))
+
 
 class Drives:
     """Sets MuJoCo's actuators so that each joint gets stiffness (q* - q) + damping (dq* - dq), within its limit.
 
     Both terms are evaluated at the end of the step. The integrator `discrete` does that itself; the implicit
     integrators do it only for the damping, so for them the spring's share of it, dt times the stiffness, is added (Tan,
-    Liu and Turk, Stable proportional-derivative controllers, 2011).
+    Liu and Turk, Stable proportional-derivative controllers, 2011). `euler` and `rk4`, which only a user chooses, take
+    both as they are: rk4 keeps its order, and neither holds drives that are stiff for the step (see `step_size`).
 
     A force at its limit does not depend on the joint's position, so MuJoCo integrates it explicitly; a stiff drive
     would then jump from one limit to the other around its target endlessly. Such a drive gets, for that step, only as
@@ -62,9 +65,14 @@ class Drives:
     def set_dt(self, dt: float) -> None:
         """Sets a new time step [s]."""
         self._dt = dt
-        self._ahead = 0.0 if self._model.opt.integrator == mujoco.mjtIntegrator.mjINT_DISCRETE else dt
+        self._ahead = dt if self._model.opt.integrator in _IMPLICIT else 0.0
         self._resistance = self.damping + self._ahead * self.stiffness
         self._set_gains(self.stiffness, self.damping)
+
+    @property
+    def gains_per_inertia(self) -> tuple[list[float], list[float]]:
+        """Stiffness [1/s2] and damping [1/s] by the least inertia of each joint."""
+        return (self.stiffness / self._inertia).tolist(), (self.damping / self._inertia).tolist()
 
     def apply(self, data: Any) -> None:
         """Writes the targets to the engine."""

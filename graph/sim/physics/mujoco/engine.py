@@ -35,6 +35,7 @@ from .motors import Motors
 from .restitution import Bounces
 from .snapshot import Motion, MujocoSnapshot
 from .speed_limits import SpeedLimits
+from .step_size import check_drives
 from .surfaces import Surfaces
 from .triggers import triggered
 
@@ -158,6 +159,7 @@ class MujocoEngine(PhysicsEngine):
         self.dt = dt
         self.model.opt.timestep = float(dt)
         self.drives.set_dt(float(dt))
+        check_drives(self, self._warn)
         self.friction.set_dt(float(dt))
 
     @property

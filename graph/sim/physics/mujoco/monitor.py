@@ -9,6 +9,7 @@ import numpy as np
 from graph.sim.scene.stage import Warn
 
 from .library import mujoco
+from .step_size import EULER, LOST, RK4, Tumbling
 
 if TYPE_CHECKING:
     from .engine import MujocoEngine
@@ -25,6 +26,9 @@ FAR = 1e6
 
 LOOKS = 64
 """Calls between two searches for such bodies: about one second at 60 updates per second."""
+
+TUMBLES = 8
+"""Calls between two searches for bodies that tumble too fast."""
 
 _KINDS = mujoco.mjtWarning
 _COUNTED = {
@@ -48,8 +52,14 @@ _COUNTED = {
 """By MuJoCo's kind of warning: our code and text. The other kinds are divergence, see `MujocoEngine.step`."""
 
 
-_BAD = tuple(int(kind) for kind in (_KINDS.mjWARN_BADQPOS, _KINDS.mjWARN_BADQVEL, _KINDS.mjWARN_BADQACC))
-"""The kinds of warnings that mean divergence."""
+_STATE = {
+    int(_KINDS.mjWARN_BADQPOS): ("position", "qpos"),
+    int(_KINDS.mjWARN_BADQVEL): ("velocity", "qvel"),
+    int(_KINDS.mjWARN_BADQACC): ("acceleration", "qacc"),
+}
+"""The kinds of warnings that mean divergence: what is too large, and where it is."""
+
+_BAD = tuple(_STATE)
 
 
 class Monitor:
@@ -62,6 +72,7 @@ class Monitor:
         self._calls = 0
         self._solver_told = False
         self._told = set[int]()
+        self._tumbling: Tumbling | None = Tumbling(engine.model, len(engine.body_paths))
 
     def look(self) -> None:
         """Gives warnings about the last steps."""
@@ -70,6 +81,8 @@ class Monitor:
             self._tell_counted()
         if not self._solver_told and max(self._iterations) >= self._engine.model.opt.iterations:
             self._check_solver()
+        if self._tumbling is not None and self._calls % TUMBLES == 0:
+            self._check_tumbling(self._tumbling)
         self._calls += 1
         if self._calls % LOOKS == 0:
             self._find_lost()
@@ -89,9 +102,11 @@ class Monitor:
             body = int(engine.model.jnt_bodyid[joint])
         else:
             body = int(engine.model.dof_bodyid[place])
+        name, values = _STATE[kind]
         return (
-            f"{engine.body_name(body)}: the simulation diverged here, at {float(engine.data.time):.6g} s of physics. "
-            "Raise physics_hz, lower the stiffness, speeds or mass ratios around it, or move apart what overlaps"
+            f"{engine.body_name(body)}: the simulation diverged here, at {float(engine.data.time):.6g} s of physics: a "
+            f"{name} became {float(getattr(engine.data, values)[place]):.3g}. Raise physics_hz, lower the stiffness, "
+            "speeds or mass ratios around it, or move apart what overlaps"
         )
 
     def _tell_counted(self) -> None:
@@ -125,6 +140,23 @@ class Monitor:
                 "physics",
                 f"its solver stopped after {cap} iterations with a residual of {worst:.3g}, so forces are wrong; raise "
                 "physics.iterations or physics_hz",
+            )
+
+    def _check_tumbling(self, tumbling: Tumbling) -> None:
+        if not len(tumbling.bodies):
+            self._tumbling = None
+            return
+        model = self._engine.model
+        body, lost, turn = tumbling.worst(model, self._engine.data)
+        if lost > LOST:
+            self._tumbling = None
+            what = "gains" if model.opt.integrator == EULER else "loses"
+            better = "" if model.opt.integrator == RK4 else ", or set physics.integrator to rk4"
+            self._warn(
+                "spin-too-fast",
+                self._engine.body_name(body),
+                f"it tumbles by {turn:.2g} rad in a step and so {what} about {min(lost, 1.0):.0%} of its angular "
+                f"momentum a second; raise physics_hz{better}",
             )
 
     def _find_lost(self) -> None:
