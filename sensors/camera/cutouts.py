@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from sensors.raycast.rays import NOTHING, Hits, Spots
+from sensors.raycast.rays import NOTHING, Hits, RayBundle, Spots
 from sensors.raycast.world import CastWorld
 
 from .materials import Looks
@@ -25,12 +25,14 @@ def see_through(world: CastWorld, view: View, looks: Looks, far: float, state: A
     rows = rows[looks.unseen(view.hits, rows)]
     if not len(rows):
         return view
+    view.facing_normals()
     hits = _copied(view.hits)
     for _ in range(MOST_LAYERS):
         start = hits.distance[rows]
         start += np.float32(2e-4) + np.float32(2e-6) * start
         beyond = view.rays.further(rows, view.bundle, start)
         behind = world.cast(beyond, state, normals=True, spots=hits.spots is not None)
+        _face(behind, beyond)
         _put(hits, rows, behind, behind.distance + start)
         rows = rows[np.isfinite(behind.distance)]
         rows = rows[looks.unseen(hits, rows)]
@@ -41,13 +43,20 @@ def see_through(world: CastWorld, view: View, looks: Looks, far: float, state: A
     depth = hits.distance if along is None else hits.distance * along
     outside = depth > far
     hits.distance[outside], hits.number[outside] = np.inf, NOTHING
-    return View(view.rays, view.bundle, hits, depth)
+    return View(view.rays, view.bundle, hits, depth, faced=True)
 
 
 def _copied(hits: Hits) -> Hits:
     spots = None if hits.spots is None else Spots(hits.spots.triangle.copy(), hits.spots.uv.copy())
     assert hits.normals is not None
     return Hits(hits.distance.copy(), hits.normals.copy(), hits.number.copy(), hits.surface_of, spots)
+
+
+def _face(hits: Hits, rays: RayBundle) -> None:
+    """Turns normals towards where the rays come from."""
+    assert hits.normals is not None
+    away = (hits.normals * rays.table[:, 3:6]).sum(axis=1) > 0
+    hits.normals[away] *= np.float32(-1)
 
 
 def _put(hits: Hits, rows: np.ndarray, found: Hits, distance: np.ndarray) -> None:

@@ -78,7 +78,7 @@ class Looks:
         """(k,) bool, which of the rays `rows` (k,) met a place that is not seen."""
         surfaces = hits.surfaces(rows)
         found = np.take(self.hidden, surfaces)
-        for surface, some in _by_surface(self.opacities, surfaces):
+        for surface, some in by_surface(self.opacities, surfaces):
             paint, threshold = self.opacities[surface]
             assert hits.spots is not None
             spots = hits.spots.triangle[rows[some]], hits.spots.uv[rows[some]]
@@ -89,13 +89,13 @@ class Looks:
 def _painted(
     colors: np.ndarray, paints: Mapping[int, Paint], hits: Hits, rows: np.ndarray, surfaces: np.ndarray
 ) -> np.ndarray:
-    for surface, some in _by_surface(paints, surfaces):
+    for surface, some in by_surface(paints, surfaces):
         assert hits.spots is not None
         colors[some] = paints[surface].at(hits.spots.triangle[rows[some]], hits.spots.uv[rows[some]])
     return colors
 
 
-def _by_surface(chosen: Mapping[int, Any], surfaces: np.ndarray) -> list[tuple[int, np.ndarray]]:
+def by_surface(chosen: Mapping[int, Any], surfaces: np.ndarray) -> list[tuple[int, np.ndarray]]:
     """The chosen surfaces that are there, each with the places in `surfaces` (k,) that hold it."""
     if not chosen:
         return []

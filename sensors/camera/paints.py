@@ -81,12 +81,9 @@ class Painter:
             return _constant(primvar, width)
         if not isinstance(surface, Mesh):
             return None
-        origin = prim.GetPrimInPrototype() if prim.IsInstanceProxy() else prim
-        key = f"{origin.GetPath()}|{surface.source.rpartition('/')[2]}", id(surface.triangles)
+        key = self._key(surface)
         if (*key, name) not in self._values:
-            if key not in self._corners:
-                self._corners[key] = corners_of(self.stage.GetPrimAtPath(surface.source), surface)
-            corners = self._corners[key]
+            corners = self.corners(surface)
             self._values[*key, name] = (
                 None
                 if corners is None
@@ -95,6 +92,18 @@ class Painter:
                 )
             )
         return self._values[*key, name]
+
+    def corners(self, surface: Mesh) -> Corners | None:
+        """The surface's triangles by the arrays of its prim; instances and copies share them."""
+        key = self._key(surface)
+        if key not in self._corners:
+            self._corners[key] = corners_of(self.stage.GetPrimAtPath(surface.source), surface)
+        return self._corners[key]
+
+    def _key(self, surface: Mesh) -> tuple[str, int]:
+        prim = self.gprim(surface)
+        origin = prim.GetPrimInPrototype() if prim.IsInstanceProxy() else prim
+        return f"{origin.GetPath()}|{surface.source.rpartition('/')[2]}", id(surface.triangles)
 
     def _places(self, coordinates: Coordinates, surface: Any) -> np.ndarray:
         found = self.primvar(surface, coordinates.primvar, 2) if coordinates.primvar else None

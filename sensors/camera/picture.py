@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from .line_exposure import LineExposure
 from .materials import Looks, read_looks
 from .rays import CameraRays
 from .shading import radiance
+from .smooth import Smooth, smooth_surfaces, smoothen
 from .view import View, look
 
 if TYPE_CHECKING:
@@ -58,24 +60,29 @@ class Pictures:
         where these count.
         """
         looks, lighting = looks_of(app, world), self._lighting(app, world, pose, state)
+        shapes = smooth_surfaces(app, world)
         if self._shadows is None or self._shadows.world is not world:
             self._shadows = Shadows(world, self._exclude)
         if self.samples == 1:
-            return self._radiance(view, looks, lighting, self._shadows, state)
+            return self._radiance(view, shapes, looks, lighting, state)
         if not self._rays:
             self._rays = [CameraRays(self._config.lens, place) for place in self._places]
         total = np.zeros((len(view.depth), 3), np.float32)
         for rays in self._rays:
-            seen = look(
-                world, rays, self._config, pose, state, self._exclude, normals=True, spots=looks.vary, lines=lines
-            )
-            total += self._radiance(seen, looks, lighting, self._shadows, state)
+            spots = looks.vary or bool(shapes)
+            seen = look(world, rays, self._config, pose, state, self._exclude, normals=True, spots=spots, lines=lines)
+            smoothen(seen, shapes, world, state)
+            total += self._radiance(seen, shapes, looks, lighting, state)
         return np.asarray(total / np.float32(self.samples))
 
-    def _radiance(self, view: View, looks: Looks, lighting: Lighting, shadows: Shadows, state: Any) -> np.ndarray:
-        if looks.cut:
-            view = see_through(shadows.world, view, looks, self._config.far, state)
-        return radiance(view, looks, lighting, shadows, state)
+    def _radiance(
+        self, view: View, shapes: Mapping[int, Smooth], looks: Looks, lighting: Lighting, state: Any
+    ) -> np.ndarray:
+        assert self._shadows is not None
+        if looks.cut and (seen := see_through(self._shadows.world, view, looks, self._config.far, state)) is not view:
+            view = seen
+            smoothen(view, shapes, self._shadows.world, state)
+        return radiance(view, looks, lighting, self._shadows, state)
 
     def _lighting(self, app: App, world: CastWorld, pose: np.ndarray, state: Any) -> Lighting:
         prims = world.cache.get("camera lights")

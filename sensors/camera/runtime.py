@@ -22,6 +22,7 @@ from .names import PRIM_TYPE
 from .picture import Pictures, looks_of
 from .rays import CameraRays
 from .shading import srgb
+from .smooth import smooth_surfaces, smoothen
 from .view import View, look
 
 if TYPE_CHECKING:
@@ -91,9 +92,12 @@ class CameraRuntime(SensorRuntime[CameraConfig]):
             world = cast_world(app)
             lines = self._lines(tick)
             lit = bool(wanted & LIT) and self._pictures.samples == 1
-            normals, spots = lit or "normals" in wanted, lit and looks_of(app, world).vary
+            normals = lit or "normals" in wanted
+            shapes = smooth_surfaces(app, world) if normals else {}
+            spots = bool(shapes) or (lit and looks_of(app, world).vary)
             seen = world, self._rays, config, pose, tick.poses, self.exclude
             view = look(*seen, normals=normals, spots=spots, lines=lines)
+            smoothen(view, shapes, world, tick.poses)
             images = self._images(view, tick)
             if wanted & LIT:
                 images += self._lit(self._pictures.radiance(app, view, pose, tick.poses, world, lines))

@@ -48,7 +48,8 @@ def _reflected(
     facing = np.ascontiguousarray(normals.T)
     points = view.rays.offsets(view.bundle, rows, view.hits.distance[rows])
     # Shadow rays begin a little above the surface: float32 is off by that much at this distance.
-    above = points + facing * (np.float32(2e-4) + np.float32(2e-6) * view.hits.distance[rows])
+    height = np.float32(2e-4) + np.float32(2e-6) * view.hits.distance[rows]
+    above = points + facing * (height if view.lift is None else height + view.lift[rows])
     lit = np.empty((3, len(rows)), np.float32)
     lit[:] = np.float32(np.pi) * lighting.sky[:, None]
     for light in lighting.lights:

@@ -19,20 +19,26 @@ from .rays import CameraRays
 class View:
     """What the rays of a camera met in one state of the world; arrays of one entry for each ray.
 
-    depth: (n,) float32 [m] from the image plane, infinite where nothing is, as in `hits.distance`.
+    depth: (n,) float32 [m] from the image plane, infinite where nothing is, as in `hits.distance`. lift: (n,) float32
+    [m], how far the smooth surface rises above the triangle that was hit; None where all are flat. faced: whether the
+    normals are turned towards the camera.
     """
 
     rays: CameraRays
     bundle: RayBundle
     hits: Hits
     depth: np.ndarray
+    lift: np.ndarray | None = None
+    faced: bool = False
 
     def facing_normals(self) -> np.ndarray:
         """(n, 3) float32 unit normals, world axes, turned towards the camera."""
         normals = self.hits.normals
         assert normals is not None
-        away = np.flatnonzero(self.rays.cosine(normals) > 0)
-        normals[away] *= np.float32(-1)
+        if not self.faced:
+            away = np.flatnonzero(self.rays.cosine(normals) > 0)
+            normals[away] *= np.float32(-1)
+            self.faced = True
         return normals
 
     def points(self) -> np.ndarray:

@@ -1,0 +1,140 @@
+"""Normals of curved surfaces: those that meshes author, and the true ones of spheres, cylinders, cones and capsules.
+
+Each corner of a triangle has a vector; weighted as the place in the triangle is, they give the normal's direction. For
+the solids that is exact: the gradient of their equations is linear in the place, x y z on a sphere, x y 0 on the side
+of a cylinder, and h x, h y, (r0 - r1) r(z) on that of a cone between the radii r0 and r1, of height h and radius r(z).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from graph.sim.arrays import array_of, number_of
+from graph.sim.geometry.surfaces import Mesh
+from sensors.raycast.world import CastWorld, soft_prim
+
+from .materials import by_surface
+from .paints import ByCorner, Painter
+from .view import View
+
+if TYPE_CHECKING:
+    from graph.sim import App
+
+ROUND = ("Sphere", "Cylinder", "Cylinder_1", "Cone", "Capsule", "Capsule_1")
+FLAT = 1e-4
+"""Normals that differ by less than this from the triangle's do not make a surface smooth."""
+
+
+@dataclass(frozen=True, eq=False)
+class Smooth:
+    """normals: at corners, in the frame of the mesh. lift: (m,) float32 [m], how far the smooth surface rises above
+    each triangle: from there nothing of the surface itself stands in the way of light.
+    """
+
+    normals: ByCorner
+    lift: np.ndarray
+
+
+def smooth_surfaces(app: App, world: CastWorld) -> Mapping[int, Smooth]:
+    """The smooth surfaces of an App's cast world by number."""
+    found: dict[int, Smooth] | None = world.cache.get("camera smooth")
+    if found is None:
+        painter = Painter(app.stage, app.warn)
+        each = {number: _smooth(surface, painter, world) for number, surface in enumerate(world.surfaces)}
+        found = world.cache["camera smooth"] = {number: one for number, one in each.items() if one is not None}
+    return found
+
+
+def smoothen(view: View, shapes: Mapping[int, Smooth], world: CastWorld, state: Any) -> None:
+    """Gives a view with normals and spots the normals of smooth surfaces, and its lift."""
+    hits = view.hits
+    if not shapes or hits.normals is None or hits.spots is None:
+        return
+    normals = view.facing_normals()  # by the triangles: those that are seen face the camera
+    rows = np.flatnonzero(np.isfinite(hits.distance))
+    poses = world.body_poses(state)
+    for number, some in by_surface(shapes, hits.surfaces(rows)):
+        mine = rows[some]
+        triangle, flat = hits.spots.triangle[mine], normals[mine]
+        found = shapes[number].normals.at(triangle, hits.spots.uv[mine])
+        body = int(world.body_of[number])
+        if body >= 0 and poses is not None:
+            found = found @ poses[body][:3, :3].T.astype(np.float32)
+        length = np.sqrt((found * found).sum(axis=1, keepdims=True))
+        length[(found * flat).sum(axis=1) < 0] *= -1  # on the side of the triangle's
+        with np.errstate(divide="ignore", invalid="ignore"):
+            found /= length
+        good = np.isfinite(found).all(axis=1)
+        normals[mine[good]] = found[good]
+        if view.lift is None:
+            view.lift = np.zeros(len(hits.distance), np.float32)
+        view.lift[mine] = np.take(shapes[number].lift, triangle, mode="clip")
+
+
+def _smooth(surface: Any, painter: Painter, world: CastWorld) -> Smooth | None:
+    if not isinstance(surface, Mesh) or surface.frame is None or soft_prim(surface, world.soft):
+        return None
+    prim = painter.gprim(surface)
+    kind = str(prim.GetTypeName()) if prim else ""
+    if kind not in ROUND and kind != "Mesh":
+        return None
+    corners = surface.vertices[surface.triangles.astype(np.intp)]
+    normals = _of_solid(prim, kind, surface, corners) if kind in ROUND else _authored(prim, surface, painter)
+    if normals is None:
+        return None
+    with np.errstate(all="ignore"):
+        normals = normals @ np.linalg.inv(surface.frame[:3, :3])  # rows times the inverse: its transpose times columns
+        unit = normals / np.linalg.norm(normals, axis=2, keepdims=True)
+        flat = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        flat /= np.linalg.norm(flat, axis=1, keepdims=True)
+        unit *= np.where((unit * flat[:, None]).sum(axis=2, keepdims=True) < 0, -1.0, 1.0)
+        if not (np.abs(unit - flat[:, None]) > FLAT).any():
+            return None
+        # Heights of the corners above the planes that touch at the others; the surface rises by a third at most.
+        heights = ((corners[:, None] - corners[:, :, None]) * unit[:, :, None]).sum(axis=3)
+        lift = np.nan_to_num(np.maximum(-heights, 0).max(axis=(1, 2)) / 3)
+    return Smooth(ByCorner(normals.astype(np.float32)), lift.astype(np.float32))
+
+
+def _authored(prim: Any, surface: Mesh, painter: Painter) -> np.ndarray | None:
+    """(m, 3, 3) in the prim's space: primvars:normals, else normals."""
+    from graph.sim.usd import UsdGeom
+
+    found = painter.primvar(surface, "normals", 3)
+    if found is None:
+        schema = UsdGeom.Mesh(prim)
+        given = array_of(schema.GetNormalsAttr(), np.float64, 3)
+        corners = painter.corners(surface) if len(given) else None
+        found = None if corners is None else corners.values(given, str(schema.GetNormalsInterpolation()))
+    return None if found is None or len(found) != len(surface.triangles) else found.astype(np.float64)
+
+
+def _of_solid(prim: Any, kind: str, surface: Mesh, corners: np.ndarray) -> np.ndarray:
+    """(m, 3, 3) gradients in the prim's space."""
+    assert surface.frame is not None
+    back = np.linalg.inv(surface.frame)
+    local = corners @ back[:3, :3].T + back[:3, 3]
+    if kind == "Sphere":
+        return np.asarray(local)
+    axis = "XYZ".find(str(prim.GetAttribute("axis").Get() or "Z")) % 3
+    height = number_of(prim.GetAttribute("height"))
+    bottom = number_of(prim.GetAttribute("radiusBottom" if kind.endswith("_1") else "radius"))
+    top = 0.0 if kind == "Cone" else number_of(prim.GetAttribute("radiusTop")) if kind.endswith("_1") else bottom
+    along = local[:, :, axis]
+    gradients = height * local
+    gradients[:, :, axis] = (bottom - top) * (bottom + (top - bottom) * (along / height + 0.5 if height else 0.5))
+    slack = 1e-6 * (height + bottom + top)
+    for end, sign in (
+        (np.flatnonzero((along < slack - height / 2).all(axis=1)), -1),
+        (np.flatnonzero((along > height / 2 - slack).all(axis=1)), 1),
+    ):
+        if kind.startswith("Capsule"):
+            gradients[end] = local[end]
+            gradients[end, :, axis] -= sign * height / 2
+        else:
+            gradients[end] = sign * np.eye(3)[axis]
+    return np.asarray(gradients)
