@@ -123,6 +123,15 @@ class Fidelity(PhysicsKnobs):
             unit="m",
         ),
     ] = 0.001
+    mesh_solids: Annotated[
+        Literal["exact", "mesh"],
+        Knob(
+            "spheres, boxes, capsules, cylinders and cones, of any scale: rays meet their formulas, or their triangles",
+            cost="mesh: 3 to 5 times the cast at moving solids; triangles as for mesh.tolerance",
+            error="exact: 1e-6 of the range; mesh: mesh.tolerance",
+            read_by="graph.sim.world",
+        ),
+    ] = "exact"
     mesh_subdivision: Annotated[
         Literal["cage", "refined"],
         Knob(

@@ -88,8 +88,10 @@ class World:
             from .scene.scan import scan_stage
 
             scan = scan_stage(self.stage, self.fabric.promoted)
-            fine = self.fidelity.mesh_subdivision == "refined"
-            self._geometry = collect_geometry(self.stage, self.fidelity.mesh_tolerance, self.warn, scan, refine=fine)
+            fine, exact = self.fidelity.mesh_subdivision == "refined", self.fidelity.mesh_solids == "exact"
+            self._geometry = collect_geometry(
+                self.stage, self.fidelity.mesh_tolerance, self.warn, scan, refine=fine, exact=exact
+            )
         return self._geometry
 
     def forget_geometry(self) -> None:

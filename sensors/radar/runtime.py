@@ -194,7 +194,7 @@ class RadarRuntime(SensorRuntime[RadarConfig]):
 
     def _setting(self, tick: Tick, scan: ScanConfig) -> Setting:
         app, config = self._app, self.config
-        world = cast_world(app)
+        world = cast_world(app).facets
         bodies = world.body_poses(tick.poses)
         key = f"reflections {config.wavelength}"
         if key not in world.cache:

@@ -9,6 +9,7 @@ import numpy as np
 
 from graph.sim.geometry.collect import Mesh, Plane
 
+from .forms import Forms
 from .planes import cast_plane
 from .rays import RayBundle
 from .triangles import TriangleScene
@@ -34,16 +35,24 @@ def cast_alone(
     vertices, triangles, start = [], [], 0
     for number in surfaces:
         mesh = world.surfaces[number]
-        if isinstance(mesh, Mesh) and len(mesh.triangles):
+        if isinstance(mesh, Mesh) and not world.is_solid(mesh) and len(mesh.triangles):
             vertices.append((world.vertices(number, poses, state) - rays.origin).astype(np.float32))
             triangles.append(np.asarray(mesh.triangles, np.uint32) + np.uint32(start))
             start += len(mesh.vertices)
     if start:
         scene = TriangleScene(np.concatenate(vertices), np.concatenate(triangles), warm=False)
         nearest = scene.cast(table, world.threads).distance
+    ways = np.ascontiguousarray(table[:, 3:6].T)
     for number in surfaces:
+        solid = world.surfaces[number]
+        if world.is_solid(solid):
+            form, body = Forms([solid.form]), world.body_of[number]
+            pose = poses[body][None] if body >= 0 and poses is not None else None
+            every = np.arange(len(table))
+            rows, length = form.seen_from(rays.origin, pose).meet(every, np.zeros_like(every), ways, offsets)
+            nearest[rows] = np.minimum(nearest[rows], length.astype(np.float32))
         if isinstance(world.surfaces[number], Plane):
             origin, normal = world.plane(number, poses)
             height = float((rays.origin - origin) @ normal)
-            np.minimum(nearest, cast_plane(height, offsets, np.ascontiguousarray(table[:, 3:6].T), normal), out=nearest)
+            np.minimum(nearest, cast_plane(height, offsets, ways, normal), out=nearest)
     return nearest

@@ -8,16 +8,15 @@ rays does not change a result: a ray's hit does not depend on the other rays.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from .moving import Moving
 from .near import NEAR_RAD, NearMeshes
 from .nearest import Nearest, turn_each
+from .places import Bounds, Places, windows
 from .rays import RayBundle
 from .triangles import TriangleScene
-from .windows import RayGrid
 
 PITCH = 4.0
 """Distance between the cells' centres, in radii of their content: outside one sphere, a ray is not yet in the next."""
@@ -34,23 +33,6 @@ ALL_ROUND_RAD = np.deg2rad(60.0)
 FEW_RAYS = 10_000
 """Up to this many rays it costs less to cast all at a few small meshes than to select."""
 
-MARGIN_RAD = 1e-4
-"""Cones are widened by this angle, so that rounding loses no ray."""
-
-
-@dataclass(frozen=True, slots=True)
-class Places:
-    """Positions of m moving meshes, seen from a bundle's origin.
-
-    towards: (m, 3) float64 [m] to the centres of their spheres, world axes; distance: (m,) [m] to them, more than 0;
-    radius: (m,) [m], enlarged by the spread of the rays' origins; half: (m,) [rad], of the cone that holds each.
-    """
-
-    towards: np.ndarray
-    distance: np.ndarray
-    radius: np.ndarray
-    half: np.ndarray
-
 
 class MovingMeshes:
     """The scene of all moving meshes; copies of one mesh (`Mesh.unique_key`) share a cell."""
@@ -59,15 +41,13 @@ class MovingMeshes:
         self.surfaces = np.array([entry.surface for entry in moving], np.uint32)
         self.bodies = np.array([entry.body for entry in moving], np.intp)
         boxes = np.array([(entry.mesh.vertices.min(axis=0), entry.mesh.vertices.max(axis=0)) for entry in moving])
-        centre, half = boxes.mean(axis=1), (boxes[:, 1] - boxes[:, 0]) / 2
-        signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], np.float64)
-        points = np.concatenate([centre[:, None], centre[:, None] + half[:, None] * signs], axis=1)
-        self._points = np.ascontiguousarray(np.swapaxes(points, 1, 2))  # (m, 3, 9): centre and corners of each box
+        centre = boxes.mean(axis=1)
         radii = [
             np.sqrt(((entry.mesh.vertices - at) ** 2).sum(axis=1).max())
             for entry, at in zip(moving, centre, strict=True)
         ]
         self.radii = np.array(radii) * (1 + 1e-6) + 1e-6
+        self._bounds = Bounds(boxes, self.radii, self.bodies)
         self._lengths = self.radii.astype(np.float32)
         self._near = NearMeshes(moving)
         if not self._near.all_few:  # otherwise all are gathered
@@ -110,7 +90,7 @@ class MovingMeshes:
                 self._near.cast(rays, None, which, anchor, poses, threads, nearest)
             return
         rotations = poses[self.bodies, :3, :3]
-        places = self._places(rays, poses, rotations)
+        places = self._bounds.places(rays, poses)
         seen = places.distance - places.radius <= rays.reach
         if skip is not None:
             seen &= ~skip
@@ -119,13 +99,13 @@ class MovingMeshes:
             near &= places.half > NEAR_RAD
         if near.any():
             around = places.half[near].max() > ALL_ROUND_RAD
-            windows = None if around else _windows(rays, places, np.flatnonzero(near))
+            near_windows = None if around else windows(rays, places, np.flatnonzero(near))
             gathered = near if not self._near.few else self._near.small if skip is None else self._near.small & ~skip
-            self._near.cast(rays, windows, np.flatnonzero(gathered), anchor, poses, threads, nearest)
+            self._near.cast(rays, near_windows, np.flatnonzero(gathered), anchor, poses, threads, nearest)
             seen &= ~near
         if not seen.any():
             return
-        index, owner = _windows(rays, places, np.flatnonzero(seen))
+        index, owner = windows(rays, places, np.flatnonzero(seen))
         before = (places.distance - places.radius - 1e-3).astype(np.float32)
         ahead = np.flatnonzero(np.take(nearest.distance, index) > np.take(before, owner))  # a former hit stays
         index, owner = index[ahead], owner[ahead]
@@ -147,22 +127,6 @@ class MovingMeshes:
             return triangle, np.take(found.uv, own[rows], axis=0)
 
         nearest.add_some(index, distance, self.surfaces[owner], normals, spots)
-
-    def _places(self, rays: RayBundle, poses: np.ndarray, rotations: np.ndarray) -> Places:
-        points = rotations @ self._points
-        points += (poses[self.bodies, :3, 3] - rays.origin)[:, :, None]
-        towards = points[:, :, 0]
-        lengths = np.maximum(np.sqrt((points * points).sum(axis=1)), 1e-12)
-        distance = lengths[:, 0]
-        spread = rays.spread()
-        radius = self.radii + spread
-        half = np.arcsin(np.minimum(radius / distance, 1.0))
-        half[distance <= radius * 1.001] = np.pi
-        if not spread:  # any cone of less than a right angle that holds a box's corners holds the box
-            cosine = ((points[:, :, 1:] * towards[:, :, None]).sum(axis=1) / lengths[:, 1:]).min(axis=1) / distance
-            corners = np.arccos(np.clip(cosine, -1.0, 1.0))
-            half = np.where(cosine > 1e-3, np.minimum(half, corners), half)
-        return Places(towards, distance, radius, half + (MARGIN_RAD + rays.swing))
 
     def _into_cells(
         self,
@@ -197,17 +161,6 @@ class MovingMeshes:
             local[:, 3 + axis] = direction
             np.add(at[axis], np.multiply(direction, entry, out=direction), out=local[:, axis])
         return local, entry
-
-
-def _windows(rays: RayBundle, places: Places, which: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(index, owner) of rays that may lie in the cones of the meshes `which`, and some more; sorted by owner."""
-    grid = rays.grid if rays.grid is not None else RayGrid(rays.directions.T)
-    index, counts = grid.near(places.towards[which], places.half[which])
-    owner = np.repeat(which, counts)
-    if rays.first or len(rays.table) < grid.count:
-        inside = np.flatnonzero((index >= rays.first) & (index < rays.first + len(rays.table)))
-        index, owner = index[inside] - rays.first, owner[inside]
-    return index, owner
 
 
 def _dot(first: np.ndarray, second: np.ndarray) -> np.ndarray:

@@ -66,14 +66,15 @@ class Nearest:
 
     def add_plane(self, distance: np.ndarray, normal: np.ndarray, surface: int) -> None:
         """Distances (n,) of all rays to one flat surface."""
-        rows = np.flatnonzero(distance < self.distance)
-        self.distance[rows] = distance[rows]
-        self._mark(rows, np.uint32(surface))
+        nearer = distance < self.distance
+        assert self._number is not None
+        np.copyto(self.distance, distance, where=nearer)
+        np.copyto(self._number, np.uint32(surface) + self._first, where=nearer)
         if self._with_normals:
             assert self._normals is not None
-            self._normals[rows] = normal.astype(np.float32)
+            np.copyto(self._normals, normal.astype(np.float32), where=nearer[:, None])
         if self._spots is not None:
-            self._spots.triangle[rows] = NOTHING
+            np.copyto(self._spots.triangle, NOTHING, where=nearer)
 
     def add_some(
         self,
@@ -87,7 +88,8 @@ class Nearest:
     ) -> None:
         """Hits of the rays `index` (k,), each of which may repeat unless `once`, with the surfaces (k,) uint32.
 
-        normals: gives the unit normals (m, 3), world axes, of some of them; spots: their triangles and uv (`Spots`).
+        normals: gives the unit normals (m, 3), world axes, of some of them, in ascending order; spots: their triangles
+        and uv (`Spots`).
         """
         rows = np.flatnonzero(distance < np.take(self.distance, index))
         distance, index = distance[rows], index[rows]
@@ -95,14 +97,19 @@ class Nearest:
             self.distance[index] = distance
         else:
             np.minimum.at(self.distance, index, distance)
-            won = np.flatnonzero(distance == np.take(self.distance, index))[::-1]  # of equals the first is written last
+            won = np.flatnonzero(distance == np.take(self.distance, index))
             index, rows = index[won], rows[won]
-        self._mark(index, surfaces[rows])
+        last_first = slice(None, None, -1)  # of equals the first is written last
+        self._mark(index[last_first], surfaces[rows[last_first]])
         if self._with_normals:
             assert self._normals is not None
-            self._normals[index] = normals(rows)
+            self._normals[index[last_first]] = normals(rows)[last_first]
         if self._spots is not None:
-            self._spots.triangle[index], self._spots.uv[index] = spots(rows)
+            triangle, uv = spots(rows)
+            self._spots.triangle[index[last_first]], self._spots.uv[index[last_first]] = (
+                triangle[last_first],
+                uv[last_first],
+            )
 
     def _mark(self, rows: np.ndarray, surfaces: np.ndarray | np.uint32) -> None:
         assert self._number is not None

@@ -19,26 +19,24 @@ REACH = 0.9999
 class Shadows:
     """The world in one state, for any number of rays from points near `origin` (3,) float64 [m].
 
-    Static geometry is the scene that nearby sensors share; all moving geometry is one more scene, kept while nothing in
-    it moves.
+    Solids cast the shadows of their triangles, which lie inside: no point on a solid is in a shadow of its own. Static
+    geometry is the scene that nearby sensors share; all moving geometry is one more scene, kept while nothing in it
+    moves.
     """
 
     def __init__(self, world: CastWorld, exclude: frozenset[str]) -> None:
-        self._world, self._exclude = world, exclude
+        self.world = world
+        """The geometry of the world."""
+        self._world, self._exclude = world.facets, exclude
         self._moving: tuple[tuple[bytes, ...], TriangleScene] | None = None
         self._numbers = [
             number
-            for number, one in enumerate(world.surfaces)
+            for number, one in enumerate(self._world.surfaces)
             if isinstance(one, Mesh)
             and len(one.triangles)
             and (one.body is not None or one.source in world.soft)
             and not excluded(str(one.path), exclude)
         ]
-
-    @property
-    def world(self) -> CastWorld:
-        """The geometry of the world."""
-        return self._world
 
     def blocked(self, origin: np.ndarray, points: np.ndarray, ways: np.ndarray, state: Any, *, far: bool) -> np.ndarray:
         """(k,) bool. points:

@@ -5,18 +5,21 @@ from __future__ import annotations
 import itertools
 from collections import OrderedDict
 from collections.abc import Callable, Sequence
-from typing import Any
+from functools import cached_property
+from typing import Any, TypeGuard
 
 import numpy as np
 
-from graph.sim.geometry.collect import Mesh, Plane
+from graph.sim.geometry.collect import Mesh, Plane, Solid
 
 from .bodies import MovingMeshes
+from .enclosed import Enclosed, enclosing
 from .moving import Moving
 from .nearest import Nearest
 from .planes import cast_plane
 from .rays import NO_SURFACE, Hits, RayBundle
 from .soft import PointsOf, SoftMeshes
+from .solids import MovingSolids
 from .triangles import TriangleHits, TriangleScene
 
 GRID_M = 1000.0
@@ -39,10 +42,11 @@ def bodies_of(geometry: Sequence[Mesh | Plane]) -> tuple[str, ...]:
 class CastWorld:
     """Casts against one collection of geometry.
 
-    geometry: meshes and infinite planes; those with a body move with it. poses: gives the bodies' poses, (b, 4, 4)
-    float64 world [m] in the order of `bodies`, for a snapshot (None: now). threads: number of threads for casting (0:
-    all cores). soft: prims that deform; points: positions of such a mesh's vertices. `surfaces` lists the geometry in
-    the order of their numbers.
+    geometry: meshes, solids and infinite planes; those with a body move with it. poses: gives the bodies' poses,
+    (b, 4, 4) float64 world [m] in the order of `bodies`, for a snapshot (None: now). threads: number of threads for
+    casting (0: all cores). soft: prims that deform; points: positions of such a mesh's vertices. formulas: whether rays
+    meet solids by their closed forms, else by their triangles. `surfaces` lists the geometry in the order of their
+    numbers.
     """
 
     def __init__(
@@ -52,6 +56,8 @@ class CastWorld:
         threads: Callable[[], int] = lambda: 0,
         soft: frozenset[str] = frozenset(),
         points: PointsOf | None = None,
+        *,
+        formulas: bool = True,
     ) -> None:
         self.surfaces = tuple(geometry)
         self.bodies = bodies_of(geometry)
@@ -61,12 +67,13 @@ class CastWorld:
         """Data that users of the world have computed about its surfaces."""
         self._poses = poses
         self._threads = threads
+        self._formulas = formulas
         self._sets: OrderedDict[tuple[bytes, frozenset[str]], _Scenes] = OrderedDict()
-        moving = [
-            Moving(surface, index, int(self.body_of[index]))
-            for index, surface in enumerate(self.surfaces)
-            if isinstance(surface, Mesh) and surface.body is not None and len(surface.triangles)
+        rigid = [
+            (index, one, int(self.body_of[index])) for index, one in enumerate(self.surfaces) if one.body is not None
         ]
+        moving = [Moving(one, index, body) for index, one, body in rigid if self._is_mesh(one)]
+        solids = [(one, index, body) for index, one, body in rigid if self.is_solid(one)]
         deforming = [
             (index, surface)
             for index, surface in enumerate(self.surfaces)
@@ -76,8 +83,27 @@ class CastWorld:
         self._points = points
         self._soft = SoftMeshes(deforming, points) if deforming and points else None
         self._moving = MovingMeshes(moving) if moving else None
-        self.moving_surfaces = np.array([entry.surface for entry in moving], np.int32)
+        self._solids = MovingSolids(solids) if solids else None
+        self.moving_surfaces = np.array([index for index, one, _ in rigid if isinstance(one, Mesh)], np.int32)
         self._planes = [(index, s) for index, s in enumerate(self.surfaces) if isinstance(s, Plane)]
+
+    def is_solid(self, surface: Mesh | Plane) -> TypeGuard[Solid]:
+        """Whether rays meet a surface by the formula of its solid."""
+        return self._formulas and isinstance(surface, Solid)
+
+    def _is_mesh(self, surface: Mesh | Plane) -> TypeGuard[Mesh]:
+        return isinstance(surface, Mesh) and not self.is_solid(surface) and len(surface.triangles) > 0
+
+    @cached_property
+    def facets(self) -> CastWorld:
+        """The same world with triangles for all solids, for those who go by flat faces."""
+        solids = [surface for surface in self.surfaces if self.is_solid(surface)]
+        if not solids:
+            return self
+        world = CastWorld(self.surfaces, self._poses, self._threads, self.soft, self._points, formulas=False)
+        if all(solid.body is not None for solid in solids):
+            world._sets = self._sets
+        return world
 
     def cast(self, rays: RayBundle, poses: Any = None, *, normals: bool = False, spots: bool = False) -> Hits:
         """Nearest hits; see `RayCaster`. Normals follow the winding, in world axes."""
@@ -96,7 +122,10 @@ class CastWorld:
                 height = float((rays.origin - origin) @ normal)
                 nearest.add_plane(cast_plane(height, rays.offsets, rays.directions, normal), normal, index)
         if self._moving is not None and body_poses is not None:
-            self._moving.cast(rays, anchor, body_poses, scenes.skipped_meshes, threads, nearest)
+            skip = scenes.left_out(self._moving.surfaces)
+            self._moving.cast(rays, anchor, body_poses, skip, threads, nearest)
+        if self._solids is not None and body_poses is not None:
+            self._solids.cast(rays, body_poses, scenes.left_out(self._solids.surfaces), nearest)
         if self._soft is not None:
             self._soft.cast(rays, poses, scenes.skip, threads, nearest)
         return nearest.hits()
@@ -183,9 +212,12 @@ class _Scenes:
             and i not in self.skip
             and len(s.triangles)
         ]
+        static.sort(key=lambda entry: world.is_solid(entry[1]))  # the solids' triangles come last
+        solids = [s for _, s in static if world.is_solid(s)]
         self.static: TriangleScene | None = None
         counts = [len(s.triangles) for _, s in static]
         self.triangles = sum(counts)
+        self._enclosed = Enclosed(solids, sum(counts[: len(static) - len(solids)])) if solids else None
         numbers = [i for i, _ in static]
         self.starts = np.zeros(max(len(surfaces), 1), np.uint32)
         """(s,), the first static triangle of each surface."""
@@ -195,12 +227,21 @@ class _Scenes:
             dtype=np.int32,
         )
         if static:
-            vertices = [(np.asarray(s.vertices, np.float64) - anchor).astype(np.float32) for _, s in static]
+            places = [enclosing(s) if world.is_solid(s) else np.asarray(s.vertices, np.float64) for _, s in static]
+            vertices = [(place - anchor).astype(np.float32) for place in places]
             starts = np.cumsum([0, *(len(v) for v in vertices)]).astype(np.uint32)
             triangles = [np.asarray(s.triangles, np.uint32) + at for (_, s), at in zip(static, starts, strict=False)]
             self.static = TriangleScene(np.concatenate(vertices), np.concatenate(triangles))
-        moving = world.moving_surfaces
-        self.skipped_meshes = np.isin(moving, list(self.skip)) if self.skip and len(moving) else None
+        self._masks: dict[bytes, np.ndarray] = {}
+
+    def left_out(self, surfaces: np.ndarray) -> np.ndarray | None:
+        """Which of some surfaces (m,) are excluded, (m,) bool; None if no surface is."""
+        if not self.skip:
+            return None
+        key = surfaces.tobytes()
+        if key not in self._masks:
+            self._masks[key] = np.isin(surfaces, list(self.skip))
+        return self._masks[key]
 
     def cast(
         self, static: TriangleScene, rays: RayBundle, start: np.ndarray, threads: int, *, uv: bool
@@ -217,6 +258,8 @@ class _Scenes:
             return memory.met, True
         rays.start_at(start)
         found = static.cast(rays.table, threads, uv=uv)
+        if self._enclosed is not None:
+            self._enclosed.correct(static, rays, found, threads)
         if memory is not None:
             memory.cast, memory.met = cast, found if again else None
         return found, again

@@ -12,24 +12,31 @@ from graph.sim.usd import Usd, UsdGeom
 from .collector import Collector, endless
 from .complaints import Complaints
 from .instancing import castable, hidden
-from .surfaces import Mesh, Plane
+from .surfaces import Mesh, Plane, Solid
 
-__all__ = ["Mesh", "Plane", "collect_geometry", "endless"]
+__all__ = ["Mesh", "Plane", "Solid", "collect_geometry", "endless"]
 
 
 def collect_geometry(
-    stage: Any, tolerance: float, warn: Warn = ignore_warning, scan: Scan | None = None, *, refine: bool = False
+    stage: Any,
+    tolerance: float,
+    warn: Warn = ignore_warning,
+    scan: Scan | None = None,
+    *,
+    refine: bool = False,
+    exact: bool = False,
 ) -> tuple[Mesh | Plane, ...]:
     """Every visible surface of the stage, in stage order.
 
     tolerance: how far the triangles of curved surfaces may lie off them [m], `mesh.tolerance`. refine: whether
-    subdivision surfaces are refined instead of cast as their cages. Invisible prims, guides and proxies are left out.
+    subdivision surfaces are refined instead of cast as their cages. exact: whether solids keep their closed form
+    (`mesh.solids`). Invisible prims, guides and proxies are left out.
     `warn` gets `bad-geometry` and `bad-transform` for surfaces that cannot be cast, `odd-scale` for implausible sizes,
     one line for each kind. Raises UserError beyond the limit scene.triangles.
     """
     scan = scan or scan_stage(stage)
     complaints = Complaints(warn)
-    collector = Collector(scan, tolerance, refine, complaints)
+    collector = Collector(scan, tolerance, refine, exact, complaints)
     single: list[tuple[Any, str]] = []
     for prim, path in visible_prims(stage):
         if prim.IsA(UsdGeom.PointInstancer):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -16,9 +16,9 @@ from graph.sim.usd import EARLIEST, UsdGeom, UsdShade
 
 from .complaints import Complaints
 from .instancing import Copies, copies_of, for_rendering
-from .shapes import surface_of
-from .subsets import Part, parts_of
-from .surfaces import Mesh, Plane
+from .shapes import Shape, exact_solid, surface_of
+from .subsets import Part, SolidPart, parts_of
+from .surfaces import Mesh, Plane, Solid
 from .tessellation import axis_vector
 
 GRID = 1e-9
@@ -39,13 +39,17 @@ SANE_SIZES = 1e-5, 1e7
 
 @dataclass
 class Collector:
-    """Collects the surfaces of one stage; mistakes of prims go to `complaints`."""
+    """Collects the surfaces of one stage; mistakes of prims go to `complaints`.
+
+    exact: whether solids keep their closed form.
+    """
 
     scan: Scan
     tolerance: float
     refine: bool
+    exact: bool
     complaints: Complaints
-    shapes: dict[tuple[str, float], tuple[Part, ...]] = field(default_factory=dict)
+    shapes: dict[tuple[str, float], tuple[Part | SolidPart, ...]] = field(default_factory=dict)
     bodies: dict[str, Floats] = field(default_factory=dict)
     found: list[tuple[Mesh | Plane, Any]] = field(default_factory=list)
     triangles: int = 0
@@ -115,27 +119,35 @@ class Collector:
             prim.GetPath(): str(material.GetPath()) if material else None
             for prim, material in zip(prims, materials, strict=True)
         }
-        return tuple(replace(part, material=paths[prim.GetPath()]) for part, prim in self.found)
+        return tuple(part.bound_to(paths[prim.GetPath()]) for part, prim in self.found)
 
     def _place(
-        self, part: Part, path: str, source: str, body: str | None, where: tuple[Floats, bool], bound: Any
+        self, part: Part | SolidPart, path: str, source: str, body: str | None, where: tuple[Floats, bool], bound: Any
     ) -> None:
         """where: the matrix to the body or world, and whether it mirrors."""
-        self.triangles += len(part.triangles)
-        what = f"{path}: with it the scene has too many triangles; thin out its instancers, or raise mesh.tolerance"
-        check("scene.triangles", self.triangles, what)
-        vertices, triangles = transforms.transformed(where[0], part.vertices), part.triangles
         if not np.abs(where[0][:3, 3]).max() < FARTHEST:
             self.complaints.add("bad-geometry", path, f"it is farther than {FARTHEST:g} m away; rays do not see it")
             return
-        if where[1]:
-            triangles = np.ascontiguousarray(triangles[:, ::-1])
-        if body is not None:
-            vertices = np.round(vertices / GRID) * GRID + 0.0  # also makes -0.0 and 0.0 equal in their bytes
-        self.found.append((Mesh(path, body, vertices, triangles, None, source, where[0]), bound))
+        found: Mesh
+        if isinstance(part, SolidPart) and self._stays_exact(part, body, where[0]):
+            form = part.form.placed(where[0])
+            found = Solid(path, body, form, lambda: _moved(part.shape, where, body is not None), source, where[0])
+            count = 0 if body is not None else len(part.shape[1])  # triangles of what moves are rarely made
+        else:
+            shape = part.shape if isinstance(part, SolidPart) else (part.vertices, part.triangles)
+            moved = _moved(shape, where, body is not None)
+            found, count = Mesh(path, body, *moved, None, source, where[0]), len(shape[1])
+        self.triangles += count
+        what = f"{path}: with it the scene has too many triangles; thin out its instancers, or raise mesh.tolerance"
+        check("scene.triangles", self.triangles, what)
+        self.found.append((found, bound))
 
-    def _parts(self, prim: Any, path: str, scale: float) -> tuple[Part, ...]:
-        """The prim's own triangles; instances of one prototype share them."""
+    def _stays_exact(self, part: SolidPart, body: str | None, matrix: Floats) -> bool:
+        """Whether rays meet a solid by its formula; standing boxes are exact as triangles, and faster."""
+        return not (part.form.kind == "box" and body is None) and part.form.placed(matrix).usable
+
+    def _parts(self, prim: Any, path: str, scale: float) -> tuple[Part | SolidPart, ...]:
+        """The prim's own surfaces; instances of one prototype share them."""
         source = prim.GetPrimInPrototype() if prim.IsInstanceProxy() else prim
         flat = prim.IsA(UsdGeom.Mesh) and not self.refine
         key = (str(source.GetPath()), 0.0 if flat else scale)
@@ -143,11 +155,15 @@ class Collector:
             self.shapes[key] = self._read(prim, path, scale)
         return self.shapes[key]
 
-    def _read(self, prim: Any, path: str, scale: float) -> tuple[Part, ...]:
+    def _read(self, prim: Any, path: str, scale: float) -> tuple[Part | SolidPart, ...]:
         def complain(message: str) -> None:
             self.complaints.add("bad-geometry", path, message)
 
         self._say_what_is_not_played(prim, path)
+        solid = exact_solid(prim, self.tolerance / scale, complain) if self.exact else None
+        if solid is not None:
+            self._say_if_odd(path, float(np.subtract(*solid[0].bounds()[::-1]).max()) * scale)
+            return (SolidPart(*solid),)
         surface = surface_of(prim, self.tolerance / scale, complain, refine=self.refine)
         if surface is None:
             return ()
@@ -156,10 +172,13 @@ class Collector:
             complain("its faces have no area; nothing can hit it")
         if size and not SANE_SIZES[0] <= size <= SANE_SIZES[1]:
             size = _size(surface.vertices[np.unique(surface.triangles)]) * scale  # without points that no face uses
-            if size and not SANE_SIZES[0] <= size <= SANE_SIZES[1]:
-                about = f"it is about {size:.2g} m large; check metersPerUnit and the scales above it"
-                self.complaints.add("odd-scale", path, about)
+            self._say_if_odd(path, size)
         return parts_of(prim, surface, complain)
+
+    def _say_if_odd(self, path: str, size: float) -> None:
+        if size and not SANE_SIZES[0] <= size <= SANE_SIZES[1]:
+            about = f"it is about {size:.2g} m large; check metersPerUnit and the scales above it"
+            self.complaints.add("odd-scale", path, about)
 
     def _say_what_is_not_played(self, prim: Any, path: str) -> None:
         if any(prim.HasAttribute(name) for name in SKINNING):
@@ -175,7 +194,7 @@ class Collector:
             text = f"its {', '.join(varying)} have time samples; rays see the first of them"
             self.complaints.add("animated-shape", path, text)
 
-    def _bound(self, prim: Any, part: Part) -> Any:
+    def _bound(self, prim: Any, part: Part | SolidPart) -> Any:
         """The prim whose material binding applies."""
         return prim.GetChild(part.name) if part.name else prim
 
@@ -189,6 +208,16 @@ class Collector:
             self.bodies[body] = transforms.inverse_rigid(self.scan.body_pose(body))
         local: Floats = np.round(self.bodies[body] @ out, 12)
         return local
+
+
+def _moved(shape: Shape, where: tuple[Floats, bool], moves: bool) -> Shape:
+    """A shape after a transform that may mirror; moves: its vertices are rounded to the grid."""
+    vertices, triangles = transforms.transformed(where[0], shape[0]), shape[1]
+    if where[1]:
+        triangles = np.ascontiguousarray(triangles[:, ::-1])
+    if moves:
+        vertices = np.round(vertices / GRID) * GRID + 0.0  # also makes -0.0 and 0.0 equal in their bytes
+    return vertices, triangles
 
 
 def _endless_plane(prim: Any, path: str, body: str | None, frame: Floats) -> Plane:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,6 +15,7 @@ from graph.sim.transforms import Floats
 from graph.sim.usd import EARLIEST, UsdGeom
 
 from . import tessellation
+from .closed_forms import ClosedForm, closed_form
 from .mesh_shapes import FromMesh, mesh_surface, tet_mesh_surface
 from .polygons import Complain, Integers
 from .solids import SOLIDS
@@ -82,7 +84,30 @@ def _from_mesh(found: FromMesh | None) -> Surface | None:
     return None if found is None else Surface(*found)
 
 
+def exact_solid(prim: Any, tolerance: float, complain: Complain) -> tuple[ClosedForm, Callable[[], Shape]] | None:
+    """The closed form of a gprim's surface in its own space, and a call that makes its triangles; None without one."""
+    kind = str(prim.GetTypeName())
+    read = _sizes_of(prim, kind, EARLIEST, complain) if kind in SOLIDS else None
+    form = None if read is None else closed_form(kind, *read)
+    if read is None or form is None:
+        return None
+    sizes, axis = read
+
+    def make() -> Shape:
+        made = solid(kind, sizes, axis, tolerance, lambda message: None)
+        assert made is not None, "a solid with a closed form has a surface"
+        return made
+
+    return form, make
+
+
 def _solid(prim: Any, kind: str, tolerance: float, time: Any, complain: Complain) -> Shape | None:
+    read = _sizes_of(prim, kind, time, complain)
+    return None if read is None else solid(kind, *read, tolerance, complain)
+
+
+def _sizes_of(prim: Any, kind: str, time: Any, complain: Complain) -> tuple[dict[str, float], str] | None:
+    """The sizes of a solid and its axis; None, and reported, if they make no surface."""
     sizes = {}
     for name in _SIZES[kind]:
         sizes[name] = number_of(prim.GetAttribute(name), time)
@@ -96,7 +121,7 @@ def _solid(prim: Any, kind: str, tolerance: float, time: Any, complain: Complain
     if axis not in ("X", "Y", "Z"):
         complain(f"its axis {axis!r} is not one of X, Y, Z; Z is used")
         axis = "Z"
-    return solid(kind, sizes, axis, tolerance, complain)
+    return sizes, axis
 
 
 def solid(kind: str, sizes: dict[str, float], axis: str, tolerance: float, complain: Complain) -> Shape | None:

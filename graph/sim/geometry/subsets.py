@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -12,8 +14,9 @@ from graph.sim.arrays import array_of
 from graph.sim.transforms import Floats
 from graph.sim.usd import EARLIEST, UsdGeom, UsdShade
 
+from .closed_forms import ClosedForm
 from .polygons import Complain, Integers
-from .shapes import Surface
+from .shapes import Shape, Surface
 from .tessellation import Triangles
 
 MATERIALS = str(UsdShade.Tokens.materialBind)
@@ -32,6 +35,23 @@ class Part:
     triangles: Triangles
     mine: NDArray[np.bool_] | None = None
     used: Integers | None = None
+
+
+class SolidPart:
+    """A prim that is one solid: its closed form, and its triangles, which are made when they are read.
+
+    make: gives vertices (n, 3) and triangles (m, 3) in the prim's own space.
+    """
+
+    name = ""
+
+    def __init__(self, form: ClosedForm, make: Callable[[], Shape]) -> None:
+        self.form, self._make = form, make
+
+    @cached_property
+    def shape(self) -> Shape:
+        """Vertices (n, 3) and triangles (m, 3)."""
+        return self._make()
 
 
 def parts_of(prim: Any, surface: Surface, complain: Complain) -> tuple[Part, ...]:

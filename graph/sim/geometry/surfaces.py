@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Self
 
 from graph.sim.transforms import Floats
 
+from .closed_forms import ClosedForm
 from .tessellation import Triangles
 
 
@@ -41,6 +44,51 @@ class Mesh:
         digest.update(self.triangles.tobytes())
         return digest.digest()
 
+    def bound_to(self, material: str | None) -> Self:
+        """The same surface with a material."""
+        return replace(self, material=material)
+
+
+class Solid(Mesh):
+    """A mesh that stands for a solid with a closed form, which rays meet; it is made for those who read its triangles.
+
+    form: in the frame of the mesh. make: gives the mesh's vertices and triangles.
+    """
+
+    form: ClosedForm
+
+    def __init__(
+        self,
+        path: str,
+        body: str | None,
+        form: ClosedForm,
+        make: Callable[[], tuple[Floats, Triangles]],
+        source: str = "",
+        frame: Floats | None = None,
+        material: str | None = None,
+    ) -> None:
+        self.__dict__ |= {"path": path, "body": body, "form": form, "_make": make}
+        self.__dict__ |= {"material": material, "source": source or path, "frame": frame}
+
+    @cached_property
+    def _facets(self) -> tuple[Floats, Triangles]:
+        made: tuple[Floats, Triangles] = self.__dict__["_make"]()
+        return made
+
+    @property
+    def vertices(self) -> Floats:
+        """As of a `Mesh`."""
+        return self._facets[0]
+
+    @property
+    def triangles(self) -> Triangles:
+        """As of a `Mesh`."""
+        return self._facets[1]
+
+    def bound_to(self, material: str | None) -> Self:
+        """The same solid with a material."""
+        return type(self)(self.path, self.body, self.form, lambda: self._facets, self.source, self.frame, material)
+
 
 @dataclass(frozen=True, eq=False)
 class Plane:
@@ -56,3 +104,7 @@ class Plane:
     def __post_init__(self) -> None:
         if not self.source:
             object.__setattr__(self, "source", self.path)
+
+    def bound_to(self, material: str | None) -> Self:
+        """The same plane with a material."""
+        return replace(self, material=material)

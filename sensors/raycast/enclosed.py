@@ -1,0 +1,87 @@
+"""Standing solids in a scene of triangles: the triangles enclose them, and the formula says where a ray meets them.
+
+A ray that meets the triangles of a solid but not the solid goes on behind them. So the scene stays as fast as it is for
+triangles, whatever the number of solids, and a range is exact. A surface that is between a solid and the triangles
+around it, at most about `mesh.tolerance` from the solid, may be taken for the solid.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from graph.sim.geometry.surfaces import Solid
+
+from .forms import Forms
+from .rays import NOTHING, RayBundle
+from .triangles import SKIN, TriangleHits, TriangleScene
+
+MARGIN_M = 1e-4
+"""Triangles lie so far outside their solid, for vertices are rounded to float32."""
+
+MOST_STEPS = 64
+"""Triangles around solids that a ray passes at most."""
+
+
+class Enclosed:
+    """The solids of a static scene. first: the number of their first triangle; they are the scene's last."""
+
+    def __init__(self, solids: Sequence[Solid], first: int) -> None:
+        self._forms = Forms([solid.form for solid in solids])
+        self._first = np.uint32(first)
+        place = np.empty(len(solids), np.intp)
+        place[self._forms.order] = np.arange(len(solids))
+        self._solid = np.repeat(place, [len(solid.triangles) for solid in solids])
+
+    def correct(self, scene: TriangleScene, rays: RayBundle, found: TriangleHits, threads: int) -> None:
+        """Replaces hits with the triangles of solids, which `rays` have met in the scene."""
+        forms = self._forms.seen_from(rays.origin)
+        rows = self._on_solids(found.triangle)
+        for _ in range(MOST_STEPS):
+            if not len(rows):
+                return
+            owner = self._solid[found.triangle[rows] - self._first]
+            order = np.argsort(owner, kind="stable")
+            rows, owner = rows[order], owner[order]
+            met, length = forms.meet(rows, owner, rays.directions, rays.offsets)
+            hit = rows[met]
+            found.distance[hit] = length
+            found.normals[hit] = forms.normals(hit, owner[met], length, rays.directions, rays.offsets)
+            passed = np.ones(len(rows), bool)
+            passed[met] = False
+            rows = self._go_on(scene, rays, found, rows[passed], threads)
+        found.distance[rows], found.triangle[rows], found.normals[rows] = np.inf, NOTHING, 0.0
+
+    def _on_solids(self, triangle: np.ndarray) -> np.ndarray:
+        return np.flatnonzero((triangle >= self._first) & (triangle != NOTHING))
+
+    def _go_on(
+        self, scene: TriangleScene, rays: RayBundle, found: TriangleHits, rows: np.ndarray, threads: int
+    ) -> np.ndarray:
+        """Writes what the rays `rows` meet behind their triangles; returns those that meet triangles of solids."""
+        if not len(rows):
+            return rows
+        travelled = found.distance[rows] + np.float32(SKIN)
+        table = rays.table[rows]
+        table[:, :3] += travelled[:, None] * table[:, 3:6]
+        beyond = scene.cast(table, threads, uv=found.uv is not None)
+        found.distance[rows] = beyond.distance + travelled
+        found.triangle[rows], found.normals[rows] = beyond.triangle, beyond.normals
+        if found.uv is not None:
+            found.uv[rows] = beyond.uv
+        return np.take(rows, self._on_solids(beyond.triangle))
+
+
+def enclosing(solid: Solid) -> np.ndarray:
+    """The vertices (n, 3) [m] of a solid's triangles, enlarged about its centre until all lie outside the solid."""
+    corners = solid.vertices[solid.triangles.astype(np.intp)]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    size = np.sqrt((normals * normals).sum(axis=1))
+    normals = normals[size > 0] / size[size > 0, None]
+    centre = solid.form.frame[:3, 3]
+    away = ((corners[size > 0, 0] - centre) * normals).sum(axis=1)
+    reach = solid.form.support(solid.form.frame[:3, :3].T @ normals.T)
+    least = float(away.min())
+    scale = float((reach / away).max()) + min(MARGIN_M / least, 0.01)
+    return np.asarray(centre + scale * (solid.vertices - centre))

@@ -1,0 +1,70 @@
+"""Where moving surfaces are as seen from the origin of rays, and which rays may meet them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .rays import RayBundle
+from .windows import RayGrid
+
+MARGIN_RAD = 1e-4
+"""Cones are widened by this angle, so that rounding loses no ray."""
+
+_SIGNS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], np.float64)
+
+
+@dataclass(frozen=True, slots=True)
+class Places:
+    """Positions of m moving surfaces, seen from a bundle's origin.
+
+    towards: (m, 3) float64 [m] to the centres of their spheres, world axes; distance: (m,) [m] to them, more than 0;
+    radius: (m,) [m], enlarged by the spread of the rays' origins; half: (m,) [rad], of the cone that holds each.
+    """
+
+    towards: np.ndarray
+    distance: np.ndarray
+    radius: np.ndarray
+    half: np.ndarray
+
+
+class Bounds:
+    """Boxes (m, 2, 3) [m] around m moving surfaces, and spheres about the boxes' centres; in the frames of bodies.
+
+    radii: (m,) [m] of the spheres; bodies: (m,), which body carries each.
+    """
+
+    def __init__(self, boxes: np.ndarray, radii: np.ndarray, bodies: np.ndarray) -> None:
+        self.centres, half = boxes.mean(axis=1), (boxes[:, 1] - boxes[:, 0]) / 2
+        self.radii, self.bodies = radii, bodies
+        points = np.concatenate([self.centres[:, None], self.centres[:, None] + half[:, None] * _SIGNS], axis=1)
+        self._points = np.ascontiguousarray(np.swapaxes(points, 1, 2))  # (m, 3, 9): centre and corners of each box
+
+    def places(self, rays: RayBundle, poses: np.ndarray) -> Places:
+        """Where they are with the bodies at `poses` (b, 4, 4) float64 [m]."""
+        points = poses[self.bodies, :3, :3] @ self._points
+        points += (poses[self.bodies, :3, 3] - rays.origin)[:, :, None]
+        towards = points[:, :, 0]
+        lengths = np.maximum(np.sqrt((points * points).sum(axis=1)), 1e-12)
+        distance = lengths[:, 0]
+        spread = rays.spread()
+        radius = self.radii + spread
+        half = np.arcsin(np.minimum(radius / distance, 1.0))
+        half[distance <= radius * 1.001] = np.pi
+        if not spread:  # any cone of less than a right angle that holds a box's corners holds the box
+            cosine = ((points[:, :, 1:] * towards[:, :, None]).sum(axis=1) / lengths[:, 1:]).min(axis=1) / distance
+            corners = np.arccos(np.clip(cosine, -1.0, 1.0))
+            half = np.where(cosine > 1e-3, np.minimum(half, corners), half)
+        return Places(towards, distance, radius, half + (MARGIN_RAD + rays.swing))
+
+
+def windows(rays: RayBundle, places: Places, which: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(index, owner) of rays that may lie in the cones of the surfaces `which`, and some more; sorted by owner."""
+    grid = rays.grid if rays.grid is not None else RayGrid(rays.directions.T)
+    index, counts = grid.near(places.towards[which], places.half[which])
+    owner = np.repeat(which, counts)
+    if rays.first or len(rays.table) < grid.count:
+        inside = np.flatnonzero((index >= rays.first) & (index < rays.first + len(rays.table)))
+        index, owner = index[inside] - rays.first, owner[inside]
+    return index, owner
