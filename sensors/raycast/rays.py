@@ -91,8 +91,8 @@ class RayBundle:
 class Spots:
     """Where on their surfaces rays hit.
 
-    triangle: (n,) uint32, its number in the surface's mesh, `NOTHING` for infinite planes, moving solids and misses. uv:
-    (n, 2) float32, the shares of its second and third corner.
+    triangle: (n,) uint32, its number in the surface's mesh, `NOTHING` for infinite planes, moving solids and misses.
+    uv: (n, 2) float32, the shares of its second and third corner.
     """
 
     triangle: np.ndarray
