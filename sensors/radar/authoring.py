@@ -81,5 +81,5 @@ class Radar(SensorPrim):
 def _kinds(kind: type[Any]) -> dict[str, str]:
     """Attribute -> USD value type of the fields of a configuration."""
     types = {bool: "bool", int: "uint", float: "float", str: "token", tuple: "float[]"}
-    fields = [one for one in dataclasses.fields(kind) if one.name not in ("name", "scans")]
+    fields = [one for one in dataclasses.fields(kind) if one.name not in ("name", "scans", "without_effect")]
     return {attribute_name(one.name): types[type(one.default)] for one in fields}

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from graph.base.errors import UserError
 from graph.base.limits import allowed, most
 
+from .antenna import Pattern
 from .cells import Cells
 from .names import attribute_name
 
@@ -23,6 +24,7 @@ class ScanConfig:
 
     Field names are the attributes `omni:sensor:WpmDmat:scan:<instance>:` in snake case, and so are their units; angles
     are half of the field of view. Defaults are the documented example's, less its velocity and angle noise of 0.
+    datacube_mode: that of the radar if empty. Antenna tables: gains [dB] over azimuth and elevation.
     """
 
     name: str = "s001"
@@ -66,6 +68,18 @@ class ScanConfig:
     velocity_noise_sdev: float = 0.0
     range_noise_mean: float = 0.0
     range_noise_sdev: float = 0.0
+    datacube_mode: str = ""
+    rx_antenna_az_deg: tuple[float, ...] = ()
+    rx_antenna_el_deg: tuple[float, ...] = ()
+    rx_antenna_co_gain: tuple[float, ...] = ()
+    tx_antenna_az_deg: tuple[float, ...] = ()
+    tx_antenna_el_deg: tuple[float, ...] = ()
+    tx_antenna_co_gain: tuple[float, ...] = ()
+
+    def pattern(self, side: str) -> Pattern | None:
+        """The table of the gains of one side, "rx" or "tx"; None without any. Raises ValueError for a wrong one."""
+        names = (f"{side}_antenna_{each}" for each in ("az_deg", "el_deg", "co_gain"))
+        return Pattern.of_table(*(getattr(self, name) for name in names))
 
     @property
     def elevations(self) -> tuple[float, float]:
@@ -136,6 +150,13 @@ class ScanConfig:
                 yield f"{attribute_name(name)} is negative"
         if self.elev_mode not in ("FULL_EL", "POS_EL", "NO_EL"):
             yield f"elevMode = {self.elev_mode!r} is not one of FULL_EL, POS_EL, NO_EL"
+        if self.datacube_mode not in ("", *_TOKENS["datacube_mode"]):
+            yield f"datacubeMode = {self.datacube_mode!r} is not one of {', '.join(_TOKENS['datacube_mode'])}"
+        for side in ("rx", "tx"):
+            try:
+                self.pattern(side)
+            except ValueError as error:
+                yield f"{side}AntennaCoGain: {error}"
         for name in ("max_az_ang_deg", "max_el_ang_deg"):
             if getattr(self, name) > 90:
                 yield f"{attribute_name(name)} = {getattr(self, name):g} is beyond 90 deg; it is half the field of view"
@@ -157,7 +178,8 @@ class ScanConfig:
 class RadarConfig:
     """Everything that decides what a radar sends, and what it makes of what comes back.
 
-    Field names are the attributes `omni:sensor:WpmDmat:` in snake case; scans: in the order in which they run.
+    Field names are the attributes `omni:sensor:WpmDmat:` in snake case; scans: in the order in which they run;
+    without_effect: the attributes that the prim gives and that are not modelled.
     Raises UserError, naming scan and field, for values no radar can have.
     """
 
@@ -172,6 +194,7 @@ class RadarConfig:
     output_frame_of_reference: str = "SENSOR"
     custom_frame_of_reference_trafo: tuple[float, ...] = ()
     scans: tuple[ScanConfig, ...] = field(default_factory=lambda: (ScanConfig(),))
+    without_effect: tuple[str, ...] = ()
 
     @property
     def wavelength(self) -> float:

@@ -53,9 +53,10 @@ def detections(
     azimuth = np.arcsin(np.clip(values[2], -1, 1))
     elevation = np.zeros(len(range_m)) if grid.flat else np.arcsin(np.clip(values[3], -1, 1))
     true_range, _, sine, height = cells.values
-    forward = np.sqrt(np.maximum(1 - sine**2, 0)) * np.sqrt(np.maximum(1 - height**2, 0))
+    level = np.sqrt(np.maximum(1 - height**2, 0))
+    directions = np.stack((np.sqrt(np.maximum(1 - sine**2, 0)) * level, sine * level, height))
     least, factor, scale = scan.rcs_tuning_coefficients
-    sigma = antenna.cross_section(cells.power, true_range, forward) * factor
+    sigma = antenna.cross_section(cells.power, true_range, directions) * factor
     rcs = 10 * np.log10(np.maximum(sigma, 1e-30)) + scale * noise.normal("rcs", len(sigma), 0.0, 1.0)
     found = Detections(
         np.maximum(range_m + noise.normal("range", len(rcs), scan.range_noise_mean, scan.range_noise_sdev), 0.0),

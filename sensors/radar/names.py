@@ -14,3 +14,15 @@ def attribute_name(field: str) -> str:
     """max_range_m -> maxRangeM, cfar_noise_sdev -> cfarNoiseSDev."""
     first, *rest = field.split("_")
     return first + "".join("SDev" if part == "sdev" else part.capitalize() for part in rest)
+
+
+WITHOUT_EFFECT = (
+    *("carrierFrequency", "chirpBandwidth", "chirpDuration", "chirpRepetitionTime", "frequencyStepBetweenChirps"),
+    *("fastTimeSamples", "fastTimePaddingSamples", "azimuthPaddingSamples", "elevationPaddingSamples"),
+    *("enableRangeAliasing", "rxAntennaCrossGain", "txAntennaCrossGain", "exponentialDecayFactor"),
+    *("arrayAzimuthElements", "arrayElevationElements", "azimuthElementSpacing", "elevationElementSpacing"),
+    *("apertureArrayAzimuthElements", "apertureArrayElevationElements", "apertureAzimuthElementSpacing"),
+    *("apertureElevationElementSpacing", "apertureWindowAzimuth", "apertureWindowElevation"),
+    *("debugForceDetection", "debugForceRange", "debugForceAz", "debugForceEl", "debugForceV"),
+)
+"""Attributes of a scan configuration that prims may have and that are not modelled."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from graph.base import exact
@@ -10,7 +11,7 @@ from graph.base.errors import UserError
 from sensors.prim import value_of
 
 from .config import RadarConfig, ScanConfig
-from .names import API, PREFIX, PRIM_TYPE, SCAN_PREFIX, attribute_name
+from .names import API, PREFIX, PRIM_TYPE, SCAN_PREFIX, WITHOUT_EFFECT, attribute_name
 
 if TYPE_CHECKING:
     from pxr import Usd
@@ -34,7 +35,10 @@ def read_config(prim: Usd.Prim) -> RadarConfig:
             ScanConfig(name=name, **_values(prim, ScanConfig, f"{SCAN_PREFIX}{name}:")) for name in sorted(set(names))
         )
         return RadarConfig(
-            name=str(prim.GetPath()), scans=scans or (ScanConfig(),), **_values(prim, RadarConfig, PREFIX)
+            name=str(prim.GetPath()),
+            scans=scans or (ScanConfig(),),
+            without_effect=tuple(_without_effect(prim, sorted(set(names)))),
+            **_values(prim, RadarConfig, PREFIX),
         )
     except UserError:
         raise
@@ -46,12 +50,29 @@ def _values(prim: Usd.Prim, kind: type[Any], prefix: str) -> dict[str, Any]:
     """The values of the fields that a prim has attributes for."""
     found = {}
     for one in dataclasses.fields(kind):
-        if one.name in ("name", "scans"):
+        if one.name in ("name", "scans", "without_effect"):
             continue
         value = value_of(prim, prefix + attribute_name(one.name))
         if value is not None:
             found[one.name] = _typed(one.default, value)
     return found
+
+
+def _without_effect(prim: Usd.Prim, scans: list[str]) -> Iterator[str]:
+    """Attributes that are authored with a value that says something, and are not modelled."""
+    for scan in scans:
+        for name in WITHOUT_EFFECT:
+            attribute = prim.GetAttribute(f"{SCAN_PREFIX}{scan}:{name}")
+            neutral = 1.0 if name == "exponentialDecayFactor" else 0.0
+            if attribute and attribute.HasAuthoredValue() and _says(attribute.Get(), neutral):
+                yield f"scan:{scan}:{name}"
+
+
+def _says(value: Any, neutral: float) -> bool:
+    try:
+        return bool(value != neutral)
+    except (ValueError, TypeError):
+        return len(value) > 0
 
 
 def _typed(default: Any, value: Any) -> Any:

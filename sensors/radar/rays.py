@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+
+from .antenna import Antenna
 
 FEW = 400
 """A mesh that fewer rays of the fan may meet gets rays of its own."""
@@ -22,7 +24,8 @@ class Tubes:
 
     directions: (3, n) float64 unit. azimuth: (n,) sines of their azimuths. width, height: (n,) angles across and up
     [rad]. solid: (n,) solid angles [sr]. owner: (n,) int32, the only surface whose hits count, or -1 for all. leads:
-    (n,) bool, the rays that are followed on after a reflection, each for `stride` x `stride` of them.
+    (n,) bool, the rays that are followed on after a reflection, each for `stride` x `stride` of them. sends, hears:
+    (n,) gains of the antennas along the rays.
     """
 
     directions: np.ndarray
@@ -32,6 +35,8 @@ class Tubes:
     solid: np.ndarray
     owner: np.ndarray
     leads: np.ndarray
+    sends: np.ndarray
+    hears: np.ndarray
     stride: int = 1
 
     def thinned(self) -> Tubes:
@@ -40,7 +45,7 @@ class Tubes:
             return self
         wide = self.stride
         width, height, solid = self.width * wide, self.height * wide, self.solid * wide**2
-        return Tubes(self.directions, self.azimuth, width, height, solid, self.owner, self.leads)
+        return replace(self, width=width, height=height, solid=solid, stride=1)
 
     def tangents(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Unit vectors (3, k) across (growing azimuth) and up of some rays."""
@@ -55,6 +60,7 @@ def grid(
     elevation: tuple[float, float],
     across: int,
     up: int,
+    antenna: Antenna,
     *,
     owner: int = -1,
     stride: int = 1,
@@ -69,21 +75,24 @@ def grid(
     np.multiply(level[:, None], sine, out=directions[1])
     directions[2] = np.sin(e)[:, None]
     count = across * up
+    flat = directions.reshape(3, count)
     return Tubes(
-        directions.reshape(3, count),
+        flat,
         np.tile(sine, up),
         np.repeat(da * level, across),
         np.full(count, de),
         np.repeat(da * (np.sin(e + de / 2) - np.sin(e - de / 2)), across),
         np.full(count, owner, np.int32),
         ((np.arange(up) % stride == 0)[:, None] & (np.arange(across) % stride == 0)).ravel(),
+        antenna.sends(flat),
+        antenna.hears(flat),
         stride,
     )
 
 
 def joined(parts: list[Tubes]) -> Tubes:
     """Several bundles as one."""
-    names = ("directions", "azimuth", "width", "height", "solid", "owner", "leads")
+    names = ("directions", "azimuth", "width", "height", "solid", "owner", "leads", "sends", "hears")
     found: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts], axis=-1) for name in names}
     return Tubes(**found)
 
@@ -110,7 +119,9 @@ def windows(
     return [(int(i), (float(low_a[i]), float(high_a[i])), (float(low_e[i]), float(high_e[i]))) for i in order]
 
 
-def finer(found: list[tuple[int, tuple[float, float], tuple[float, float]]], rays: int) -> Tubes | None:
+def finer(
+    found: list[tuple[int, tuple[float, float], tuple[float, float]]], rays: int, antenna: Antenna
+) -> Tubes | None:
     """A grid over each window, of square steps as far as whole numbers of them allow; None for no window.
 
     rays: of the fan. Windows beyond their `SHARE` are left out, and keep the rays of the fan.
@@ -124,5 +135,5 @@ def finer(found: list[tuple[int, tuple[float, float], tuple[float, float]]], ray
     for number, azimuth, elevation in found:
         wide, tall = azimuth[1] - azimuth[0], elevation[1] - elevation[0]
         across = int(np.clip(round(float(np.sqrt(each * wide / tall))), 1, each))
-        parts.append(grid(azimuth, elevation, across, max(1, each // across), owner=number))
+        parts.append(grid(azimuth, elevation, across, max(1, each // across), antenna, owner=number))
     return joined(parts)

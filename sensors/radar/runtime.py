@@ -107,6 +107,13 @@ class RadarRuntime(SensorRuntime[RadarConfig]):
         for scan in config.scans:
             across, up = scan.grid(rays)
             check("radar.rays", across * up, f"{self.path}: scan {scan.name} casts {across * up:,} rays")
+        if config.without_effect:
+            self._app.warn(
+                "radar-attribute-ignored",
+                self.path,
+                f"{', '.join(config.without_effect)}: not modelled, and without effect; cells follow from rangeResM, "
+                "velResMps, boreAzResDeg, boreElResDeg and maxVelMpsSequence",
+            )
         self._custom = custom_frame(config.output_frame_of_reference, config.custom_frame_of_reference_trafo)
         self._fans: dict[int, _Fan] = {}
 
@@ -136,7 +143,7 @@ class RadarRuntime(SensorRuntime[RadarConfig]):
             return Measurement({}, 0, facts=facts)
         cube = self.cube(tick, number, cycle)
         noise = Noise(self._app.seed, self.path, self._frames)
-        chirps = self.config.datacube_mode == "WAVEFORM"
+        chirps = (scan.datacube_mode or self.config.datacube_mode) == "WAVEFORM"
         found = detections(
             as_chirps_give(cube) if chirps else cube,
             scan,
@@ -190,7 +197,8 @@ class RadarRuntime(SensorRuntime[RadarConfig]):
         return world, self.exclude, *(each.tobytes() for each in (setting.pose, setting.planes.bodies, twists))
 
     def _antenna(self, scan: ScanConfig) -> Antenna:
-        return Antenna(self.config.wavelength, scan.power_factor, self.config.antenna_gain_mode != "CONSTANT")
+        falls = self.config.antenna_gain_mode != "CONSTANT"
+        return Antenna(self.config.wavelength, scan.power_factor, falls, scan.pattern("tx"), scan.pattern("rx"))
 
     def _setting(self, tick: Tick, scan: ScanConfig) -> Setting:
         app, config = self._app, self.config
@@ -217,7 +225,7 @@ class RadarRuntime(SensorRuntime[RadarConfig]):
             scan = self.config.scans[number]
             across, up = scan.grid(self._app.fidelity.radar_rays)
             limit = scan.azimuth_limit
-            tubes = grid((-limit, limit), scan.elevations, across, up, stride=STRIDE)
+            tubes = grid((-limit, limit), scan.elevations, across, up, self._antenna(scan), stride=STRIDE)
             count = len(tubes.solid)
             self._fans[number] = _Fan(
                 tubes,
@@ -246,7 +254,7 @@ class RadarRuntime(SensorRuntime[RadarConfig]):
             local[moving] = np.einsum("sij,scj->sci", pose[:, :3, :3], boxes[moving]) + pose[:, None, :3, 3]
         corners = (local - setting.pose[:3, 3]) @ setting.pose[:3, :3]
         found = windows(corners, scan.azimuth_limit, scan.elevations, fan.step, setting.reach)
-        close = finer(found, len(fan.tubes.solid))
+        close = finer(found, len(fan.tubes.solid), setting.antenna)
         if close is not None:
             small[np.unique(close.owner)] = True
         return close, small

@@ -64,8 +64,8 @@ def again(setting: Setting, tubes: Tubes, met: Met) -> Iterator[Arrivals]:
     """What rough faces send back along the way on which the wave came."""
     if not setting.reflections.scatters:
         return
-    gain = setting.antenna.gain(np.take(tubes.directions[0], met.waves.row))
-    power = _scattered(setting, tubes, met) * gain**2 * met.cosine / met.way**2
+    gain = np.take(tubes.sends * tubes.hears, met.waves.row)
+    power = _scattered(setting, tubes, met) * gain * met.cosine / met.way**2
     yield _with_power(met.way, met.rate_again(), *_own(tubes, met), power)
 
 
@@ -73,20 +73,16 @@ def rough(setting: Setting, tubes: Tubes, met: Met) -> Iterator[Arrivals]:
     """What rough faces send straight back; where others lie before them, by the two ways in both orders."""
     if not setting.reflections.scatters:
         return
-    antenna = setting.antenna
-    gain, sent, rate = (
-        antenna.gain(np.take(tubes.directions[0], met.waves.row)),
-        _scattered(setting, tubes, met),
-        met.rate(),
-    )
+    row, rate, sent = met.waves.row, met.rate(), _scattered(setting, tubes, met)
+    sends, hears = np.take(tubes.sends, row), np.take(tubes.hears, row)
     if met.waves.image is None:
-        power = sent * gain**2 * met.cosine / met.way**2
+        power = sent * sends * hears * met.cosine / met.way**2
         yield _with_power(met.way, rate, *_own(tubes, met), power)
         return
     back = _local(setting, met.back)
-    power = sent * gain * antenna.gain(back[0]) * np.abs(dot(met.normal, met.back)) / met.out**2
-    for azimuth, height in ((_azimuth(back), back[2]), _own(tubes, met)):
-        yield _with_power(met.range_m, rate, azimuth, height, power)
+    sent *= np.abs(dot(met.normal, met.back)) / met.out**2
+    yield _with_power(met.range_m, rate, _azimuth(back), back[2], sent * sends * setting.antenna.hears(back))
+    yield _with_power(met.range_m, rate, *_own(tubes, met), sent * hears * setting.antenna.sends(back))
 
 
 def _scattered(setting: Setting, tubes: Tubes, met: Met) -> np.ndarray:
@@ -134,7 +130,7 @@ def curved(setting: Setting, tubes: Tubes, met: Met) -> Iterator[Arrivals]:
     lobe = np.exp(-0.5 * np.einsum("pa,pab,pb->p", across, inverse, across)) * np.sqrt(np.linalg.det(inverse))
     left = np.abs(met.waves.left(setting.reflections.coherent(met.table))) ** 2
     back = _local(setting, met.back)
-    gain = antenna.gain(tubes.directions[0, row]) * antenna.gain(back[0])
+    gain = np.take(tubes.sends, row) * antenna.hears(back)
     power = antenna.receives * left * gain * tubes.solid[row] * lobe / (2.0 * met.cosine * met.out**2)
     yield Arrivals(met.range_m, met.rate(), _azimuth(back), back[2], power)
 
@@ -164,14 +160,14 @@ def flat(setting: Setting, tubes: Tubes, met: Met) -> Iterator[Arrivals]:
         return
     row, antenna, direction, back = met.waves.row, setting.antenna, met.waves.direction, met.back
     azimuth, height = _own(tubes, met)
-    gain = antenna.gain(np.take(tubes.directions[0], row))
     size = np.take(tubes.solid, row) * (math.sqrt(antenna.power) / (4.0 * math.pi))
+    gain = np.take(tubes.sends, row)
     if back is direction:
-        size *= gain
+        size *= np.sqrt(gain * np.take(tubes.hears, row))
     else:
         local = _local(setting, back)
         azimuth, height = _azimuth(local), local[2]
-        size *= np.sqrt(gain * antenna.gain(local[0])) * (met.way / met.out)
+        size *= np.sqrt(gain * antenna.hears(local)) * (met.way / met.out)
     size = size.astype(np.float32)
     turned = dot(back, direction)
     for angle, tangent in zip((tubes.width, tubes.height), tangents(setting, tubes, met.waves), strict=True):
