@@ -23,6 +23,7 @@ JOINTS = {
     "graph.controller",
     "graph.cli",
     "graph.testing",
+    "graph.trade",
     "graph.__main__",
     "graph.usd_files",
 }
@@ -280,8 +281,13 @@ def built_on(owners):
     return set(itertools.chain.from_iterable(networkx.descendants(users, owner) for owner in owners if owner in users))
 
 
-OWNERS = {"mujoco": "graph.sim.physics.mujoco.library", "open3d": "graph.sim.libraries", "pxr": "graph.sim.usd"}
-"""The one file that imports each heavy library, on first use; nothing imports matplotlib."""
+OWNERS = {
+    "mujoco": "graph.sim.physics.mujoco.library",
+    "open3d": "graph.sim.libraries",
+    "pxr": "graph.sim.usd",
+    "matplotlib": "graph.trade.diagrams",
+}
+"""The one file that imports each heavy library, on first use."""
 
 
 @pytest.mark.parametrize("library", HEAVY)
@@ -292,7 +298,7 @@ def test_each_heavy_library_is_imported_by_one_file_alone(library):
         for name, path in MODULES.items()
         if any(target.partition(".")[0] == library for target, _ in (*imports_of(name, path), *named_imports(path)))
     ]
-    assert importers == ([OWNERS[library]] if library in OWNERS else [])
+    assert importers == [OWNERS[library]]
 
 
 KNOW_MUJOCO = ("graph.sim.physics.mujoco", "graph.sim.mjcf")

@@ -60,6 +60,7 @@ COMMANDS = {
     "info": Command("say what a recording holds, and what was due", "info"),
     "recover": Command("rebuild the index of a recording that was not finished", "recover"),
     "explain": Command("tell what ticks when, who consumes what, and where traps lie", "explain", settings=True),
+    "trade": Command("measure speed against accuracy over fidelity knobs", "trade", settings=True),
     "schema": Command("print the JSON Schema of graph files", "schema"),
     "doctor": Command("is this machine ready, and what to install if not", "doctor"),
     "completion": Command("print a script that completes this command in your shell", "completion"),

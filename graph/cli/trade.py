@@ -1,0 +1,384 @@
+"""`graph trade`: measures speed against accuracy of a graph file over settings of its fidelity knobs."""
+
+from __future__ import annotations
+
+import argparse
+import functools
+import math
+import os
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from graph.base.errors import Problem, RunError, UserError
+from graph.base.exact import duration as exact_duration
+
+from .arguments import add_allow, add_nodes, add_play, add_skip_outside, limits_of
+from .interrupts import between_updates
+from .printing import print_table, say, say_json, tell
+from .run import EXIT_INTERRUPTED, pairs
+
+if TYPE_CHECKING:
+    from graph.trade.outcome import Outcome
+    from graph.trade.study import Scene, Study
+
+Answer = TypeVar("Answer")
+
+NONE_KEEPS_THE_BUDGET = 1
+MOST_COLUMNS = 4
+"""Errors that the table on the terminal shows."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the command's options."""
+    parser.add_argument("file", metavar="FILE", nargs="?", type=Path, help="graph file (.yaml, .json or .usda)")
+    parser.add_argument("--list", action="store_true", help="list the knobs and the metrics, and do nothing else")
+    parser.add_argument(
+        "--vary",
+        action="append",
+        default=[],
+        metavar="KEY=V1,V2,...",
+        help="values of a fidelity knob; may be repeated: every combination is run",
+    )
+    parser.add_argument(
+        "--one-at-a-time",
+        action="store_true",
+        help="run only settings that differ from the reference in one knob, instead of every combination",
+    )
+    parser.add_argument(
+        "--reference",
+        action="append",
+        default=[],
+        metavar="KEY=V",
+        help="a knob of the setting that is taken as exact (default: the finest value of each knob that is varied)",
+    )
+    parser.add_argument(
+        "--budget", action="append", default=[], metavar="METRIC=VALUE", help="a bound that the answer has to keep"
+    )
+    parser.add_argument("--duration", default="1", metavar="S", help="simulated seconds of each run (default 1)")
+    parser.add_argument("--repeat", type=int, default=3, metavar="N", help="timed runs of each setting (default 3)")
+    parser.add_argument("--out", type=Path, metavar="DIR", help="write trade.json, trade.csv, trade.html, trade.png")
+    parser.add_argument("--write", action="store_true", help="write the cheapest setting within the budget into FILE")
+    parser.add_argument("--json", action="store_true", help="print trade.json and nothing else on stdout")
+    parser.add_argument("--set", action="append", default=[], metavar="NODE.ATTR=VALUE", help="override a node's input")
+    parser.add_argument("--fidelity", action="append", default=[], metavar="K=V", help="a knob of all runs")
+    parser.add_argument("--seed", type=int, default=0, metavar="N", help="seed of every random stream (default 0)")
+    parser.add_argument("--skip-unknown", action="store_true", help="leave nodes of unknown types out, with a warning")
+    parser.add_argument(
+        "--allow-scripts", action="store_true", help="run Python code that the file brings (ScriptNode)"
+    )
+    add_play(parser)
+    add_nodes(parser)
+    add_allow(parser)
+    add_skip_outside(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Runs the command; returns its exit code."""
+    if args.list:
+        return _list(args.json)
+    from graph.trade.conduct import conduct
+
+    study = _study(args)
+    with between_updates() as received, _progress(not args.json and sys.stderr.isatty()) as progress:
+        outcome = conduct(study, progress, lambda: bool(received))
+    files = _write(outcome, args.out) if args.out else []
+    best = outcome.recommended if outcome.complete else None
+    if args.json:
+        from graph.trade.outputs import as_dict
+
+        say_json(as_dict(outcome))
+    else:
+        _print(outcome)
+    if args.write and best is not None:
+        from graph.trade.outputs import chosen
+        from graph.trade.writing import write_block
+
+        write_block(args.file, chosen(outcome, best))
+        files.append(args.file)
+    if files:
+        (tell if args.json else say)(f"wrote {', '.join(map(str, files))}")
+    if not outcome.complete:
+        tell("interrupted; this is what was measured by then")
+        return EXIT_INTERRUPTED
+    return NONE_KEEPS_THE_BUDGET if study.budget and best is None else 0
+
+
+# -- what is asked -----------------------------------------------------------------------------------------------------
+
+
+def _study(args: argparse.Namespace) -> Study:
+    """The study of the command line. Raises UserError with everything that is wrong with it."""
+    from graph.trade.jobs import Present
+    from graph.trade.study import Study, finest, plan_settings, read_values, read_varied, refined
+    from graph.trade.workers import Pool
+    from graph.trade.writing import check_writable
+
+    problems: list[Problem] = []
+    varied = _collected(problems, lambda: read_varied(args.vary)) or {}
+    given = _collected(problems, lambda: read_values(args.reference, "--reference")) or {}
+    budget = _collected(problems, lambda: _budget(args.budget)) or {}
+    length = _collected(problems, lambda: _duration(args.duration))
+    scene = _collected(problems, lambda: _scene(args))
+    if args.file is None:
+        problems.append(Problem("graph trade: name a graph file: graph trade FILE --vary KEY=V1,V2,..."))
+    if not args.vary:
+        problems.append(Problem("graph trade: give a knob to vary: --vary KEY=V1,V2,... (graph trade --list)"))
+    if args.repeat < 1:
+        problems.append(Problem(f"--repeat {args.repeat}: give a number of runs, 1 or more"))
+    if args.write and not args.budget:
+        problems.append(Problem("--write writes the cheapest setting within a budget; give --budget METRIC=VALUE"))
+    if args.out:
+        _collected(problems, lambda: _check_folder(args.out))
+    if args.write and args.file is not None and args.file.is_file():
+        _collected(problems, lambda: check_writable(args.file))
+    if problems or scene is None or length is None:
+        raise UserError(problems)
+    reference = {name: finest(name, values) for name, values in varied.items()} | given
+    settings = plan_settings(varied, {name: reference[name] for name in varied} if args.one_at_a_time else None)
+    with Pool(scene, 1) as pool:
+        present = pool.one(Present())
+    return Study(
+        scene, varied, settings, reference, refined(reference, present), budget, duration=length, repeat=args.repeat
+    )
+
+
+def _collected(problems: list[Problem], ask: Callable[[], Answer]) -> Answer | None:
+    """What `ask` gives; None if it raises UserError, whose problems are added."""
+    try:
+        return ask()
+    except UserError as error:
+        problems += error.problems
+        return None
+
+
+def _scene(args: argparse.Namespace) -> Scene:
+    from graph.trade.study import Scene
+
+    from .node_files import load_node_files
+
+    return Scene(
+        file=args.file or Path(),
+        allow=tuple(args.allow),
+        skip_outside=args.skip_outside,
+        skip_unknown=args.skip_unknown,
+        allow_scripts=args.allow_scripts,
+        settings=args.settings,
+        fidelity=pairs(args.fidelity, "--fidelity"),
+        overrides=pairs(args.set, "--set"),
+        play=tuple(args.play),
+        limits=limits_of(args),
+        seed=args.seed,
+        prepare=functools.partial(load_node_files, tuple(args.node_files)),
+    )
+
+
+def _budget(options: list[str]) -> dict[str, float]:
+    from graph.trade.metrics import known_metric
+
+    budget: dict[str, float] = {}
+    problems: list[Problem] = []
+    for option in options:
+        name, equals, text = option.partition("=")
+        try:
+            if not equals:
+                raise ValueError("write it as METRIC=VALUE")
+            unit = known_metric(name).unit
+            try:
+                bound = float(text)
+            except ValueError:
+                bound = math.nan
+            if not 0 <= bound < math.inf:
+                raise ValueError(f"give a number{f' of {unit}' if unit else ''}, 0 or more")
+            if not unit and known_metric(name).more and bound > 1:
+                raise ValueError("it is a share; give a number from 0 to 1")
+            budget[name] = bound
+        except ValueError as error:
+            problems.append(Problem(f"--budget {option}: {error}"))
+    if problems:
+        raise UserError(problems)
+    return budget
+
+
+def _duration(text: str) -> Any:
+    try:
+        length = exact_duration(text)
+        if length <= 0:
+            raise ValueError("give simulated seconds, more than 0")
+    except ValueError as error:
+        raise UserError(f"--duration {text}: {error}") from None
+    return length
+
+
+def _check_folder(folder: Path) -> None:
+    """Raises UserError, before anything is measured, for a folder that cannot be written."""
+    place = next((one for one in (folder, *folder.absolute().parents) if one.exists()), folder)
+    if not place.is_dir() or not os.access(place, os.W_OK):
+        raise UserError(f"--out {folder}: {place} is not a folder that can be written; name another")
+
+
+@contextmanager
+def _progress(show: bool) -> Iterator[Callable[[int, int], None]]:
+    if not show:
+        yield lambda done, total: None
+        return
+    from rich.console import Console
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
+
+    columns = (TextColumn("runs"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("runs", total=None)
+        yield lambda done, total: bar.update(task, completed=done, total=total)
+
+
+# -- the answer --------------------------------------------------------------------------------------------------------
+
+
+def _write(outcome: Outcome, folder: Path) -> list[Path]:
+    """Writes the files of a trade; returns them. Raises RunError if one cannot be written."""
+    import json
+
+    from graph.trade.diagrams import overview, parts
+    from graph.trade.outputs import as_csv, as_dict
+    from graph.trade.page import page
+
+    contents: dict[str, bytes] = {
+        "trade.json": (json.dumps(as_dict(outcome), indent=2, ensure_ascii=False) + "\n").encode(),
+        "trade.csv": as_csv(outcome).encode(),
+        "trade.png": overview(outcome),
+        "trade_parts.png": parts(outcome),
+        "trade.html": page(outcome).encode(),
+    }
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, content in contents.items():
+            (folder / name).write_bytes(content)
+    except OSError as error:
+        raise RunError(f"--out {folder}: {error.strerror}; the figures are above") from error
+    return [folder / name for name in contents]
+
+
+def _print(outcome: Outcome) -> None:
+    from graph.trade.page import summary
+
+    _print_settings(outcome)
+    for line in summary(outcome):
+        say(line)
+    for line in _remarks(outcome):
+        say(line)
+    _print_answer(outcome)
+
+
+def _print_settings(outcome: Outcome) -> None:
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    from graph.trade.study import word
+
+    names = outcome.shown[: max(MOST_COLUMNS, len(outcome.study.budget))]
+    fronts = {name: outcome.front(name) for name in names}
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    for name in outcome.study.varied:
+        table.add_column(name, no_wrap=True)
+    for name in ("cpu s/s", "wall s/s"):
+        table.add_column(name, justify="right", no_wrap=True)
+    for name in names:
+        table.add_column(name, justify="right")
+    best = outcome.recommended
+    for row in outcome.rows:
+        cost, spread = row.cost, row.spread
+        cells = [word(row.setting[name]) for name in outcome.study.varied]
+        if cost is None:
+            cells += [row.status, ""]
+        else:
+            shares = (f" ±{spread.cpu:.0%}", f" ±{spread.wall:.0%}") if spread else ("", "")
+            cells += [f"{cost.cpu:.3g}{shares[0]}", f"{cost.wall:.3g}{shares[1]}"]
+        for name in names:
+            value = row.errors.get(name)
+            cells.append("" if value is None else f"{value:.3g}{' *' if row in fronts[name] else '  '}")
+        table.add_row(*map(Text, cells), style="bold" if row is best else None)
+    Console(width=None if sys.stdout.isatty() else 140).print(table)
+    say("* pays: no other setting has both less processor time and less error")
+
+
+def _remarks(outcome: Outcome) -> Iterator[str]:
+    """What a reader must know about single settings, and about the budget."""
+    from graph.trade.metrics import METRICS
+    from graph.trade.outcome import unit_of
+    from graph.trade.study import text_of
+
+    for row in outcome.rows:
+        if row.why:
+            yield f"{row.status}: {text_of(row.setting)}: {row.why}"
+        if own := [code for code in row.warnings if code not in outcome.reference_warnings]:
+            yield f"warnings: {text_of(row.setting)}: {', '.join(own)}"
+    for name, bound in outcome.study.budget.items():
+        moved = outcome.moved.get(name)
+        if moved is not None and METRICS[name].error(moved) > METRICS[name].error(bound):
+            yield (
+                f"the budget of {name} is finer than the reference: refining it moves {name} to {moved:.3g}"
+                f"{unit_of(name)}; choose a finer --reference"
+            )
+
+
+def _print_answer(outcome: Outcome) -> None:
+    from graph.trade.outcome import bounds_of, unit_of
+    from graph.trade.outputs import block
+    from graph.trade.study import text_of
+
+    study, best, nearest = outcome.study, outcome.recommended, outcome.nearest
+    if not study.budget or not outcome.complete:
+        return
+    if best is not None and best.cost is not None:
+        say(f"cheapest within {bounds_of(study.budget)} ({best.cost.cpu:.3g} s/s):")
+        for line in block(outcome, best).splitlines():
+            say(line)
+        return
+    say(f"no setting keeps {bounds_of(study.budget)}")
+    if nearest is not None:
+        values = ", ".join(
+            f"{name} {value:.3g}{unit_of(name)}" for name in study.budget if (value := nearest.value(name)) is not None
+        )
+        say(f"the nearest is {text_of(nearest.setting)}: {values}")
+
+
+def _list(as_json: bool) -> int:
+    """Prints the knobs and the metrics."""
+    from graph.sim.fidelity import KNOBS
+    from graph.trade.metrics import METRICS
+    from graph.trade.study import word
+
+    if as_json:
+        knobs = {
+            name: {
+                "doc": knob.doc,
+                "values": knob.values,
+                "default": None if knob.default is None else word(knob.default),
+                "cost": knob.cost,
+                "error": knob.error,
+                "why": knob.why,
+                "finer": knob.finer,
+            }
+            for name, knob in KNOBS.items()
+        }
+        metrics = {name: {"unit": one.unit, "doc": one.doc, "needs": one.needs} for name, one in METRICS.items()}
+        say_json({"knobs": knobs, "metrics": metrics})
+        return 0
+    rows = [
+        (name, knob.values, "" if knob.default is None else word(knob.default), knob.cost, knob.error, knob.why)
+        for name, knob in KNOBS.items()
+    ]
+    print_table(rows, ("knob", "values", "default", "cost", "error", "why this default"))
+    say()
+    print_table([(name, one.unit, one.doc) for name, one in METRICS.items()], ("metric", "unit", "meaning"))
+    return 0

@@ -1,0 +1,125 @@
+"""Conducts a study: the reference and its check, then every setting once for its errors, then the timed rounds.
+
+Runs for errors are repeatable to the byte, so each is made once, several at a time. Timed runs are made one at a time,
+in rounds (A B C, A B C), so that what else the machine does meets all settings alike.
+"""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+from graph.base.errors import Problem, RunError, UserError
+
+from .jobs import Clock, Compare, Judge, Keep
+from .metrics import COSTS, METRICS
+from .outcome import CRASHED, OK, Outcome, Row
+from .study import Study, text_of
+from .trial import Measured
+from .workers import Crashed, Pool
+
+MOST_WORKERS = 4
+"""Most runs at a time; each holds a scene of its own."""
+
+Progress = Callable[[int, int], None]
+
+
+def conduct(study: Study, progress: Progress, interrupted: Callable[[], bool]) -> Outcome:
+    """Measures everything. progress(done, total) counts runs.
+
+    interrupted: asked again and again; True ends the study with what was measured by then. Raises UserError for what
+    cannot be run and for a budget of metrics that the scene does not give, RunError if the reference fails,
+    KeyboardInterrupt if it was interrupted before there was anything to compare with.
+    """
+    total = 1 + (study.refined is not None) + len(study.settings) * (1 + study.repeat)
+    done = 0
+
+    def count(runs: int = 1) -> None:
+        nonlocal done
+        done += runs
+        progress(done, total)
+
+    count(0)
+    with (
+        tempfile.TemporaryDirectory(prefix="tickgraph-trade-", ignore_cleanup_errors=True) as folder,
+        Pool(study.scene, min(MOST_WORKERS, os.cpu_count() or 1), interrupted) as pool,
+    ):
+        place = Path(folder)
+        outcome, reference, start = _with_reference(study, pool, place, count)
+        try:
+            _measure(outcome, pool, reference, count)
+            _time(outcome, pool, start, place, count)
+        except KeyboardInterrupt:
+            outcome.complete = False
+    return outcome
+
+
+def _with_reference(study: Study, pool: Pool, place: Path, count: Callable[[], None]) -> tuple[Outcome, Path, float]:
+    """The outcome with its horizon; the file of the reference; when timing starts [s]."""
+    files = place / "reference", place / "refined"
+    settings = [study.reference, *([] if study.refined is None else [study.refined])]
+    jobs = [Keep(setting, study.duration, file) for setting, file in zip(settings, files, strict=False)]
+    found: list[Measured | Crashed] = [Crashed("")] * len(jobs)
+    for number, result in pool.results(jobs, at_once=True):
+        found[number] = result
+        count()
+    first = found[0]
+    if isinstance(first, Crashed) or first.status:
+        why = first.why if isinstance(first, Crashed) else first.ended
+        raise RunError(f"the reference ({text_of(study.reference)}) fails: {why}; choose another with --reference")
+    kept = files[1] if len(found) > 1 and isinstance(found[1], Measured) else None
+    horizon, moved, own = pool.one(Judge(files[0], kept))
+    _check_budget(study, own, horizon.time)
+    rows = [Row(setting) for setting in study.settings]
+    outcome = Outcome(study, rows, horizon, moved, tuple(own), first.warnings, refined=kept is not None)
+    for row in rows:
+        if row.setting == study.reference:
+            row.status, row.errors, row.warnings = OK, own, first.warnings
+            count()
+    return outcome, files[0], min(first.started, float(study.duration))
+
+
+def _check_budget(study: Study, given: object, horizon: float) -> None:
+    """Raises UserError for metrics that the reference does not give."""
+    assert isinstance(given, dict)
+    problems = [
+        Problem(f"--budget {name}: this scene does not give it in {horizon:g} s; it needs {METRICS[name].needs}")
+        for name in study.budget
+        if name not in given and name not in COSTS
+    ]
+    if problems:
+        raise UserError(problems)
+
+
+def _measure(outcome: Outcome, pool: Pool, reference: Path, count: Callable[[], None]) -> None:
+    study = outcome.study
+    rows = [row for row in outcome.rows if row.status != OK]
+    jobs = [Compare(row.setting, study.duration, reference, outcome.horizon) for row in rows]
+    for number, found in pool.results(jobs, at_once=True):
+        row = rows[number]
+        if isinstance(found, Crashed):
+            row.status, row.why = CRASHED, found.why
+        else:
+            measured, errors = found
+            row.status, row.why = measured.status or OK, measured.ended
+            row.warnings = measured.warnings
+            row.errors = errors if row.status == OK else {}
+        count()
+
+
+def _time(outcome: Outcome, pool: Pool, start: float, place: Path, count: Callable[[], None]) -> None:
+    study = outcome.study
+    for _ in range(study.repeat):
+        able = [row for row in outcome.rows if row.status == OK]
+        jobs = [Clock(row.setting, study.duration, start, place / "run.mcap") for row in able]
+        for number, timed in pool.results(jobs):
+            row = able[number]
+            if isinstance(timed, Crashed):
+                row.status, row.why = CRASHED, timed.why
+            elif timed.ended:  # beyond the measured time, for timing starts later
+                row.status, row.why = "unstable", timed.ended
+            else:
+                row.timed.append(timed)
+            count()

@@ -1,0 +1,176 @@
+"""Work-precision diagrams: error over cost, both logarithmic, with the settings that pay.
+
+Only this file imports matplotlib. It has what a diagram needs (log axes, legends, text) and writes PNG by itself: plotly,
+which comes with Open3D, needs a browser for that, and the pictures of `--preview` are pixels that Pillow writes.
+"""
+
+from __future__ import annotations
+
+import io
+import math
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from .meter import PARTS
+from .metrics import METRICS
+from .outcome import OK, Outcome, Row
+from .study import word
+
+INCH, DPI = (6.4, 4.6), 110
+MARKERS = "osD^vP*X<>hp"
+MOST_PANELS = 6
+MOST_NAMED = 8
+"""Settings of a front that are named; of more every n-th is."""
+COST = "processor time per simulated second [s]"
+
+
+def overview(outcome: Outcome) -> bytes:
+    """The diagrams of the metrics that matter most, in one PNG: those of the budget, then the leading ones."""
+    return diagrams(outcome, outcome.shown[:MOST_PANELS] if outcome.shown else ())
+
+
+def diagrams(outcome: Outcome, metrics: Sequence[str]) -> bytes:
+    """A work-precision diagram for each metric, in one PNG."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    across = 1 if len(metrics) < 2 else 2
+    down = max(1, math.ceil(len(metrics) / across))
+    figure = Figure(figsize=(INCH[0] * across, INCH[1] * down + 0.9), layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.subplots(down, across, squeeze=False).ravel()
+    for axis in axes[len(metrics) :]:
+        axis.set_axis_off()
+    if not metrics:
+        axes[0].text(0.5, 0.5, "no error differs between these settings", ha="center", va="center")
+    handles: dict[str, Any] = {}
+    for axis, metric in zip(axes, metrics, strict=False):
+        _diagram(axis, outcome, metric)
+        handles |= {text: handle for handle, text in zip(*axis.get_legend_handles_labels(), strict=True)}
+    if handles:
+        figure.legend(handles.values(), handles, loc="outside lower center", ncols=4 * across, fontsize=8)
+    study = outcome.study
+    figure.suptitle(
+        f"{study.scene.file.name}: {float(study.duration):g} s, errors up to {outcome.horizon.time:g} s, "
+        f"medians of {study.repeat} runs",
+        fontsize=10,
+    )
+    return _png(figure)
+
+
+def parts(outcome: Outcome) -> bytes:
+    """Where the processor time of each setting goes, as a PNG."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    rows = [row for row in outcome.rows if row.timed]
+    figure = Figure(figsize=(9, 1.6 + 0.3 * len(rows)), layout="constrained")
+    FigureCanvasAgg(figure)
+    axis = figure.subplots()
+    names = [_name(row) for row in rows]
+    left = [0.0] * len(rows)
+    for part in PARTS:
+        widths = [row.parts[part].cpu for row in rows]
+        axis.barh(names, widths, left=left, label=part)
+        left = [one + two for one, two in zip(left, widths, strict=True)]
+    axis.invert_yaxis()
+    axis.set_xlabel(COST)
+    axis.tick_params(labelsize=8)
+    axis.spines[["top", "right"]].set_visible(False)
+    figure.legend(loc="outside lower center", ncols=len(PARTS), fontsize=8)
+    return _png(figure)
+
+
+def _diagram(axis: Any, outcome: Outcome, metric: str) -> None:
+    about = METRICS[metric]
+    points = [
+        (row, row.cost.cpu, about.error(value))
+        for row in outcome.rows
+        if row.status == OK and row.cost is not None and (value := row.errors.get(metric)) is not None
+    ]
+    drawn = [error for _, _, error in points if 0 < error < math.inf]
+    bound = outcome.study.budget.get(metric)
+    allowed = None if bound is None else about.error(bound)
+    moved = outcome.moved.get(metric)
+    doubt = 0.0 if moved is None else about.error(moved)
+    scale = [*drawn, *([allowed] if allowed else []), *([doubt] if doubt > 0 else [])]
+    floor = min(scale, default=1.0) / 4
+    axis.set_xscale("log")
+    axis.set_yscale("log")
+    axis.grid(which="major", color="0.9", linewidth=0.6)
+    axis.set_axisbelow(True)
+    if doubt > 0 and outcome.refined:
+        axis.axhspan(floor / 2, doubt, color="0.93", label="less than the reference moves when refined")
+    if allowed:
+        axis.axhline(allowed, color="tab:red", linestyle="--", linewidth=1, label="budget")
+    for row, cost, error in points:
+        colour, marker, label = _look(outcome, row)
+        exact = error <= 0
+        axis.plot(
+            *(cost, floor if exact else error, marker),
+            color=colour,
+            markerfacecolor="none" if exact else colour,
+            markersize=7,
+            label=label,
+            clip_on=False,
+        )
+    front = outcome.front(metric)
+    where = {id(row): (cost, floor if error <= 0 else error) for row, cost, error in points}
+    places = [where[id(row)] for row in front if id(row) in where]
+    axis.plot(*zip(*places, strict=True), color="0.35", linewidth=1, zorder=1, label="settings that pay")
+    every = max(1, math.ceil(len(front) / MOST_NAMED))
+    for number, (row, place) in enumerate(zip(front, places, strict=True)):
+        if number % every == 0 or row is front[-1]:
+            axis.annotate(_name(row), place, xytext=(6, 5), textcoords="offset points", fontsize=7, color="0.25")
+    best = outcome.recommended
+    if best is not None and id(best) in where:
+        axis.plot(*where[id(best)], "o", markersize=15, markerfacecolor="none", color="tab:red", label="recommended")
+    axis.set_ylim(floor / 2, max(scale, default=1.0) * 3)
+    _few_ticks(axis, [cost for _, cost, _ in points])
+    unit = f" [{about.unit}]" if about.unit else ""
+    axis.set_title(f"{metric}: {about.doc}", fontsize=8.5, loc="left")
+    axis.set_ylabel(f"{f'1 - {metric}' if about.more else metric}{unit}", fontsize=9)
+    axis.set_xlabel(f"{COST}; open symbols: no difference", fontsize=8)
+    axis.spines[["top", "right"]].set_visible(False)
+
+
+def _few_ticks(axis: Any, costs: Sequence[float]) -> None:
+    """Some plain numbers along the cost, which often spans less than a decade."""
+    from matplotlib.ticker import FixedLocator, MaxNLocator, NullLocator
+
+    low, high = min(costs, default=1.0), max(costs, default=1.0)
+    margin = max(1.06, (high / low) ** 0.12)
+    axis.set_xlim(low / margin, high * margin**2.5)
+    if high / low < 20:
+        ticks = [tick for tick in MaxNLocator(6).tick_values(low / margin, high * margin**2.5) if tick > 0]
+        axis.xaxis.set_major_locator(FixedLocator(ticks))
+        axis.xaxis.set_minor_locator(NullLocator())
+        axis.xaxis.set_major_formatter("{x:.3g}")
+
+
+def _look(outcome: Outcome, row: Row) -> tuple[str, str, str]:
+    """Colour, marker and legend text: the colour is the value of the first knob, the marker that of the others."""
+    first, *others = outcome.study.varied.items()
+    colours = [f"C{number}" for number in range(10)]
+    number = first[1].index(row.setting[first[0]]) if row.setting[first[0]] in first[1] else 0
+    kinds = _distinct(tuple(one.setting[name] for name, _ in others) for one in outcome.rows)
+    kind = kinds.index(tuple(row.setting[name] for name, _ in others))
+    return colours[number % len(colours)], MARKERS[kind % len(MARKERS)], _name(row)
+
+
+def _distinct(values: Iterable[tuple[Any, ...]]) -> list[tuple[Any, ...]]:
+    return list(dict.fromkeys(values))
+
+
+def _name(row: Row) -> str:
+    """The values of a setting, without the names of knobs that speak for themselves."""
+    return " ".join(
+        word(value) if isinstance(value, str) else f"{name.rpartition('.')[2]}={word(value)}"
+        for name, value in row.setting.items()
+    )
+
+
+def _png(figure: Any) -> bytes:
+    stream = io.BytesIO()
+    figure.savefig(stream, format="png", dpi=DPI, metadata={"Software": None})
+    return stream.getvalue()

@@ -1,0 +1,167 @@
+"""The result of a trade: cost and errors of each setting, which of them pay, and the cheapest within the budget."""
+
+from __future__ import annotations
+
+import math
+import statistics
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from .errors import Errors, Horizon
+from .meter import PARTS, Cost
+from .metrics import COSTS, ERRORS, LEADING, METRICS
+from .study import Setting, Study
+from .trial import Timed
+
+OK, UNSTABLE, FAILED, CRASHED, UNFINISHED = "ok", "unstable", "failed", "crashed", "unfinished"
+
+
+@dataclass(slots=True)
+class Row:
+    """One setting: its errors and timed runs. status: one of those above; why: the reason for another than "ok".
+
+    warnings: codes of the warnings of its run.
+    """
+
+    setting: Setting
+    status: str = UNFINISHED
+    why: str = ""
+    errors: Errors = field(default_factory=dict)
+    timed: list[Timed] = field(default_factory=list)
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def cost(self) -> Cost | None:
+        """Medians of wall and processor time per simulated second; None before it was timed."""
+        wholes = [one.whole for one in self.timed]
+        return _median(wholes) if wholes else None
+
+    @property
+    def spread(self) -> Cost | None:
+        """Half the range of the times, as a share of their median; None before it was timed twice."""
+        if len(self.timed) < 2:
+            return None
+        wholes = [one.whole for one in self.timed]
+        return Cost(_spread([one.wall for one in wholes]), _spread([one.cpu for one in wholes]))
+
+    @property
+    def parts(self) -> dict[str, Cost]:
+        """Medians of each part."""
+        return {name: _median([one.parts[name] for one in self.timed]) for name in PARTS} if self.timed else {}
+
+    @property
+    def start(self) -> float | None:
+        """Median of the wall time until each sensor had given a frame [s]."""
+        return statistics.median(one.start for one in self.timed) if self.timed else None
+
+    def value(self, metric: str) -> float | None:
+        """The value of a metric, None if this setting has none."""
+        if metric in ERRORS:
+            return self.errors.get(metric)
+        cost = self.cost
+        if cost is None:
+            return None
+        if metric in ("cost.wall", "cost.cpu"):
+            return cost.wall if metric == "cost.wall" else cost.cpu
+        return self.start if metric == "cost.start" else self.parts[metric.removeprefix("cost.")].wall
+
+
+@dataclass
+class Outcome:
+    """Everything that was measured. moved: by how much refining the reference moves each metric.
+
+    given: the metrics that the scene gives. complete: False if it was interrupted.
+    """
+
+    study: Study
+    rows: list[Row]
+    horizon: Horizon
+    moved: Errors
+    given: tuple[str, ...]
+    reference_warnings: tuple[str, ...] = ()
+    refined: bool = True
+    complete: bool = True
+
+    @cached_property
+    def shown(self) -> tuple[str, ...]:
+        """The errors of the budget, then those that differ between settings, the leading ones first."""
+        first = [*self.study.budget, *LEADING]
+        order = sorted(ERRORS, key=lambda name: first.index(name) if name in first else len(first))
+        return tuple(name for name in order if name in self.given and (name in self.study.budget or self._varies(name)))
+
+    def _varies(self, metric: str) -> bool:
+        values = {value for row in self.rows if (value := row.errors.get(metric)) is not None}
+        return len(values) > 1
+
+    def front(self, metric: str) -> list[Row]:
+        """The settings that pay, by rising cost: none other has both less cost and less error.
+
+        Cost is processor time: other work on the machine changes it least.
+        """
+        able = [(row, row.cost, row.errors[metric]) for row in self.rows if row.status == OK and metric in row.errors]
+        front: list[Row] = []
+        best = math.inf
+        priced = [(cost.cpu, METRICS[metric].error(value or 0.0), row) for row, cost, value in able if cost]
+        for _, error, row in sorted(priced, key=lambda one: one[:2]):
+            if error < best:
+                best = error
+                front.append(row)
+        return front
+
+    def meets(self, row: Row) -> bool:
+        """Whether a setting ran to its end and keeps the whole budget."""
+        return row.status == OK and all(
+            (value := row.value(name)) is not None and METRICS[name].meets(value, bound)
+            for name, bound in self.study.budget.items()
+        )
+
+    @property
+    def recommended(self) -> Row | None:
+        """The setting of least processor time that keeps the budget; None without a budget, or if none keeps it."""
+        able = [(row.cost.cpu, row) for row in self.rows if row.cost and self.meets(row)] if self.study.budget else []
+        return min(able, key=lambda one: one[0])[1] if able else None
+
+    @property
+    def nearest(self) -> Row | None:
+        """The setting that exceeds the budget least: by the worst ratio of a value and its bound."""
+        able = [(self.excess(row), row) for row in self.rows if row.status == OK]
+        return min(able, key=lambda one: one[0])[1] if able else None
+
+    def excess(self, row: Row) -> float:
+        """The worst ratio of an error and its bound; above 1 the budget is exceeded."""
+        worst = 0.0
+        for name, bound in self.study.budget.items():
+            value, metric = row.value(name), METRICS[name]
+            if value is None:
+                return math.inf
+            allowed, error = metric.error(bound), metric.error(value)
+            worst = max(worst, error / allowed if allowed > 0 else (math.inf if error > 0 else 0.0))
+        return worst
+
+
+def _median(costs: Iterable[Cost]) -> Cost:
+    found = [*costs]
+    return Cost(statistics.median(one.wall for one in found), statistics.median(one.cpu for one in found))
+
+
+def _spread(times: Sequence[float]) -> float:
+    return (max(times) - min(times)) / 2 / statistics.median(times)
+
+
+def unit_of(metric: str) -> str:
+    """The metric's unit as a suffix: " m", or "" for shares."""
+    unit = {**ERRORS, **COSTS}[metric].unit
+    return f" {unit}" if unit else ""
+
+
+def columns_of(outcome: Outcome) -> tuple[str, ...]:
+    """Every error that the scene gives, in the order of the table of metrics."""
+    return tuple(name for name in ERRORS if name in outcome.given)
+
+
+def bounds_of(budget: Mapping[str, float]) -> str:
+    """A budget in words: `lidar.range_p99 <= 0.02 m`."""
+    return ", ".join(
+        f"{name} {'>=' if METRICS[name].more else '<='} {bound:g}{unit_of(name)}" for name, bound in budget.items()
+    )

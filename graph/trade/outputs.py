@@ -1,0 +1,119 @@
+"""A trade as data: `trade.json`, and `trade.csv` with a row for each setting."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import os
+import platform
+from typing import Any
+
+from .meter import PARTS, Cost
+from .metrics import METRICS
+from .outcome import Outcome, Row, columns_of
+from .study import Setting, word
+
+
+def as_dict(outcome: Outcome) -> dict[str, Any]:
+    """Everything as JSON data: times in seconds, settings as texts, an error that a setting does not have as null."""
+    study, recommended, nearest = outcome.study, outcome.recommended, outcome.nearest
+    names = columns_of(outcome)
+    fronts = {name: outcome.front(name) for name in outcome.shown}
+    return {
+        "file": str(study.scene.file),
+        "seed": study.scene.seed,
+        "duration": float(study.duration),
+        "repeat": study.repeat,
+        "complete": outcome.complete,
+        "knobs": {name: [word(value) for value in values] for name, values in study.varied.items()},
+        "reference": {
+            "setting": _words(study.reference),
+            "refined": _words(study.refined) if study.refined is not None and outcome.refined else None,
+            "moved": {name: _number(value) for name, value in outcome.moved.items()},
+            "horizon": outcome.horizon.time,
+            "why": outcome.horizon.why,
+        },
+        "metrics": {
+            name: {
+                "unit": METRICS[name].unit,
+                "doc": METRICS[name].doc,
+                "better": "more" if METRICS[name].more else "less",
+            }
+            for name in names
+        },
+        "settings": [
+            {
+                "setting": _words(row.setting),
+                "status": row.status,
+                "why": row.why,
+                "cost": _costs(row),
+                "errors": {name: _number(row.errors.get(name)) for name in names},
+                "front": [name for name, front in fronts.items() if row in front],
+                "warnings": list(row.warnings),
+            }
+            for row in outcome.rows
+        ],
+        "budget": dict(study.budget),
+        "recommended": _words(recommended.setting) if recommended else None,
+        "nearest": _words(nearest.setting) if study.budget and not recommended and nearest else None,
+        "machine": {
+            "system": platform.platform(),
+            "processor": platform.processor() or platform.machine(),
+            "cores": os.cpu_count(),
+            "python": platform.python_version(),
+        },
+    }
+
+
+def as_csv(outcome: Outcome) -> str:
+    """A row for each setting: its knobs, costs and errors."""
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    names, knobs = columns_of(outcome), tuple(outcome.study.varied)
+    parts = [f"cost.{part}" for part in PARTS]
+    costs = ["cost.wall", "cost.cpu", *parts, "cost.start"]
+    writer.writerow([*knobs, "status", *costs, "spread.wall", "spread.cpu", *names])
+    for row in outcome.rows:
+        spread = (row.spread.wall, row.spread.cpu) if row.spread else (None, None)
+        values = [*(row.value(name) for name in costs), *spread, *(row.errors.get(name) for name in names)]
+        words = _words(row.setting)
+        writer.writerow(
+            [*(words[name] for name in knobs), row.status, *("" if one is None else f"{one:.6g}" for one in values)]
+        )
+    return stream.getvalue()
+
+
+def block(outcome: Outcome, row: Row) -> str:
+    """A setting as a `fidelity:` block of a graph file, with what `--fidelity` gave to all runs."""
+    return "\n".join(["fidelity:", *(f"  {name}: {text}" for name, text in chosen(outcome, row).items())])
+
+
+def chosen(outcome: Outcome, row: Row) -> dict[str, str]:
+    """The knobs of a setting, and those that all runs were given, by name."""
+    return {**outcome.study.scene.fidelity, **_words(row.setting)}
+
+
+def _words(setting: Setting) -> dict[str, str]:
+    return {name: word(value) for name, value in setting.items()}
+
+
+def _number(value: float | None) -> float | None:
+    return value if value is not None and math.isfinite(value) else None
+
+
+def _costs(row: Row) -> dict[str, Any] | None:
+    cost, spread = row.cost, row.spread
+    if cost is None:
+        return None
+    return {
+        **_pair(cost),
+        "spread": _pair(spread) if spread else None,
+        "start": row.start,
+        "parts": {name: _pair(one) for name, one in row.parts.items()},
+        "runs": [_pair(one.whole) for one in row.timed],
+    }
+
+
+def _pair(cost: Cost) -> dict[str, float]:
+    return {"wall": cost.wall, "cpu": cost.cpu}

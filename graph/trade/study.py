@@ -1,0 +1,176 @@
+"""The question of a trade: a file, the knobs to vary, the reference, the budget; and the settings that answer it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+from graph.base.errors import Problem, UserError
+from graph.base.exact import shortest
+from graph.base.suggest import did_you_mean
+from graph.sim.fidelity import KNOBS, Fidelity
+
+Setting = Mapping[str, Any]
+"""Values of knobs by name, as `Knob.checked` gives them; all other knobs are as in the file."""
+
+MOST_SETTINGS = 1000
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """What every run has in common: the file and the options with which it is opened, as `graph run` takes them.
+
+    prepare: called first in each process, such as to register node types; a function that can be pickled.
+    """
+
+    file: Path
+    allow: tuple[Path, ...] = ()
+    skip_outside: bool = False
+    skip_unknown: bool = False
+    allow_scripts: bool = False
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    fidelity: Mapping[str, str] = field(default_factory=dict)
+    overrides: Mapping[str, str] = field(default_factory=dict)
+    play: tuple[Path, ...] = ()
+    limits: Mapping[str, int] = field(default_factory=dict)
+    seed: int = 0
+    prepare: Callable[[], object] = tuple
+
+
+@dataclass(frozen=True, slots=True)
+class Study:
+    """A trade to measure.
+
+    varied: the values of each knob, in the order given. settings: all that are run, each with a value of every varied
+    knob. reference: the setting whose results are taken as exact. refined: the reference refined once more; None if
+    none of its knobs can be refined. budget: bounds by metric. duration: simulated time [s]. repeat: timed runs of each
+    setting.
+    """
+
+    scene: Scene
+    varied: Mapping[str, tuple[Any, ...]]
+    settings: tuple[Setting, ...]
+    reference: Setting
+    refined: Setting | None
+    budget: Mapping[str, float]
+    duration: Fraction = Fraction(1)
+    repeat: int = 3
+
+
+def plan_settings(varied: Mapping[str, Sequence[Any]], base: Setting | None = None) -> tuple[Setting, ...]:
+    """Every combination of values (a grid); with `base`, only those that differ from it in one knob, and it itself.
+
+    base: a value for each varied knob. Raises UserError for more than `MOST_SETTINGS`.
+    """
+    if base is None:
+        number = 1
+        for values in varied.values():
+            number *= len(values)
+        if number > MOST_SETTINGS:
+            raise UserError(
+                f"--vary: {number:,} settings are too many (most: {MOST_SETTINGS:,}); give fewer values, or "
+                "--one-at-a-time"
+            )
+        return tuple(dict(zip(varied, values, strict=True)) for values in product(*varied.values()))
+    found = [dict(base)]
+    for name, values in varied.items():
+        found += [{**base, name: value} for value in values if value != base[name]]
+    return tuple(found)
+
+
+def read_varied(options: Iterable[str]) -> dict[str, tuple[Any, ...]]:
+    """The values of `KEY=V1,V2,...` options by knob. Raises UserError with every problem."""
+    varied: dict[str, tuple[Any, ...]] = {}
+    problems: list[Problem] = []
+    for option in options:
+        name, equals, text = option.partition("=")
+        try:
+            if not equals or not text.strip(", "):
+                raise ValueError("write it as KEY=V1,V2,...")
+            if name in varied:
+                raise ValueError("the knob is varied twice; give all its values in one --vary")
+            values = [read_value(name, one.strip()) for one in text.split(",")]
+            varied[name] = tuple(dict.fromkeys(values))
+        except ValueError as error:
+            problems.append(Problem(f"--vary {option}: {error}"))
+    if problems:
+        raise UserError(problems)
+    return varied
+
+
+def read_values(options: Iterable[str], flag: str) -> dict[str, Any]:
+    """The values of `KEY=V` options by knob. Raises UserError with every problem."""
+    found: dict[str, Any] = {}
+    problems: list[Problem] = []
+    for option in options:
+        name, equals, text = option.partition("=")
+        try:
+            if not equals or not text:
+                raise ValueError("write it as KEY=VALUE")
+            found[name] = read_value(name, text)
+        except ValueError as error:
+            problems.append(Problem(f"{flag} {option}: {error}"))
+    if problems:
+        raise UserError(problems)
+    return found
+
+
+def read_value(name: str, text: str) -> Any:
+    """The value of a knob from text. Raises ValueError for an unknown knob and for what is not a value of it."""
+    if name not in KNOBS:
+        raise ValueError(f"there is no such knob{did_you_mean(name, KNOBS) or '; graph trade --list lists them'}")
+    return KNOBS[name].checked(text)
+
+
+def finest(name: str, values: Sequence[Any]) -> Any:
+    """The value with the least error: the largest or smallest number, or the choice nearest to the finest one.
+
+    Of a knob without a finest value its default, if it is one of them, else the first.
+    """
+    knob = KNOBS[name]
+    if knob.finer in ("higher", "lower") and knob.kind not in ("choice", "switch"):
+        return (max if knob.finer == "higher" else min)(values)
+    if not knob.finer:
+        return knob.default if knob.default in values else values[0]
+    if knob.kind == "switch":
+        return next((value for value in values if value == (knob.finer == "on")), values[0])
+    best = knob.choices.index(knob.finer)
+    return min(values, key=lambda value: abs(knob.choices.index(value) - best))
+
+
+def refined(setting: Setting, present: Fidelity) -> Setting | None:
+    """The setting with each of its knobs one step finer; None if none of them can be refined.
+
+    Numbers are doubled or halved, a choice becomes the finest one. `lidar.motion=continuous` is refined by twice the
+    `lidar.bins`. present: the knobs of the file, for those that the setting does not have.
+    """
+    finer: dict[str, Any] = dict(setting)
+    if "lidar.motion" in setting and setting["lidar.motion"] == "continuous":
+        finer.setdefault("lidar.bins", present["lidar.bins"])
+    for name, value in list(finer.items()):
+        knob = KNOBS[name]
+        if knob.kind == "choice":
+            finer[name] = knob.finer or value
+        elif knob.kind == "switch":
+            finer[name] = knob.finer == "on" if knob.finer else value
+        elif knob.finer:
+            finer[name] = value * 2 if knob.finer == "higher" else value / 2
+    return finer if finer != {**setting, **{key: present[key] for key in finer if key not in setting}} else None
+
+
+def word(value: Any) -> str:
+    """A knob's value as text, as files and the command line have it."""
+    if isinstance(value, bool):
+        return "on" if value else "off"
+    if isinstance(value, Fraction):
+        return shortest(value)
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def text_of(setting: Setting) -> str:
+    """A setting as `KEY=V KEY=V`."""
+    return " ".join(f"{name}={word(value)}" for name, value in setting.items())

@@ -1,0 +1,161 @@
+"""One run of one setting: measured (what bodies did and sensors saw), or timed (what it cost)."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from graph.base.errors import RunError
+
+from .meter import Cost, Meter, MeteredSink
+from .readings import ReadingLog, Readings
+from .states import StateLog, Trajectory
+from .study import Scene, Setting
+
+if TYPE_CHECKING:
+    from graph.session.open import Session
+
+UNSTABLE, FAILED = "unstable", "failed"
+
+
+@dataclass(slots=True)
+class Measured:
+    """What a run did and saw. ended: "" if it lasted to its end, else why not; status: of a run that did not.
+
+    warnings: the codes of its warnings. started: simulation time [s] at which every sensor had given a frame, 0 if one
+    never did.
+    """
+
+    bodies: Trajectory | None = None
+    sensors: dict[str, Readings] = field(default_factory=dict)
+    status: str = ""
+    ended: str = ""
+    ended_at: float = 0.0
+    warnings: tuple[str, ...] = ()
+    started: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Timed:
+    """What a run cost: its updates by part, per simulated second, and its start [s]. ended: as in `Measured`."""
+
+    parts: dict[str, Cost]
+    start: float
+    ended: str = ""
+
+    @property
+    def whole(self) -> Cost:
+        """All parts together."""
+        return sum(self.parts.values(), Cost())
+
+
+def measure(scene: Scene, setting: Setting, duration: Fraction) -> Measured:
+    """Runs a setting and records its bodies and sensors. Raises UserError for what cannot be opened."""
+    from graph.sim.messages.bus import CountingSink
+
+    found = Measured()
+    with _playing(scene, setting) as session:
+        app = session.app
+        readings = ReadingLog(app, float(duration))
+        app.bus.subscribe(CountingSink())  # with a reader publishers publish, as they do in a recorded run
+        app.play()
+        states = StateLog(app, float(duration))
+        stepping = [False]
+        app.on("physics", lambda: stepping.__setitem__(0, True), -(2**60))
+        app.on("physics", lambda: stepping.__setitem__(0, False), 2**60)
+        try:
+            for _ in range(math.ceil(duration * app.loop_rate)):
+                app.update()
+                if any(not product.frames for product in app.rendering.products.values()):
+                    found.started = 0.0
+                elif not found.started:
+                    found.started = float(app.simulation.time)
+                if app.exit_requested:
+                    break
+        except RunError as error:
+            found.status, found.ended = UNSTABLE if stepping[0] else FAILED, str(error)
+        found.ended_at = float(app.simulation.time)
+        found.bodies, found.sensors = states.trajectory(), readings.sensors
+        found.warnings = tuple(sorted({str(warning.as_dict()["code"]) for warning in app.warnings}))
+    return found
+
+
+def clock(scene: Scene, setting: Setting, duration: Fraction, start: float, recording: Path) -> Timed:
+    """Times a run of a setting that is recorded into a file, as `graph run --out` does.
+
+    The updates of the first `start` simulated seconds belong to the start; those of `duration` after them count.
+    """
+    from graph.sim.messages.recording import McapSink
+
+    meter = Meter()
+    began = time.perf_counter()
+    with meter.watching(), _playing(scene, setting) as session:
+        app = session.app
+        app.bus.subscribe(MeteredSink(McapSink(recording), meter))
+        app.play()
+        meter.follow(app)
+        first = math.ceil(Fraction(start) * app.loop_rate)
+        ended = ""
+        started = app.simulation.time
+        spent = 0.0
+        try:
+            for index in range(first + math.ceil(duration * app.loop_rate)):
+                if index == first:
+                    spent = time.perf_counter() - began
+                    started = app.simulation.time
+                    meter.clear()
+                app.update()
+                if app.exit_requested:
+                    break
+        except RunError as error:
+            ended = str(error)
+        simulated = float(app.simulation.time - started)
+        costs = meter.costs
+    recording.unlink(missing_ok=True)
+    return Timed({name: cost.per(simulated or math.nan) for name, cost in costs.items()}, spent, ended)
+
+
+@contextmanager
+def _playing(scene: Scene, setting: Setting) -> Iterator[Session]:
+    from graph.base.limits import raised
+    from graph.session.message_sources import open_sources, play_into
+
+    with raised(scene.limits):
+        session = _opened(scene, setting)
+        with session.app as app:
+            if scene.play:
+                play_into(app, open_sources(scene.play))
+            yield session
+
+
+def _opened(scene: Scene, setting: Setting) -> Session:
+    from graph.session.open import open_session
+
+    return open_session(
+        scene.file,
+        allow=scene.allow,
+        skip_outside=scene.skip_outside,
+        settings=scene.settings,
+        fidelity={**scene.fidelity, **setting},
+        overrides=scene.overrides,
+        seed=scene.seed,
+        skip_unknown=scene.skip_unknown,
+        allow_scripts=scene.allow_scripts,
+    )
+
+
+def without_arrays(found: Measured) -> Measured:
+    """The same without what bodies did and sensors saw."""
+    return replace(found, bodies=None, sensors={})
+
+
+def present_values(scene: Scene) -> Any:
+    """The knobs of the file, with the user's own. Raises UserError for what cannot be opened."""
+    with _playing(scene, {}) as session:
+        return session.app.fidelity
