@@ -27,6 +27,7 @@ IMPORTS = {
     "libusb_package": ("libusb-package",),
     "lz4.frame": ("lz4",),
     "mapbox_earcut": ("mapbox-earcut",),
+    "matplotlib": ("matplotlib",),
     "mcap.writer": ("mcap",),
     "mujoco": ("mujoco-core", "mujoco"),
     "networkx": ("networkx",),

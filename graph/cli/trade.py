@@ -123,9 +123,9 @@ def _study(args: argparse.Namespace) -> Study:
     length = _collected(problems, lambda: _duration(args.duration))
     scene = _collected(problems, lambda: _scene(args))
     if args.file is None:
-        problems.append(Problem("graph trade: name a graph file: graph trade FILE --vary KEY=V1,V2,..."))
+        problems.append(Problem("name a graph file: graph trade FILE --vary KEY=V1,V2,..."))
     if not args.vary:
-        problems.append(Problem("graph trade: give a knob to vary: --vary KEY=V1,V2,... (graph trade --list)"))
+        problems.append(Problem("give a knob to vary: --vary KEY=V1,V2,... (graph trade --list)"))
     if args.repeat < 1:
         problems.append(Problem(f"--repeat {args.repeat}: give a number of runs, 1 or more"))
     if args.write and not args.budget:

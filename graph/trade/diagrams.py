@@ -1,24 +1,24 @@
 """Work-precision diagrams: error over cost, both logarithmic, with the settings that pay.
 
-Only this file imports matplotlib. It has what a diagram needs (log axes, legends, text) and writes PNG by itself: plotly,
-which comes with Open3D, needs a browser for that, and the pictures of `--preview` are pixels that Pillow writes.
+Only this file imports matplotlib. It has log axes, legends and text, and writes PNG by itself: plotly, which comes with
+Open3D, needs a browser for that, and the pictures of `--preview` are pixels that Pillow writes.
 """
 
 from __future__ import annotations
 
 import io
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from .meter import PARTS
-from .metrics import METRICS
+from .metrics import LEADING, METRICS
 from .outcome import OK, Outcome, Row
 from .study import word
 
 INCH, DPI = (6.4, 4.6), 110
 MARKERS = "osD^vP*X<>hp"
-MOST_PANELS = 6
+MOST_PANELS = 4
 MOST_NAMED = 8
 """Settings of a front that are named; of more every n-th is."""
 COST = "processor time per simulated second [s]"
@@ -26,7 +26,8 @@ COST = "processor time per simulated second [s]"
 
 def overview(outcome: Outcome) -> bytes:
     """The diagrams of the metrics that matter most, in one PNG: those of the budget, then the leading ones."""
-    return diagrams(outcome, outcome.shown[:MOST_PANELS] if outcome.shown else ())
+    leading = [name for name in outcome.shown if name in outcome.study.budget or name in LEADING]
+    return diagrams(outcome, (leading or outcome.shown)[:MOST_PANELS])
 
 
 def diagrams(outcome: Outcome, metrics: Sequence[str]) -> bytes:
@@ -43,12 +44,12 @@ def diagrams(outcome: Outcome, metrics: Sequence[str]) -> bytes:
         axis.set_axis_off()
     if not metrics:
         axes[0].text(0.5, 0.5, "no error differs between these settings", ha="center", va="center")
-    handles: dict[str, Any] = {}
+    lines: dict[str, Any] = {}
     for axis, metric in zip(axes, metrics, strict=False):
         _diagram(axis, outcome, metric)
-        handles |= {text: handle for handle, text in zip(*axis.get_legend_handles_labels(), strict=True)}
-    if handles:
-        figure.legend(handles.values(), handles, loc="outside lower center", ncols=4 * across, fontsize=8)
+        lines |= {text: handle for handle, text in zip(*axis.get_legend_handles_labels(), strict=True)}
+    handles = _keys(outcome) | lines
+    figure.legend(handles.values(), handles, loc="outside lower center", ncols=2 * across, fontsize=8, frameon=False)
     study = outcome.study
     figure.suptitle(
         f"{study.scene.file.name}: {float(study.duration):g} s, errors up to {outcome.horizon.time:g} s, "
@@ -104,14 +105,13 @@ def _diagram(axis: Any, outcome: Outcome, metric: str) -> None:
     if allowed:
         axis.axhline(allowed, color="tab:red", linestyle="--", linewidth=1, label="budget")
     for row, cost, error in points:
-        colour, marker, label = _look(outcome, row)
+        colour, marker = _look(outcome, row)
         exact = error <= 0
         axis.plot(
             *(cost, floor if exact else error, marker),
             color=colour,
             markerfacecolor="none" if exact else colour,
             markersize=7,
-            label=label,
             clip_on=False,
         )
     front = outcome.front(metric)
@@ -124,7 +124,7 @@ def _diagram(axis: Any, outcome: Outcome, metric: str) -> None:
             axis.annotate(_name(row), place, xytext=(6, 5), textcoords="offset points", fontsize=7, color="0.25")
     best = outcome.recommended
     if best is not None and id(best) in where:
-        axis.plot(*where[id(best)], "o", markersize=15, markerfacecolor="none", color="tab:red", label="recommended")
+        axis.plot(*where[id(best)], "o", markersize=14, markerfacecolor="none", color="tab:red", label="recommended")
     axis.set_ylim(floor / 2, max(scale, default=1.0) * 3)
     _few_ticks(axis, [cost for _, cost, _ in points])
     unit = f" [{about.unit}]" if about.unit else ""
@@ -148,18 +148,33 @@ def _few_ticks(axis: Any, costs: Sequence[float]) -> None:
         axis.xaxis.set_major_formatter("{x:.3g}")
 
 
-def _look(outcome: Outcome, row: Row) -> tuple[str, str, str]:
-    """Colour, marker and legend text: the colour is the value of the first knob, the marker that of the others."""
-    first, *others = outcome.study.varied.items()
-    colours = [f"C{number}" for number in range(10)]
-    number = first[1].index(row.setting[first[0]]) if row.setting[first[0]] in first[1] else 0
-    kinds = _distinct(tuple(one.setting[name] for name, _ in others) for one in outcome.rows)
-    kind = kinds.index(tuple(row.setting[name] for name, _ in others))
-    return colours[number % len(colours)], MARKERS[kind % len(MARKERS)], _name(row)
+def _look(outcome: Outcome, row: Row) -> tuple[str, str]:
+    """Colour and marker of a setting: the colour is the value of the first knob, the marker those of the others."""
+    first, *others = outcome.study.varied
+    colours, markers = _looks(outcome)
+    return colours[row.setting[first]], markers[tuple(row.setting[name] for name in others)]
 
 
-def _distinct(values: Iterable[tuple[Any, ...]]) -> list[tuple[Any, ...]]:
-    return list(dict.fromkeys(values))
+def _looks(outcome: Outcome) -> tuple[dict[Any, str], dict[tuple[Any, ...], str]]:
+    first, *others = outcome.study.varied
+    values = dict.fromkeys(row.setting[first] for row in outcome.rows)
+    kinds = dict.fromkeys(tuple(row.setting[name] for name in others) for row in outcome.rows)
+    colours = {value: f"C{number % 10}" for number, value in enumerate(values)}
+    return colours, {kind: MARKERS[number % len(MARKERS)] for number, kind in enumerate(kinds)}
+
+
+def _keys(outcome: Outcome) -> dict[str, Any]:
+    """What colours and markers stand for, for the legend."""
+    from matplotlib.lines import Line2D
+
+    first, *others = outcome.study.varied
+    colours, markers = _looks(outcome)
+    keys = {f"{first}={word(value)}": Line2D([], [], color=colour, linewidth=5) for value, colour in colours.items()}
+    for kind, marker in markers.items():
+        if others:
+            text = " ".join(f"{name}={word(value)}" for name, value in zip(others, kind, strict=True))
+            keys[text] = Line2D([], [], color="0.4", marker=marker, linestyle="none")
+    return keys
 
 
 def _name(row: Row) -> str:

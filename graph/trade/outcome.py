@@ -56,7 +56,7 @@ class Row:
         return statistics.median(one.start for one in self.timed) if self.timed else None
 
     def value(self, metric: str) -> float | None:
-        """The value of a metric, None if this setting has none."""
+        """The value of a metric; None if it was not measured."""
         if metric in ERRORS:
             return self.errors.get(metric)
         cost = self.cost

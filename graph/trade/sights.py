@@ -61,7 +61,7 @@ def _joined(frames: Sequence[Reading]) -> dict[str, Array]:
 def _apart(
     one: Mapping[str, Array], two: Mapping[str, Array], name: str, mine: NDArray[np.intp], theirs: NDArray[np.intp]
 ) -> Array:
-    """The differences of a channel between matched readings; empty if one of the runs lacks the channel."""
+    """The differences of a channel between matched readings; empty if one of the runs has no such channel."""
     if name not in one or name not in two:
         return np.zeros(0)
     apart: Array = np.abs(one[name][mine].astype(np.float64) - two[name][theirs])

@@ -120,7 +120,7 @@ def read_values(options: Iterable[str], flag: str) -> dict[str, Any]:
 
 
 def read_value(name: str, text: str) -> Any:
-    """The value of a knob from text. Raises ValueError for an unknown knob and for what is not a value of it."""
+    """The value of a knob from text. Raises ValueError for an unknown knob or an invalid value."""
     if name not in KNOBS:
         raise ValueError(f"there is no such knob{did_you_mean(name, KNOBS) or '; graph trade --list lists them'}")
     return KNOBS[name].checked(text)

@@ -1,0 +1,160 @@
+"""`graph trade` as a user meets it: what it refuses, what it writes, how it ends."""
+
+from __future__ import annotations
+
+import csv
+import json
+import signal
+import subprocess
+import time
+
+import pytest
+from PIL import Image
+
+from tests.support.programs import started
+
+BALL = """\
+# a ball in the air
+tickgraph: 1
+scene:
+  prims:
+    /World/Ball: {type: Sphere, radius: 0.1, translate: [0, 0, 100], rigid_body: true, mass: 2.0} # kept
+clock: {physics_hz: 60, loop_hz: 60}
+
+# what runs
+duration: 2
+"""
+
+
+@pytest.fixture
+def ball(folder):
+    file = folder / "ball.yaml"
+    file.write_text(BALL)
+    return file
+
+
+def test_every_mistake_is_a_line_and_nothing_is_written(graph, ball, folder):
+    result = graph(
+        *("trade", ball, "--vary", "physics.hz=0", "--vary", "motion=1", "--reference", "lidar.bins=x"),
+        *("--budget", "body.position=1", "--budget", "body.position_max=-1", "--duration", "-1", "--repeat", "0"),
+        *("--out", "out"),
+    )
+    assert result.code == 2
+    assert result.err.splitlines() == [
+        "graph: --vary physics.hz=0: '0' is not above 0",
+        'graph: --vary motion=1: there is no such knob; did you mean "lidar.motion"?',
+        "graph: --reference lidar.bins=x: 'x' is not a number",
+        'graph: --budget body.position=1: there is no such metric; did you mean "body.position_rms"?',
+        "graph: --budget body.position_max=-1: give a number of m, 0 or more",
+        "graph: --duration -1: give simulated seconds, more than 0",
+        "graph: --repeat 0: give a number of runs, 1 or more",
+    ]
+    assert [*folder.iterdir()] == [ball]
+
+
+@pytest.mark.parametrize(
+    ("options", "line"),
+    [
+        ((), "give a knob to vary: --vary KEY=V1,V2,... (graph trade --list)"),
+        (("--vary", "physics.hz=60", "--write"), "--write writes the cheapest setting within a budget"),
+        (("--vary", "physics.hz=60", "--out", "ball.yaml"), "--out ball.yaml: ball.yaml is not a folder"),
+    ],
+)
+def test_what_is_missing_is_told(graph, ball, options, line):
+    result = graph("trade", ball, *options)
+    assert result.code == 2
+    assert line in result.err
+
+
+def test_a_budget_of_a_metric_that_the_scene_cannot_give_is_refused(graph, ball, folder):
+    result = graph("trade", ball, "--vary", "physics.hz=60,120", "--budget", "lidar.range_p99=1", "--out", "out")
+    assert result.code == 2
+    assert result.err == (
+        "graph: --budget lidar.range_p99: this scene does not give it in 1 s; it needs a lidar that something in the "
+        "graphs reads\n"
+    )
+    assert not (folder / "out").exists()
+
+
+def test_the_list_names_every_knob_and_metric(graph):
+    told = json.loads(graph("trade", "--list", "--json").out)
+    assert told["knobs"]["lidar.motion"]["finer"] == "continuous"
+    assert {"body.position_max", "lidar.range_p99", "radar.recall", "cost.casts"} <= told["metrics"].keys()
+    lines = graph("trade", "--list").out.splitlines()
+    assert {line.partition("\t")[0] for line in lines if line} == {*told["knobs"], *told["metrics"]}
+
+
+def test_it_finds_the_cheapest_setting_writes_everything_and_the_block_into_the_file(graph, ball, folder):
+    """Off by g dt t / 2 (`test_errors_by_paper`): against 480 Hz, 60 Hz by 0.0715 m after 1 s, 120 Hz by 0.031 m."""
+    result = graph(
+        *("trade", ball, "--vary", "physics.hz=60,120,480", "--budget", "body.position_max=0.05"),
+        *("--repeat", "2", "--out", "out", "--write"),
+    )
+    assert result.code == 0, result.err
+    told = json.loads((folder / "out/trade.json").read_text())
+    errors = {one["setting"]["physics.hz"]: one["errors"]["body.position_max"] for one in told["settings"]}
+    assert errors == {"60": pytest.approx(0.0715, abs=1e-4), "120": pytest.approx(0.0307, abs=1e-4), "480": 0}
+    assert told["reference"]["moved"]["body.position_max"] == pytest.approx(9.81 / 480 / 4, rel=1e-3)
+    assert told["reference"]["horizon"] == 1.0
+    assert all(len(one["cost"]["runs"]) == 2 for one in told["settings"])
+    best = told["recommended"]["physics.hz"]
+    assert best in ("120", "480")  # the faster one on this machine at this moment
+    assert f"fidelity:\n  physics.hz: {best}" in result.out
+    assert len([*csv.DictReader((folder / "out/trade.csv").open())]) == 3
+    for name in ("trade.png", "trade_parts.png"):
+        with Image.open(folder / "out" / name) as picture:
+            assert min(picture.size) > 200
+    page = (folder / "out/trade.html").read_text()
+    assert page.count("data:image/png;base64,") == 3
+    assert "http" not in page
+    block = f"fidelity:\n  physics.hz: {best}\n"
+    assert ball.read_text() == BALL.replace("loop_hz: 60}\n", f"loop_hz: 60}}\n{block}")
+    again = graph("trade", ball, "--vary", f"physics.hz={best},480", "--budget", "body.position_max=0.05", "--json")
+    assert again.code == 0
+    assert json.loads(again.out)["settings"][0]["errors"]["body.position_max"] == errors[best]
+
+
+def test_without_a_setting_in_the_budget_it_names_the_nearest(graph, ball):
+    result = graph("trade", ball, *("--vary", "physics.hz=60,120", "--reference", "physics.hz=480", "--repeat", "1"),
+                   *("--budget", "body.position_max=0.001"))  # fmt: skip
+    assert result.code == 1
+    assert result.out.splitlines()[-2:] == [
+        "no setting keeps body.position_max <= 0.001 m",
+        "the nearest is physics.hz=120: body.position_max 0.0307 m",
+    ]
+    assert "the budget of body.position_max is finer than the reference" in result.out
+
+
+def test_a_setting_that_diverges_is_a_row(graph, folder):
+    (folder / "plate.yaml").write_text(
+        "tickgraph: 1\nscene:\n  prims:\n    /World/Plate: {type: Cube, size: 1, scale: [2, 1, 0.1], mass: 1, "
+        "rigid_body: true, angular_velocity: [5000, 20, 3000]}\n"
+    )
+    result = graph(
+        *("trade", "plate.yaml", "--vary", "physics.integrator=implicitfast,euler", "--reference"),
+        *("physics.integrator=implicitfast", "--reference", "physics.hz=480", "--repeat", "1"),
+    )
+    assert result.code == 0, result.err
+    assert "unstable: physics.integrator=euler: /World/Plate: the simulation diverged" in result.out
+    assert "errors count up to" in result.out
+
+
+def test_a_reference_that_diverges_is_an_error(graph, folder):
+    (folder / "wild.yaml").write_text(
+        "tickgraph: 1\nscene:\n  prims:\n    /Wild: {type: Sphere, rigid_body: true, velocity: [1e11, 0, 0]}\n"
+    )
+    result = graph("trade", "wild.yaml", "--vary", "physics.hz=60,120")
+    assert result.code == 1
+    assert result.err.startswith("graph: the reference (physics.hz=120) fails: /Wild: the simulation diverged")
+
+
+def test_ctrl_c_keeps_what_was_measured(ball, folder):
+    options = ["--vary", "physics.hz=60,120", "--repeat", "100000", "--out", str(folder / "out")]
+    with started("-m", "graph", "trade", str(ball), *options, stderr=subprocess.PIPE, text=True) as process:
+        time.sleep(6)  # long enough for the reference, on a machine that does much else
+        process.send_signal(signal.SIGINT)
+        _, said = process.communicate(timeout=60)
+    assert process.returncode == 130
+    if "graph: interrupted" not in said:  # otherwise there was not yet anything to keep
+        assert "this is what was measured by then" in said
+        assert json.loads((folder / "out/trade.json").read_text())["complete"] is False

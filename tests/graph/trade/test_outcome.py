@@ -1,0 +1,162 @@
+"""Which settings pay, and which one is recommended."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from graph.trade.bodies import BodyPair
+from graph.trade.errors import Horizon
+from graph.trade.meter import PARTS, Cost
+from graph.trade.outcome import OK, UNSTABLE, Outcome, Row
+from graph.trade.outputs import as_csv, as_dict, block
+from graph.trade.sights import _same_targets
+from graph.trade.states import Trajectory
+from graph.trade.study import Scene, Study
+from graph.trade.trial import Timed
+
+METRIC = "lidar.range_p99"
+
+
+def timed(*seconds):
+    """Runs whose updates take so long, all of it casts."""
+    return [
+        Timed({part: Cost(one, 2 * one) if part == "casts" else Cost() for part in PARTS}, start=0.5) for one in seconds
+    ]
+
+
+def outcome(rows, budget=None, moved=None):
+    study = Study(
+        Scene(Path("a.yaml")),
+        {"lidar.bins": tuple(row.setting["lidar.bins"] for row in rows)},
+        tuple(row.setting for row in rows),
+        {"lidar.bins": 16},
+        {"lidar.bins": 32},
+        budget or {},
+    )
+    given = dict.fromkeys(name for row in rows for name in row.errors)
+    return Outcome(study, rows, Horizon(1.0), moved or {}, tuple(given))
+
+
+def row(bins, seconds, error, **more):
+    return Row({"lidar.bins": bins}, OK, errors={METRIC: error, **more}, timed=timed(*seconds))
+
+
+@pytest.fixture
+def rows():
+    return [
+        row(1, (1.0, 1.2, 1.1), 0.3),
+        row(2, (2.0, 2.0, 2.0), 0.4),  # dearer and worse than the first
+        row(4, (3.0, 3.0, 9.0), 0.02),
+        row(16, (5.0, 5.0, 5.0), 0.0),
+    ]
+
+
+def test_the_cost_is_the_median_and_its_spread_half_the_range(rows):
+    assert rows[0].cost == Cost(1.1, 2.2)
+    assert rows[0].spread.wall == rows[0].spread.cpu == pytest.approx(0.2 / 2 / 1.1)
+    assert rows[2].cost == Cost(3.0, 6.0)
+
+
+def test_those_pay_that_no_other_beats_in_both(rows):
+    assert [one.setting["lidar.bins"] for one in outcome(rows).front(METRIC)] == [1, 4, 16]
+
+
+def test_of_recall_more_is_better():
+    rows = [
+        Row({"lidar.bins": n}, OK, errors={"radar.recall": r}, timed=timed(n))
+        for n, r in ((1, 0.5), (2, 0.4), (3, 1.0))
+    ]
+    assert [one.setting["lidar.bins"] for one in outcome(rows).front("radar.recall")] == [1, 3]
+    assert outcome(rows, {"radar.recall": 0.9}).recommended is rows[2]
+
+
+def test_the_cheapest_that_keeps_the_budget_is_recommended(rows):
+    assert outcome(rows, {METRIC: 0.02}).recommended is rows[2]
+    assert outcome(rows, {METRIC: 0.5}).recommended is rows[0]
+    assert outcome(rows, {METRIC: 0.5, "cost.wall": 0.5}).recommended is None
+    assert outcome(rows).recommended is None  # without a budget there is nothing to keep
+
+
+def test_the_nearest_exceeds_the_budget_least(rows):
+    found = outcome(rows, {METRIC: 0.3, "cost.wall": 1.0})
+    assert found.recommended is None
+    assert found.nearest is rows[0]  # 0.3 is within, 1.1 s is 10 % over
+
+
+def test_an_unstable_setting_is_never_recommended(rows):
+    rows[2].status = UNSTABLE
+    assert outcome(rows, {METRIC: 0.02}).recommended is rows[3]
+
+
+def test_the_block_has_the_knobs_of_the_setting(rows):
+    assert block(outcome(rows, {METRIC: 0.02}), rows[2]) == "fidelity:\n  lidar.bins: 4"
+
+
+def test_json_and_csv_hold_every_figure(rows):
+    rows.append(Row({"lidar.bins": 3}, UNSTABLE, "it diverged"))
+    found = outcome(rows, {METRIC: 0.02}, {METRIC: 0.001})
+    told = json.loads(json.dumps(as_dict(found), allow_nan=False))
+    assert told["recommended"] == {"lidar.bins": "4"}
+    assert told["settings"][0]["cost"]["runs"][1] == {"wall": 1.2, "cpu": 2.4}
+    assert told["settings"][4] == {
+        "setting": {"lidar.bins": "3"},
+        "status": "unstable",
+        "why": "it diverged",
+        "cost": None,
+        "errors": {METRIC: None},
+        "front": [],
+        "warnings": [],
+    }
+    assert told["reference"]["moved"] == {METRIC: 0.001}
+    table = list(csv.DictReader(as_csv(found).splitlines()))
+    assert [line["lidar.bins"] for line in table] == ["1", "2", "4", "16", "3"]
+    assert float(table[2][METRIC]) == 0.02
+    assert table[4]["cost.wall"] == table[4][METRIC] == ""
+
+
+def test_detections_of_a_target_are_matched_once_and_within_a_cell():
+    """Cells of 1 m, 0.5 m/s and 0.1 rad (5.7 degrees): the second is found a cell further, the third is not."""
+    one = {"distance": np.array([10.0, 21.0, 32.0]), "rv_ms": np.zeros(3), "azimuth": np.zeros(3)}
+    two = {"distance": np.array([10.0, 20.0, 30.0, 10.5]), "rv_ms": np.zeros(4), "azimuth": np.zeros(4)}
+    mine, theirs = _same_targets(one, two, (1.0, 0.5, 0.1))
+    assert dict(zip(mine.tolist(), theirs.tolist(), strict=True)) == {0: 0, 1: 1}
+
+
+def spinning(rate, times):
+    """A body that turns about z at `rate` [rad/s] and runs along x at 1 m/s, its centre of mass 0.5 m ahead of it."""
+    n, half = len(times), rate * times / 2
+    turns = np.stack([np.cos(half), 0 * half, 0 * half, np.sin(half)], axis=1)[:, None]
+    positions = np.stack([times, 0 * times, 0 * times], axis=1)[:, None]
+    velocities = np.tile([1.0, 0, 0, 0, 0, rate], (n, 1, 1))
+    flags = np.ones((n, 1), np.bool_)
+    return Trajectory(
+        *(("/A",), times, positions, turns, velocities, np.array([2.0]), np.diag([1.0, 1.0, 3.0])[None]),
+        *(np.array([[0.5, 0.0, 0.0]]), np.array([True]), np.zeros(n), ~flags, np.zeros(3)),
+    )
+
+
+def test_turns_are_compared_as_angles_whatever_the_sign_of_a_quaternion():
+    times = np.linspace(0, 1, 11)
+    one, two = spinning(2.0, times), spinning(2.5, times)
+    two.orientations[:] *= -1
+    assert BodyPair(one, two, 1.0).angle[:, 0] == pytest.approx(0.5 * times)
+
+
+def test_energy_counts_the_turn_and_the_centre_of_mass():
+    """At t = 0 the centre moves at (1, 2 * 0.5, 0): m v^2 / 2 = 2 * 2 / 2 = 2 J, and I w^2 / 2 = 3 * 4 / 2 = 6 J."""
+    one = spinning(2.0, np.array([0.0, 1e-9]))
+    assert BodyPair(one, one, 1.0).energies[0][0] == pytest.approx(8.0)
+
+
+def test_a_finer_run_is_met_between_its_states():
+    """The cubic through positions and velocities is exact for straight motion; turns are even."""
+    coarse, fine = spinning(2.0, np.array([0.0, 0.31, 0.62])), spinning(2.0, np.linspace(0, 1, 8))
+    both = BodyPair(coarse, fine, 1.0)
+    assert both.times == pytest.approx([0.0, 0.31, 0.62])
+    assert both.distance.max() == pytest.approx(0, abs=1e-12)
+    assert both.angle.max() == pytest.approx(0, abs=1e-7)

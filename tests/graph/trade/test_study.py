@@ -1,0 +1,95 @@
+"""What is asked: values of knobs, the finest of them, the grid, the refined reference."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import pytest
+
+from graph.base.errors import UserError
+from graph.sim.fidelity import KNOBS, Fidelity
+from graph.trade.study import finest, plan_settings, read_values, read_varied, refined, text_of, word
+
+
+def test_values_are_those_of_the_knob_and_each_is_run_once():
+    varied = read_varied(["physics.hz=60,1/2,60.0", "lidar.motion=frozen,continuous", "lidar.noise=on,off"])
+    assert varied == {
+        "physics.hz": (Fraction(60), Fraction(1, 2)),
+        "lidar.motion": ("frozen", "continuous"),
+        "lidar.noise": (True, False),
+    }
+
+
+def test_every_mistake_is_told_in_a_line():
+    with pytest.raises(UserError) as caught:
+        read_varied(["physics.hzz=1", "lidar.motion=slow", "lidar.bins=0", "tlas", "lidar.bins=2"])
+    assert [problem.message for problem in caught.value.problems] == [
+        '--vary physics.hzz=1: there is no such knob; did you mean "physics.hz"?',
+        "--vary lidar.motion=slow: 'slow' is not one of frozen, update, continuous",
+        "--vary lidar.bins=0: '0' is not above 0",
+        "--vary tlas: write it as KEY=V1,V2,...",
+    ]
+
+
+def test_a_knob_is_varied_once():
+    with pytest.raises(UserError, match="varied twice"):
+        read_varied(["lidar.bins=2", "lidar.bins=4"])
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "best"),
+    [
+        ("physics.hz", "60,480,240", Fraction(480)),
+        ("mesh.tolerance", "0.01,0.001", 0.001),
+        ("lidar.motion", "frozen,update", "update"),
+        ("lidar.motion", "continuous,frozen", "continuous"),
+        ("tlas", "frame,sensor", "sensor"),
+        ("physics.cone", "elliptic,pyramidal", "elliptic"),
+        ("lidar.noise", "on,off", False),  # no value is more exact: the default
+        ("physics.integrator", "euler,rk4", "euler"),  # no default either: the first
+    ],
+)
+def test_the_reference_is_the_finest_value(name, values, best):
+    assert finest(name, read_varied([f"{name}={values}"])[name]) == best
+
+
+def test_the_finest_of_one_value_is_that_value_for_every_knob():
+    samples = {"choice": lambda knob: (knob.available or knob.choices)[0], "switch": lambda knob: True}
+    for name, knob in KNOBS.items():
+        value = samples.get(knob.kind, lambda knob: knob.checked("7"))(knob)
+        assert finest(name, [value]) == value
+
+
+def test_a_grid_has_every_combination_and_one_at_a_time_only_single_changes():
+    varied = {"physics.hz": (1, 2, 3), "lidar.bins": (4, 5, 6)}
+    assert len(plan_settings(varied)) == 9
+    assert [tuple(one.values()) for one in plan_settings(varied, {"physics.hz": 3, "lidar.bins": 6})] == [
+        *((3, 6), (1, 6), (2, 6)),
+        *((3, 4), (3, 5)),
+    ]
+
+
+def test_a_grid_that_would_never_end_is_refused():
+    with pytest.raises(UserError, match="1,331 settings are too many"):
+        plan_settings({name: tuple(range(11)) for name in ("a", "b", "c")})
+
+
+def test_a_reference_is_refined_by_a_step_of_each_knob():
+    setting = {"physics.hz": Fraction(480), "mesh.tolerance": 0.001, "tlas": "sensor", "lidar.motion": "continuous"}
+    assert refined(setting, Fidelity()) == {
+        "physics.hz": Fraction(960),
+        "mesh.tolerance": 0.0005,
+        "tlas": "sensor",
+        "lidar.motion": "continuous",
+        "lidar.bins": 16,
+    }
+
+
+def test_what_cannot_be_refined_is_not():
+    assert refined({"tlas": "sensor", "lidar.noise": False}, Fidelity()) is None
+
+
+def test_settings_are_written_as_files_have_them():
+    setting = read_values(["physics.hz=30000/1001", "lidar.noise=on", "mesh.tolerance=0.0005"], "--reference")
+    assert text_of(setting) == "physics.hz=30000/1001 lidar.noise=on mesh.tolerance=0.0005"
+    assert word(Fraction(60)) == "60"
