@@ -16,6 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graph.base.exact import nanoseconds
+from graph.sim.renderer.wrapper import unwrapped
+from sensors.camera import names as cameras
+from sensors.channels import Consumer
+from sensors.gmo import ElementFlags
+from sensors.lidar import names as lidars
+from sensors.radar import names as radars
 
 if TYPE_CHECKING:
     from graph.sim import App
@@ -27,6 +33,7 @@ MOST_READINGS = 4_000_000
 BEFORE_RENDERING = -1000
 
 LIDAR, RADAR, CAMERA, OTHER = "lidar", "radar", "camera", "other"
+_SORTS = {lidars.PRIM_TYPE: LIDAR, radars.PRIM_TYPE: RADAR, cameras.PRIM_TYPE: CAMERA}
 _NEEDED = {
     LIDAR: ("distance", "scalar", "flags", "timeOffsetNs", "tickId", "emitterId", "echoId"),
     RADAR: ("distance", "azimuth", "elevation", "rv_ms"),
@@ -81,13 +88,8 @@ class ReadingLog:
                 self._follow(product)
 
     def _follow(self, product: RenderProduct) -> None:
-        from sensors.channels import Consumer
-        from sensors.sensor_types import sensor_type
-
-        sensor: Any = product.sensor
-        kind = sensor_type(sensor.type_name)
-        measures = kind.measures if kind else frozenset()
-        sort = next((one for one in (LIDAR, RADAR, CAMERA) if measures.issuperset(_NEEDED[one])), OTHER)
+        sensor: Any = unwrapped(product.sensor)
+        sort = _SORTS.get(sensor.type_name, OTHER)
         kept = self.sensors[product.path] = Readings(product.camera_path, sort)
         names = {*_NEEDED[sort], *(set(_IF_COMPUTED.get(sort, ())) & sensor.channels())}
         if names:
@@ -101,7 +103,7 @@ class ReadingLog:
 
         def keep(frame: Frame) -> None:
             stamp = nanoseconds(frame.reference)
-            shown = frame.end.timestamp_ns if not frame.one_instant else stamp
+            shown = stamp if sort == OTHER or frame.one_instant else frame.end.timestamp_ns
             number = frame.timestamp_ns
             if rate and sort != LIDAR:
                 number = (frame.timestamp_ns + 2) * rate.numerator // (rate.denominator * 10**9)
@@ -119,8 +121,6 @@ def _of_lidar(sensor: Any, duration: float) -> Reduce:
     every = max(1, math.ceil(total / MOST_READINGS))
 
     def reduce(frame: Frame) -> dict[str, NDArray[Any]]:
-        from sensors.gmo import ElementFlags
-
         kept = (frame.channel("flags") & int(ElementFlags.VALID)) != 0
         ticks = frame.channel("tickId").astype(np.int64)
         if every > 1:
