@@ -10,6 +10,7 @@ import pytest
 from graph.trade.errors import Horizon, errors_of, horizon_of
 from graph.trade.study import Scene
 from graph.trade.trial import UNSTABLE, clock, measure
+from tests.support.places import ROOT
 
 G = 9.81
 
@@ -188,3 +189,40 @@ def test_a_timed_run_charges_every_part_once(tmp_path):
     from sensors.raycast.world import CastWorld
 
     assert not hasattr(CastWorld.cast, "__wrapped__")  # nothing stays installed
+
+
+FILMED = """\
+tickgraph: 1
+scene:
+  prims:
+    /World/Box: {type: Cube, size: 2.0, translate: [0, 0, -11], rigid_body: true, mass: 1.0}
+    /World/Camera: {type: Camera, schemas: [OmniSensorAPI], attributes: {"omni:sensor:tickRate": 10}}
+clock: {physics_hz: 240, loop_hz: 60}
+graphs:
+  /World/G:
+    nodes:
+      tick: OnPlaybackTick
+      product: {type: IsaacCreateRenderProduct, inputs: {cameraPrim: /World/Camera, width: 64, height: 48}}
+      depth: {type: ROS2CameraHelper, inputs: {type: depth, topicName: depth, frameId: camera}}
+    connections:
+      - tick.tick -> product.execIn
+      - product.execOut -> depth.execIn
+      - product.renderProductPath -> depth.renderProductPath
+"""
+
+
+def test_the_depth_of_a_falling_box_is_off_as_the_box_is(measured):
+    """A camera looks down -z at a box that falls: the depth of its top is off by g t dt / 2, at most at t = 1 s."""
+    coarse, fine = (measured(FILMED, 1, physics__hz=Fraction(hz)) for hz in (60, 240))
+    errors = errors_of(coarse, fine, Horizon(1.0))
+    assert errors["camera.depth_max"] == pytest.approx(G * (1 / 60 - 1 / 240) / 2, rel=1e-3)
+    assert 0 <= errors["camera.changed"] < 0.1  # its edge moves over few pixels
+    assert errors["frames.missing"] == errors["frames.stamp_max"] == 0
+    assert "camera.colour_rms" not in errors  # nothing reads colours
+
+
+def test_a_radar_finds_in_itself_what_it_found():
+    run = measure(Scene(ROOT / "graphs/radar.yaml"), {}, Fraction(1, 2))
+    errors = errors_of(run, run, Horizon(0.5))
+    assert (errors["radar.recall"], errors["radar.false_alarms"], errors["radar.velocity_p99"]) == (1, 0, 0)
+    assert sum(len(frame.arrays["distance"]) for one in run.sensors.values() for frame in one.frames) > 5
